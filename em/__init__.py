@@ -1,0 +1,1 @@
+"""Materials, antennas, paths, fields, radio maps and the reader's response."""

@@ -1,0 +1,7 @@
+"""Physical constants, SI."""
+
+SPEED_OF_LIGHT_M_PER_S = 299_792_458.0
+"""Speed of light in vacuum [m/s], exact."""
+
+VACUUM_PERMITTIVITY_F_PER_M = 8.8541878188e-12
+"""Electric constant [F/m], CODATA 2022."""

@@ -1,0 +1,205 @@
+"""Building materials after ITU-R P.2040, perfect conductors, and materials of one's own."""
+
+import difflib
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from octant.em.constants import VACUUM_PERMITTIVITY_F_PER_M
+from octant.geometries.errors import MaterialRangeError
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Material:
+    """Electrical properties of a wall: relative permittivity a f^b, conductivity c f^d, f in GHz.
+
+    Parameters
+    ----------
+    name : str
+        Name in the table, ``"pec"``, or one that describes a material of one's own.
+    eps_r_a, eps_r_b : float
+        Relative permittivity a f^b [-].
+    sigma_c_s_per_m, sigma_d : float
+        Conductivity c f^d [S/m].
+    frequency_range_hz : tuple of float
+        Frequencies [Hz] for which the model was fitted.
+    thickness_m : float or None
+        Thickness [m] of a finite slab; None for a half-space.
+    is_pec : bool
+        Whether the material is a perfect electric conductor [-]; the numbers above then do not
+        count.
+
+    References
+    ----------
+    .. [1] ITU-R P.2040-3 (2023), equations 28, 29 and Table 3.
+    """
+
+    name: str
+    eps_r_a: float = 1.0
+    eps_r_b: float = 0.0
+    sigma_c_s_per_m: float = 0.0
+    sigma_d: float = 0.0
+    frequency_range_hz: tuple[float, float] = (0.0, math.inf)
+    thickness_m: float | None = None
+    is_pec: bool = False
+
+    def __post_init__(self) -> None:
+        numbers = (self.eps_r_a, self.eps_r_b, self.sigma_c_s_per_m, self.sigma_d)
+        if not all(math.isfinite(x) for x in numbers):
+            msg = f"material {self.name!r} has a property that is not finite; give finite numbers."
+            raise MaterialRangeError(msg)
+        if self.eps_r_a < 1.0:
+            msg = f"material {self.name!r} has eps_r = {self.eps_r_a}, but at least 1 is needed."
+            raise MaterialRangeError(msg)
+        if self.sigma_c_s_per_m < 0.0:
+            msg = (
+                f"material {self.name!r} has sigma = {self.sigma_c_s_per_m} S/m, but a passive "
+                "wall needs at least 0."
+            )
+            raise MaterialRangeError(msg)
+        if self.thickness_m is not None and not 0.0 < self.thickness_m < math.inf:
+            msg = (
+                f"material {self.name!r} has thickness_m = {self.thickness_m}, but a slab needs a "
+                "thickness above 0 m; leave it out for a half-space."
+            )
+            raise MaterialRangeError(msg)
+
+    def relative_permittivity(self, frequency_hz: float) -> complex:
+        """Return the complex relative permittivity eps' - j sigma / (omega eps_0) [-].
+
+        Parameters
+        ----------
+        frequency_hz : float
+            Frequency [Hz] within the material's range.
+
+        Returns
+        -------
+        complex
+            Relative permittivity [-] for the time convention e^{+j omega t}; infinite (1 - j inf)
+            for a perfect conductor.
+
+        Raises
+        ------
+        MaterialRangeError
+            When the frequency is outside the range of the model.
+
+        References
+        ----------
+        .. [1] ITU-R P.2040-3 (2023), equations 9, 28 and 29.
+        """
+        low, high = self.frequency_range_hz
+        if not (math.isfinite(frequency_hz) and frequency_hz > 0 and low <= frequency_hz <= high):
+            msg = (
+                f"material {self.name!r} is asked for at {frequency_hz / 1e9:g} GHz, but its model "
+                f"holds from {low / 1e9:g} to {high / 1e9:g} GHz; choose another frequency or give "
+                "a material {eps_r=, sigma_s_per_m=} of your own."
+            )
+            raise MaterialRangeError(msg)
+        if self.is_pec:
+            return complex(1.0, -math.inf)
+        f_ghz = frequency_hz / 1e9
+        eps_r = self.eps_r_a * f_ghz**self.eps_r_b
+        sigma = self.sigma_c_s_per_m * f_ghz**self.sigma_d
+        omega = 2.0 * math.pi * frequency_hz
+        return complex(eps_r, -sigma / (omega * VACUUM_PERMITTIVITY_F_PER_M))
+
+
+def _itu(
+    name: str, abcd: tuple[float, float, float, float], low_ghz: float, high_ghz: float
+) -> Material:
+    a, b, c, d = abcd
+    return Material(
+        name=name,
+        eps_r_a=a,
+        eps_r_b=b,
+        sigma_c_s_per_m=c,
+        sigma_d=d,
+        frequency_range_hz=(low_ghz * 1e9, high_ghz * 1e9),
+    )
+
+
+_TABLE = (
+    _itu("concrete", (5.24, 0.0, 0.0462, 0.7822), 1, 100),
+    _itu("brick", (3.91, 0.0, 0.0238, 0.16), 1, 40),
+    _itu("plasterboard", (2.73, 0.0, 0.0085, 0.9395), 1, 100),
+    _itu("wood", (1.99, 0.0, 0.0047, 1.0718), 0.001, 100),
+    _itu("glass", (6.31, 0.0, 0.0036, 1.3394), 0.1, 100),
+    _itu("ceiling_board", (1.48, 0.0, 0.0011, 1.0750), 1, 100),
+    _itu("chipboard", (2.58, 0.0, 0.0217, 0.78), 1, 100),
+    _itu("plywood", (2.71, 0.0, 0.33, 0.0), 1, 40),
+    _itu("marble", (7.074, 0.0, 0.0055, 0.9262), 1, 60),
+    _itu("floorboard", (3.66, 0.0, 0.0044, 1.3515), 50, 100),
+    _itu("metal", (1.0, 0.0, 1e7, 0.0), 1, 100),
+    _itu("very_dry_ground", (3.0, 0.0, 0.00015, 2.52), 1, 10),
+    _itu("medium_dry_ground", (15.0, -0.1, 0.035, 1.63), 1, 10),
+    _itu("wet_ground", (30.0, -0.4, 0.15, 1.30), 1, 10),
+    Material(name="pec", is_pec=True),
+)
+
+
+def material_table() -> tuple[Material, ...]:
+    """Return every material known by name, ITU-R P.2040-3 Table 3 first, then ``pec``.
+
+    Returns
+    -------
+    tuple of Material
+        Half-spaces; :func:`material` gives them a thickness.
+    """
+    return _TABLE
+
+
+def material(spec: str | Mapping[str, Any]) -> Material:
+    """Return the material that a study file names or describes.
+
+    Parameters
+    ----------
+    spec : str or mapping
+        A name of :func:`material_table` (``itu_`` before it is allowed); or
+        ``{name=, thickness_m=}``; or ``{eps_r=, sigma_s_per_m=, thickness_m=}``, thickness [m] and
+        conductivity [S/m] optional.
+
+    Returns
+    -------
+    Material
+        The material, a half-space unless a thickness is given.
+
+    Raises
+    ------
+    MaterialRangeError
+        For an unknown name or key (the nearest right one is named) and for values out of range.
+    """
+    if isinstance(spec, str):
+        return _by_name(spec)
+    allowed = ("name", "eps_r", "sigma_s_per_m", "thickness_m")
+    for key in spec:
+        if key not in allowed:
+            msg = f"material key {key!r} is unknown; allowed are {', '.join(allowed)}."
+            raise MaterialRangeError(msg)
+    thickness = spec.get("thickness_m")
+    thickness = None if thickness is None else float(thickness)
+    if "eps_r" in spec:
+        eps_r, sigma = float(spec["eps_r"]), float(spec.get("sigma_s_per_m", 0.0))
+        return Material(
+            name=str(spec.get("name", f"eps_r={eps_r:g}, sigma={sigma:g} S/m")),
+            eps_r_a=eps_r,
+            sigma_c_s_per_m=sigma,
+            thickness_m=thickness,
+        )
+    if "name" not in spec:
+        msg = f"material {dict(spec)!r} has neither a name nor eps_r; give one of the two."
+        raise MaterialRangeError(msg)
+    if "sigma_s_per_m" in spec:
+        msg = f"material {dict(spec)!r} gives sigma_s_per_m without eps_r; give both or neither."
+        raise MaterialRangeError(msg)
+    return replace(_by_name(str(spec["name"])), thickness_m=thickness)
+
+
+def _by_name(name: str) -> Material:
+    known = {m.name: m for m in _TABLE}
+    key = name.strip().lower().removeprefix("itu_")
+    if key in known:
+        return known[key]
+    near = difflib.get_close_matches(key, known, n=1, cutoff=0.0)[0]
+    msg = f"material {name!r} is unknown; did you mean {near!r}? Known are {', '.join(known)}."
+    raise MaterialRangeError(msg)

@@ -1,0 +1,1 @@
+"""Meshes, facets and edges, rooms, furniture, the reader's body, occlusion."""

@@ -1,0 +1,64 @@
+"""One place where arrays are checked and made read-only before they enter a frozen dataclass."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.geometries.errors import GeometryError
+
+
+def frozen_array(
+    value: npt.ArrayLike,
+    *,
+    name: str,
+    shape: Sequence[int | None],
+    dtype: npt.DTypeLike = np.float64,
+    finite: bool = True,
+    error: type[Exception] = GeometryError,
+) -> npt.NDArray[Any]:
+    """Return a contiguous, read-only copy of an array whose shape and values are checked.
+
+    Parameters
+    ----------
+    value : array_like
+        What the caller was given, in the unit that ``name`` carries.
+    name : str
+        The name that an error message uses.
+    shape : sequence of int or None
+        Expected length of each axis; None allows any length.
+    dtype : dtype
+        Element type of the result.
+    finite : bool
+        Refuse NaN and infinity.
+    error : type
+        Exception class to raise.
+
+    Returns
+    -------
+    ndarray
+        Read-only array of the expected shape.
+
+    Raises
+    ------
+    GeometryError
+        Or the given class: when the shape differs, or a value is not finite or not a number.
+    """
+    wanted = "(" + ", ".join("any" if n is None else str(n) for n in shape) + ")"
+    try:
+        array = np.array(value, dtype=dtype, order="C")
+    except (TypeError, ValueError) as exc:
+        msg = f"{name} must be an array of numbers of shape {wanted}, but {value!r} is not."
+        raise error(msg) from exc
+    fits = array.ndim == len(shape) and all(
+        n is None or n == m for n, m in zip(shape, array.shape, strict=True)
+    )
+    if not fits:
+        msg = f"{name} has shape {array.shape}, but {wanted} is needed."
+        raise error(msg)
+    if finite and array.dtype.kind in "fc" and not np.isfinite(array).all():
+        msg = f"{name} holds NaN or infinite values; give finite numbers only."
+        raise error(msg)
+    array.setflags(write=False)
+    return array

@@ -1,0 +1,222 @@
+"""Compiled kernels of the bounding volume hierarchy: build, and "is this segment free?".
+
+The tree is stored in depth-first order with skip links, so that a traversal needs no stack: a node
+whose box is hit is followed by its first child, any other by the node its skip link names.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+LEAF_SIZE = 4
+BINS = 16
+MAX_DEPTH = 64
+
+
+class BvhArrays(NamedTuple):
+    """Arrays of a hierarchy: n nodes over t triangles."""
+
+    bounds: np.ndarray  # (n, 6) float64: least corner, greatest corner [m]
+    skip: np.ndarray  # (n,) int64: next node when this one is missed
+    first: np.ndarray  # (n,) int64: first triangle of a leaf
+    count: np.ndarray  # (n,) int64: triangles of a leaf, 0 for an inner node
+    triangles: np.ndarray  # (t, 9) float64: corner, first side, second side [m]
+    planes: np.ndarray  # (t,) int64: plane of each triangle
+    margin: float  # [m] by which hits at the ends of a segment are ignored
+
+
+@njit(cache=True, error_model="numpy")
+def _split_place(lo, hi, order, begin, end, axis, low, width):
+    """Return the number of bins left of the cheapest surface-area split, 0 if there is none."""
+    counts = np.zeros(BINS, dtype=np.int64)
+    box = np.empty((BINS, 6))
+    box[:, :3] = np.inf
+    box[:, 3:] = -np.inf
+    for i in range(begin, end):
+        tri = order[i]
+        b = min(BINS - 1, int(BINS * (0.5 * (lo[tri, axis] + hi[tri, axis]) - low) / width))
+        counts[b] += 1
+        for a in range(3):
+            box[b, a] = min(box[b, a], lo[tri, a])
+            box[b, 3 + a] = max(box[b, 3 + a], hi[tri, a])
+    best = np.inf
+    place = 0
+    for cut in range(1, BINS):
+        cost = 0.0
+        for part in range(2):
+            n = 0
+            x = np.array([np.inf, np.inf, np.inf, -np.inf, -np.inf, -np.inf])
+            for b in range(0 if part == 0 else cut, cut if part == 0 else BINS):
+                n += counts[b]
+                for a in range(3):
+                    x[a] = min(x[a], box[b, a])
+                    x[3 + a] = max(x[3 + a], box[b, 3 + a])
+            if n == 0:
+                cost = np.inf
+                break
+            dx, dy, dz = x[3] - x[0], x[4] - x[1], x[5] - x[2]
+            cost += n * (dx * dy + dy * dz + dz * dx)
+        if cost < best:
+            best = cost
+            place = cut
+    return place
+
+
+@njit(cache=True, error_model="numpy")
+def build(lo, hi):
+    """Return order, bounds, skip, first, count of a hierarchy over (t, 3) boxes [m]."""
+    t = len(lo)
+    order = np.arange(t)
+    bounds = np.empty((2 * t + 1, 6))
+    skip = np.zeros(2 * t + 1, dtype=np.int64)
+    first = np.zeros(2 * t + 1, dtype=np.int64)
+    count = np.zeros(2 * t + 1, dtype=np.int64)
+    # Depth-first work list: begin, end, depth. A node's skip link is where the list continues once
+    # its subtree is done, which is known when the next entry of the same list level is taken.
+    work = np.empty((2 * MAX_DEPTH + 4, 3), dtype=np.int64)
+    open_node = np.full(MAX_DEPTH + 2, -1, dtype=np.int64)
+    top = 0
+    nodes = 0
+    if t > 0:
+        work[0] = (0, t, 0)
+        top = 1
+    while top > 0:
+        top -= 1
+        begin, end, depth = work[top]
+        for d in range(depth, MAX_DEPTH + 2):
+            if open_node[d] >= 0:
+                skip[open_node[d]] = nodes
+                open_node[d] = -1
+        node = nodes
+        nodes += 1
+        open_node[depth] = node
+        for a in range(3):
+            bounds[node, a] = np.inf
+            bounds[node, 3 + a] = -np.inf
+        centre_lo = np.full(3, np.inf)
+        centre_hi = np.full(3, -np.inf)
+        for i in range(begin, end):
+            for a in range(3):
+                bounds[node, a] = min(bounds[node, a], lo[order[i], a])
+                bounds[node, 3 + a] = max(bounds[node, 3 + a], hi[order[i], a])
+                c = 0.5 * (lo[order[i], a] + hi[order[i], a])
+                centre_lo[a] = min(centre_lo[a], c)
+                centre_hi[a] = max(centre_hi[a], c)
+        width = centre_hi - centre_lo
+        axis = int(np.argmax(width))
+        middle = begin
+        if end - begin > LEAF_SIZE and depth < MAX_DEPTH and width[axis] > 0.0:
+            cut = _split_place(lo, hi, order, begin, end, axis, centre_lo[axis], width[axis])
+            for i in range(begin, end):
+                tri = order[i]
+                c = 0.5 * (lo[tri, axis] + hi[tri, axis])
+                if min(BINS - 1, int(BINS * (c - centre_lo[axis]) / width[axis])) < cut:
+                    order[i] = order[middle]
+                    order[middle] = tri
+                    middle += 1
+        if middle in (begin, end):
+            first[node] = begin
+            count[node] = end - begin
+        else:
+            work[top] = (middle, end, depth + 1)
+            work[top + 1] = (begin, middle, depth + 1)
+            top += 2
+    for d in range(MAX_DEPTH + 2):
+        if open_node[d] >= 0:
+            skip[open_node[d]] = nodes
+    return order, bounds[:nodes].copy(), skip[:nodes].copy(), first[:nodes].copy(), count[:nodes].copy()
+
+
+@njit(cache=True, error_model="numpy", inline="never")
+def segment_blocked(bvh, px, py, pz, qx, qy, qz, plane_a, plane_b):
+    """Return whether a triangle stands strictly between p and q [m].
+
+    Triangles of the planes ``plane_a`` and ``plane_b`` do not count: a segment that ends on a plane
+    cannot cross it again. A hit on a triangle's very rim counts, so that no ray slips between two
+    triangles.
+    """
+    dx, dy, dz = qx - px, qy - py, qz - pz
+    length = np.sqrt(dx * dx + dy * dy + dz * dz)
+    if length == 0.0:
+        return False
+    near = bvh.margin / length
+    far = 1.0 - near
+    ix, iy, iz = 1.0 / dx, 1.0 / dy, 1.0 / dz
+    bounds = bvh.bounds
+    triangles = bvh.triangles
+    node = 0
+    nodes = len(bvh.skip)
+    while node < nodes:
+        t0, t1 = (bounds[node, 0] - px) * ix, (bounds[node, 3] - px) * ix
+        enter, leave = min(t0, t1), max(t0, t1)
+        t0, t1 = (bounds[node, 1] - py) * iy, (bounds[node, 4] - py) * iy
+        enter, leave = max(enter, min(t0, t1)), min(leave, max(t0, t1))
+        t0, t1 = (bounds[node, 2] - pz) * iz, (bounds[node, 5] - pz) * iz
+        enter, leave = max(enter, min(t0, t1)), min(leave, max(t0, t1))
+        if enter > leave or leave < near or enter > far:
+            node = bvh.skip[node]
+            continue
+        for i in range(bvh.first[node], bvh.first[node] + bvh.count[node]):
+            plane = bvh.planes[i]
+            if plane in (plane_a, plane_b):
+                continue
+            ax, ay, az = triangles[i, 3], triangles[i, 4], triangles[i, 5]
+            bx, by, bz = triangles[i, 6], triangles[i, 7], triangles[i, 8]
+            hx, hy, hz = dy * bz - dz * by, dz * bx - dx * bz, dx * by - dy * bx
+            det = ax * hx + ay * hy + az * hz
+            if det == 0.0:
+                continue
+            sx, sy, sz = px - triangles[i, 0], py - triangles[i, 1], pz - triangles[i, 2]
+            u = (sx * hx + sy * hy + sz * hz) / det
+            if u < -RIM or u > 1.0 + RIM:
+                continue
+            cx, cy, cz = sy * az - sz * ay, sz * ax - sx * az, sx * ay - sy * ax
+            v = (dx * cx + dy * cy + dz * cz) / det
+            if v < -RIM or u + v > 1.0 + RIM:
+                continue
+            t = (bx * cx + by * cy + bz * cz) / det
+            if near < t < far:
+                return True
+        node += 1
+    return False
+
+
+RIM = 1e-10
+"""Inclusive margin [-] in barycentric coordinates."""
+
+
+@njit(cache=True, error_model="numpy")
+def segments_blocked(bvh, starts, ends, plane_a, plane_b, blocked):
+    """Fill (n,) ``blocked`` for n segments between (n, 3) points [m]."""
+    for i in range(len(starts)):
+        blocked[i] = segment_blocked(
+            bvh,
+            starts[i, 0],
+            starts[i, 1],
+            starts[i, 2],
+            ends[i, 0],
+            ends[i, 1],
+            ends[i, 2],
+            plane_a[i],
+            plane_b[i],
+        )
+
+
+@njit(cache=True, error_model="numpy")
+def winding_numbers(points, corners, winding):
+    """Fill (n,) ``winding`` [-] of n points about (t, 3, 3) triangles [m].
+
+    The solid angle of each triangle is that of Van Oosterom and Strackee (1983), equation 8.
+    """
+    for i in range(len(points)):
+        total = 0.0
+        for t in range(len(corners)):
+            a = corners[t, 0] - points[i]
+            b = corners[t, 1] - points[i]
+            c = corners[t, 2] - points[i]
+            la, lb, lc = np.sqrt(np.dot(a, a)), np.sqrt(np.dot(b, b)), np.sqrt(np.dot(c, c))
+            volume = np.dot(a, np.cross(b, c))
+            scale = la * lb * lc + np.dot(a, b) * lc + np.dot(b, c) * la + np.dot(c, a) * lb
+            total += 2.0 * np.arctan2(volume, scale)
+        winding[i] = total / (4.0 * np.pi)

@@ -1,0 +1,122 @@
+"""Checks of single values shared by the modules that build geometry."""
+
+import difflib
+import math
+from collections.abc import Iterable, Mapping
+
+from octant.geometries.errors import GeometryError
+
+
+def finite_number(value: float, *, name: str, unit: str = "m") -> float:
+    """Return a value as a float once it is known to be a finite number.
+
+    Parameters
+    ----------
+    value : float
+        What the caller was given [unit as named].
+    name : str
+        The name that an error message uses.
+    unit : str
+        The unit that an error message uses.
+
+    Returns
+    -------
+    float
+        The value [unit as named].
+
+    Raises
+    ------
+    GeometryError
+        When it is not a number, NaN or infinite.
+    """
+    try:
+        number = float(value)
+    except (TypeError, ValueError) as exc:
+        msg = f"{name} must be a number [{unit}], but {value!r} was given."
+        raise GeometryError(msg) from exc
+    if not math.isfinite(number):
+        msg = f"{name} is {number} {unit}, but it must be finite."
+        raise GeometryError(msg)
+    return number
+
+
+def positive_number(value: float, *, name: str, unit: str = "m", allow_zero: bool = False) -> float:
+    """Return a value as a float once it is known to be finite and positive.
+
+    Parameters
+    ----------
+    value : float
+        What the caller was given [unit as named].
+    name : str
+        The name that an error message uses.
+    unit : str
+        The unit that an error message uses.
+    allow_zero : bool
+        Accept zero too.
+
+    Returns
+    -------
+    float
+        The value [unit as named].
+
+    Raises
+    ------
+    GeometryError
+        When it is not a finite number, or not positive.
+    """
+    number = finite_number(value, name=name, unit=unit)
+    if number < 0.0 or (number == 0.0 and not allow_zero):
+        allowed = "zero or positive" if allow_zero else "positive"
+        msg = f"{name} is {number:g} {unit}, but it must be {allowed}."
+        raise GeometryError(msg)
+    return number
+
+
+def nearest_name(given: str, allowed: Iterable[str]) -> str:
+    """Return the allowed name that looks most like the given one.
+
+    Parameters
+    ----------
+    given : str
+        The name that was not found.
+    allowed : iterable of str
+        The names that exist; at least one.
+
+    Returns
+    -------
+    str
+        The most similar name; the first one of equals.
+    """
+    folded = given.casefold()
+    return max(
+        allowed,
+        key=lambda name: difflib.SequenceMatcher(None, folded, name.casefold()).ratio(),
+    )
+
+
+def refuse_unknown_keys(given: Mapping[str, object], *, allowed: Iterable[str], name: str) -> None:
+    """Raise when a mapping has a key that is not allowed, naming the nearest allowed one.
+
+    Parameters
+    ----------
+    given : mapping
+        What the caller was given.
+    allowed : iterable of str
+        Every key that has a meaning.
+    name : str
+        The mapping's name in an error message.
+
+    Raises
+    ------
+    GeometryError
+        When a key has no meaning.
+    """
+    known = list(allowed)
+    for key in given:
+        if key not in known:
+            listed = ", ".join(repr(k) for k in known)
+            msg = (
+                f"{name} names {key!r}, but only {listed} exist; "
+                f"did you mean {nearest_name(str(key), known)!r}?"
+            )
+            raise GeometryError(msg)

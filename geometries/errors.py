@@ -1,0 +1,45 @@
+"""Octant's exceptions and its one warning class, shared by every layer.
+
+A message says what was given, what is allowed and what to do, in one sentence; the command line
+prints it as it is and exits with code 2.
+"""
+
+
+class OctantError(Exception):
+    """Base of everything that Octant raises on purpose."""
+
+
+class GeometryError(OctantError, ValueError):
+    """A mesh, a room, an object or a place in it cannot be used as given."""
+
+
+class MaterialRangeError(OctantError, ValueError):
+    """A material is unknown, or is asked for outside the frequencies its model covers."""
+
+
+class AntennaError(OctantError, ValueError):
+    """An antenna or a reader response cannot be built or evaluated as asked."""
+
+
+class PatternFileError(OctantError, ValueError):
+    """An antenna pattern file cannot be read; the message names the file and the line."""
+
+
+class NavigationError(OctantError, ValueError):
+    """A robot, a controller or a mission cannot be built as asked."""
+
+
+class ConfigError(OctantError, ValueError):
+    """A study file or a command-line value is wrong; the message names the key."""
+
+
+class SweepStateError(OctantError, RuntimeError):
+    """The files of a sweep contradict each other or the study they are said to belong to."""
+
+
+class MissingExtraError(OctantError, ImportError):
+    """An optional dependency is needed; the message names the extra that installs it."""
+
+
+class PhysicsWarning(UserWarning):
+    """A model is used outside the range in which it is known to hold."""

@@ -1,0 +1,105 @@
+"""Answers "is this segment free?" for triangle meshes, in float64.
+
+Kay and Kajiya (1986) slabs, Moller and Trumbore (1997) triangles, a binned surface-area tree: built
+in O(n log n), asked in O(log n). Single-precision tracers are no choice here: paths end *on*
+surfaces, and only the exclusion of the end planes by number tells an end from an obstacle.
+"""
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.geometries import _bvh_kernels
+from octant.geometries._bvh_kernels import BvhArrays
+from octant.geometries._plane_geometry import FloatArray, IntArray
+
+MARGIN_PER_EXTENT = 1e-9
+"""Hits nearer to a segment's end than this share [-] of the scene's extent do not count."""
+
+
+def build_bvh(corners_m: FloatArray, planes: IntArray, *, extent_m: float) -> BvhArrays:
+    """Return the hierarchy over triangles, as the arrays that the kernels take.
+
+    Parameters
+    ----------
+    corners_m : (t, 3, 3) float64
+        Corners of the triangles [m].
+    planes : (t,) int64
+        Number of the plane that each triangle lies in [-], for exclusion.
+    extent_m : float
+        Size of the whole scene [m], the scale of the margins.
+
+    Returns
+    -------
+    BvhArrays
+        Hierarchy; empty arrays when there is no triangle.
+    """
+    margin = MARGIN_PER_EXTENT * extent_m
+    corners = np.ascontiguousarray(corners_m, dtype=np.float64).reshape(-1, 3, 3)
+    low, high = corners.min(axis=1) - margin, corners.max(axis=1) + margin
+    order, bounds, skip, first, count = _bvh_kernels.build(low, high)
+    base = corners[order, 0]
+    sides = (base, corners[order, 1] - base, corners[order, 2] - base)
+    return BvhArrays(
+        bounds=bounds,
+        skip=skip,
+        first=first,
+        count=count,
+        triangles=np.ascontiguousarray(np.concatenate(sides, axis=1)),
+        planes=np.ascontiguousarray(planes[order].astype(np.int64)),
+        margin=margin,
+    )
+
+
+def segments_blocked(
+    bvh: BvhArrays,
+    starts_m: npt.ArrayLike,
+    ends_m: npt.ArrayLike,
+    *,
+    start_planes: npt.ArrayLike = -1,
+    end_planes: npt.ArrayLike = -1,
+) -> npt.NDArray[np.bool_]:
+    """Return (n,) bool, whether something stands strictly between the ends of each segment [-].
+
+    Parameters
+    ----------
+    bvh : BvhArrays
+        Hierarchy of :func:`build_bvh`.
+    starts_m, ends_m : (n, 3) float64
+        Ends of the segments [m].
+    start_planes, end_planes : (n,) int or int
+        Planes whose triangles are ignored [-]; -1 for none.
+    """
+    starts: npt.NDArray[Any] = np.ascontiguousarray(starts_m, dtype=np.float64).reshape(-1, 3)
+    ends = np.ascontiguousarray(ends_m, dtype=np.float64).reshape(-1, 3)
+    shape = (len(starts),)
+    blocked = np.zeros(shape, dtype=np.bool_)
+    _bvh_kernels.segments_blocked(
+        bvh,
+        starts,
+        ends,
+        np.ascontiguousarray(np.broadcast_to(start_planes, shape), dtype=np.int64),
+        np.ascontiguousarray(np.broadcast_to(end_planes, shape), dtype=np.int64),
+        blocked,
+    )
+    return blocked
+
+
+def winding_numbers(points_m: npt.ArrayLike, corners_m: FloatArray) -> FloatArray:
+    """Return (n,) winding numbers [-] of points about a triangle mesh.
+
+    A closed mesh gives +1 or -1 inside (by its orientation) and 0 outside; an open one gives the
+    share of the full solid angle that it covers (Jacobson, Kavan and Sorkine, 2013, equation 5).
+
+    Parameters
+    ----------
+    points_m : (n, 3) float64
+        Points [m], not on the mesh.
+    corners_m : (t, 3, 3) float64
+        Corners of the triangles [m].
+    """
+    points = np.ascontiguousarray(points_m, dtype=np.float64).reshape(-1, 3)
+    winding = np.zeros(len(points))
+    _bvh_kernels.winding_numbers(points, np.ascontiguousarray(corners_m), winding)
+    return winding

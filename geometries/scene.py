@@ -1,0 +1,338 @@
+"""The immutable scene: bodies reduced to planes, facets and a hierarchy for occlusion."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.geometries._arrays import frozen_array
+from octant.geometries._bvh_kernels import BvhArrays
+from octant.geometries._plane_geometry import FloatArray, IntArray, connected_labels, weld
+from octant.geometries.errors import GeometryError
+from octant.geometries.facets import Facets, build_facets
+from octant.geometries.mesh_files import Body
+from octant.geometries.occlusion import build_bvh, winding_numbers
+
+PLANE_TOLERANCE_PER_EXTENT = 1e-6
+"""Coplanarity tolerance [-] per extent of the scene: ten times what float32 mesh files round off,
+a thousandth of a degree of phase per metre at 2.4 GHz."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Scene:
+    """A room and its objects as the rays see them.
+
+    Both sides of every facet reflect. Facets are sheets unless they belong to a closed solid, inside
+    of which nothing is received.
+
+    Parameters
+    ----------
+    bodies : tuple of Body
+        Everything that the scene was built from, in order.
+    material_names : tuple of str
+        Labels that ``facets.facet_material`` counts [-].
+    facets : Facets
+        Planes and polygons.
+    supporting_side : (p,) int64
+        +1 or -1 [-] when the whole scene lies on that side of the plane (the side that the normal
+        points to, or the other), 0 when the plane cuts through the scene.
+    bvh : BvhArrays
+        Hierarchy over all triangles.
+    inner_bvh : BvhArrays
+        Hierarchy without the triangles of supporting planes: between two points on the inner side
+        of those planes they can block nothing.
+    shell_corners_m : (s, 3, 3) float64
+        Triangles [m] of the closed room, none when the room is open or absent.
+    solids : tuple of (t, 3, 3) float64
+        Triangles [m] of each closed object.
+    bounds_m : (2, 3) float64
+        Least and greatest corner [m]; zeros without any body.
+    has_room : bool
+        Whether there is a room to be inside of [-].
+    """
+
+    bodies: tuple[Body, ...]
+    material_names: tuple[str, ...]
+    facets: Facets
+    supporting_side: IntArray
+    bvh: BvhArrays
+    inner_bvh: BvhArrays
+    shell_corners_m: FloatArray
+    solids: tuple[FloatArray, ...]
+    bounds_m: FloatArray
+    has_room: bool
+
+    def __post_init__(self) -> None:
+        bounds = frozen_array(self.bounds_m, name="bounds_m", shape=(2, 3))
+        object.__setattr__(self, "bounds_m", bounds)
+
+    @property
+    def extent_m(self) -> float:
+        """Diagonal of the bounds [m]; 1 m for an empty scene."""
+        return _extent_m(self.bounds_m)
+
+    @property
+    def tolerance_m(self) -> float:
+        """Distance [m] within which a point counts as lying on a facet."""
+        return 1e-9 * self.extent_m
+
+    @property
+    def floor_height_m(self) -> float:
+        """Height of the lowest point [m]; 0 for an empty scene."""
+        return float(self.bounds_m[0, 2])
+
+    def inside_solid(self, points_m: npt.ArrayLike) -> npt.NDArray[np.bool_]:
+        """Return (n,) bool, whether each point lies inside a closed object [-].
+
+        Parameters
+        ----------
+        points_m : (n, 3) float64
+            Points [m].
+        """
+        points = np.asarray(points_m, dtype=np.float64).reshape(-1, 3)
+        inside = np.zeros(len(points), dtype=np.bool_)
+        for corners in self.solids:
+            low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
+            near = np.flatnonzero(((points > low) & (points < high)).all(axis=1))
+            inside[near] |= np.abs(winding_numbers(points[near], corners)) > 0.5
+        return inside
+
+    def inside_room(self, points_m: npt.ArrayLike) -> npt.NDArray[np.bool_]:
+        """Return (n,) bool, whether each point lies in the room [-], objects or not.
+
+        A closed room is asked exactly. An open one (a doorway, a missing ceiling) has no inside:
+        there the bounds decide. Without a room every point is inside.
+
+        Parameters
+        ----------
+        points_m : (n, 3) float64
+            Points [m].
+        """
+        points = np.asarray(points_m, dtype=np.float64).reshape(-1, 3)
+        if not self.has_room:
+            return np.ones(len(points), dtype=np.bool_)
+        slack = self.tolerance_m
+        within = (points >= self.bounds_m[0] - slack) & (points <= self.bounds_m[1] + slack)
+        inside: npt.NDArray[np.bool_] = within.all(axis=1)
+        if len(self.shell_corners_m):
+            chosen = np.flatnonzero(inside)
+            winding = winding_numbers(points[chosen], self.shell_corners_m)
+            inside[chosen] = np.abs(winding) > 0.25  # one half on a wall itself
+        return inside
+
+    def distance_to_facets_m(self, points_m: npt.ArrayLike) -> tuple[FloatArray, IntArray]:
+        """Return (n,) distances [m] to the plane of the nearest facet under each point, and its plane.
+
+        Only facets onto which a point projects perpendicularly count.
+
+        Parameters
+        ----------
+        points_m : (n, 3) float64
+            Points [m].
+
+        Returns
+        -------
+        (n,) float64
+            Distance [m]; infinity when no facet lies perpendicularly below the point.
+        (n,) int64
+            Plane [-]; -1 when there is none.
+        """
+        points = np.asarray(points_m, dtype=np.float64).reshape(-1, 3)
+        nearest = np.full(len(points), np.inf)
+        plane_of = np.full(len(points), -1, dtype=np.int64)
+        f = self.facets
+        for facet, plane in enumerate(f.facet_plane):
+            distance = np.abs(points @ f.plane_normal[plane] - f.plane_offset_m[plane])
+            close = np.flatnonzero(distance < nearest)
+            uv = np.stack((points[close] @ f.plane_u[plane], points[close] @ f.plane_v[plane]), -1)
+            hit = close[_winds_around(f, facet, uv, self.tolerance_m)]
+            nearest[hit], plane_of[hit] = distance[hit], plane
+        return nearest, plane_of
+
+    def stand_off(
+        self, points_m: npt.ArrayLike, standoff_m: float
+    ) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
+        """Return points moved off the walls they are mounted on, and which of them moved.
+
+        A point on a facet is moved along its normal by the stand-off, into the room (or away from
+        the solid); in a corner it leaves every facet that it lies on.
+
+        Parameters
+        ----------
+        points_m : (n, 3) float64
+            Points [m].
+        standoff_m : float
+            Distance [m] to keep, > 0.
+
+        Returns
+        -------
+        (n, 3) float64
+            Points [m].
+        (n,) bool
+            Whether each point was moved [-].
+        """
+        points = np.array(points_m, dtype=np.float64).reshape(-1, 3)
+        moved = np.zeros(len(points), dtype=np.bool_)
+        slack = PLANE_TOLERANCE_PER_EXTENT * self.extent_m
+        for _ in range(3):
+            distance, plane = self.distance_to_facets_m(points)
+            for i in np.flatnonzero(distance <= slack):
+                normal = self.facets.plane_normal[plane[i]]
+                sides = points[i] + np.array([[standoff_m], [-standoff_m]]) * normal
+                free = self.inside_room(sides) & ~self.inside_solid(sides)
+                points[i] = sides[0] if free[0] else sides[1]
+                moved[i] = True
+        return points, moved
+
+
+def _extent_m(bounds_m: FloatArray) -> float:
+    extent = float(np.linalg.norm(bounds_m[1] - bounds_m[0]))
+    return extent if extent > 0.0 else 1.0
+
+
+def _winds_around(
+    facets: Facets, facet: int, uv_m: FloatArray, tolerance_m: float
+) -> npt.NDArray[np.bool_]:
+    """Return (n,) bool, whether points (n, 2) [m] of a facet's plane lie in it, rim included."""
+    edges = facets.outline_m[facets.outline_start[facet] : facets.outline_start[facet + 1]]
+    u, v = uv_m[:, None, 0], uv_m[:, None, 1]
+    u0, v0, u1, v1 = edges.T
+    side = (u1 - u0) * (v - v0) - (u - u0) * (v1 - v0)
+    up, down = (v0 <= v) & (v1 > v), (v0 > v) & (v1 <= v)
+    winding = (up & (side > 0)).sum(axis=1) - (down & (side < 0)).sum(axis=1)
+    length = np.hypot(u1 - u0, v1 - v0)
+    along = ((u - u0) * (u1 - u0) + (v - v0) * (v1 - v0)) / length
+    clipped = np.clip(along, 0.0, length)
+    aside = np.hypot(u - u0 - clipped * (u1 - u0) / length, v - v0 - clipped * (v1 - v0) / length)
+    rim: npt.NDArray[np.bool_] = (aside <= tolerance_m).any(axis=1)
+    return rim | (winding != 0)
+
+
+def free_space_scene() -> Scene:
+    """Return the scene without anything in it: every path is the line of sight."""
+    return build_scene(())
+
+
+def build_scene(bodies: Sequence[Body], *, objects: Sequence[Body] = ()) -> Scene:
+    """Return the scene made of a room and the objects in it.
+
+    Parameters
+    ----------
+    bodies : sequence of Body
+        The room. Its closed parts inside the outermost one are solids; the outermost, when closed,
+        is the shell that antennas must be inside of.
+    objects : sequence of Body
+        Furniture; the closed ones are solids.
+
+    Returns
+    -------
+    Scene
+        Immutable; no body at all gives free space.
+
+    Raises
+    ------
+    GeometryError
+        If there are bodies but no triangle with an area.
+    """
+    everything = (*bodies, *objects)
+    names = tuple(dict.fromkeys(body.material for body in everything))
+    if not everything:
+        vertices, faces = np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64)
+        bounds = np.zeros((2, 3))
+    else:
+        vertices, faces = _concatenated(everything)
+        bounds = np.stack((vertices.min(axis=0), vertices.max(axis=0)))
+    extent = _extent_m(bounds)
+    faces = weld(vertices, 1e-7 * extent)[faces] if len(faces) else faces
+    sizes = [len(body.faces) for body in everything]
+    material = np.repeat([names.index(b.material) for b in everything], sizes).astype(np.int64)
+    tolerance = PLANE_TOLERANCE_PER_EXTENT * extent
+    facets = build_facets(vertices, faces, material, tolerance_m=tolerance)
+    if everything and len(facets.facet_plane) == 0:
+        msg = (
+            f"none of the {len(faces)} triangles has an area; check the mesh and its unit with "
+            "octant audit."
+        )
+        raise GeometryError(msg)
+    shell, solids = _closed_parts(vertices, faces, room_faces=sum(sizes[: len(bodies)]))
+    side = _supporting_sides(vertices[np.unique(faces)], facets, tolerance)
+    used = facets.triangle_facet >= 0
+    plane_of = facets.facet_plane[facets.triangle_facet[used]]
+    corners = vertices[faces[used]]
+    inner = side[plane_of] == 0
+    return Scene(
+        bodies=everything,
+        material_names=names,
+        facets=facets,
+        supporting_side=side,
+        bvh=build_bvh(corners, plane_of, extent_m=extent),
+        inner_bvh=build_bvh(corners[inner], plane_of[inner], extent_m=extent),
+        shell_corners_m=shell,
+        solids=solids,
+        bounds_m=bounds,
+        has_room=len(bodies) > 0,
+    )
+
+
+def _concatenated(bodies: Sequence[Body]) -> tuple[FloatArray, IntArray]:
+    offsets = np.cumsum([0] + [len(body.vertices_m) for body in bodies])
+    vertices = np.concatenate([body.vertices_m for body in bodies])
+    faces = np.concatenate([b.faces + n for b, n in zip(bodies, offsets, strict=False)])
+    return vertices, faces.astype(np.int64)
+
+
+def _supporting_sides(vertices_m: FloatArray, facets: Facets, tolerance_m: float) -> IntArray:
+    sides = np.zeros(len(facets.plane_normal), dtype=np.int64)
+    for i, (normal, offset) in enumerate(
+        zip(facets.plane_normal, facets.plane_offset_m, strict=True)
+    ):
+        height = vertices_m @ normal - offset
+        if height.min() >= -tolerance_m:
+            sides[i] = 1
+        elif height.max() <= tolerance_m:
+            sides[i] = -1
+    sides.setflags(write=False)
+    return sides
+
+
+def _closed_parts(
+    vertices_m: FloatArray, faces: IntArray, *, room_faces: int
+) -> tuple[FloatArray, tuple[FloatArray, ...]]:
+    """Return the triangles of the closed room, and of each closed solid.
+
+    Parts are joined over shared edges; a part is closed when each of its edges belongs to exactly
+    two triangles.
+    """
+    none = np.zeros((0, 3, 3))
+    if len(faces) == 0:
+        return none, ()
+    edges = np.sort(np.concatenate((faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]])), axis=1)
+    in_room = np.tile(np.arange(len(faces)) < room_faces, 3)
+    keyed = np.column_stack((edges, in_room))
+    _, edge_of, times = np.unique(keyed, axis=0, return_inverse=True, return_counts=True)
+    edge_of = edge_of.reshape(-1)
+    triangle_of = np.tile(np.arange(len(faces)), 3)
+    order = np.argsort(edge_of, kind="stable")
+    same = edge_of[order][1:] == edge_of[order][:-1]
+    pairs = np.column_stack((triangle_of[order][:-1][same], triangle_of[order][1:][same]))
+    part = connected_labels(len(faces), pairs)
+    open_parts = np.unique(part[triangle_of[times[edge_of] != 2]])
+    parts = [
+        (vertices_m[faces[part == label]], bool(np.flatnonzero(part == label)[0] < room_faces))
+        for label in np.setdiff1d(np.unique(part), open_parts)
+    ]
+    room_vertices = vertices_m[np.unique(faces[:room_faces])] if room_faces else None
+    shell, solids = none, []
+    for corners, of_room in parts:
+        low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
+        outermost = (
+            of_room
+            and room_vertices is not None
+            and bool((room_vertices >= low).all() and (room_vertices <= high).all())
+        )
+        if outermost and len(shell) == 0:
+            shell = corners
+        else:
+            solids.append(corners)
+    return shell, tuple(solids)
