@@ -1,4 +1,8 @@
-"""Compiled exact path finding: from an image and a receiver to the reflection points, or nothing."""
+"""Compiled exact path finding: from images and a receiver to reflection points, or nothing.
+
+A call costs an atomic count for every array it is handed, which would outweigh the search of one
+path. So each function here works through many images at a time and takes its arrays one by one.
+"""
 
 from typing import NamedTuple
 
@@ -7,59 +11,39 @@ from numba import njit
 
 from octant.geometries._bvh_kernels import BvhArrays, segment_blocked
 
+CHUNK = 256
+"""Images that are worked through before their paths are used: bounds the memory per receiver."""
+
+FACET, PLANE, NODE, CURSOR = 0, 1, 2, 3
+"""Columns of the search state, one row per reflection counted from the receiver."""
+
 
 class TreeArrays(NamedTuple):
     """The images of one source."""
 
-    image: np.ndarray  # (n, 3) [m]
+    image: np.ndarray  # (n, 3) [m]; image 0 is the source
     order: np.ndarray  # (n,) int64
     branch_start: np.ndarray  # (n + 1,) int64
-    branch_plane: np.ndarray  # (b,) int64
-    branch_parent: np.ndarray  # (b,) int64
+    branches: np.ndarray  # (b, 2) int64: plane, parent image
     max_order: int
 
 
 class SceneArrays(NamedTuple):
     """Planes, facets and hierarchies of a scene, and the facets' electrical properties."""
 
-    plane_normal: np.ndarray  # (p, 3)
-    plane_offset: np.ndarray  # (p,) [m]
-    plane_u: np.ndarray  # (p, 3)
-    plane_v: np.ndarray  # (p, 3)
+    planes: np.ndarray  # (p, 10): normal, offset [m], axis u, axis v
     plane_facet_start: np.ndarray  # (p + 1,) int64
     supporting_side: np.ndarray  # (p,) int64
-    facet_bounds: np.ndarray  # (f, 4) [m]
-    facet_is_rectangle: np.ndarray  # (f,) bool
-    outline_start: np.ndarray  # (f + 1,) int64
+    facet_box: np.ndarray  # (f, 4) [m]
+    facet_outline: np.ndarray  # (f, 2) int64: first and end of its outline; equal when it fills its box
+    facet_plane: np.ndarray  # (f,) int64
     outline: np.ndarray  # (e, 4) [m]
     bvh: BvhArrays
     inner_bvh: BvhArrays
     tolerance: float  # [m]
     facet_permittivity: np.ndarray  # (f,) complex128
-    facet_thickness_wavelengths: np.ndarray  # (f,), infinite for a half-space
+    facet_thickness: np.ndarray  # (f,) in wavelengths, infinite for a half-space
     wavelength: float  # [m]
-
-
-class PathScratch(NamedTuple):
-    """Working memory of one thread, for paths of up to so many reflections."""
-
-    points: np.ndarray  # (order + 2, 3): receiver, reflections backwards, source [m]
-    facets: np.ndarray  # (order + 1,) int64: facet of each reflection
-    planes: np.ndarray  # (order + 2,) int64: its plane
-    node: np.ndarray  # (order + 2,) int64
-    cursor: np.ndarray  # (order + 2,) int64
-
-
-@njit(cache=True, error_model="numpy")
-def make_scratch(max_order):
-    """Return working memory for paths of up to ``max_order`` reflections."""
-    return PathScratch(
-        np.empty((max_order + 2, 3)),
-        np.empty(max_order + 1, dtype=np.int64),
-        np.empty(max_order + 2, dtype=np.int64),
-        np.empty(max_order + 2, dtype=np.int64),
-        np.empty(max_order + 2, dtype=np.int64),
-    )
 
 
 @njit(cache=True, error_model="numpy")
@@ -85,62 +69,33 @@ def winds_around(outline, begin, end, u, v, tolerance):
 
 
 @njit(cache=True, error_model="numpy")
-def facet_at(scene, plane, x, y, z):
-    """Return the facet of a plane that holds a point of it, -1 for none."""
-    first, last = scene.plane_facet_start[plane], scene.plane_facet_start[plane + 1]
-    pu, pv = scene.plane_u[plane], scene.plane_v[plane]
-    u = x * pu[0] + y * pu[1] + z * pu[2]
-    v = x * pv[0] + y * pv[1] + z * pv[2]
-    tolerance = scene.tolerance
-    for facet in range(first, last):
-        box = scene.facet_bounds[facet]
-        if (
-            u < box[0] - tolerance
-            or v < box[1] - tolerance
-            or u > box[2] + tolerance
-            or v > box[3] + tolerance
-        ):
-            continue
-        if scene.facet_is_rectangle[facet] or winds_around(
-            scene.outline,
-            scene.outline_start[facet],
-            scene.outline_start[facet + 1],
-            u,
-            v,
-            tolerance,
-        ):
-            return facet
-    return -1
-
-
-@njit(cache=True, error_model="numpy")
-def inside_supporting_planes(scene, x, y, z):
+def inside_supporting_planes(planes, supporting_side, x, y, z):
     """Return whether a point is on the inner side of every plane that bounds the whole scene."""
-    for plane in range(len(scene.plane_offset)):
-        side = scene.supporting_side[plane]
-        if side != 0:
-            n = scene.plane_normal[plane]
-            if side * (n[0] * x + n[1] * y + n[2] * z - scene.plane_offset[plane]) < 0.0:
-                return False
+    for plane in range(len(planes)):
+        height = planes[plane, 0] * x + planes[plane, 1] * y + planes[plane, 2] * z
+        if supporting_side[plane] * (height - planes[plane, 3]) < 0.0:
+            return False
     return True
 
 
 @njit(cache=True, error_model="numpy")
-def _free(scene, inner, scratch, order):
-    """Return whether every segment of the path in the scratch memory is free."""
-    bvh = scene.inner_bvh if inner else scene.bvh
-    points, planes = scratch.points, scratch.planes
+def path_is_free(boxes, links, triangles, triangle_planes, margin, points, state, row, order):
+    """Return whether every segment of a path is free; each ignores the planes that it ends on."""
     for i in range(order + 1):
-        plane_a = planes[i - 1] if i > 0 else -1
-        plane_b = planes[i] if i < order else -1
+        plane_a = state[i - 1, PLANE] if i > 0 else -1
+        plane_b = state[i, PLANE] if i < order else -1
         if segment_blocked(
-            bvh,
-            points[i, 0],
-            points[i, 1],
-            points[i, 2],
-            points[i + 1, 0],
-            points[i + 1, 1],
-            points[i + 1, 2],
+            boxes,
+            links,
+            triangles,
+            triangle_planes,
+            margin,
+            points[row, i, 0],
+            points[row, i, 1],
+            points[row, i, 2],
+            points[row, i + 1, 0],
+            points[row, i + 1, 1],
+            points[row, i + 1, 2],
             plane_a,
             plane_b,
         ):
@@ -149,108 +104,185 @@ def _free(scene, inner, scratch, order):
 
 
 @njit(cache=True, error_model="numpy")
-def find_path(scene, tree, image, inner, scratch):
-    """Return whether the image gives a path to the receiver at ``scratch.points[0]``.
+def find_paths(
+    image,
+    order_of,
+    branch_start,
+    branches,
+    planes,
+    plane_facet_start,
+    facet_box,
+    facet_outline,
+    outline,
+    tolerance,
+    boxes,
+    links,
+    triangles,
+    triangle_planes,
+    margin,
+    x,
+    y,
+    z,
+    first,
+    last,
+    state,
+    points,
+    facets,
+    orders,
+):
+    """Return how many of the images ``first`` to ``last`` give a path to the receiver x, y, z.
 
     The reflection points are found backwards, from the receiver towards the source: each is where
     the line from the last point to the image pierces the branch's plane, within one of its facets.
-    The path is left in the scratch memory. The bool ``inner`` says that receiver and source lie
-    inside every supporting plane, so that those cannot block.
+    Row by row, ``points`` receives receiver, reflections and source, ``facets`` the facet of each
+    reflection in the same sense, ``orders`` the number of reflections.
     """
-    points, node, cursor = scratch.points, scratch.node, scratch.cursor
-    order = tree.order[image]
-    depth = 0
-    node[0] = image
-    cursor[0] = tree.branch_start[image]
-    while depth >= 0:
-        here = node[depth]
-        if depth == order:
-            points[depth + 1] = tree.image[0]
-            if _free(scene, inner, scratch, order):
-                return True
-            depth -= 1
-            continue
-        if cursor[depth] == tree.branch_start[here + 1]:
-            depth -= 1
-            continue
-        branch = cursor[depth]
-        cursor[depth] += 1
-        plane = tree.branch_plane[branch]
-        # Merged images join branches of which some repeat the plane just used.
-        if depth > 0 and plane == scratch.planes[depth - 1]:
-            continue
-        nx, ny, nz = (
-            scene.plane_normal[plane, 0],
-            scene.plane_normal[plane, 1],
-            scene.plane_normal[plane, 2],
-        )
-        ix, iy, iz = tree.image[here, 0], tree.image[here, 1], tree.image[here, 2]
-        px, py, pz = points[depth, 0], points[depth, 1], points[depth, 2]
-        image_height = nx * ix + ny * iy + nz * iz - scene.plane_offset[plane]
-        point_height = nx * px + ny * py + nz * pz - scene.plane_offset[plane]
-        if image_height > 0.0:
-            if point_height > scene.tolerance:
+    found = 0
+    for leaf in range(first, last):
+        order = order_of[leaf]
+        depth = 0
+        points[found, 0, 0] = x
+        points[found, 0, 1] = y
+        points[found, 0, 2] = z
+        state[0, NODE] = leaf
+        state[0, CURSOR] = branch_start[leaf]
+        while depth >= 0:
+            here = state[depth, NODE]
+            if depth == order:
+                for a in range(3):
+                    points[found, depth + 1, a] = image[0, a]
+                if len(links) == 0 or path_is_free(
+                    boxes, links, triangles, triangle_planes, margin, points, state, found, order
+                ):
+                    for k in range(order):
+                        facets[found, k] = state[k, FACET]
+                    orders[found] = order
+                    found += 1
+                    break
+                depth -= 1
                 continue
-        elif point_height < -scene.tolerance:
-            continue
-        t = point_height / (point_height - image_height)
-        t = max(t, 0.0)
-        x, y, z = px + t * (ix - px), py + t * (iy - py), pz + t * (iz - pz)
-        facet = facet_at(scene, plane, x, y, z)
-        if facet < 0:
-            continue
-        scratch.facets[depth] = facet
-        scratch.planes[depth] = plane
-        depth += 1
-        points[depth, 0] = x
-        points[depth, 1] = y
-        points[depth, 2] = z
-        parent = tree.branch_parent[branch]
-        node[depth] = parent
-        cursor[depth] = tree.branch_start[parent]
-    return False
+            branch = state[depth, CURSOR]
+            if branch == branch_start[here + 1]:
+                depth -= 1
+                continue
+            state[depth, CURSOR] = branch + 1
+            plane = branches[branch, 0]
+            # Merged images join branches of which some repeat the plane just used.
+            if depth > 0 and plane == state[depth - 1, PLANE]:
+                continue
+            nx, ny, nz = planes[plane, 0], planes[plane, 1], planes[plane, 2]
+            ix, iy, iz = image[here, 0], image[here, 1], image[here, 2]
+            px, py, pz = points[found, depth, 0], points[found, depth, 1], points[found, depth, 2]
+            image_height = nx * ix + ny * iy + nz * iz - planes[plane, 3]
+            point_height = nx * px + ny * py + nz * pz - planes[plane, 3]
+            if image_height > 0.0:
+                if point_height > tolerance:
+                    continue
+            elif point_height < -tolerance:
+                continue
+            t = max(point_height / (point_height - image_height), 0.0)
+            hx, hy, hz = px + t * (ix - px), py + t * (iy - py), pz + t * (iz - pz)
+            u = hx * planes[plane, 4] + hy * planes[plane, 5] + hz * planes[plane, 6]
+            v = hx * planes[plane, 7] + hy * planes[plane, 8] + hz * planes[plane, 9]
+            hit = -1
+            for facet in range(plane_facet_start[plane], plane_facet_start[plane + 1]):
+                if (
+                    u < facet_box[facet, 0] - tolerance
+                    or v < facet_box[facet, 1] - tolerance
+                    or u > facet_box[facet, 2] + tolerance
+                    or v > facet_box[facet, 3] + tolerance
+                ):
+                    continue
+                begin, end = facet_outline[facet, 0], facet_outline[facet, 1]
+                if begin == end or winds_around(outline, begin, end, u, v, tolerance):
+                    hit = facet
+                    break
+            if hit < 0:
+                continue
+            state[depth, FACET] = hit
+            state[depth, PLANE] = plane
+            depth += 1
+            points[found, depth, 0] = hx
+            points[found, depth, 1] = hy
+            points[found, depth, 2] = hz
+            parent = branches[branch, 1]
+            state[depth, NODE] = parent
+            state[depth, CURSOR] = branch_start[parent]
+    return found
+
+
+@njit(cache=True, error_model="numpy")
+def search_chunk(scene, tree, x, y, z, first, state, points, facets, orders):
+    """Return the number of paths to x, y, z among one chunk of images, filled in row by row."""
+    bvh = scene.bvh
+    image = tree.image
+    if inside_supporting_planes(
+        scene.planes, scene.supporting_side, x, y, z
+    ) and inside_supporting_planes(
+        scene.planes, scene.supporting_side, image[0, 0], image[0, 1], image[0, 2]
+    ):
+        bvh = scene.inner_bvh
+    return find_paths(
+        image,
+        tree.order,
+        tree.branch_start,
+        tree.branches,
+        scene.planes,
+        scene.plane_facet_start,
+        scene.facet_box,
+        scene.facet_outline,
+        scene.outline,
+        scene.tolerance,
+        bvh.boxes,
+        bvh.links,
+        bvh.triangles,
+        bvh.planes,
+        bvh.margin,
+        x,
+        y,
+        z,
+        first,
+        min(first + CHUNK, len(tree.order)),
+        state,
+        points,
+        facets,
+        orders,
+    )
+
+
+@njit(cache=True, error_model="numpy")
+def make_scratch(max_order):
+    """Return state, points, facets and orders for chunks of paths of up to ``max_order``."""
+    return (
+        np.empty((max_order + 2, 4), dtype=np.int64),
+        np.empty((CHUNK + 1, max_order + 2, 3)),
+        np.empty((CHUNK + 1, max_order + 1), dtype=np.int64),
+        np.empty(CHUNK + 1, dtype=np.int64),
+    )
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def count_paths(scene, tree, receivers, counts):
-    """Fill (m,) number of paths to each receiver."""
-    scratch = make_scratch(tree.max_order)
-    source = tree.image[0]
-    source_inside = inside_supporting_planes(scene, source[0], source[1], source[2])
-    for i in range(len(receivers)):
-        scratch.points[0] = receivers[i]
-        inner = source_inside and inside_supporting_planes(
-            scene, receivers[i, 0], receivers[i, 1], receivers[i, 2]
-        )
-        total = 0
-        for image in range(len(tree.order)):
-            if find_path(scene, tree, image, inner, scratch):
-                total += 1
-        counts[i] = total
+def record_paths(scene, tree, receivers, start, order, vertices, facets, counts):
+    """Count the paths of each receiver, and record those that fit between start[i] and start[i+1].
 
-
-@njit(cache=True, error_model="numpy", nogil=True)
-def record_paths(scene, tree, receivers, start, order, vertices, facets):
-    """Fill the paths of receiver i from row ``start[i]``: order, vertices from source to receiver.
-
-    Unused vertices of short paths repeat the receiver, unused facets are -1.
+    Vertices run from source to receiver. Those that a short path does not need repeat the receiver,
+    facets that it does not need are -1.
     """
-    scratch = make_scratch(tree.max_order)
-    source = tree.image[0]
-    source_inside = inside_supporting_planes(scene, source[0], source[1], source[2])
+    state, points, hit, orders = make_scratch(tree.max_order)
     for i in range(len(receivers)):
-        scratch.points[0] = receivers[i]
-        inner = source_inside and inside_supporting_planes(
-            scene, receivers[i, 0], receivers[i, 1], receivers[i, 2]
-        )
-        row = start[i]
-        for image in range(len(tree.order)):
-            if not find_path(scene, tree, image, inner, scratch):
-                continue
-            n = tree.order[image]
-            order[row] = n
-            for k in range(vertices.shape[1]):
-                vertices[row, k] = scratch.points[max(n + 1 - k, 0)]
-            for k in range(facets.shape[1]):
-                facets[row, k] = scratch.facets[n - 1 - k] if k < n else -1
-            row += 1
+        x, y, z = receivers[i, 0], receivers[i, 1], receivers[i, 2]
+        counts[i] = 0
+        for first in range(0, len(tree.order), CHUNK):
+            found = search_chunk(scene, tree, x, y, z, first, state, points, hit, orders)
+            for p in range(found):
+                row = start[i] + counts[i]
+                counts[i] += 1
+                if row >= start[i + 1]:
+                    continue
+                n = orders[p]
+                order[row] = n
+                for k in range(vertices.shape[1]):
+                    for a in range(3):
+                        vertices[row, k, a] = points[p, max(n + 1 - k, 0), a]
+                for k in range(facets.shape[1]):
+                    facets[row, k] = hit[p, n - 1 - k] if k < n else -1

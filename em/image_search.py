@@ -82,8 +82,7 @@ class ImageTree:
             image=self.image_m,
             order=self.order,
             branch_start=self.branch_start,
-            branch_plane=self.branch_plane,
-            branch_parent=self.branch_parent,
+            branches=np.column_stack((self.branch_plane, self.branch_parent)),
             max_order=self.max_order,
         )
 

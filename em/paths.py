@@ -101,22 +101,21 @@ def scene_arrays(radio: RadioScene) -> SceneArrays:
         Scene with resolved materials.
     """
     scene, f = radio.scene, radio.scene.facets
+    outline = np.column_stack((f.outline_start[:-1], f.outline_start[1:]))
+    outline[f.facet_is_rectangle, 1] = outline[f.facet_is_rectangle, 0]
     return SceneArrays(
-        plane_normal=f.plane_normal,
-        plane_offset=f.plane_offset_m,
-        plane_u=f.plane_u,
-        plane_v=f.plane_v,
+        planes=np.column_stack((f.plane_normal, f.plane_offset_m, f.plane_u, f.plane_v)),
         plane_facet_start=f.plane_facet_start,
         supporting_side=scene.supporting_side,
-        facet_bounds=f.facet_bounds_m,
-        facet_is_rectangle=f.facet_is_rectangle,
-        outline_start=f.outline_start,
+        facet_box=f.facet_bounds_m,
+        facet_outline=outline,
+        facet_plane=f.facet_plane,
         outline=f.outline_m,
         bvh=scene.bvh,
         inner_bvh=scene.inner_bvh,
         tolerance=scene.tolerance_m,
         facet_permittivity=radio.facet_permittivity,
-        facet_thickness_wavelengths=radio.facet_thickness_m / radio.wavelength_m,
+        facet_thickness=radio.facet_thickness_m / radio.wavelength_m,
         wavelength=radio.wavelength_m,
     )
 
@@ -179,14 +178,20 @@ def trace_paths(radio: RadioScene, tree: ImageTree, receivers_m: npt.ArrayLike) 
     """
     receivers = checked_receivers(tree, receivers_m)
     arrays, images = scene_arrays(radio), tree.kernel_arrays()
-    counts = np.zeros(len(receivers), dtype=np.int64)
-    _path_kernels.count_paths(arrays, images, receivers, counts)
-    start = np.concatenate(([0], np.cumsum(counts)))
-    k, n = int(start[-1]), tree.max_order
-    order = np.zeros(k, dtype=np.int64)
-    vertices = np.zeros((k, n + 2, 3))
-    facets = np.zeros((k, n), dtype=np.int64)
-    _path_kernels.record_paths(arrays, images, receivers, start, order, vertices, facets)
+    m, n = len(receivers), tree.max_order
+    counts = np.zeros(m, dtype=np.int64)
+    room_for = 0
+    while True:  # once to count, once to record
+        start = np.concatenate(([0], np.cumsum(counts)))
+        order = np.zeros(room_for, dtype=np.int64)
+        vertices = np.zeros((room_for, n + 2, 3))
+        facets = np.zeros((room_for, n), dtype=np.int64)
+        _path_kernels.record_paths(
+            arrays, images, receivers, start, order, vertices, facets, counts
+        )
+        if room_for == int(counts.sum()):
+            break
+        room_for = int(counts.sum())
     return PathSet(
         source_m=tree.source_m,
         receivers_m=receivers,
@@ -222,7 +227,7 @@ def path_gains(
     Far field: antennas and reflection points should be more than a wavelength apart.
     """
     k = len(paths)
-    gain, length = np.zeros(k, dtype=np.complex128), np.zeros(k)
+    gain = np.zeros(k, dtype=np.complex128)
     directions = np.zeros((k, 2, 3))
     _field_kernels.path_gains(
         scene_arrays(radio),
@@ -232,9 +237,11 @@ def path_gains(
         paths.vertices_m,
         paths.facets,
         gain,
-        length,
         directions,
     )
     return PathGains(
-        gain=gain, length_m=length, departure=directions[:, 0], arrival=directions[:, 1]
+        gain=gain,
+        length_m=paths.length_m,
+        departure=directions[:, 0],
+        arrival=directions[:, 1],
     )

@@ -17,10 +17,8 @@ MAX_DEPTH = 64
 class BvhArrays(NamedTuple):
     """Arrays of a hierarchy: n nodes over t triangles."""
 
-    bounds: np.ndarray  # (n, 6) float64: least corner, greatest corner [m]
-    skip: np.ndarray  # (n,) int64: next node when this one is missed
-    first: np.ndarray  # (n,) int64: first triangle of a leaf
-    count: np.ndarray  # (n,) int64: triangles of a leaf, 0 for an inner node
+    boxes: np.ndarray  # (n, 6) float64: least corner, greatest corner [m]
+    links: np.ndarray  # (n, 3) int64: next node when this one is missed, first triangle, triangles
     triangles: np.ndarray  # (t, 9) float64: corner, first side, second side [m]
     planes: np.ndarray  # (t,) int64: plane of each triangle
     margin: float  # [m] by which hits at the ends of a segment are ignored
@@ -65,13 +63,11 @@ def _split_place(lo, hi, order, begin, end, axis, low, width):
 
 @njit(cache=True, error_model="numpy")
 def build(lo, hi):
-    """Return order, bounds, skip, first, count of a hierarchy over (t, 3) boxes [m]."""
+    """Return order, boxes and links of a hierarchy over the boxes (t, 3) lo to hi [m]."""
     t = len(lo)
     order = np.arange(t)
     bounds = np.empty((2 * t + 1, 6))
-    skip = np.zeros(2 * t + 1, dtype=np.int64)
-    first = np.zeros(2 * t + 1, dtype=np.int64)
-    count = np.zeros(2 * t + 1, dtype=np.int64)
+    links = np.zeros((2 * t + 1, 3), dtype=np.int64)
     # Depth-first work list: begin, end, depth. A node's skip link is where the list continues once
     # its subtree is done, which is known when the next entry of the same list level is taken.
     work = np.empty((2 * MAX_DEPTH + 4, 3), dtype=np.int64)
@@ -86,7 +82,7 @@ def build(lo, hi):
         begin, end, depth = work[top]
         for d in range(depth, MAX_DEPTH + 2):
             if open_node[d] >= 0:
-                skip[open_node[d]] = nodes
+                links[open_node[d], 0] = nodes
                 open_node[d] = -1
         node = nodes
         nodes += 1
@@ -116,49 +112,50 @@ def build(lo, hi):
                     order[middle] = tri
                     middle += 1
         if middle in (begin, end):
-            first[node] = begin
-            count[node] = end - begin
+            links[node, 1] = begin
+            links[node, 2] = end - begin
         else:
             work[top] = (middle, end, depth + 1)
             work[top + 1] = (begin, middle, depth + 1)
             top += 2
     for d in range(MAX_DEPTH + 2):
         if open_node[d] >= 0:
-            skip[open_node[d]] = nodes
-    return order, bounds[:nodes].copy(), skip[:nodes].copy(), first[:nodes].copy(), count[:nodes].copy()
+            links[open_node[d], 0] = nodes
+    return order, bounds[:nodes].copy(), links[:nodes].copy()
 
 
-@njit(cache=True, error_model="numpy", inline="never")
-def segment_blocked(bvh, px, py, pz, qx, qy, qz, plane_a, plane_b):
+@njit(cache=True, error_model="numpy")
+def segment_blocked(
+    boxes, links, triangles, planes, margin, px, py, pz, qx, qy, qz, plane_a, plane_b
+):
     """Return whether a triangle stands strictly between p and q [m].
 
     Triangles of the planes ``plane_a`` and ``plane_b`` do not count: a segment that ends on a plane
     cannot cross it again. A hit on a triangle's very rim counts, so that no ray slips between two
-    triangles.
+    triangles. Arrays come one by one: a tuple of arrays passed in an inner loop costs more than the
+    search itself.
     """
     dx, dy, dz = qx - px, qy - py, qz - pz
     length = np.sqrt(dx * dx + dy * dy + dz * dz)
     if length == 0.0:
         return False
-    near = bvh.margin / length
+    near = margin / length
     far = 1.0 - near
     ix, iy, iz = 1.0 / dx, 1.0 / dy, 1.0 / dz
-    bounds = bvh.bounds
-    triangles = bvh.triangles
     node = 0
-    nodes = len(bvh.skip)
+    nodes = len(links)
     while node < nodes:
-        t0, t1 = (bounds[node, 0] - px) * ix, (bounds[node, 3] - px) * ix
+        t0, t1 = (boxes[node, 0] - px) * ix, (boxes[node, 3] - px) * ix
         enter, leave = min(t0, t1), max(t0, t1)
-        t0, t1 = (bounds[node, 1] - py) * iy, (bounds[node, 4] - py) * iy
+        t0, t1 = (boxes[node, 1] - py) * iy, (boxes[node, 4] - py) * iy
         enter, leave = max(enter, min(t0, t1)), min(leave, max(t0, t1))
-        t0, t1 = (bounds[node, 2] - pz) * iz, (bounds[node, 5] - pz) * iz
+        t0, t1 = (boxes[node, 2] - pz) * iz, (boxes[node, 5] - pz) * iz
         enter, leave = max(enter, min(t0, t1)), min(leave, max(t0, t1))
         if enter > leave or leave < near or enter > far:
-            node = bvh.skip[node]
+            node = links[node, 0]
             continue
-        for i in range(bvh.first[node], bvh.first[node] + bvh.count[node]):
-            plane = bvh.planes[i]
+        for i in range(links[node, 1], links[node, 1] + links[node, 2]):
+            plane = planes[i]
             if plane in (plane_a, plane_b):
                 continue
             ax, ay, az = triangles[i, 3], triangles[i, 4], triangles[i, 5]
@@ -191,7 +188,11 @@ def segments_blocked(bvh, starts, ends, plane_a, plane_b, blocked):
     """Fill (n,) ``blocked`` for n segments between (n, 3) points [m]."""
     for i in range(len(starts)):
         blocked[i] = segment_blocked(
-            bvh,
+            bvh.boxes,
+            bvh.links,
+            bvh.triangles,
+            bvh.planes,
+            bvh.margin,
             starts[i, 0],
             starts[i, 1],
             starts[i, 2],

@@ -38,14 +38,12 @@ def build_bvh(corners_m: FloatArray, planes: IntArray, *, extent_m: float) -> Bv
     margin = MARGIN_PER_EXTENT * extent_m
     corners = np.ascontiguousarray(corners_m, dtype=np.float64).reshape(-1, 3, 3)
     low, high = corners.min(axis=1) - margin, corners.max(axis=1) + margin
-    order, bounds, skip, first, count = _bvh_kernels.build(low, high)
+    order, boxes, links = _bvh_kernels.build(low, high)
     base = corners[order, 0]
     sides = (base, corners[order, 1] - base, corners[order, 2] - base)
     return BvhArrays(
-        bounds=bounds,
-        skip=skip,
-        first=first,
-        count=count,
+        boxes=boxes,
+        links=links,
         triangles=np.ascontiguousarray(np.concatenate(sides, axis=1)),
         planes=np.ascontiguousarray(planes[order].astype(np.int64)),
         margin=margin,

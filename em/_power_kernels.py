@@ -1,0 +1,124 @@
+"""Compiled received power: paths found, fields added up, nothing stored beyond one receiver."""
+
+import numpy as np
+from numba import njit
+
+from octant.em._antenna_kernels import far_field
+from octant.em._field_kernels import path_fields
+from octant.em._path_kernels import CHUNK, make_scratch, search_chunk
+from octant.em._response_kernels import far_fields
+
+
+@njit(cache=True, error_model="numpy")
+def arrivals(scene, tree, transmitter, x, y, z, first, scratch, field, direction):
+    """Return the number of paths among one chunk of images; fill their fields and directions."""
+    state, points, facets, orders = scratch
+    found = search_chunk(scene, tree, x, y, z, first, state, points, facets, orders)
+    path_fields(
+        transmitter,
+        scene.planes,
+        scene.facet_plane,
+        scene.facet_permittivity,
+        scene.facet_thickness,
+        scene.wavelength,
+        found,
+        points,
+        facets,
+        orders,
+        field,
+        direction,
+    )
+    return found
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def antenna_power(scene, tree, transmitter, receiver, places, begin, end, coherent, mean, count):
+    """Fill gain of the coherent sum, sum of the paths' gains and number of paths, rows begin-end."""
+    scratch = make_scratch(tree.max_order)
+    field = np.empty((CHUNK, 3), dtype=np.complex128)
+    direction = np.empty((CHUNK, 3))
+    for i in range(begin, end):
+        x, y, z = places[i, 0], places[i, 1], places[i, 2]
+        total = complex(0.0)
+        power = 0.0
+        count[i] = 0
+        for first in range(0, len(tree.order), CHUNK):
+            found = arrivals(scene, tree, transmitter, x, y, z, first, scratch, field, direction)
+            count[i] += found
+            for p in range(found):
+                dx, dy, dz = direction[p, 0], direction[p, 1], direction[p, 2]
+                fx, fy, fz = far_field(receiver, -dx, -dy, -dz)
+                gain = field[p, 0] * fx + field[p, 1] * fy + field[p, 2] * fz
+                total += gain
+                power += gain.real * gain.real + gain.imag * gain.imag
+        coherent[i] = total.real * total.real + total.imag * total.imag
+        mean[i] = power
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def reader_power(
+    scene, tree, transmitter, response, places, turns, begin, end, coherent, mean, count
+):
+    """Fill (m, n) gains of every antenna of the reader at each place, rows begin to end.
+
+    ``turns`` [rad] is the room azimuth of the reader's x' axis.
+    """
+    scratch = make_scratch(tree.max_order)
+    field = np.empty((CHUNK, 3), dtype=np.complex128)
+    direction = np.empty((CHUNK, 3))
+    table, centre = response.table, response.centre_rad
+    n = table.shape[2]
+    weight = np.empty((2, 4))
+    pattern = np.empty((n, 2), dtype=np.complex128)
+    total = np.empty(n, dtype=np.complex128)
+    for i in range(begin, end):
+        x, y, z = places[i, 0], places[i, 1], places[i, 2]
+        for k in range(n):
+            total[k] = 0.0
+            mean[i, k] = 0.0
+        count[i] = 0
+        for first in range(0, len(tree.order), CHUNK):
+            found = arrivals(scene, tree, transmitter, x, y, z, first, scratch, field, direction)
+            count[i] += found
+            for p in range(found):
+                # Where the wave comes from: theta, phi and their unit vectors in the room.
+                ux, uy, uz = -direction[p, 0], -direction[p, 1], -direction[p, 2]
+                across = np.sqrt(ux * ux + uy * uy)
+                cp, sp = (ux / across, uy / across) if across > 0.0 else (1.0, 0.0)
+                e_theta = uz * (cp * field[p, 0] + sp * field[p, 1]) - across * field[p, 2]
+                e_phi = cp * field[p, 1] - sp * field[p, 0]
+                theta = np.arctan2(across, uz)
+                phi = np.arctan2(sp, cp) - turns[i]
+                far_fields(
+                    table,
+                    response.step_theta,
+                    response.step_phi,
+                    centre,
+                    theta,
+                    phi,
+                    weight,
+                    pattern,
+                )
+                for k in range(n):
+                    voltage = pattern[k, 0] * e_theta + pattern[k, 1] * e_phi
+                    total[k] += voltage
+                    mean[i, k] += voltage.real * voltage.real + voltage.imag * voltage.imag
+        for k in range(n):
+            coherent[i, k] = total[k].real * total[k].real + total[k].imag * total[k].imag
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def sum_fields(scene, tree, transmitter, places, begin, end, total):
+    """Fill (m, 3) the coherent sum of the field vectors that arrive, rows begin to end."""
+    scratch = make_scratch(tree.max_order)
+    field = np.empty((CHUNK, 3), dtype=np.complex128)
+    direction = np.empty((CHUNK, 3))
+    for i in range(begin, end):
+        x, y, z = places[i, 0], places[i, 1], places[i, 2]
+        for a in range(3):
+            total[i, a] = 0.0
+        for first in range(0, len(tree.order), CHUNK):
+            found = arrivals(scene, tree, transmitter, x, y, z, first, scratch, field, direction)
+            for p in range(found):
+                for a in range(3):
+                    total[i, a] += field[p, a]

@@ -1,0 +1,63 @@
+"""Work over many receivers, in blocks, on all cores, with the same bits at any thread count."""
+
+import os
+from collections.abc import Callable
+from concurrent.futures import FIRST_COMPLETED, Executor, ThreadPoolExecutor, wait
+
+BLOCK_SIZE = 1024
+"""Receivers per block [-]: long enough to hide the call, short enough to stop quickly."""
+
+Progress = Callable[[int, int], None]
+"""Told (receivers done, receivers in all) after every block."""
+
+
+def run_blocks(
+    work: Callable[[int, int], None],
+    count: int,
+    *,
+    block_size: int = BLOCK_SIZE,
+    executor: Executor | None = None,
+    progress: Progress | None = None,
+) -> None:
+    """Return None once ``work(begin, end)`` has been done for every block of ``count`` rows.
+
+    Parameters
+    ----------
+    work : callable
+        Fills rows begin to end of its own arrays; must release the interpreter lock to gain from
+        threads, and must not depend on other rows.
+    count : int
+        Number of rows [-].
+    block_size : int
+        Rows per call [-].
+    executor : Executor, optional
+        Runs the blocks, sharing memory; by default a pool of one thread per core for this call.
+    progress : callable, optional
+        Told about every finished block.
+
+    Notes
+    -----
+    Each row is computed by itself, so that neither block size nor thread count changes a bit.
+    """
+    if count <= block_size and executor is None:
+        work(0, count)
+        if progress is not None:
+            progress(count, count)
+        return
+    pool = executor or ThreadPoolExecutor(max_workers=os.cpu_count() or 1)
+    try:
+        pending = {
+            pool.submit(work, begin, min(begin + block_size, count)): min(block_size, count - begin)
+            for begin in range(0, count, block_size)
+        }
+        done_rows = 0
+        while pending:
+            finished, _ = wait(pending, return_when=FIRST_COMPLETED)
+            for future in finished:
+                future.result()
+                done_rows += pending.pop(future)
+            if progress is not None:
+                progress(done_rows, count)
+    finally:
+        if executor is None:
+            pool.shutdown(wait=True, cancel_futures=True)

@@ -1,0 +1,361 @@
+"""Received power: at one antenna at many places, and at all antennas of the reader for its poses."""
+
+import math
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.em import _power_kernels
+from octant.em._path_kernels import SceneArrays, TreeArrays
+from octant.em._response_kernels import ResponseArrays
+from octant.em.antennas import Antenna
+from octant.em.blocks import Progress, run_blocks
+from octant.em.image_search import ImageTree, search_images
+from octant.em.paths import checked_receivers, scene_arrays
+from octant.em.radio_scene import RadioScene
+from octant.em.reader_response import ReaderResponse
+from octant.geometries._arrays import frozen_array
+from octant.geometries.errors import AntennaError, GeometryError, PhysicsWarning
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+
+
+class ReceivedPower(NamedTuple):
+    """Power at m places; the last axis of the powers counts antennas where there are several."""
+
+    coherent_w: FloatArray  # [W], the squared magnitude of the sum over paths
+    local_mean_w: FloatArray  # [W], the sum over paths of the squared magnitudes
+    path_count: IntArray  # (m,) number of paths [-]; 0 paths give 0 W
+
+
+def antenna_power(
+    radio: RadioScene,
+    tree: ImageTree,
+    places_m: npt.ArrayLike,
+    *,
+    transmitter: Antenna,
+    receiver: Antenna,
+    power_w: float,
+    progress: Progress | None = None,
+) -> ReceivedPower:
+    """Return the power that one antenna receives at each of many places.
+
+    Parameters
+    ----------
+    radio : RadioScene
+        Scene that the tree was searched in.
+    tree : ImageTree
+        Images of the transmitter.
+    places_m : (m, 3) float
+        Places of the receiver [m].
+    transmitter, receiver : Antenna
+        Antennas in the room's frame.
+    power_w : float
+        Transmitted power [W].
+    progress : callable, optional
+        Told about finished blocks.
+
+    Returns
+    -------
+    ReceivedPower
+        (m,) arrays [W] and [-]. The local mean is the power sum over paths, the mean over a region
+        so wide that the paths' phases are independent.
+
+    Raises
+    ------
+    GeometryError
+        For a place outside the region that the images were searched for.
+    """
+    places = checked_receivers(tree, places_m)
+    m = len(places)
+    coherent, mean, count = np.zeros(m), np.zeros(m), np.zeros(m, dtype=np.int64)
+    scene, images = scene_arrays(radio), tree.kernel_arrays()
+    sender, taker = transmitter.kernel_arrays(), receiver.kernel_arrays()
+
+    def work(begin: int, end: int) -> None:
+        _power_kernels.antenna_power(
+            scene, images, sender, taker, places, begin, end, coherent, mean, count
+        )
+
+    run_blocks(work, m, progress=progress)
+    return ReceivedPower(power_w * coherent, power_w * mean, count)
+
+
+class _Channel(NamedTuple):
+    """One frequency of a link, ready for the kernels."""
+
+    scene: SceneArrays
+    images: TreeArrays
+    tree: ImageTree
+    tag: Antenna
+    response: ResponseArrays
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ReaderLink:
+    """The link from one tag to the reader: RSS of all antennas for any pose of the robot.
+
+    The paths of the room are traced to the reader's centre; each arrives as a plane wave, which
+    the reader's embedded patterns weigh. That holds while the tag, and its images, are farther than
+    about 2 D^2 / lambda from a reader of diameter D, and reflectors do not stand in the reader's
+    own near field.
+
+    Parameters
+    ----------
+    channels : tuple
+        One or more frequencies, over which RSS is averaged in power.
+    azimuths_rad : (n,) float64
+        Azimuth of each antenna in the reader's frame [rad].
+    tag_position_m : (3,) float64
+        Place of the tag [m].
+    tag_power_w : float
+        Power that the tag sends [W].
+    reader_z_m : float
+        Height of the reader's centre in the room's frame [m].
+    """
+
+    channels: tuple[_Channel, ...]
+    azimuths_rad: FloatArray
+    tag_position_m: FloatArray
+    tag_power_w: float
+    reader_z_m: float
+
+    @property
+    def antennas(self) -> int:
+        """Number of antennas [-]."""
+        return len(self.azimuths_rad)
+
+    def power(self, poses: npt.ArrayLike, *, progress: Progress | None = None) -> ReceivedPower:
+        """Return coherent power, local mean and path count of all antennas at each pose.
+
+        Parameters
+        ----------
+        poses : (m, 3) float
+            x [m], y [m] and heading [rad] of the robot. A robot of heading h carries antenna i at
+            room azimuth h - pi/2 + delta_i.
+        progress : callable, optional
+            Told about finished blocks.
+
+        Returns
+        -------
+        ReceivedPower
+            (m, n) powers [W] and (m,) counts of paths [-] (those of the first channel).
+
+        Raises
+        ------
+        GeometryError
+            For a pose outside the room.
+        """
+        pose = frozen_array(poses, name="poses", shape=(None, 3))
+        m = len(pose)
+        places = np.column_stack((pose[:, :2], np.full(m, self.reader_z_m)))
+        turns = np.ascontiguousarray(pose[:, 2] - 0.5 * math.pi)
+        coherent, mean = np.zeros((m, self.antennas)), np.zeros((m, self.antennas))
+        count = np.zeros(m, dtype=np.int64)
+        for number, channel in enumerate(self.channels):
+            checked = checked_receivers(channel.tree, places)
+            part, part_mean = np.zeros_like(coherent), np.zeros_like(mean)
+            part_count = count if number == 0 else np.zeros_like(count)
+            sender = channel.tag.kernel_arrays()
+
+            def work(
+                begin: int,
+                end: int,
+                channel: _Channel = channel,
+                rows: tuple[FloatArray, FloatArray, IntArray] = (part, part_mean, part_count),
+                checked: FloatArray = checked,
+                sender: object = sender,
+            ) -> None:
+                _power_kernels.reader_power(
+                    channel.scene,
+                    channel.images,
+                    sender,
+                    channel.response,
+                    checked,
+                    turns,
+                    begin,
+                    end,
+                    *rows,
+                )
+
+            run_blocks(work, m, block_size=128, progress=progress)
+            coherent += part
+            mean += part_mean
+        scale = self.tag_power_w / len(self.channels)
+        return ReceivedPower(scale * coherent, scale * mean, count)
+
+    def rss_w(self, poses: npt.ArrayLike) -> FloatArray:
+        """Return the coherent RSS of all antennas at each pose.
+
+        Parameters
+        ----------
+        poses : (m, 3) float
+            x [m], y [m] and heading [rad] of the robot.
+
+        Returns
+        -------
+        (m, n) float64
+            Received power [W]; 0 where no path arrives.
+        """
+        return self.power(poses).coherent_w
+
+    def local_mean_rss_w(self, poses: npt.ArrayLike) -> FloatArray:
+        """Return the power sum over paths of all antennas at each pose.
+
+        Parameters
+        ----------
+        poses : (m, 3) float
+            x [m], y [m] and heading [rad] of the robot.
+
+        Returns
+        -------
+        (m, n) float64
+            Received power [W]; 0 where no path arrives.
+        """
+        return self.power(poses).local_mean_w
+
+    def path_count(self, poses: npt.ArrayLike) -> IntArray:
+        """Return the number of paths to each pose.
+
+        Parameters
+        ----------
+        poses : (m, 3) float
+            x [m], y [m] and heading [rad] of the robot.
+
+        Returns
+        -------
+        (m,) int64
+            Number of paths [-].
+        """
+        return self.power(poses).path_count
+
+
+def reader_link(
+    radio: RadioScene,
+    *,
+    tag_position_m: npt.ArrayLike,
+    tag_antenna: Antenna,
+    tag_power_w: float,
+    response: ReaderResponse,
+    reader_height_m: float,
+    max_reflections: int,
+) -> ReaderLink:
+    """Return the link from a tag to a reader in a room, at one frequency.
+
+    Parameters
+    ----------
+    radio : RadioScene
+        Scene with resolved materials.
+    tag_position_m : (3,) float
+        Place of the tag [m], off every wall.
+    tag_antenna : Antenna
+        The tag's antenna in the room's frame.
+    tag_power_w : float
+        Power that the tag sends [W], > 0.
+    response : ReaderResponse
+        The reader, at the same frequency.
+    reader_height_m : float
+        Height of the reader's ground plane above the floor [m].
+    max_reflections : int
+        Greatest order of the room's reflections [-].
+
+    Returns
+    -------
+    ReaderLink
+        Ready for poses anywhere in the room (anywhere at all in free space).
+
+    Raises
+    ------
+    AntennaError
+        When frequencies differ or the power is not positive.
+    GeometryError
+        When the tag is not above the reader's height or the order is negative.
+
+    Warns
+    -----
+    PhysicsWarning
+        When a pose can bring the tag nearer than 2 D^2 / lambda, where its wave is not plane across
+        the reader.
+    """
+    if not (math.isfinite(tag_power_w) and tag_power_w > 0.0):
+        msg = f"tag_power_w = {tag_power_w} W is not a power; give a number above 0 W."
+        raise AntennaError(msg)
+    frequencies = (radio.frequency_hz, response.frequency_hz, tag_antenna.frequency_hz)
+    if max(frequencies) - min(frequencies) > 1e-9 * max(frequencies):
+        given = ", ".join(f"{f / 1e9:g}" for f in frequencies)
+        msg = f"scene, reader and tag are at {given} GHz; give one frequency for all three."
+        raise AntennaError(msg)
+    tag = frozen_array(tag_position_m, name="tag_position_m", shape=(3,))
+    reader_z_m = radio.scene.floor_height_m + reader_height_m
+    clearance_m = abs(float(tag[2]) - reader_z_m)
+    if clearance_m == 0.0:
+        msg = (
+            f"the tag at z = {tag[2]:g} m is level with the reader's centre, so a pose could "
+            "coincide with it; move the tag or change height_m."
+        )
+        raise GeometryError(msg)
+    diameter_m = 2.0 * float(np.linalg.norm(response.phase_centres_m, axis=1).max())
+    limit_m = 2.0 * diameter_m**2 / radio.wavelength_m
+    if clearance_m < limit_m:
+        msg = (
+            f"the tag can come within {clearance_m:.2f} m of the reader, but its wave is plane "
+            f"across the reader only beyond 2 D^2/lambda = {limit_m:.2f} m"
+        )
+        warnings.warn(msg, PhysicsWarning, stacklevel=2)
+    tree = search_images(radio.scene, tag, max_reflections)
+    channel = _Channel(
+        scene_arrays(radio), tree.kernel_arrays(), tree, tag_antenna, response.kernel_arrays()
+    )
+    return ReaderLink(
+        channels=(channel,),
+        azimuths_rad=response.azimuths_rad,
+        tag_position_m=tag,
+        tag_power_w=tag_power_w,
+        reader_z_m=reader_z_m,
+    )
+
+
+def channel_average(links: Sequence[ReaderLink]) -> ReaderLink:
+    """Return one link whose RSS is the mean in power over the frequencies of several.
+
+    Parameters
+    ----------
+    links : sequence of ReaderLink
+        The same tag, reader and room at different frequencies.
+
+    Returns
+    -------
+    ReaderLink
+        Link with all their channels.
+
+    Raises
+    ------
+    AntennaError
+        When there is none, or they differ in more than their frequency.
+    """
+    if not links:
+        msg = "an average over channels needs at least one frequency, but none was given."
+        raise AntennaError(msg)
+    first = links[0]
+    for link in links[1:]:
+        same = (
+            np.array_equal(link.tag_position_m, first.tag_position_m)
+            and np.array_equal(link.azimuths_rad, first.azimuths_rad)
+            and link.reader_z_m == first.reader_z_m
+            and link.tag_power_w == first.tag_power_w
+        )
+        if not same:
+            msg = "links of different tags, readers or heights cannot be averaged over channels."
+            raise AntennaError(msg)
+    return ReaderLink(
+        channels=tuple(channel for link in links for channel in link.channels),
+        azimuths_rad=first.azimuths_rad,
+        tag_position_m=first.tag_position_m,
+        tag_power_w=first.tag_power_w,
+        reader_z_m=first.reader_z_m,
+    )
