@@ -1,3 +1,4 @@
+# mypy: allow-untyped-defs
 """Compiled far fields of the antennas, as vectors in the room's frame."""
 
 from typing import NamedTuple
@@ -46,9 +47,13 @@ def far_field(antenna, dx, dy, dz):
     else:
         h = antenna.half_length_rad
         # cos(h c) - cos(h), without cancellation
-        strength = antenna.amplitude * 2.0 * np.sin(0.5 * h * (1.0 + c)) * np.sin(
-            0.5 * h * (1.0 - c)
-        ) / sine
+        strength = (
+            antenna.amplitude
+            * 2.0
+            * np.sin(0.5 * h * (1.0 + c))
+            * np.sin(0.5 * h * (1.0 - c))
+            / sine
+        )
     scale = strength / sine
     return scale * (c * dx - ax), scale * (c * dy - ay), scale * (c * dz - az)
 

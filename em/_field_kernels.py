@@ -1,3 +1,4 @@
+# mypy: allow-untyped-defs
 """Compiled vector fields along paths: pattern, spreading, phase and every reflection."""
 
 import numpy as np
@@ -8,30 +9,31 @@ from octant.em._reflection_kernels import half_space, slab
 
 
 @njit(cache=True, error_model="numpy")
-def _reflect(permittivity, thickness, ix, iy, iz, rx, ry, rz, ex, ey, ez):
-    """Return the field after a reflection, from directions in and out and the field before."""
-    # The normal that the two directions imply: exact, and right for either side of a sheet.
-    nx, ny, nz = rx - ix, ry - iy, rz - iz
-    norm = np.sqrt(nx * nx + ny * ny + nz * nz)
-    if norm < 1e-12:  # grazing: in and out agree, and the wall reflects -1
-        return -ex, -ey, -ez
-    cosine = 0.5 * norm
-    nx, ny, nz = nx / norm, ny / norm, nz / norm
+def _reflect(permittivity, thickness, nx, ny, nz, ix, iy, iz, ex, ey, ez):
+    """Return the field after a reflection, from the wall's normal and the direction before.
+
+    Returns the field and the direction after it. Either side of a sheet may be hit.
+    """
+    cosine = -(ix * nx + iy * ny + iz * nz)
+    if cosine < 0.0:
+        nx, ny, nz, cosine = -nx, -ny, -nz, -cosine
+    rx, ry, rz = ix + 2.0 * cosine * nx, iy + 2.0 * cosine * ny, iz + 2.0 * cosine * nz
     if np.isinf(thickness):
         te, tm = half_space(permittivity, cosine)
     else:
         te, tm, _, _ = slab(permittivity, cosine, thickness)
     sx, sy, sz = iy * nz - iz * ny, iz * nx - ix * nz, ix * ny - iy * nx
-    norm = np.sqrt(sx * sx + sy * sy + sz * sz)
-    if norm < 1e-9:  # along the normal: te = -tm, and any transverse direction is perpendicular
-        return te * ex, te * ey, te * ez
-    sx, sy, sz = sx / norm, sy / norm, sz / norm
+    sine = np.sqrt(sx * sx + sy * sy + sz * sz)
+    if sine < 1e-9:  # along the normal: te = -tm, and any transverse direction is perpendicular
+        return te * ex, te * ey, te * ez, rx, ry, rz
+    sx, sy, sz = sx / sine, sy / sine, sz / sine
     # Parallel directions s x d, in and out.
     px, py, pz = sy * iz - sz * iy, sz * ix - sx * iz, sx * iy - sy * ix
     qx, qy, qz = sy * rz - sz * ry, sz * rx - sx * rz, sx * ry - sy * rx
     across = te * (ex * sx + ey * sy + ez * sz)
     along = tm * (ex * px + ey * py + ez * pz)
-    return across * sx + along * qx, across * sy + along * qy, across * sz + along * qz
+    ex, ey, ez = across * sx + along * qx, across * sy + along * qy, across * sz + along * qz
+    return ex, ey, ez, rx, ry, rz
 
 
 @njit(cache=True, error_model="numpy")
@@ -58,32 +60,33 @@ def path_fields(
     for p in range(count):
         order = orders[p]
         length = 0.0
-        dx, dy, dz = 0.0, 0.0, 1.0
-        ex, ey, ez = complex(0.0), complex(0.0), complex(0.0)
-        for leg in range(order, -1, -1):
+        for leg in range(order + 1):
             lx = points[p, leg, 0] - points[p, leg + 1, 0]
             ly = points[p, leg, 1] - points[p, leg + 1, 1]
             lz = points[p, leg, 2] - points[p, leg + 1, 2]
             size = np.sqrt(lx * lx + ly * ly + lz * lz)
             length += size
-            gx, gy, gz = dx, dy, dz
-            if size > 0.0:
-                gx, gy, gz = lx / size, ly / size, lz / size
-            elif leg < order:
-                # A leg without length (a path through a corner) has the mirrored direction.
-                plane = facet_plane[facets[p, leg]]
-                nx, ny, nz = planes[plane, 0], planes[plane, 1], planes[plane, 2]
-                c = 2.0 * (dx * nx + dy * ny + dz * nz)
-                gx, gy, gz = dx - c * nx, dy - c * ny, dz - c * nz
-            if leg == order:
-                fx, fy, fz = far_field(antenna, gx, gy, gz)
-                ex, ey, ez = complex(fx), complex(fy), complex(fz)
-            else:
-                facet = facets[p, leg]
-                ex, ey, ez = _reflect(
-                    permittivity[facet], thickness[facet], dx, dy, dz, gx, gy, gz, ex, ey, ez
-                )
-            dx, dy, dz = gx, gy, gz
+        # From here on the direction is turned by each wall's normal, not taken from vertices, which
+        # nearly coincide where a path runs through a corner.
+        dx, dy, dz = lx / size, ly / size, lz / size
+        fx, fy, fz = far_field(antenna, dx, dy, dz)
+        ex, ey, ez = complex(fx), complex(fy), complex(fz)
+        for leg in range(order - 1, -1, -1):
+            facet = facets[p, leg]
+            plane = facet_plane[facet]
+            ex, ey, ez, dx, dy, dz = _reflect(
+                permittivity[facet],
+                thickness[facet],
+                planes[plane, 0],
+                planes[plane, 1],
+                planes[plane, 2],
+                dx,
+                dy,
+                dz,
+                ex,
+                ey,
+                ez,
+            )
         phase = 2.0 * np.pi / wavelength * length
         scale = wavelength / (4.0 * np.pi * length)
         factor = complex(scale * np.cos(phase), -scale * np.sin(phase))

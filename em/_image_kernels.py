@@ -1,3 +1,4 @@
+# mypy: allow-untyped-defs
 """Compiled kernels of the image search: which planes can follow which image."""
 
 import numpy as np

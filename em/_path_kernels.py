@@ -1,3 +1,4 @@
+# mypy: allow-untyped-defs
 """Compiled exact path finding: from images and a receiver to reflection points, or nothing.
 
 A call costs an atomic count for every array it is handed, which would outweigh the search of one
@@ -35,7 +36,9 @@ class SceneArrays(NamedTuple):
     plane_facet_start: np.ndarray  # (p + 1,) int64
     supporting_side: np.ndarray  # (p,) int64
     facet_box: np.ndarray  # (f, 4) [m]
-    facet_outline: np.ndarray  # (f, 2) int64: first and end of its outline; equal when it fills its box
+    facet_outline: (
+        np.ndarray
+    )  # (f, 2) int64: first and end of its outline; equal when it fills its box
     facet_plane: np.ndarray  # (f,) int64
     outline: np.ndarray  # (e, 4) [m]
     bvh: BvhArrays
@@ -136,8 +139,15 @@ def find_paths(
     the line from the last point to the image pierces the branch's plane, within one of its facets.
     Row by row, ``points`` receives receiver, reflections and source, ``facets`` the facet of each
     reflection in the same sense, ``orders`` the number of reflections.
+
+    A path exactly through the edge of two walls may be read as a reflection by either first. Which
+    reading is taken must not depend on which end sends, or reciprocity would fail there: branches
+    are sorted by plane, and tried in rising or falling order by which end comes first in space.
     """
     found = 0
+    falling = x < image[0, 0] or (
+        x == image[0, 0] and (y < image[0, 1] or (y == image[0, 1] and z < image[0, 2]))
+    )
     for leaf in range(first, last):
         order = order_of[leaf]
         depth = 0
@@ -145,7 +155,7 @@ def find_paths(
         points[found, 0, 1] = y
         points[found, 0, 2] = z
         state[0, NODE] = leaf
-        state[0, CURSOR] = branch_start[leaf]
+        state[0, CURSOR] = 0
         while depth >= 0:
             here = state[depth, NODE]
             if depth == order:
@@ -161,11 +171,13 @@ def find_paths(
                     break
                 depth -= 1
                 continue
-            branch = state[depth, CURSOR]
-            if branch == branch_start[here + 1]:
+            tried = state[depth, CURSOR]
+            begin, end = branch_start[here], branch_start[here + 1]
+            if tried == end - begin:
                 depth -= 1
                 continue
-            state[depth, CURSOR] = branch + 1
+            state[depth, CURSOR] = tried + 1
+            branch = end - 1 - tried if falling else begin + tried
             plane = branches[branch, 0]
             # Merged images join branches of which some repeat the plane just used.
             if depth > 0 and plane == state[depth - 1, PLANE]:
@@ -205,9 +217,8 @@ def find_paths(
             points[found, depth, 0] = hx
             points[found, depth, 1] = hy
             points[found, depth, 2] = hz
-            parent = branches[branch, 1]
-            state[depth, NODE] = parent
-            state[depth, CURSOR] = branch_start[parent]
+            state[depth, NODE] = branches[branch, 1]
+            state[depth, CURSOR] = 0
     return found
 
 

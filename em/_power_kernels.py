@@ -1,3 +1,4 @@
+# mypy: allow-untyped-defs
 """Compiled received power: paths found, fields added up, nothing stored beyond one receiver."""
 
 import numpy as np
@@ -33,7 +34,7 @@ def arrivals(scene, tree, transmitter, x, y, z, first, scratch, field, direction
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def antenna_power(scene, tree, transmitter, receiver, places, begin, end, coherent, mean, count):
-    """Fill gain of the coherent sum, sum of the paths' gains and number of paths, rows begin-end."""
+    """Fill coherent gain, sum of the paths' gains and number of paths, rows begin to end."""
     scratch = make_scratch(tree.max_order)
     field = np.empty((CHUNK, 3), dtype=np.complex128)
     direction = np.empty((CHUNK, 3))

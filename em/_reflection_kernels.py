@@ -1,3 +1,4 @@
+# mypy: allow-untyped-defs
 """Compiled Fresnel coefficients, inlined into the path kernels."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# mypy: allow-untyped-defs
 """Compiled interpolation of the reader's embedded patterns."""
 
 from typing import NamedTuple
@@ -6,7 +7,7 @@ import numpy as np
 from numba import njit
 
 PAD = 2
-"""Rows and columns that the table repeats beyond its ends, so that the cubic stencil needs no ifs."""
+"""Rows and columns that the table repeats beyond its ends, for the cubic stencil."""
 
 
 class ResponseArrays(NamedTuple):

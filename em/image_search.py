@@ -47,7 +47,8 @@ class ImageTree:
     order : (n,) int64
         Number of reflections [-].
     branch_start : (n + 1,) int64
-        Branches of image i are ``branch_start[i]`` up to ``branch_start[i + 1]`` [-].
+        Branches of image i are ``branch_start[i]`` up to ``branch_start[i + 1]`` [-], by ascending
+        plane.
     branch_plane : (b,) int64
         Plane of a branch's last reflection [-].
     branch_parent : (b,) int64
@@ -231,7 +232,7 @@ class _Search:
         order = np.repeat(np.arange(len(self.images)), [len(level) for level in self.images])
         none = np.zeros((0, 3), dtype=np.int64)
         branches = np.concatenate(self.branches) if self.branches else none
-        branches = branches[np.argsort(branches[:, 0], kind="stable")]
+        branches = branches[np.lexsort((branches[:, 1], branches[:, 0]))]
         start = np.searchsorted(branches[:, 0], np.arange(len(image) + 1))
         considered, pruned, merged, kept = np.array(self.counts, dtype=np.int64).T
         return ImageTree(

@@ -50,7 +50,8 @@ def grid_axis_m(low_m: float, high_m: float, spacing_m: float) -> FloatArray:
         Greatest distance between centres [m], > 0.
     """
     cells = max(1, int(np.ceil((high_m - low_m) / spacing_m - 1e-9)))
-    return low_m + (np.arange(cells) + 0.5) * ((high_m - low_m) / cells)
+    width_m = (high_m - low_m) / cells
+    return np.linspace(low_m + 0.5 * width_m, high_m - 0.5 * width_m, cells)
 
 
 def _map(x_m: npt.ArrayLike, y_m: npt.ArrayLike, z_m: float) -> tuple[FloatArray, ...]:

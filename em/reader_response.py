@@ -7,7 +7,7 @@ no metal around. ``rays`` adds what geometrical optics says of the ground plane 
 
 import math
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -86,8 +86,8 @@ class ReaderResponse:
         n, _, rows, columns = pattern.shape
         if n < 1 or rows < 4 or columns < 4 or columns % 2:
             msg = (
-                f"pattern has shape {pattern.shape}, but at least one antenna, four values of theta "
-                "and an even number of at least four values of phi are needed."
+                f"pattern has shape {pattern.shape}, but at least one antenna, four values of "
+                "theta and an even number of at least four values of phi are needed."
             )
             raise AntennaError(msg)
         azimuths = frozen_array(
@@ -113,7 +113,9 @@ class ReaderResponse:
     @property
     def phi_rad(self) -> npt.NDArray[np.float64]:
         """Values of phi [rad] of the grid, (P,)."""
-        return np.arange(self.pattern.shape[3]) * (2.0 * math.pi / self.pattern.shape[3])
+        columns = self.pattern.shape[3]
+        phi: npt.NDArray[np.float64] = np.arange(columns) * (2.0 * math.pi / columns)
+        return phi
 
     def kernel_arrays(self) -> ResponseArrays:
         """Return the padded table as the kernels take it, steps in radians [rad].
@@ -240,13 +242,13 @@ def _ray_pattern(
     radio: RadioScene,
     antenna: Antenna,
     place_m: npt.NDArray[np.float64],
-    grid: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]],
+    grid: tuple[npt.NDArray[Any], npt.NDArray[Any]],
     max_reflections: int,
 ) -> npt.NDArray[np.complex128]:
     """Return (2, T, P) the far field of one antenna among the reader's facets, phase at its place.
 
-    By reciprocity the receiving pattern is the transmitting one: the field at a great distance, with
-    the spherical wave taken out.
+    By reciprocity the receiving pattern is the transmitting one: the field at a great distance,
+    with the spherical wave taken out.
     """
     theta, phi = np.broadcast_arrays(*grid)
     st, ct, sp, cp = np.sin(theta), np.cos(theta), np.sin(phi), np.cos(phi)
@@ -262,8 +264,12 @@ def _ray_pattern(
     run_blocks(work, len(places))
     wavelength_m = antenna.wavelength_m
     turn = 2.0 * math.pi * math.fmod(FAR_FIELD_DISTANCE_M / wavelength_m, 1.0)
-    scale = 4.0 * math.pi * FAR_FIELD_DISTANCE_M / wavelength_m * complex(
-        math.cos(turn), math.sin(turn)
+    scale = (
+        4.0
+        * math.pi
+        * FAR_FIELD_DISTANCE_M
+        / wavelength_m
+        * complex(math.cos(turn), math.sin(turn))
     )
     field = (scale * field).reshape(*theta.shape, 3)
     theta_hat = np.stack((ct * cp, ct * sp, -st), axis=-1)

@@ -1,9 +1,10 @@
-"""Received power: at one antenna at many places, and at all antennas of the reader for its poses."""
+"""Received power: at one antenna in many places, at all antennas of the reader for its poses."""
 
 import math
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -96,6 +97,26 @@ class _Channel(NamedTuple):
     response: ResponseArrays
 
 
+def _reader_block(
+    channel: _Channel,
+    poses: tuple[FloatArray, FloatArray],
+    rows: tuple[FloatArray, FloatArray, IntArray],
+    begin: int,
+    end: int,
+) -> None:
+    """Fill rows begin to end of the power arrays, from places and turns."""
+    _power_kernels.reader_power(
+        channel.scene,
+        channel.images,
+        channel.tag.kernel_arrays(),
+        channel.response,
+        *poses,
+        begin,
+        end,
+        *rows,
+    )
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ReaderLink:
     """The link from one tag to the reader: RSS of all antennas for any pose of the robot.
@@ -161,28 +182,7 @@ class ReaderLink:
             checked = checked_receivers(channel.tree, places)
             part, part_mean = np.zeros_like(coherent), np.zeros_like(mean)
             part_count = count if number == 0 else np.zeros_like(count)
-            sender = channel.tag.kernel_arrays()
-
-            def work(
-                begin: int,
-                end: int,
-                channel: _Channel = channel,
-                rows: tuple[FloatArray, FloatArray, IntArray] = (part, part_mean, part_count),
-                checked: FloatArray = checked,
-                sender: object = sender,
-            ) -> None:
-                _power_kernels.reader_power(
-                    channel.scene,
-                    channel.images,
-                    sender,
-                    channel.response,
-                    checked,
-                    turns,
-                    begin,
-                    end,
-                    *rows,
-                )
-
+            work = partial(_reader_block, channel, (checked, turns), (part, part_mean, part_count))
             run_blocks(work, m, block_size=128, progress=progress)
             coherent += part
             mean += part_mean

@@ -1,3 +1,4 @@
+# mypy: allow-untyped-defs
 """Compiled kernels of the bounding volume hierarchy: build, and "is this segment free?".
 
 The tree is stored in depth-first order with skip links, so that a traversal needs no stack: a node

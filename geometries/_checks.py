@@ -120,3 +120,26 @@ def refuse_unknown_keys(given: Mapping[str, object], *, allowed: Iterable[str], 
                 f"did you mean {nearest_name(str(key), known)!r}?"
             )
             raise GeometryError(msg)
+
+
+def unused_name(name: str, used: set[str]) -> str:
+    """Return the name, or ``name_2``, ``name_3`` ... when it is taken, and note it as taken.
+
+    Parameters
+    ----------
+    name : str
+        The name wanted.
+    used : set of str
+        The names taken so far; the result is added.
+
+    Returns
+    -------
+    str
+        A name that was not taken.
+    """
+    unique, copy = name, 1
+    while unique in used:
+        copy += 1
+        unique = f"{name}_{copy}"
+    used.add(unique)
+    return unique

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from octant.geometries._checks import unused_name
 from octant.geometries._plane_geometry import FloatArray, IntArray
 from octant.geometries._polygons import triangulate_polygon_3d
 from octant.geometries.errors import GeometryError
@@ -99,13 +100,7 @@ def _names(keys: list[_Key], stem: str) -> dict[_Key, str]:
         parts = [p for p in (obj, group if group != obj else "") if p] or [stem]
         if len(materials[obj, group]) > 1 and material:
             parts.append(material)
-        name = base = ".".join(parts)
-        copy = 1
-        while name in used:
-            copy += 1
-            name = f"{base}_{copy}"
-        used.add(name)
-        names[obj, group, material] = name
+        names[obj, group, material] = unused_name(".".join(parts), used)
     return names
 
 

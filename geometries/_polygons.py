@@ -51,8 +51,8 @@ def check_simple(points_m: FloatArray, *, name: str) -> None:
     Raises
     ------
     GeometryError
-        When fewer than three corners are given, two neighbours coincide, the area is zero, or a
-        side touches or crosses another one.
+        When fewer than three corners are given, two neighbours coincide, all corners lie on one
+        line, or a side touches or crosses another one.
     """
     k = len(points_m)
     if k < 3:
@@ -66,11 +66,13 @@ def check_simple(points_m: FloatArray, *, name: str) -> None:
             "corner once, and do not close the outline by repeating the first."
         )
         raise GeometryError(msg)
-    extent = float(np.ptp(points_m, axis=0).max())
-    if abs(signed_area_m2(points_m)) <= _FLAT * extent**2:
+    flat_m2 = _FLAT * float(np.ptp(points_m, axis=0).max()) ** 2
+    offset = points_m - points_m[0]
+    farthest = offset[int((offset**2).sum(axis=1).argmax())]
+    if (np.abs(offset[:, 0] * farthest[1] - offset[:, 1] * farthest[0]) <= flat_m2).all():
         msg = f"{name} encloses no area; give corners that do not all lie on one line."
         raise GeometryError(msg)
-    meeting = _first_meeting_sides(points_m, following, _FLAT * extent**2)
+    meeting = _first_meeting_sides(points_m, following, flat_m2)
     if meeting is not None:
         msg = (
             f"side {meeting[0]} of {name} meets side {meeting[1]}; an outline must not touch or "

@@ -9,6 +9,7 @@ when the outline winds around it or passes within the tolerance.
 """
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -301,8 +302,8 @@ def _outlines(
     corners = np.array(sorted({vertex for edge in net for vertex in edge}), dtype=np.int64)
     for (a, b), times in net.items():
         chain = [a, *_corners_on_edge(vertices_m, corners, a, b, tolerance_m), b]
-        links += list(zip(chain[:-1], chain[1:], strict=True))
-        for p, q in zip(chain[:-1], chain[1:], strict=True):
+        links += list(pairwise(chain))
+        for p, q in pairwise(chain):
             _count_edge(split, p, q, times)
     used, index = np.unique(np.concatenate((faces.ravel(), np.ravel(links))), return_inverse=True)
     label = connected_labels(len(used), index[faces.size :].reshape(-1, 2))

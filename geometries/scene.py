@@ -9,10 +9,10 @@ import numpy.typing as npt
 from octant.geometries._arrays import frozen_array
 from octant.geometries._bvh_kernels import BvhArrays
 from octant.geometries._plane_geometry import FloatArray, IntArray, connected_labels, weld
+from octant.geometries.bodies import Body
 from octant.geometries.errors import GeometryError
 from octant.geometries.facets import Facets, build_facets
-from octant.geometries.mesh_files import Body
-from octant.geometries.occlusion import build_bvh, winding_numbers
+from octant.geometries.occlusion import build_bvh, segments_blocked, winding_numbers
 
 PLANE_TOLERANCE_PER_EXTENT = 1e-6
 """Coplanarity tolerance [-] per extent of the scene: ten times what float32 mesh files round off,
@@ -23,8 +23,7 @@ a thousandth of a degree of phase per metre at 2.4 GHz."""
 class Scene:
     """A room and its objects as the rays see them.
 
-    Both sides of every facet reflect. Facets are sheets unless they belong to a closed solid, inside
-    of which nothing is received.
+    Both sides of every facet reflect. Facets are sheets unless they belong to a closed solid.
 
     Parameters
     ----------
@@ -101,8 +100,9 @@ class Scene:
     def inside_room(self, points_m: npt.ArrayLike) -> npt.NDArray[np.bool_]:
         """Return (n,) bool, whether each point lies in the room [-], objects or not.
 
-        A closed room is asked exactly. An open one (a doorway, a missing ceiling) has no inside:
-        there the bounds decide. Without a room every point is inside.
+        A closed room is asked exactly. An open one (a doorway, a missing ceiling) has no inside in
+        the strict sense: there a point within the bounds that has floor below it or ceiling above
+        it counts. Without a room every point is inside.
 
         Parameters
         ----------
@@ -119,10 +119,16 @@ class Scene:
             chosen = np.flatnonzero(inside)
             winding = winding_numbers(points[chosen], self.shell_corners_m)
             inside[chosen] = np.abs(winding) > 0.25  # one half on a wall itself
+        else:
+            chosen = np.flatnonzero(inside)
+            below, above = points[chosen].copy(), points[chosen].copy()
+            below[:, 2], above[:, 2] = self.bounds_m[0, 2] - 1.0, self.bounds_m[1, 2] + 1.0
+            covered = segments_blocked(self.bvh, points[chosen], below)
+            inside[chosen] = covered | segments_blocked(self.bvh, points[chosen], above)
         return inside
 
     def distance_to_facets_m(self, points_m: npt.ArrayLike) -> tuple[FloatArray, IntArray]:
-        """Return (n,) distances [m] to the plane of the nearest facet under each point, and its plane.
+        """Return (n,) distances [m] of points to the nearest facet below them, and its plane [-].
 
         Only facets onto which a point projects perpendicularly count.
 
@@ -205,8 +211,8 @@ def _winds_around(
     along = ((u - u0) * (u1 - u0) + (v - v0) * (v1 - v0)) / length
     clipped = np.clip(along, 0.0, length)
     aside = np.hypot(u - u0 - clipped * (u1 - u0) / length, v - v0 - clipped * (v1 - v0) / length)
-    rim: npt.NDArray[np.bool_] = (aside <= tolerance_m).any(axis=1)
-    return rim | (winding != 0)
+    inside: npt.NDArray[np.bool_] = (aside <= tolerance_m).any(axis=1) | (winding != 0)
+    return inside
 
 
 def free_space_scene() -> Scene:
@@ -244,9 +250,17 @@ def build_scene(bodies: Sequence[Body], *, objects: Sequence[Body] = ()) -> Scen
         vertices, faces = _concatenated(everything)
         bounds = np.stack((vertices.min(axis=0), vertices.max(axis=0)))
     extent = _extent_m(bounds)
-    faces = weld(vertices, 1e-7 * extent)[faces] if len(faces) else faces
     sizes = [len(body.faces) for body in everything]
     material = np.repeat([names.index(b.material) for b in everything], sizes).astype(np.int64)
+    room_faces = sum(sizes[: len(bodies)])
+    if everything:
+        faces = weld(vertices, 1e-7 * extent)[faces]
+        # A triangle given twice is one; whose room or object it is stays apart.
+        of_room = np.arange(len(faces)) < room_faces
+        keys = np.column_stack((np.sort(faces, axis=1), material, of_room))
+        kept = np.sort(np.unique(keys, axis=0, return_index=True)[1])
+        faces, material = faces[kept], material[kept]
+        room_faces = int(np.searchsorted(kept, room_faces))
     tolerance = PLANE_TOLERANCE_PER_EXTENT * extent
     facets = build_facets(vertices, faces, material, tolerance_m=tolerance)
     if everything and len(facets.facet_plane) == 0:
@@ -255,7 +269,7 @@ def build_scene(bodies: Sequence[Body], *, objects: Sequence[Body] = ()) -> Scen
             "octant audit."
         )
         raise GeometryError(msg)
-    shell, solids = _closed_parts(vertices, faces, room_faces=sum(sizes[: len(bodies)]))
+    shell, solids = _closed_parts(vertices, faces, room_faces=room_faces)
     side = _supporting_sides(vertices[np.unique(faces)], facets, tolerance)
     used = facets.triangle_facet >= 0
     plane_of = facets.facet_plane[facets.triangle_facet[used]]

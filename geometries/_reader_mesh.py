@@ -1,0 +1,130 @@
+"""Triangles of the reader's sheets, conforming where sheets meet."""
+
+import math
+
+import numpy as np
+
+from octant.geometries._plane_geometry import FloatArray
+from octant.geometries._polygons import triangulate_polygon
+
+SAME_LENGTH = 1e-9
+"""Fraction [-] of the ground plane below which two lengths are the same: r_a = 0.1 m on a plane of
+0.2 m is at its edge, whatever cos and sin round off."""
+
+
+def reach_to_rim_m(azimuths_rad: FloatArray, rim_m: FloatArray) -> FloatArray:
+    """Return the distance from the centre to a convex rim in each direction [m].
+
+    Parameters
+    ----------
+    azimuths_rad : (a,) float64
+        Directions, from +x towards +y [rad].
+    rim_m : (k, 2) float64
+        Corners of the rim, counter-clockwise around the centre [m].
+
+    Returns
+    -------
+    (a,) float64
+        Distances [m].
+    """
+    normal = np.roll(rim_m, -1, axis=0) - rim_m
+    normal = np.column_stack((normal[:, 1], -normal[:, 0]))  # outwards: the rim runs anticlockwise
+    offset = (normal * rim_m).sum(axis=1)
+    direction = np.column_stack((np.cos(azimuths_rad), np.sin(azimuths_rad)))
+    along = direction @ normal.T
+    distance = np.full(along.shape, np.inf)
+    np.divide(offset, along, out=distance, where=along > 0.0)
+    nearest: FloatArray = distance.min(axis=1)
+    return nearest
+
+
+def _polar(radius_m: float, azimuth_rad: float) -> FloatArray:
+    """Return the point of the ground plane at a radius and azimuth [m]."""
+    return radius_m * np.array((math.cos(azimuth_rad), math.sin(azimuth_rad)))
+
+
+def ground_triangles(
+    rim_m: FloatArray,
+    antenna_radius_m: float,
+    elements_rad: FloatArray,
+    plate_reach_m: float,
+    plates_rad: FloatArray,
+) -> list[FloatArray]:
+    """Return the ground plane's triangles, cut along the plates' feet and through the antennas.
+
+    Parameters
+    ----------
+    rim_m : (k, 2) float64
+        Corners of the rim, counter-clockwise around the centre [m].
+    antenna_radius_m : float
+        Distance of the antennas from the centre [m].
+    elements_rad : (n,) float64
+        Azimuth of each antenna [rad].
+    plate_reach_m : float
+        Distance of the plates' outer end from the centre [m].
+    plates_rad : (n,) or (0,) float64
+        Azimuth of each plate [rad].
+
+    Returns
+    -------
+    list of (3, 3) float64
+        Corners of each triangle, normal up [m].
+    """
+    spokes = [(float(a), antenna_radius_m) for a in elements_rad]
+    spokes = sorted(spokes + [(float(a), plate_reach_m) for a in plates_rad])
+    angles = np.array([a for a, _ in spokes])
+    ends = reach_to_rim_m(angles, rim_m)
+    close = SAME_LENGTH * float(ends.max())
+    places: list[list[FloatArray]] = []  # of each spoke, from the axis (left out) to the rim
+    for (azimuth, radius), end in zip(spokes, ends, strict=True):
+        outer = _polar(float(end), azimuth)
+        near = np.flatnonzero(np.abs(rim_m - outer).max(axis=1) <= close)
+        outer = rim_m[near[0]] if near.size else outer
+        on_rim = radius >= end - close
+        places.append([outer] if on_rim else [_polar(radius, azimuth), outer])
+    rim_angles = np.mod(np.arctan2(rim_m[:, 1], rim_m[:, 0]), 2.0 * math.pi)
+    triangles: list[FloatArray] = []
+    for i, (azimuth, _) in enumerate(spokes):
+        following = (i + 1) % len(spokes)
+        width = (angles[following] - azimuth) % (2.0 * math.pi)
+        ahead = np.mod(rim_angles - azimuth, 2.0 * math.pi)
+        between = np.flatnonzero((ahead > SAME_LENGTH) & (ahead < width - SAME_LENGTH))
+        between = between[np.argsort(ahead[between])]
+        corners = [np.zeros(2), *places[i], *rim_m[between], *places[following][::-1]]
+        sector = np.array(corners)
+        flat = sector[triangulate_polygon(sector, name="the ground plane")]
+        triangles += list(np.concatenate((flat, np.zeros((*flat.shape[:2], 1))), axis=2))
+    return triangles
+
+
+def plate_triangles(
+    reach_m: float, plates_rad: FloatArray, *, rim_height_m: float, axis_height_m: float
+) -> list[FloatArray]:
+    """Return the plates' triangles, each plate from the axis out.
+
+    Parameters
+    ----------
+    reach_m : float
+        Distance of the plates' outer end from the axis [m].
+    plates_rad : (n,) or (0,) float64
+        Azimuth of each plate [rad].
+    rim_height_m : float
+        Height at the outer end [m].
+    axis_height_m : float
+        Height at the axis [m].
+
+    Returns
+    -------
+    list of (3, 3) float64
+        Corners of each triangle [m].
+    """
+    triangles: list[FloatArray] = []
+    for azimuth in plates_rad:
+        x, y = _polar(reach_m, float(azimuth))
+        axis, foot = (0.0, 0.0, 0.0), (x, y, 0.0)
+        top_out, top_axis = (x, y, rim_height_m), (0.0, 0.0, axis_height_m)
+        if rim_height_m > 0.0:
+            triangles.append(np.array((axis, foot, top_out)))
+        if axis_height_m > 0.0:
+            triangles.append(np.array((axis, top_out, top_axis)))
+    return triangles

@@ -1,0 +1,296 @@
+"""What is wrong with a mesh, and what that means for rays.
+
+Octant repairs nothing. Most faults do not stop a calculation; the audit says what each one does to
+it, so that a person can decide whether to go back to the modelling program.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.geometries import _mesh_checks as checks
+from octant.geometries._arrays import frozen_array
+from octant.geometries._audit_findings import Finding, counted, list_findings
+from octant.geometries._checks import positive_number
+from octant.geometries._plane_geometry import FloatArray, IntArray, triangle_area_vectors
+from octant.geometries.bodies import Body
+from octant.geometries.errors import GeometryError
+from octant.geometries.mesh_files import UpAxis, load_bodies
+
+__all__ = ["WELD_TOLERANCE_M", "Finding", "MeshAudit", "audit_mesh"]
+
+WELD_TOLERANCE_M = 1e-5
+"""Vertices nearer than this count as one in an audit [m]; float32 keeps 0.5 µm at 5 m."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class MeshAudit:
+    """The result of looking over a mesh.
+
+    All counts but the first four see the bodies as one mesh whose vertices are joined by position,
+    and leave degenerate and duplicate triangles out.
+
+    Parameters
+    ----------
+    source : str
+        The file, or "bodies".
+    body_names : tuple of str
+        Names of the bodies, in order [-].
+    body_faces : (b,) int64
+        Number of triangles of each body [-].
+    vertices : int
+        Number of vertices as stored [-].
+    unreferenced_vertices : int
+        Vertices that no triangle uses [-].
+    welded_vertices : int
+        Number of different places among the used vertices [-].
+    degenerate_faces : int
+        Triangles no higher than the tolerance [-].
+    duplicate_faces : int
+        Triangles that repeat another one [-].
+    area_m2 : float
+        Area of all triangles, one side each [m²].
+    bounds_m : (2, 3) float64
+        Lowest and highest corner [m].
+    edge_lengths_m : (3,) float64
+        Shortest, median and longest edge [m].
+    open_edges : int
+        Edges that only one triangle has [-].
+    t_junctions : int
+        Vertices in the interior of another triangle's open edge [-].
+    free_edges : int
+        Pieces of open edges where the surface really ends, T-junctions resolved [-].
+    free_edge_length_m : float
+        Their total length [m].
+    non_manifold_edges : int
+        Edges that three or more triangles share [-].
+    winding_conflicts : int
+        Edges whose two triangles, of one body, wind against each other [-].
+    folded_edges : int
+        Edges at which two triangles lie on top of each other [-].
+    components : int
+        Parts that hang together along edges [-].
+    closed_components : int
+        Those of them without a free edge [-].
+    inward_components : int
+        Closed ones whose normals point inwards [-].
+    inside_out_components : int
+        Inward ones that stand within another part's surrounding box [-].
+    tolerance_m : float
+        Vertices nearer than this were joined [m].
+    findings : tuple of Finding
+        What is worth knowing, the most important first; empty when there is nothing.
+    """
+
+    source: str
+    body_names: tuple[str, ...]
+    body_faces: npt.NDArray[np.int64]
+    vertices: int
+    unreferenced_vertices: int
+    welded_vertices: int
+    degenerate_faces: int
+    duplicate_faces: int
+    area_m2: float
+    bounds_m: npt.NDArray[np.float64]
+    edge_lengths_m: npt.NDArray[np.float64]
+    open_edges: int
+    t_junctions: int
+    free_edges: int
+    free_edge_length_m: float
+    non_manifold_edges: int
+    winding_conflicts: int
+    folded_edges: int
+    components: int
+    closed_components: int
+    inward_components: int
+    inside_out_components: int
+    tolerance_m: float
+    findings: tuple[Finding, ...]
+
+    def __post_init__(self) -> None:
+        count = frozen_array(self.body_faces, name="body_faces", shape=(None,), dtype=np.int64)
+        bounds = frozen_array(self.bounds_m, name="bounds_m", shape=(2, 3))
+        lengths = frozen_array(self.edge_lengths_m, name="edge_lengths_m", shape=(3,))
+        object.__setattr__(self, "body_faces", count)
+        object.__setattr__(self, "bounds_m", bounds)
+        object.__setattr__(self, "edge_lengths_m", lengths)
+
+    @property
+    def faces(self) -> int:
+        """Number of triangles as stored [-].
+
+        Returns
+        -------
+        int
+            Sum over the bodies [-].
+        """
+        return int(self.body_faces.sum())
+
+    @property
+    def watertight(self) -> bool:
+        """Whether the surface ends nowhere, T-junctions resolved.
+
+        Returns
+        -------
+        bool
+            True when there is no free edge.
+        """
+        return self.free_edges == 0
+
+    def lines(self) -> list[str]:
+        """Return the audit as lines of text for a person.
+
+        Returns
+        -------
+        list of str
+            Facts first [m, m²], then each finding with what it means.
+        """
+        low, high = self.bounds_m
+        size = high - low
+        shortest, median, longest = self.edge_lengths_m
+        names = ", ".join(
+            f"{name} ({count})"
+            for name, count in zip(self.body_names, self.body_faces, strict=True)
+        )
+        places = f"{self.welded_vertices} places, joined within {1000 * self.tolerance_m:g} mm"
+        spans = zip("xyz", low, high, strict=True)
+        facts = (
+            f"{self.source}: {counted(len(self.body_names), 'body', 'bodies')}, "
+            f"{counted(self.faces, 'triangle')}, {counted(self.vertices, 'vertex', 'vertices')} "
+            f"({places})\n"
+            f"  bodies (triangles): {names}\n"
+            f"  bounds: {', '.join(f'{axis} {a:.4g} to {b:.4g} m' for axis, a, b in spans)}\n"
+            f"  size: {size[0]:.4g} x {size[1]:.4g} m, {size[2]:.4g} m high (z is up)\n"
+            f"  surface: {self.area_m2:.4g} m2; edges: {shortest:.4g} to {longest:.4g} m long, "
+            f"median {median:.4g} m\n"
+            f"  parts: {self.components}, of which {self.closed_components} closed "
+            f"({self.inward_components} with normals inwards)"
+        )
+        report = facts.split("\n")
+        if not self.findings:
+            report.append("  nothing else to report")
+        for finding in self.findings:
+            report += [f"  * {finding.what}", f"      {finding.meaning}"]
+        return report
+
+
+def audit_mesh(
+    mesh: str | Path | Sequence[Body],
+    *,
+    unit: str | None = None,
+    up: UpAxis | None = None,
+    tolerance_m: float = WELD_TOLERANCE_M,
+) -> MeshAudit:
+    """Return what is wrong with a mesh, and what that means for rays.
+
+    Parameters
+    ----------
+    mesh : str, Path or sequence of Body
+        A mesh file, or bodies that exist already.
+    unit : str or None
+        Unit of the file's coordinates [-]; None where the format declares it. Not used for bodies.
+    up : "y", "z" or None
+        The file's vertical axis; None takes the format's own. Not used for bodies.
+    tolerance_m : float
+        Vertices nearer than this are joined [m].
+
+    Returns
+    -------
+    MeshAudit
+        Counts, sizes and findings.
+
+    Raises
+    ------
+    GeometryError
+        When the file cannot be loaded (missing, empty, NaN, without a unit ...), or none of its
+        triangles has an area.
+
+    Notes
+    -----
+    Surfaces that cross each other, or touch along the inside of a triangle (a cabinet on a floor),
+    are not looked for; the edge of a sheet that rests on another surface counts as free.
+    """
+    tolerance = positive_number(tolerance_m, name="tolerance_m")
+    if isinstance(mesh, str | Path):
+        source = str(mesh)
+        bodies = load_bodies(mesh, unit=unit, up=up, material="any")
+    else:
+        source, bodies = "bodies", tuple(mesh)
+    if not bodies:
+        msg = "there is no body to audit; give a mesh file, or at least one body."
+        raise GeometryError(msg)
+    vertices, faces, body_of_face = _joined(bodies)
+    welded = checks.welded_faces(vertices, faces, tolerance)
+    flat = checks.degenerate_faces(vertices, welded, tolerance)
+    solid = np.setdiff1d(np.arange(len(faces)), flat)
+    if len(solid) == 0:
+        msg = f"none of the {len(faces)} triangles of {source} has an area; check its unit."
+        raise GeometryError(msg)
+    repeated = checks.duplicate_faces(welded[solid])
+    kept = np.delete(solid, repeated)
+    table = checks.edge_table(welded[kept])
+    border = checks.open_border(vertices, table, tolerance)
+    parts = checks.components(vertices, welded[kept], table, border)
+    used = vertices[np.unique(faces)]
+    inward = parts.closed & (parts.volume_m3 < 0.0)
+    numbers = {
+        "unreferenced_vertices": len(vertices) - len(used),
+        "degenerate_faces": len(flat),
+        "duplicate_faces": len(repeated),
+        "open_edges": int((table.sides == 1).sum()),
+        "t_junctions": border.t_junctions,
+        "free_edges": int(border.free.sum()),
+        "non_manifold_edges": int((table.sides > 2).sum()),
+        "winding_conflicts": checks.winding_conflicts(table, body_of_face[kept]),
+        "folded_edges": checks.folded_edges(vertices, welded[kept], table),
+        "components": len(parts.closed),
+        "closed_components": int(parts.closed.sum()),
+        "inward_components": int(inward.sum()),
+        "inside_out_components": _inside_out(inward, parts.bounds_m),
+    }
+    bounds = np.stack((used.min(axis=0), used.max(axis=0)))
+    free_m = float(_lengths_m(vertices, border.piece_vertices[border.free]).sum())
+    edges_m = _lengths_m(vertices, table.edge_vertices)
+    area = np.linalg.norm(triangle_area_vectors(vertices, faces), axis=1).sum()
+    return MeshAudit(
+        source=source,
+        body_names=tuple(body.name for body in bodies),
+        body_faces=np.array([len(body.faces) for body in bodies]),
+        vertices=len(vertices),
+        welded_vertices=len(np.unique(welded)),
+        area_m2=float(area),
+        bounds_m=bounds,
+        edge_lengths_m=np.array([edges_m.min(), np.median(edges_m), edges_m.max()]),
+        free_edge_length_m=free_m,
+        tolerance_m=tolerance,
+        findings=list_findings(numbers, free_m=free_m, size_m=bounds[1] - bounds[0]),
+        **numbers,
+    )
+
+
+def _joined(bodies: Sequence[Body]) -> tuple[FloatArray, IntArray, IntArray]:
+    """Return vertices, faces and the body of each face, of all bodies together."""
+    offsets = np.cumsum([0, *(len(body.vertices_m) for body in bodies[:-1])])
+    faces = np.concatenate([b.faces + n for b, n in zip(bodies, offsets, strict=True)])
+    owner = np.repeat(np.arange(len(bodies)), [len(body.faces) for body in bodies])
+    return np.concatenate([body.vertices_m for body in bodies]), faces, owner
+
+
+def _lengths_m(vertices_m: FloatArray, ends: IntArray) -> FloatArray:
+    """Return the distance between the two vertices of each row [m]."""
+    lengths: FloatArray = np.linalg.norm(vertices_m[ends[:, 1]] - vertices_m[ends[:, 0]], axis=1)
+    return lengths
+
+
+def _inside_out(inward: npt.NDArray[np.bool_], bounds_m: FloatArray) -> int:
+    """Return how many inward components stand within another component's surrounding box."""
+    count = 0
+    for part in np.flatnonzero(inward):
+        low, high = bounds_m[part]
+        around = (bounds_m[:, 0] <= low).all(axis=1) & (bounds_m[:, 1] >= high).all(axis=1)
+        larger = np.ptp(bounds_m, axis=1).sum(axis=1) > (high - low).sum()
+        count += bool((around & larger).any())
+    return count

@@ -1,0 +1,364 @@
+"""Mesh files: where bodies come from and go to.
+
+Every file that trimesh reads can be loaded; what the file does not say (the unit, the materials)
+has to be given.
+"""
+
+import math
+import warnings
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, Literal
+
+import numpy as np
+
+from octant.geometries._checks import nearest_name, refuse_unknown_keys, unused_name
+from octant.geometries._gltf_header import gltf_node_names
+from octant.geometries._obj_files import Part, read_obj, write_obj
+from octant.geometries.bodies import Body, place
+from octant.geometries.errors import GeometryError
+
+__all__ = [
+    "METRES_PER_UNIT",
+    "Body",
+    "UpAxis",
+    "load_bodies",
+    "metres_per_unit",
+    "place",
+    "readable_extensions",
+    "save_bodies",
+]
+
+UpAxis = Literal["y", "z"]
+
+METRES_PER_UNIT: Mapping[str, float] = MappingProxyType(
+    {
+        name: metres
+        for metres, names in (
+            (1.0, "m metre metres meter meters"),
+            (0.1, "dm decimetre decimetres decimeter decimeters"),
+            (0.01, "cm centimetre centimetres centimeter centimeters"),
+            (0.001, "mm millimetre millimetres millimeter millimeters"),
+            (1e-6, "um micron microns micrometre micrometres micrometer micrometers"),
+            (1000.0, "km kilometre kilometres kilometer kilometers"),
+            (0.0254, "in inch inches"),
+            (0.3048, "ft foot feet"),
+            (0.9144, "yd yard yards"),
+        )
+        for name in names.split()
+    }
+)
+"""Length of each unit that a mesh file may be given in [m]."""
+
+_GLTF = ("glb", "gltf")
+_NAMED_FORMATS = ("glb", "gltf", "3mf")  # keep several bodies apart when trimesh writes them
+_ONE_BODY_FORMATS = ("stl", "ply", "off")
+_NOT_SURFACES = ("xyz", "stl_ascii")  # points only; an internal name that no file carries
+
+
+def metres_per_unit(unit: str) -> float:
+    """Return the length of a named unit [m].
+
+    Parameters
+    ----------
+    unit : str
+        A key of `METRES_PER_UNIT`, such as "m", "cm", "mm", "in" or "ft"; case does not matter [-].
+
+    Returns
+    -------
+    float
+        Length [m].
+
+    Raises
+    ------
+    GeometryError
+        When the unit is unknown.
+    """
+    try:
+        return METRES_PER_UNIT[unit.strip().lower()]
+    except (KeyError, AttributeError) as exc:
+        near = nearest_name(str(unit), METRES_PER_UNIT)
+        msg = (
+            f"unit {unit!r} is unknown; give m, dm, cm, mm, um, km, in, ft or yd, or one of their "
+            f"English names (did you mean {near!r}?)."
+        )
+        raise GeometryError(msg) from exc
+
+
+def readable_extensions() -> tuple[str, ...]:
+    """Return the file extensions that `load_bodies` reads with the packages installed here.
+
+    Returns
+    -------
+    tuple of str
+        Extensions in lower case, without the dot, in alphabetical order.
+    """
+    from trimesh.exchange.load import mesh_formats
+
+    return tuple(sorted((mesh_formats() | {"obj"}) - set(_NOT_SURFACES)))
+
+
+def load_bodies(
+    path: str | Path,
+    *,
+    unit: str | None = None,
+    material: str | None = None,
+    materials_by_name: Mapping[str, str] | None = None,
+    up: UpAxis | None = None,
+) -> tuple[Body, ...]:
+    """Return the bodies of a mesh file, in metres and z up, exactly as meshed in the file.
+
+    Parameters
+    ----------
+    path : str or Path
+        Any file that trimesh reads: STL, OBJ, PLY, OFF, GLB, GLTF, 3MF and more.
+    unit : str or None
+        Unit of the file's coordinates, such as "m" or "mm" [-]. It may be left out for GLB and
+        GLTF, which are in metres by specification, and for 3MF, which declares its unit.
+    material : str or None
+        Label for every body that `materials_by_name` does not name.
+    materials_by_name : mapping or None
+        Label of each body by its exact name.
+    up : "y", "z" or None
+        The file's vertical axis. None takes "y" for GLB and GLTF, as their specification says and
+        as modelling programs write them, and "z" for everything else. Give "z" for a GLB that was
+        written without the conversion (trimesh's own export, for one).
+
+    Returns
+    -------
+    tuple of Body
+        One body for each object of the file with its placing applied. The names are those of the
+        nodes (GLB, GLTF), objects (OBJ ``o`` and ``g``, 3MF), solids (ASCII STL), or else the
+        file's name without its extension. An object that carries several materials inside the file
+        (GLB, OBJ) gives one body for each, named ``object.material``.
+
+    Raises
+    ------
+    GeometryError
+        When the file is missing, of an unknown kind, unreadable, empty or not finite; when the unit
+        is missing, unknown or contradicts a 3MF file; when a body has no material, or a material is
+        given for a body that does not exist.
+
+    Notes
+    -----
+    Nothing is merged, repaired or left out, except points and lines, which have no surface; see
+    `octant.geometries.audit` for what is wrong with a mesh. OBJ polygons are cut into triangles
+    correctly even when they are concave; trimesh cuts those of PLY and OFF files into fans, which
+    is right for convex polygons only (the audit reports triangles folded over each other). GLB,
+    GLTF, binary STL and most PLY files hold float32: about 0.5 µm at 5 m.
+
+    References
+    ----------
+    Khronos Group, glTF 2.0 Specification, section 3.4 "Coordinate System and Units"; 3MF
+    Consortium, 3MF Core Specification 1.3, section 3.4 (attribute ``unit``).
+    """
+    file = Path(path)
+    kind = _kind_of(file)
+    if kind == "obj":
+        parts, declared = read_obj(file), None
+    else:
+        parts, declared = _read_with_trimesh(file, kind)
+    if not parts:
+        msg = (
+            f"{file} holds no triangles; it is empty, or not a {kind.upper()} mesh, or holds only "
+            "points and lines."
+        )
+        raise GeometryError(msg)
+    scale = _metres_per_file_unit(file, unit=unit, declared=declared)
+    labels = _materials(file, [p[0] for p in parts], material, materials_by_name)
+    vertical = up if up is not None else ("y" if kind in _GLTF else "z")
+    if vertical not in ("y", "z"):
+        msg = f"up is {up!r} for {file}, but the vertical axis of a mesh file is 'y' or 'z'."
+        raise GeometryError(msg)
+    bodies = []
+    for name, vertices, faces in parts:
+        upright = vertices[:, [0, 2, 1]] * (1.0, -1.0, 1.0) if vertical == "y" else vertices
+        try:
+            body = Body(name=name, vertices_m=upright * scale, faces=faces, material=labels[name])
+        except GeometryError as exc:
+            msg = f"{file}: {exc}"
+            raise GeometryError(msg) from exc
+        bodies.append(body)
+    return tuple(bodies)
+
+
+def _kind_of(file: Path) -> str:
+    """Return the extension of an existing file, once it is known to be readable."""
+    if not file.is_file():
+        what = "is a folder" if file.is_dir() else "does not exist"
+        msg = f"mesh file {file} {what}; give the path of a mesh file."
+        raise GeometryError(msg)
+    kind = file.suffix.lower().removeprefix(".")
+    known = readable_extensions()
+    if kind not in known:
+        listed = ", ".join(f".{k}" for k in known)
+        msg = f"mesh file {file} ends in '.{kind}', but only {listed} can be read; convert it."
+        raise GeometryError(msg)
+    return kind
+
+
+def _metres_per_file_unit(file: Path, *, unit: str | None, declared: str | None) -> float:
+    """Return the length of the file's unit [m], from the caller or from the file itself."""
+    if unit is None and declared is None:
+        msg = (
+            f'{file} does not say in which unit it is drawn; give one, such as unit = "m" or '
+            'unit = "mm".'
+        )
+        raise GeometryError(msg)
+    if unit is None:
+        return metres_per_unit(str(declared))
+    given = metres_per_unit(unit)
+    is_3mf = file.suffix.lower() == ".3mf"
+    if is_3mf and not math.isclose(given, metres_per_unit(str(declared))):
+        msg = f"{file} declares its unit as {declared}, but unit {unit!r} was given; leave it out."
+        raise GeometryError(msg)
+    return given
+
+
+def _materials(
+    file: Path,
+    names: Sequence[str],
+    material: str | None,
+    materials_by_name: Mapping[str, str] | None,
+) -> dict[str, str]:
+    """Return the material label of every body."""
+    by_name = dict(materials_by_name or {})
+    refuse_unknown_keys(by_name, allowed=names, name=f"the material table of {file}")
+    labels: dict[str, str] = {}
+    for name in names:
+        label = by_name.get(name, material)
+        if label is None:
+            msg = (
+                f"body {name!r} of {file} has no material; name it in the material table, or give "
+                "one material for the whole file."
+            )
+            raise GeometryError(msg)
+        labels[name] = label
+    return labels
+
+
+def _read_with_trimesh(file: Path, kind: str) -> tuple[list[Part], str | None]:
+    """Return the named meshes of a file with their placing applied, and the unit it declares."""
+    import trimesh
+
+    node_names = gltf_node_names(file) if kind in _GLTF else None
+    options: dict[str, Any] = {"postprocess": False} if kind == "3mf" else {}
+    try:
+        with warnings.catch_warnings():
+            # NumPy says so, and goes on, when a text file ends in the middle of a number.
+            warnings.filterwarnings("error", message=".*could not be read to its end.*")
+            scene = trimesh.load_scene(str(file), process=False, **options)
+    except Exception as exc:  # trimesh's readers raise anything at all on a damaged file
+        reason = str(exc).splitlines()[0].rstrip(".") if str(exc) else type(exc).__name__
+        msg = f"{file} cannot be read as a {kind.upper()} mesh ({reason}); check the file."
+        raise GeometryError(msg) from exc
+    order = {name: i for i, name in enumerate(scene.geometry)}
+    found: list[tuple[int, Part]] = []
+    used: set[str] = set()
+    declared = "m" if kind in _GLTF else None
+    for node in scene.graph.nodes_geometry:
+        matrix, geometry_name = scene.graph[node]
+        mesh = scene.geometry[geometry_name]
+        if not isinstance(mesh, trimesh.Trimesh) or len(mesh.faces) == 0:
+            continue
+        if kind == "3mf":
+            declared = str(mesh.metadata.get("units", "millimeter"))
+        name = _body_name(file, scene, node, geometry_name, node_names, single=len(order) == 1)
+        vertices = np.asarray(mesh.vertices, dtype=np.float64)
+        faces = np.asarray(mesh.faces, dtype=np.int64)
+        with np.errstate(invalid="ignore"):  # Body refuses what is not finite, and says so
+            vertices = vertices @ matrix[:3, :3].T + matrix[:3, 3]
+        if np.linalg.det(matrix[:3, :3]) < 0.0:  # a mirrored instance would turn inside out
+            faces = faces[:, ::-1]
+        found.append((order[geometry_name], (unused_name(name, used), vertices, faces)))
+    return [part for _, part in sorted(found, key=lambda item: item[0])], declared
+
+
+def _body_name(
+    file: Path,
+    scene: Any,  # noqa: ANN401  (trimesh.Scene; trimesh is imported only when a file is read)
+    node: str,
+    geometry_name: str,
+    node_names: frozenset[str] | None,
+    *,
+    single: bool,
+) -> str:
+    """Return what to call the body at a node of a scene."""
+    mesh = scene.geometry[geometry_name]
+    if node_names is not None and mesh.metadata.get("from_gltf_primitive"):
+        # One glTF mesh of several materials: trimesh names the pieces at random.
+        owner = str(scene.graph.transforms.parents[node])
+        label = getattr(getattr(mesh.visual, "material", None), "name", None)
+        return f"{owner}.{label}" if label else f"{owner}.{geometry_name}"
+    if node_names is not None:
+        return node if node in node_names else geometry_name
+    if single and node == geometry_name == file.name:  # the format carries no name at all
+        return file.stem
+    return node
+
+
+def save_bodies(bodies: Sequence[Body], path: str | Path) -> None:
+    """Write bodies to a mesh file that `load_bodies` reads back to the same place.
+
+    Parameters
+    ----------
+    bodies : sequence of Body
+        What to write, in metres and z up. Names must differ. Material labels are not written.
+    path : str or Path
+        GLB or GLTF (metres, turned to y up as their specification asks), 3MF (written in
+        millimetres, as trimesh declares), OBJ (metres), or STL, PLY, OFF (metres; these hold no
+        names, so that all bodies become one). An existing file is overwritten.
+
+    Raises
+    ------
+    GeometryError
+        When there is no body, two have the same name, the extension cannot be written, or the
+        folder does not exist.
+
+    Notes
+    -----
+    OBJ, OFF and 3MF keep all the digits that matter; GLB, GLTF, STL and PLY keep float32.
+    """
+    file = Path(path)
+    kind = file.suffix.lower().removeprefix(".")
+    writable = sorted({"obj", *_NAMED_FORMATS, *_ONE_BODY_FORMATS})
+    if kind not in writable:
+        listed = ", ".join(f".{k}" for k in writable)
+        msg = f"{file} ends in '.{kind}', but only {listed} can be written."
+        raise GeometryError(msg)
+    names = [body.name for body in bodies]
+    if not names or len(set(names)) < len(names):
+        problem = "there is no body" if not names else f"names repeat among {', '.join(names)}"
+        msg = f"cannot write {file}, because {problem}; give bodies with distinct names."
+        raise GeometryError(msg)
+    if not file.parent.is_dir():
+        msg = f"cannot write {file}, because the folder {file.parent} does not exist; create it."
+        raise GeometryError(msg)
+    if kind == "obj":
+        write_obj([(b.name, b.vertices_m, b.faces) for b in bodies], file)
+    else:
+        _write_with_trimesh(bodies, file, kind)
+
+
+def _write_with_trimesh(bodies: Sequence[Body], file: Path, kind: str) -> None:
+    """Write bodies in one of the formats that are left to trimesh."""
+    import trimesh
+
+    meshes = {}
+    for body in bodies:
+        vertices = body.vertices_m
+        if kind in _GLTF:
+            vertices = vertices[:, [0, 2, 1]] * (1.0, 1.0, -1.0)
+        elif kind == "3mf":
+            vertices = vertices * 1000.0
+        meshes[body.name] = trimesh.Trimesh(vertices, body.faces, process=False)
+    if kind in _ONE_BODY_FORMATS:
+        digits = {"digits": 15} if kind == "off" else {}
+        trimesh.util.concatenate(list(meshes.values())).export(str(file), **digits)
+        return
+    scene = trimesh.Scene()
+    for name, mesh in meshes.items():
+        scene.add_geometry(mesh, node_name=name, geom_name=name)
+    options = {"embed_buffers": True} if kind == "gltf" else {}
+    scene.export(str(file), **options)

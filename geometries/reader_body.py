@@ -1,0 +1,353 @@
+"""The reader's body: ground plane, plates and element places, as one mesh.
+
+Reader frame: origin at the centre of the ground plane's upper side, z up, antenna i = 1 ... n at
+azimuth (i - 1) 2 pi / n from +x towards +y. The plates stand half-way between neighbours. All
+sheets have zero thickness.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.geometries._arrays import frozen_array
+from octant.geometries._checks import positive_number
+from octant.geometries._plane_geometry import FloatArray
+from octant.geometries._polygons import mesh_of_triangles
+from octant.geometries._reader_mesh import (
+    SAME_LENGTH,
+    ground_triangles,
+    plate_triangles,
+    reach_to_rim_m,
+)
+from octant.geometries.bodies import Body
+from octant.geometries.errors import GeometryError
+
+GroundPlaneShape = Literal["square", "round", "octagon"]
+GROUND_PLANE_SHAPES: tuple[GroundPlaneShape, ...] = ("square", "round", "octagon")
+"""Shapes that a ground plane may have [-]."""
+
+MIN_ROUND_SIDES = 32
+"""Least number of sides of the polygon that stands for a round ground plane [-]."""
+
+MONOPOLE_PLANE_MARGIN_M = 0.001
+"""Clearance that a monopole's own plane keeps from the plates [m]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ReaderBody:
+    """A reader's metal body, as `reader_body` builds it.
+
+    Parameters
+    ----------
+    antennas : int
+        Number of antennas n, at least 3 [-].
+    antenna_radius_m : float
+        Distance of the antennas from the axis, r_a [m].
+    plate_height_m : float
+        Height of the plates at their outer end, h_p [m].
+    plate_height_axis_m : float
+        Height of the plates at the axis [m].
+    plate_outer_radius_m : float
+        Distance of the plates' outer end from the axis [m].
+    ground_plane_m : float
+        Side of a square, diameter of a round, width across flats of an octagonal plane [m].
+    ground_plane_shape : str
+        "square", "round" or "octagon" [-].
+    monopole_plane_m : float
+        Side of the square plane asked for under each monopole [m]; 0: none of its own.
+    element_azimuths_rad : (n,) float64
+        Azimuth of each antenna [rad].
+    plate_azimuths_rad : (n,) float64
+        Azimuth of each plate [rad]; empty when there are none.
+    body : Body
+        The sheets as one mesh [m], in the reader frame. Plates share vertices with the ground plane
+        along their feet, and with each other along the axis; the antennas' feet are vertices too.
+    """
+
+    antennas: int
+    antenna_radius_m: float
+    plate_height_m: float
+    plate_height_axis_m: float
+    plate_outer_radius_m: float
+    ground_plane_m: float
+    ground_plane_shape: GroundPlaneShape
+    monopole_plane_m: float
+    element_azimuths_rad: npt.NDArray[np.float64]
+    plate_azimuths_rad: npt.NDArray[np.float64]
+    body: Body
+
+    def __post_init__(self) -> None:
+        for name in ("element_azimuths_rad", "plate_azimuths_rad"):
+            value = frozen_array(getattr(self, name), name=name, shape=(None,))
+            object.__setattr__(self, name, value)
+        if len(self.element_azimuths_rad) != self.antennas:
+            msg = (
+                f"element_azimuths_rad has {len(self.element_azimuths_rad)} values, but the reader "
+                f"has {self.antennas} antennas."
+            )
+            raise GeometryError(msg)
+
+    @property
+    def has_plates(self) -> bool:
+        """Whether any plate stands on the ground plane.
+
+        Returns
+        -------
+        bool
+            False when both plate heights are zero.
+        """
+        return len(self.plate_azimuths_rad) > 0
+
+    @property
+    def element_feet_m(self) -> npt.NDArray[np.float64]:
+        """Points of the ground plane's upper side that the antennas stand above [m].
+
+        Returns
+        -------
+        (n, 3) float64
+            Places in the reader frame [m]; z is zero.
+        """
+        delta = self.element_azimuths_rad
+        flat = np.zeros(self.antennas)
+        return self.antenna_radius_m * np.column_stack((np.cos(delta), np.sin(delta), flat))
+
+    @property
+    def antenna_spacing_m(self) -> float:
+        """Distance between neighbouring antennas [m].
+
+        Returns
+        -------
+        float
+            2 r_a sin(pi / n) [m].
+        """
+        return 2.0 * self.antenna_radius_m * math.sin(math.pi / self.antennas)
+
+    @property
+    def fitted_monopole_plane_m(self) -> float:
+        """Side of the square plane that fits under each monopole [m].
+
+        Returns
+        -------
+        float
+            `monopole_plane_m`, or less where it would cut a plate or its neighbour [m]; see
+            `fitted_monopole_plane_m`.
+        """
+        return fitted_monopole_plane_m(
+            self.monopole_plane_m,
+            antenna_radius_m=self.antenna_radius_m,
+            antennas=self.antennas,
+        )
+
+
+def reader_body(
+    *,
+    antenna_radius_m: float = 0.10,
+    plate_height_m: float = 0.08,
+    plate_height_axis_m: float | None = None,
+    plate_outer_radius_m: float | None = None,
+    ground_plane_m: float = 0.20,
+    ground_plane_shape: GroundPlaneShape = "square",
+    antennas: int = 8,
+    monopole_plane_m: float = 0.0,
+    material: str = "pec",
+    name: str = "reader",
+) -> ReaderBody:
+    """Return the body of a reader; the defaults are the thesis' choice.
+
+    Parameters
+    ----------
+    antenna_radius_m : float
+        Distance of the antennas from the axis, r_a [m]; each must stand on the ground plane, its
+        edge included.
+    plate_height_m : float
+        Height of the plates at their outer end, h_p [m].
+    plate_height_axis_m : float or None
+        Height of the plates at the axis [m]; None takes `plate_height_m`. Both zero: no plates.
+    plate_outer_radius_m : float or None
+        Distance of the plates' outer end from the axis [m]; None takes half of `ground_plane_m`
+        in every direction, as in the thesis.
+    ground_plane_m : float
+        Side of a square, diameter of a round, width across flats of an octagonal plane [m].
+    ground_plane_shape : str
+        "square": sides along x' and y'. "octagon": flats face antennas 1, 3, 5, 7 of 8 and those
+        half-way. "round": a regular polygon inscribed in the circle, of at least 32 sides and a
+        multiple of twice the antennas, so that antennas and plates point at corners and a turn
+        from one antenna to the next maps it onto itself; at 32 sides it has 99.4 % of the
+        circle's area.
+    antennas : int
+        Number of antennas, at least 3 [-].
+    monopole_plane_m : float
+        Side of the square plane under each monopole [m]; 0 when the monopoles have none of their
+        own. It is not part of the mesh.
+    material : str
+        Label of the sheets' material.
+    name : str
+        Name of the body.
+
+    Returns
+    -------
+    ReaderBody
+        Checked parameters and the mesh.
+
+    Raises
+    ------
+    GeometryError
+        When a length is negative or not finite, there are fewer than 3 antennas, the shape is
+        unknown, or an antenna or a plate reaches beyond the ground plane.
+
+    References
+    ----------
+    Thesis, section 5.3 and figure 5.1: ground plane 0.2 x 0.2 m, plates l_p x h_p.
+    """
+    if not isinstance(antennas, int) or antennas < 3:
+        msg = f"antennas is {antennas!r}, but a reader needs a whole number of at least 3."
+        raise GeometryError(msg)
+    if ground_plane_shape not in GROUND_PLANE_SHAPES:
+        listed = ", ".join(repr(s) for s in GROUND_PLANE_SHAPES)
+        msg = f"ground_plane_shape is {ground_plane_shape!r}, but it must be one of {listed}."
+        raise GeometryError(msg)
+    side = positive_number(ground_plane_m, name="ground_plane_m")
+    radius = positive_number(antenna_radius_m, name="antenna_radius_m")
+    rim_height = positive_number(plate_height_m, name="plate_height_m", allow_zero=True)
+    axis_height = rim_height
+    if plate_height_axis_m is not None:
+        axis_height = positive_number(
+            plate_height_axis_m, name="plate_height_axis_m", allow_zero=True
+        )
+    reach = 0.5 * side
+    if plate_outer_radius_m is not None:
+        reach = positive_number(plate_outer_radius_m, name="plate_outer_radius_m")
+    plane = positive_number(monopole_plane_m, name="monopole_plane_m", allow_zero=True)
+    rim = ground_plane_outline_m(side, shape=ground_plane_shape, antennas=antennas)
+    elements = 2.0 * math.pi * np.arange(antennas) / antennas
+    has_plates = max(rim_height, axis_height) > 0.0
+    plates = elements + math.pi / antennas if has_plates else np.zeros(0)
+    _refuse_overhang(radius, elements, rim, of="antenna_radius_m")
+    _refuse_overhang(reach, plates, rim, of="plate_outer_radius_m")
+    triangles = ground_triangles(rim, radius, elements, reach, plates)
+    triangles += plate_triangles(reach, plates, rim_height_m=rim_height, axis_height_m=axis_height)
+    vertices, faces = mesh_of_triangles(np.array(triangles))
+    result = ReaderBody(
+        antennas=antennas,
+        antenna_radius_m=radius,
+        plate_height_m=rim_height,
+        plate_height_axis_m=axis_height,
+        plate_outer_radius_m=reach,
+        ground_plane_m=side,
+        ground_plane_shape=ground_plane_shape,
+        monopole_plane_m=plane,
+        element_azimuths_rad=elements,
+        plate_azimuths_rad=plates,
+        body=Body(name=name, vertices_m=vertices, faces=faces, material=material),
+    )
+    _ = result.fitted_monopole_plane_m  # raises when no plane fits at all
+    return result
+
+
+def ground_plane_outline_m(
+    ground_plane_m: float, *, shape: GroundPlaneShape, antennas: int
+) -> npt.NDArray[np.float64]:
+    """Return the corners of a ground plane's rim, counter-clockwise [m].
+
+    Parameters
+    ----------
+    ground_plane_m : float
+        Side of a square, diameter of a round, width across flats of an octagonal plane [m].
+    shape : str
+        "square", "round" or "octagon" [-].
+    antennas : int
+        Number of antennas, which sets the number of sides of a round plane [-].
+
+    Returns
+    -------
+    (k, 2) float64
+        x' and y' of each corner in the reader frame [m].
+    """
+    half = 0.5 * ground_plane_m
+    if shape == "square":
+        return half * np.array([(1.0, -1.0), (1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0)])
+    if shape == "octagon":
+        angle = 0.25 * math.pi * (np.arange(8) + 0.5)
+        half /= math.cos(math.pi / 8)
+    else:
+        step = 2 * antennas
+        sides = step * math.ceil(MIN_ROUND_SIDES / step)
+        angle = 2.0 * math.pi * np.arange(sides) / sides
+    return half * np.column_stack((np.cos(angle), np.sin(angle)))
+
+
+def fitted_monopole_plane_m(
+    monopole_plane_m: float,
+    *,
+    antenna_radius_m: float,
+    antennas: int = 8,
+    margin_m: float = MONOPOLE_PLANE_MARGIN_M,
+) -> float:
+    """Return the side of the square plane that fits under each monopole [m].
+
+    The plane is centred under its monopole, with two sides along the radius. Made larger by the
+    margin on all sides, it must not cross the half-planes half-way between neighbouring antennas,
+    where the plates stand; without plates it would otherwise cross the neighbour's plane there.
+
+    Parameters
+    ----------
+    monopole_plane_m : float
+        Side asked for [m]; 0 stays 0.
+    antenna_radius_m : float
+        Distance of the antennas from the axis, r_a [m].
+    antennas : int
+        Number of antennas n, at least 3 [-].
+    margin_m : float
+        Clearance to keep on all sides [m].
+
+    Returns
+    -------
+    float
+        The side asked for, or the largest that fits if that is smaller [m].
+
+    Raises
+    ------
+    GeometryError
+        When a length is negative or not finite, or no plane at all fits.
+
+    Notes
+    -----
+    With alpha = pi / n, the half-plane at alpha first touches a growing square at its inner corner,
+    when half its side is r_a sin(alpha) / (sin(alpha) + cos(alpha)): 14.6 mm for r_a = 50 mm and
+    n = 8, so that the thesis' planes of 40 mm cannot stand at r_a = 50 mm.
+    """
+    asked = positive_number(monopole_plane_m, name="monopole_plane_m", allow_zero=True)
+    radius = positive_number(antenna_radius_m, name="antenna_radius_m")
+    margin = positive_number(margin_m, name="margin_m", allow_zero=True)
+    if asked == 0.0:
+        return 0.0
+    alpha = math.pi / antennas
+    largest = 2.0 * (radius * math.sin(alpha) / (math.sin(alpha) + math.cos(alpha)) - margin)
+    if largest <= 0.0:
+        msg = (
+            f"monopole_plane_m is {asked:g} m, but between the plates no plane fits at "
+            f"antenna_radius_m = {radius:g} m with {margin:g} m to spare; move the antennas out, "
+            "or give 0."
+        )
+        raise GeometryError(msg)
+    return min(asked, largest)
+
+
+def _refuse_overhang(
+    radius_m: float, azimuths_rad: FloatArray, rim_m: FloatArray, *, of: str
+) -> None:
+    """Raise when a place at a radius and one of the azimuths lies beyond the rim."""
+    if len(azimuths_rad) == 0:
+        return
+    distance = reach_to_rim_m(azimuths_rad, rim_m)
+    worst = int(np.flatnonzero(distance <= distance.min() * (1.0 + SAME_LENGTH))[0])
+    if radius_m > distance[worst] * (1.0 + SAME_LENGTH):
+        msg = (
+            f"{of} is {radius_m:g} m, but the ground plane ends {distance[worst]:.4g} m from its "
+            f"centre at azimuth {math.degrees(azimuths_rad[worst]):g} deg; make it smaller, or "
+            "ground_plane_m larger."
+        )
+        raise GeometryError(msg)

@@ -1,0 +1,143 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from octant.em.image_search import search_images
+from octant.em.paths import trace_paths
+from octant.em.radio_scene import radio_scene
+from octant.geometries.bodies import Body
+from octant.geometries.errors import GeometryError
+from octant.geometries.furniture import box
+from octant.geometries.rooms import box_room, l_shaped_room
+from octant.geometries.scene import build_scene, free_space_scene
+from slow_images import paths as slow_paths
+
+TX = (3.5, 2.0, 2.9)
+
+
+def test_an_empty_box_has_each_image_once(box_scene):
+    tree = search_images(box_scene, TX, 5)
+    assert tree.kept.tolist() == [1, 6, 18, 38, 66, 102]
+    assert (tree.considered == tree.pruned + tree.merged + tree.kept).all()
+    assert len(np.unique(np.round(tree.image_m, 9), axis=0)) == 231
+
+
+def test_images_of_a_box_lie_on_the_lattice(box_scene):
+    """Images of a shoebox: 2 n L +- x along each axis, order the number of walls passed."""
+    tree = search_images(box_scene, TX, 3)
+    expected = set()
+    for nx, ny, nz in np.ndindex(9, 9, 9):
+        index = np.array([nx, ny, nz]) - 4
+        if np.abs(index).sum() > 3:
+            continue
+        size = np.array([5.0, 5.0, 3.0])
+        even = index % 2 == 0
+        place = np.where(even, index * size + TX, (index + 1) * size - TX)
+        expected.add(tuple(np.round(place, 9)))
+    assert {tuple(p) for p in np.round(tree.image_m, 9)} == expected
+
+
+def test_free_space_has_only_the_source():
+    assert search_images(free_space_scene(), TX, 4).kept.tolist() == [1, 0, 0, 0, 0]
+
+
+def test_a_single_sheet_reflects_on_both_sides():
+    sheet = Body(
+        name="sheet",
+        vertices_m=[[0, -1, 0], [0, 1, 0], [0, 1, 2], [0, -1, 2]],
+        faces=[[0, 1, 2], [0, 2, 3]],
+        material="metal",
+    )
+    scene = build_scene((), objects=(sheet,))
+    for x in (1.0, -1.0):
+        tree = search_images(scene, (x, 0.0, 1.0), 2)
+        assert tree.kept.tolist() == [1, 1, 0]
+        assert tree.image_m[1] == pytest.approx((-x, 0.0, 1.0))
+
+
+def _random_scene(seed):
+    """A room (box, L, or none) with one to three boxes, at odd angles and places."""
+    rng = np.random.default_rng(seed)
+    room = (
+        box_room((4.0, 3.0, 2.5)),
+        l_shaped_room((4.0, 3.0, 2.5), (1.7, 1.2)),
+        (),
+    )[seed % 3]
+    objects = [
+        box(
+            tuple(rng.uniform(0.3, 1.2, 3)),
+            material="metal",
+            position_m=tuple(rng.uniform(0.2, 1.4, 3)),
+            yaw_deg=float(rng.uniform(0, 90)),
+            name=f"box{k}",
+        )
+        for k in range(int(rng.integers(1, 3)))
+    ]
+    return build_scene(room, objects=objects), rng
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_no_path_of_the_brute_force_search_is_missed(seed):
+    """Every plane sequence of two reflections without pruning finds the same paths."""
+    scene, rng = _random_scene(seed)
+    radio = radio_scene(scene, 2.4e9)
+    source = rng.uniform((0.1, 0.1, 0.1), (2.2, 1.7, 2.4))
+    tree = search_images(scene, source, 2)
+    for receiver in rng.uniform((0.1, 0.1, 0.1), (2.2, 1.7, 2.4), (6, 3)):
+        ours = trace_paths(radio, tree, [receiver])
+        expected = slow_paths(scene, source, receiver, 2)
+        assert sorted(ours.order.tolist()) == [p[0] for p in expected]
+        lengths = sorted(zip(ours.order.tolist(), ours.length_m.tolist(), strict=True))
+        assert [x for _, x in lengths] == pytest.approx([p[1] for p in expected], abs=1e-9)
+
+
+def test_no_path_is_missed_at_third_order_in_a_furnished_room():
+    scene, rng = _random_scene(0)
+    radio = radio_scene(scene, 2.4e9)
+    source = np.array([3.1, 2.3, 1.9])
+    tree = search_images(scene, source, 3)
+    for receiver in rng.uniform((0.1, 0.1, 0.1), (3.9, 2.9, 2.4), (2, 3)):
+        ours = trace_paths(radio, tree, [receiver])
+        expected = slow_paths(scene, source, receiver, 3)
+        assert sorted(ours.length_m.tolist()) == pytest.approx(
+            sorted(p[1] for p in expected), abs=1e-9
+        )
+
+
+@settings(max_examples=25)
+@given(
+    place=st.tuples(st.floats(0.05, 4.95), st.floats(0.05, 4.95), st.floats(0.05, 2.95)),
+    source=st.tuples(st.floats(0.05, 4.95), st.floats(0.05, 4.95), st.floats(0.05, 2.95)),
+)
+def test_every_interior_pair_of_a_box_has_63_paths(box_scene, place, source):
+    """Also where paths run exactly through edges and corners: shared hits count once."""
+    tree = search_images(box_scene, source, 3)
+    paths = trace_paths(radio_scene(box_scene, 2.4e9), tree, [place])
+    assert len(paths) == 63
+
+
+@pytest.mark.parametrize(
+    ("source", "receiver"),
+    [
+        ((1.0, 1.0, 1.0), (1.0, 1.0, 2.0)),
+        ((2.5, 2.5, 1.5), (1.25, 1.25, 0.75)),
+        ((1.0, 2.0, 1.0), (2.0, 4.0, 2.0)),
+        ((2.5, 2.5, 1.5), (2.5, 2.5, 0.5)),
+    ],
+)
+def test_paths_through_edges_and_corners_count_once(box_scene, source, receiver):
+    radio = radio_scene(box_scene, 2.4e9)
+    for order, count in ((3, 63), (5, 231)):
+        tree = search_images(box_scene, source, order)
+        assert len(trace_paths(radio, tree, [receiver])) == count
+
+
+def test_bad_searches_are_refused(box_scene):
+    with pytest.raises(GeometryError, match="negative"):
+        search_images(box_scene, TX, -1)
+    with pytest.raises(GeometryError, match="NaN"):
+        search_images(box_scene, (np.nan, 0, 0), 1)
+    tree = search_images(box_scene, TX, 1)
+    with pytest.raises(GeometryError, match="outside the region"):
+        trace_paths(radio_scene(box_scene, 2.4e9), tree, [(6.0, 1.0, 1.0)])

@@ -1,0 +1,80 @@
+"""A slow, independent image method: every plane sequence, no pruning, plain NumPy.
+
+It shares nothing with the package but the facets' outlines, which it turns into polygons itself.
+"""
+
+import itertools
+
+import numpy as np
+
+EPS = 1e-9
+
+
+def polygons(scene):
+    """Return per facet: normal, offset, (k, 2, 3) outline, plane number."""
+    f = scene.facets
+    return [
+        (f.plane_normal[p], f.plane_offset_m[p], f.outline_room_m(i), p)
+        for i, p in enumerate(f.facet_plane)
+    ]
+
+
+def inside(point, normal, outline):
+    """Winding angle of the outline about the point, seen along the normal."""
+    a, b = outline[:, 0] - point, outline[:, 1] - point
+    cross = np.cross(a, b) @ normal
+    dot = np.sum(a * b, axis=1)
+    return abs(np.sum(np.arctan2(cross, dot))) > np.pi
+
+
+def blocked(p, q, faces, skip):
+    for normal, offset, outline, plane in faces:
+        if plane in skip:
+            continue
+        hp, hq = normal @ p - offset, normal @ q - offset
+        if hp * hq >= 0.0:
+            continue
+        hit = p + hp / (hp - hq) * (q - p)
+        if inside(hit, normal, outline):
+            return True
+    return False
+
+
+def paths(scene, source, receiver, max_order):
+    """Return the sorted list of (order, length, vertices) of all specular paths."""
+    faces = polygons(scene)
+    planes = {p: (n, d) for n, d, _, p in faces}
+    found = []
+    for order in range(max_order + 1):
+        for sequence in itertools.product(planes, repeat=order):
+            if any(a == b for a, b in itertools.pairwise(sequence)):
+                continue
+            images = [np.asarray(source, float)]
+            for p in sequence:
+                n, d = planes[p]
+                images.append(images[-1] - 2.0 * (n @ images[-1] - d) * n)
+            vertices = [np.asarray(receiver, float)]
+            ok = True
+            for step in range(order, 0, -1):
+                n, d = planes[sequence[step - 1]]
+                hi, hp = n @ images[step] - d, n @ vertices[-1] - d
+                if hi * hp >= 0.0:
+                    ok = False
+                    break
+                hit = vertices[-1] + hp / (hp - hi) * (images[step] - vertices[-1])
+                on = [f for f in faces if f[3] == sequence[step - 1] and inside(hit, n, f[2])]
+                if not on:
+                    ok = False
+                    break
+                vertices.append(hit)
+            if not ok:
+                continue
+            vertices.append(images[0])
+            ends = [None, *sequence[::-1], None]
+            if any(
+                blocked(vertices[i], vertices[i + 1], faces, {ends[i], ends[i + 1]})
+                for i in range(order + 1)
+            ):
+                continue
+            found.append((order, float(np.linalg.norm(images[-1] - receiver)), vertices[::-1]))
+    return sorted(found, key=lambda path: path[:2])
