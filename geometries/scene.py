@@ -1,5 +1,6 @@
 """The immutable scene: bodies reduced to planes, facets and a hierarchy for occlusion."""
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -179,17 +180,27 @@ class Scene:
             Whether each point was moved [-].
         """
         points = np.array(points_m, dtype=np.float64).reshape(-1, 3)
-        moved = np.zeros(len(points), dtype=np.bool_)
         slack = PLANE_TOLERANCE_PER_EXTENT * self.extent_m
-        for _ in range(3):
-            distance, plane = self.distance_to_facets_m(points)
-            for i in np.flatnonzero(distance <= slack):
-                normal = self.facets.plane_normal[plane[i]]
-                sides = points[i] + np.array([[standoff_m], [-standoff_m]]) * normal
-                free = self.inside_room(sides) & ~self.inside_solid(sides)
-                points[i] = sides[0] if free[0] else sides[1]
-                moved[i] = True
+        moved: npt.NDArray[np.bool_] = self.distance_to_facets_m(points)[0] <= slack
+        for i in np.flatnonzero(moved):
+            normals = self.facets.plane_normal[self._planes_at(points[i], slack)]
+            signs = np.array(list(itertools.product((1.0, -1.0), repeat=len(normals))))
+            places = points[i] + standoff_m * signs @ normals
+            free = self.inside_room(places) & ~self.inside_solid(places)
+            free &= self.distance_to_facets_m(places)[0] > slack
+            points[i] = places[int(np.argmax(free))]
         return points, moved
+
+    def _planes_at(self, point_m: FloatArray, slack_m: float) -> list[int]:
+        """Return the planes of all facets that a point lies on [-]."""
+        f = self.facets
+        planes = []
+        for facet, plane in enumerate(f.facet_plane):
+            if abs(float(point_m @ f.plane_normal[plane]) - f.plane_offset_m[plane]) <= slack_m:
+                uv = np.array([[point_m @ f.plane_u[plane], point_m @ f.plane_v[plane]]])
+                if _winds_around(f, facet, uv, slack_m)[0] and int(plane) not in planes:
+                    planes.append(int(plane))
+        return planes
 
 
 def _extent_m(bounds_m: FloatArray) -> float:

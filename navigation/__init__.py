@@ -1,0 +1,1 @@
+"""The robot, its sensing and controllers, closed-loop missions and their metrics."""

@@ -1,0 +1,260 @@
+"""Bearing of the tag from the reader's RSS, and the turn towards it.
+
+Frames: the reader's azimuths δ are measured in the reader frame x'y', whose +y' (90°) is the
+robot's front; room azimuths are measured in the room from +x towards +y. A robot of heading h
+carries antenna i at the room azimuth h - 90° + δ_i.
+"""
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.geometries._arrays import frozen_array
+from octant.geometries.errors import NavigationError
+
+FRONT_AZIMUTH_RAD = np.pi / 2.0
+"""Reader azimuth of the robot's front [rad]: +y', where antenna 3 of eight stands."""
+
+_SAME_DIRECTION_RAD = 1e-6
+
+
+def wrap_angle(angle_rad: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    """Return angles moved into (-π, π] [rad].
+
+    Parameters
+    ----------
+    angle_rad : (...) float64
+        Angles [rad].
+
+    Returns
+    -------
+    (...) float64
+        The same directions [rad]; -π becomes π, so that half a turn is counter-clockwise.
+    """
+    angle = np.asarray(angle_rad, dtype=np.float64)
+    return np.asarray(np.pi - np.mod(np.pi - angle, 2.0 * np.pi))
+
+
+def room_azimuth(
+    heading_rad: npt.ArrayLike, reader_azimuth_rad: npt.ArrayLike
+) -> npt.NDArray[np.float64]:
+    """Return the room azimuth of a direction given in the reader frame [rad].
+
+    Parameters
+    ----------
+    heading_rad : (...) float64
+        Robot's heading h in the room [rad].
+    reader_azimuth_rad : (...) float64
+        Azimuth δ in the reader frame [rad].
+
+    Returns
+    -------
+    (...) float64
+        h - π/2 + δ, in (-π, π] [rad].
+    """
+    heading = np.asarray(heading_rad, dtype=np.float64)
+    return wrap_angle(heading - FRONT_AZIMUTH_RAD + np.asarray(reader_azimuth_rad))
+
+
+def reader_azimuth(
+    heading_rad: npt.ArrayLike, room_azimuth_rad: npt.ArrayLike
+) -> npt.NDArray[np.float64]:
+    """Return the reader azimuth of a direction given in the room [rad].
+
+    Parameters
+    ----------
+    heading_rad : (...) float64
+        Robot's heading h in the room [rad].
+    room_azimuth_rad : (...) float64
+        Azimuth φ in the room [rad].
+
+    Returns
+    -------
+    (...) float64
+        φ - h + π/2, in (-π, π] [rad]: the inverse of `room_azimuth`.
+    """
+    heading = np.asarray(heading_rad, dtype=np.float64)
+    return wrap_angle(np.asarray(room_azimuth_rad) - heading + FRONT_AZIMUTH_RAD)
+
+
+def checked_azimuths(azimuths_rad: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    """Return the antennas' azimuths as a read-only array, at least three and all different.
+
+    Parameters
+    ----------
+    azimuths_rad : (n,) float64
+        Azimuths δ_i of the antennas in the reader frame [rad].
+
+    Returns
+    -------
+    (n,) float64
+        Read-only copy [rad].
+
+    Raises
+    ------
+    NavigationError
+        When there are fewer than three, or two stand in one direction.
+    """
+    azimuths = frozen_array(azimuths_rad, name="azimuths_rad", shape=(None,), error=NavigationError)
+    if azimuths.size < 3:
+        msg = f"the reader has {azimuths.size} antennas, but a bearing needs at least 3: add some."
+        raise NavigationError(msg)
+    turns = np.sort(np.mod(azimuths, 2.0 * np.pi))
+    gaps = np.diff(np.append(turns, turns[0] + 2.0 * np.pi))
+    if gaps.min() < _SAME_DIRECTION_RAD:
+        msg = (
+            f"two antennas stand at the same azimuth among {np.degrees(azimuths).tolist()} deg, "
+            "but each needs its own direction: move one."
+        )
+        raise NavigationError(msg)
+    return azimuths
+
+
+def front_antenna(azimuths_rad: npt.ArrayLike) -> int:
+    """Return the index of the antenna nearest to the robot's front (90° in the reader frame).
+
+    Parameters
+    ----------
+    azimuths_rad : (n,) float64
+        Azimuths of the antennas in the reader frame [rad].
+
+    Returns
+    -------
+    int
+        Index from 0: 2, which is antenna 3, for the thesis' eight. For n evenly spaced antennas
+        that are not a multiple of four none stands exactly in front; of two that are equally near
+        the one with the lower index is taken.
+    """
+    away = np.abs(wrap_angle(np.asarray(azimuths_rad) - FRONT_AZIMUTH_RAD))
+    return int(np.flatnonzero(away <= away.min() + _SAME_DIRECTION_RAD)[0])
+
+
+def steering_pair(azimuths_rad: npt.ArrayLike) -> tuple[int, int]:
+    """Return the indices of the two antennas whose difference steers: right one, left one.
+
+    Parameters
+    ----------
+    azimuths_rad : (n,) float64
+        Azimuths of the antennas in the reader frame [rad].
+
+    Returns
+    -------
+    tuple of int
+        The nearest antenna clockwise of the front direction and the nearest one counter-clockwise
+        of it, an antenna exactly in front left out: antennas 2 and 4 of eight (indices 1 and 3).
+
+    Notes
+    -----
+    For every even number of evenly spaced antennas the pair is symmetric about the front, so equal
+    RSS means "straight ahead". For an odd number no pair is: steering to equal RSS then keeps the
+    tag 90°/n off the front (30° for 3, 18° for 5), and the robot reaches it on a spiral; the vector
+    sum has no such offset.
+    """
+    away = wrap_angle(np.asarray(azimuths_rad, dtype=np.float64) - FRONT_AZIMUTH_RAD)
+    right = np.where(away < -_SAME_DIRECTION_RAD, -away, np.inf)
+    left = np.where(away > _SAME_DIRECTION_RAD, away, np.inf)
+    if not (np.isfinite(right).any() and np.isfinite(left).any()):
+        msg = (
+            f"the antennas at {np.degrees(azimuths_rad).tolist()} deg stand on one side of the "
+            "front (90 deg) only, but steering needs one on each: spread them."
+        )
+        raise NavigationError(msg)
+    return int(np.argmin(right)), int(np.argmin(left))
+
+
+def doct(rss_w: npt.ArrayLike, azimuths_rad: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    """Return the direction of the current tag: the azimuth of the strongest antenna [rad].
+
+    Parameters
+    ----------
+    rss_w : (..., n) float64
+        RSS of the antennas [W], not negative.
+    azimuths_rad : (n,) float64
+        Azimuths of the antennas in the reader frame [rad].
+
+    Returns
+    -------
+    (...) float64
+        Reader azimuth of the strongest antenna [rad], the first one of equals; NaN where no
+        antenna receives anything.
+
+    Notes
+    -----
+    Thesis (5.2). Resolution is the antennas' spacing, 45° for eight.
+    """
+    rss = np.asarray(rss_w, dtype=np.float64)
+    azimuths = np.asarray(azimuths_rad, dtype=np.float64)
+    strongest = azimuths[np.argmax(rss, axis=-1)]
+    return np.asarray(np.where(rss.max(axis=-1) > 0.0, strongest, np.nan))
+
+
+def vector_sum_bearing(
+    rss_w: npt.ArrayLike, azimuths_rad: npt.ArrayLike
+) -> npt.NDArray[np.float64]:
+    """Return the bearing of the RSS-weighted vector sum of the antennas' directions [rad].
+
+    Parameters
+    ----------
+    rss_w : (..., n) float64
+        RSS z_i of the antennas [W], not negative.
+    azimuths_rad : (n,) float64
+        Azimuths δ_i of the antennas in the reader frame [rad].
+
+    Returns
+    -------
+    (...) float64
+        atan2(Σ z_i sin δ_i, Σ z_i cos δ_i) in (-π, π], reader frame [rad]; NaN where no antenna
+        receives anything. Equal RSS on a full circle of antennas gives a direction of rounding.
+
+    Notes
+    -----
+    Not in the thesis; it names only "the differences between the RSS values of various antenna
+    combinations" as a finer estimate than (5.2). Unbiased for a single path when all antennas have
+    the same pattern about their own azimuth and its harmonics of order n ± 1 are small.
+    """
+    rss = np.asarray(rss_w, dtype=np.float64)
+    azimuths = np.asarray(azimuths_rad, dtype=np.float64)
+    bearing = np.arctan2(rss @ np.sin(azimuths), rss @ np.cos(azimuths))
+    return np.asarray(np.where(rss.max(axis=-1) > 0.0, bearing, np.nan))
+
+
+def turn_towards(bearing_rad: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    """Return the shorter turn that brings a bearing to the robot's front [rad].
+
+    Parameters
+    ----------
+    bearing_rad : (...) float64
+        Bearing γ in the reader frame [rad].
+
+    Returns
+    -------
+    (...) float64
+        wrap(γ - 90°) in (-π, π], counter-clockwise positive [rad].
+    """
+    return wrap_angle(np.asarray(bearing_rad, dtype=np.float64) - FRONT_AZIMUTH_RAD)
+
+
+def rotated_heading(
+    heading_rad: npt.ArrayLike, bearing_rad: npt.ArrayLike
+) -> npt.NDArray[np.float64]:
+    """Return the heading after the rotation towards a bearing [rad].
+
+    Parameters
+    ----------
+    heading_rad : (...) float64
+        Heading θ before [rad].
+    bearing_rad : (...) float64
+        Bearing γ in the reader frame [rad].
+
+    Returns
+    -------
+    (...) float64
+        wrap(θ + wrap(γ - 90°)) in (-π, π] [rad].
+
+    Notes
+    -----
+    Thesis Algorithm 1, corrected. As printed its second `if` should be `else if`: for γ - 90° above
+    180° (antenna 8, γ = 315°) the first branch turns by γ - 450° and makes Δδ negative, whereupon
+    the second branch turns by the same amount again, so the robot ends up at -270° instead of
+    -135° while its stored heading counts one turn only.
+    """
+    return wrap_angle(np.asarray(heading_rad, dtype=np.float64) + turn_towards(bearing_rad))

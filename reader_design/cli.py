@@ -1,0 +1,231 @@
+"""The command line: verbs are loaded when they are called, so that ``octant --help`` is quick.
+
+Data goes to stdout, everything else to stderr. Exit codes: 0 done, 2 bad input, 3 finished with
+failed cells, 130 interrupted.
+"""
+
+import importlib
+import os
+import sys
+import warnings
+from collections.abc import Sequence
+from typing import Any, TextIO
+
+import click
+
+from octant.geometries.errors import OctantError, PhysicsWarning
+from octant.reader_design.config_errors import nearest
+
+VERBS = {
+    "study": ("verbs_study:study", "The main job: sweep, choice, map, missions, report."),
+    "map": ("verbs_map:radio_map", "Received power over the floor of a room."),
+    "paths": ("verbs_paths:paths", "Every path between a transmitter and receivers."),
+    "rss": ("verbs_paths:rss", "What each antenna of the reader receives, pose by pose."),
+    "navigate": ("verbs_navigate:navigate", "Drive the robot through the tags of a study."),
+    "audit": ("verbs_tables:audit", "What is wrong with a mesh, and what it means for rays."),
+    "materials": ("verbs_tables:materials", "The table of materials in force."),
+}
+CONTEXT = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
+
+
+class InterruptedRunError(Exception):
+    """A run that Ctrl-C ended; its text says what is kept."""
+
+
+class VerbGroup(click.Group):
+    """The ``octant`` command, which imports the module of a verb when that verb is called."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Return the verbs in the order of the help page.
+
+        Parameters
+        ----------
+        ctx : click.Context
+            Of the call.
+
+        Returns
+        -------
+        list of str
+            Names [-].
+        """
+        del ctx
+        return list(VERBS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Return a verb, imported now; refuse an unknown one with the nearest name.
+
+        Parameters
+        ----------
+        ctx : click.Context
+            Of the call.
+        cmd_name : str
+            What was typed.
+
+        Returns
+        -------
+        click.Command
+            The verb.
+
+        Raises
+        ------
+        click.UsageError
+            When there is no such verb; exit code 2.
+        """
+        if cmd_name.startswith("-"):
+            return None
+        if cmd_name not in VERBS:
+            near = nearest(cmd_name, VERBS)
+            hint = f"did you mean {near!r}?" if near else f"the verbs are {', '.join(VERBS)}."
+            msg = f"there is no verb {cmd_name!r}; {hint}"
+            raise click.UsageError(msg, ctx=ctx)
+        module, name = VERBS[cmd_name][0].split(":")
+        command = getattr(importlib.import_module(f"{__package__}.{module}"), name)
+        assert isinstance(command, click.Command)  # noqa: S101  the table above names commands only
+        return command
+
+    def invoke(self, ctx: click.Context) -> int | None:
+        """Return what the verb returns; a reader of its output that has left is no error.
+
+        Parameters
+        ----------
+        ctx : click.Context
+            Of the call.
+
+        Returns
+        -------
+        int or None
+            Exit code [-]; None is 0.
+        """
+        try:
+            result: int | None = super().invoke(ctx)
+            sys.stdout.flush()
+        except BrokenPipeError:
+            # A pager or `head` has what it wanted; without this, click would exit with 1 and
+            # Python would complain once more when it flushes stdout at the end.
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            return 0
+        return result
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Return nothing; write the list of verbs from the table, importing none of them.
+
+        Parameters
+        ----------
+        ctx : click.Context
+            Of the call.
+        formatter : click.HelpFormatter
+            Where the help page is built.
+        """
+        del ctx
+        with formatter.section("Verbs"):
+            formatter.write_dl([(name, text) for name, (_, text) in VERBS.items()])
+
+
+def _version(ctx: click.Context, _parameter: click.Parameter, wanted: bool) -> None:
+    if wanted and not ctx.resilient_parsing:
+        from importlib import metadata
+
+        try:
+            click.echo(f"octant {metadata.version('octant')}")
+        except metadata.PackageNotFoundError:
+            click.echo("octant (not installed: run from its working tree)")
+        ctx.exit()
+
+
+@click.group(
+    cls=VerbGroup,
+    context_settings=CONTEXT,
+    invoke_without_command=True,
+    epilog="Exit codes: 0 done, 2 bad input, 3 finished with failed cells, 130 interrupted. "
+    "'octant VERB --help' tells more.",
+)
+@click.option(
+    "--version",
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    callback=_version,
+    help="Show the version and leave.",
+)
+@click.pass_context
+def octant(ctx: click.Context) -> None:
+    """Design bearing-sensitive RFID readers, and drive robots with them."""
+    if ctx.invoked_subcommand is None:
+        click.echo(ctx.get_help())
+
+
+def run(arguments: Sequence[str] | None = None) -> int:
+    """Return the exit code of one call of the command line; messages go to stderr.
+
+    Parameters
+    ----------
+    arguments : sequence of str or None
+        What follows ``octant``; None: the process's own arguments.
+
+    Returns
+    -------
+    int
+        0 done, 2 bad input, 3 finished with failed cells, 130 interrupted [-].
+    """
+    with warnings.catch_warnings():
+        warnings.showwarning = _warning_printer(set())
+        warnings.simplefilter("always", PhysicsWarning)
+        try:
+            code = octant.main(
+                args=None if arguments is None else list(arguments),
+                prog_name="octant",
+                standalone_mode=False,
+            )
+        except _EXPECTED as exc:
+            line, code = _ending(exc)
+            sys.stderr.write(" ".join(line.split()) + "\n")
+    return code if isinstance(code, int) else 0
+
+
+def main() -> None:
+    """Return nothing; run the command line and leave the process with its exit code."""
+    sys.exit(run())
+
+
+_EXPECTED = (
+    click.ClickException,
+    click.Abort,
+    OctantError,
+    InterruptedRunError,
+    KeyboardInterrupt,
+    MemoryError,
+    OSError,
+)
+
+
+def _ending(exc: BaseException) -> tuple[str, int]:
+    """Return the line that tells of an error and the exit code; a bug is not among these."""
+    if isinstance(exc, InterruptedRunError):
+        return f"interrupted: {exc}", 130
+    if isinstance(exc, click.Abort | KeyboardInterrupt):
+        return "interrupted: nothing was written.", 130
+    if isinstance(exc, click.ClickException):
+        return f"error: {exc.format_message()}", 2
+    if isinstance(exc, MemoryError):
+        return "error: there is not enough memory for this; take a coarser grid or less.", 2
+    if isinstance(exc, OSError) and not isinstance(exc, OctantError):
+        return f"error: {exc.filename or 'a file'}: {exc.strerror or exc}.", 2
+    return f"error: {exc}", 2
+
+
+def _warning_printer(seen: set[str]) -> Any:  # noqa: ANN401  the signature is Python's own
+    def show(  # noqa: PLR0917
+        message: Warning | str,
+        category: type[Warning],
+        filename: str,
+        lineno: int,
+        file: TextIO | None = None,
+        line: str | None = None,
+    ) -> None:
+        del category, filename, lineno, file, line
+        text = " ".join(str(message).split())
+        if text not in seen:
+            seen.add(text)
+            sys.stderr.write(f"warning: {text}\n")
+
+    return show

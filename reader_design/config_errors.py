@@ -1,0 +1,283 @@
+"""Sentences for what is wrong with a study file: key path, value, what is allowed, nearest name."""
+
+import difflib
+import re
+from collections.abc import Iterable, Sequence
+from types import UnionType
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
+
+import msgspec
+
+Path = tuple[str | int, ...]
+
+_UNITS = {
+    "_s_per_m": "S/m",
+    "_m": "m",
+    "_hz": "Hz",
+    "_w": "W",
+    "_deg": "degrees",
+    "_db": "dB",
+    "_ohm": "ohm",
+    "_s": "s",
+}
+_WORDS = {
+    "array": "a list",
+    "object": "a table",
+    "float": "a number",
+    "int": "a whole number",
+    "str": "text",
+    "bool": "true or false",
+    "null": "nothing",
+}
+
+
+def nearest(name: str, allowed: Iterable[str]) -> str | None:
+    """Return the allowed name that looks most like a mistyped one, or None.
+
+    Parameters
+    ----------
+    name : str
+        What was typed.
+    allowed : iterable of str
+        Names that exist.
+
+    Returns
+    -------
+    str or None
+        The nearest name, case ignored; None where nothing is similar.
+    """
+    lowered = {a.lower(): a for a in allowed}
+    hits = difflib.get_close_matches(name.lower(), list(lowered), n=1, cutoff=0.5)
+    return lowered[hits[0]] if hits else None
+
+
+def unknown_name(path: str, name: str, allowed: Sequence[str], *, what: str) -> str:
+    """Return the sentence for a name that does not exist.
+
+    Parameters
+    ----------
+    path : str
+        Where it stands, for example ``mission.tags[1]``.
+    name : str
+        What was given.
+    allowed : sequence of str
+        Names that exist.
+    what : str
+        What the names are, for example ``tag``.
+
+    Returns
+    -------
+    str
+        One sentence with the nearest name, or with all of them where none is near.
+    """
+    near = nearest(name, allowed)
+    known = ", ".join(allowed) if allowed else "none"
+    hint = f"did you mean {near!r} (known are: {known})?" if near else f"known are: {known}."
+    return f"{path} is {name!r}, but there is no such {what}; {hint}"
+
+
+def path_text(path: Path) -> str:
+    """Return a key path as people write it.
+
+    Parameters
+    ----------
+    path : tuple of str or int
+        Keys and list positions from the root.
+
+    Returns
+    -------
+    str
+        For example ``room.object[0].size_m[2]``; ``the study`` for the root itself.
+    """
+    text = ""
+    for part in path:
+        if isinstance(part, int):
+            text += f"[{part}]"
+        else:
+            text += f".{part}" if re.fullmatch(r"[\w-]+", part) else f".{part!r}"
+    return text.lstrip(".") or "the study"
+
+
+def unit_of(path: Path) -> str:
+    """Return the unit that the last key of a path carries in its name.
+
+    Parameters
+    ----------
+    path : tuple of str or int
+        Keys and list positions from the root.
+
+    Returns
+    -------
+    str
+        For example ``m`` [-]; empty where the key has no unit.
+    """
+    key = next((p for p in reversed(path) if isinstance(p, str)), "")
+    return next((unit for suffix, unit in _UNITS.items() if key.endswith(suffix)), "")
+
+
+def value_text(path: Path, value: Any) -> str:  # noqa: ANN401  any TOML value
+    """Return a value as a sentence shows it, with the unit of its key.
+
+    Parameters
+    ----------
+    path : tuple of str or int
+        Where it stands.
+    value : object
+        A TOML value.
+
+    Returns
+    -------
+    str
+        The value, shortened, and its unit where it is a number.
+    """
+    if isinstance(value, bool):
+        return str(value).lower()
+    shown = repr(value)
+    shown = shown if len(shown) <= 60 else shown[:57] + "..."
+    unit = unit_of(path)
+    return f"{shown} {unit}" if unit and isinstance(value, int | float) else shown
+
+
+def struct_names(struct: type[msgspec.Struct]) -> list[str]:
+    """Return the keys that a table of the study file may have.
+
+    Parameters
+    ----------
+    struct : type
+        The table's class.
+
+    Returns
+    -------
+    list of str
+        Key names as the file writes them, the tag ``kind`` included [-].
+    """
+    names = [f.encode_name for f in msgspec.structs.fields(struct)]
+    tag = struct.__struct_config__.tag_field
+    return [*([tag] if tag else []), *names]
+
+
+def sentence(error: msgspec.ValidationError, raw: Any, root: type) -> str:  # noqa: ANN401
+    """Return one sentence for what msgspec found wrong.
+
+    Parameters
+    ----------
+    error : msgspec.ValidationError
+        What ``msgspec.convert`` raised.
+    raw : object
+        The parsed file.
+    root : type
+        The class it should become.
+
+    Returns
+    -------
+    str
+        Key path, value with unit, what is allowed and, for names, the nearest one.
+    """
+    text, _, where = str(error).partition(" - at ")
+    path, value, kind = _locate(where.strip("`"), raw, root)
+    shown = path_text(path)
+    if found := re.match(r"Object contains unknown field `(.+)`", text):
+        keys = struct_names(_struct_for(kind, value))
+        near = nearest(found[1], keys)
+        hint = f"did you mean {near!r}?" if near else f"known here are: {', '.join(keys)}."
+        return f"{path_text((*path, found[1]))} is not a key of a study file; {hint}"
+    if found := re.match(r"Object missing required field `(.+)`", text):
+        return f"{path_text((*path, found[1]))} is missing; every {_table(path)} needs it."
+    if text.startswith("Invalid"):
+        return unknown_name(shown, str(value), _choices(kind, path), what="choice")
+    return f"{shown} is {value_text(path, value)}, but {_wanted(text)} is needed."
+
+
+def _table(path: Path) -> str:
+    keys = [p for p in path if isinstance(p, str)]
+    return (
+        f"[[{'.'.join(keys)}]]"
+        if path and isinstance(path[-1], int)
+        else (f"[{'.'.join(keys)}]" if keys else "study")
+    )
+
+
+def _wanted(text: str) -> str:
+    if found := re.match(r"Expected `(\w+)` (>=|>|<=|<) ([-\d.e+]+)$", text):
+        compared = {">=": "of at least", ">": "greater than", "<=": "of at most", "<": "below"}
+        bound = found[3].removesuffix(".0")
+        return f"{_WORDS[found[1]]} {compared[found[2]]} {bound}"
+    if found := re.match(r"Expected `(array|str)` of length (>= )?(\d+)", text):
+        least = "at least " if found[2] else ""
+        return "text that is not empty" if found[1] == "str" else f"a list of {least}{found[3]}"
+    if found := re.match(r"Expected `([^`]+)`", text):
+        words = [_WORDS.get(w, w) for w in found[1].split(" | ") if w != "null"]
+        return " or ".join(words)
+    return text
+
+
+def _locate(where: str, raw: Any, root: Any) -> tuple[Path, Any, Any]:  # noqa: ANN401
+    """Follow msgspec's path; a dict's key is not named there, so the first bad one is found."""
+    path: Path = ()
+    value, kind = raw, root
+    for token in re.findall(r"\.([^.\[]+)|\[(\d+|\.\.\.)\]", where.removeprefix("$")):
+        key, index = token
+        if key:
+            struct = _struct_for(kind, value)
+            tag = struct.__struct_config__.tag_field
+            kind = kind if key == tag else _field_type(struct, key)
+            path, value = (*path, key), value[key]
+        elif index == "...":
+            kind = _item_type(kind, dict)
+            bad = next(k for k, v in value.items() if not _converts(v, kind))
+            path, value = (*path, bad), value[bad]
+        else:
+            kind = _item_type(kind, tuple, int(index))
+            path, value = (*path, int(index)), value[int(index)]
+    return path, value, kind
+
+
+def _converts(value: Any, kind: Any) -> bool:  # noqa: ANN401
+    try:
+        msgspec.convert(value, kind)
+    except msgspec.ValidationError:
+        return False
+    return True
+
+
+def _members(kind: Any) -> list[Any]:  # noqa: ANN401
+    origin = get_origin(kind)
+    if origin is Annotated:
+        return _members(get_args(kind)[0])
+    if origin in {Union, UnionType}:
+        return [m for arg in get_args(kind) for m in _members(arg)]
+    return [kind]
+
+
+def _struct_for(kind: Any, value: Any) -> type[msgspec.Struct]:  # noqa: ANN401
+    structs = [m for m in _members(kind) if isinstance(m, type) and issubclass(m, msgspec.Struct)]
+    for struct in structs:
+        config = struct.__struct_config__
+        if config.tag_field and value.get(config.tag_field) == config.tag:
+            return struct
+    return structs[0]
+
+
+def _field_type(struct: type[msgspec.Struct], key: str) -> Any:  # noqa: ANN401
+    return next(f.type for f in msgspec.structs.fields(struct) if f.encode_name == key)
+
+
+def _item_type(kind: Any, container: type, index: int = 0) -> Any:  # noqa: ANN401
+    for member in _members(kind):
+        if get_origin(member) is container:
+            args = get_args(member)
+            if container is dict or Ellipsis in args:
+                return args[-1] if container is dict else args[0]
+            return args[index]
+    return object
+
+
+def _choices(kind: Any, path: Path) -> list[str]:  # noqa: ANN401
+    members = _members(kind)
+    names = [str(a) for m in members if get_origin(m) is Literal for a in get_args(m)]
+    tags = [
+        str(m.__struct_config__.tag)
+        for m in members
+        if isinstance(m, type) and issubclass(m, msgspec.Struct) and path[-1] == "kind"
+    ]
+    return names + tags

@@ -1,0 +1,254 @@
+"""The tables of a study file that describe a room, its materials and what stands in it."""
+
+from typing import Annotated, Literal
+
+import msgspec
+from msgspec import Meta
+
+Positive = Annotated[float, Meta(gt=0.0)]
+NotNegative = Annotated[float, Meta(ge=0.0)]
+PositiveCount = Annotated[int, Meta(ge=1)]
+Name = Annotated[str, Meta(min_length=1)]
+Point = tuple[float, float, float]
+Size = tuple[Positive, Positive, Positive]
+UpAxis = Literal["y", "z"]
+
+
+class Table(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """One table of the study file: immutable, keys by name only, unknown keys refused."""
+
+
+class MaterialTable(Table, frozen=True, kw_only=True):
+    """A material written out in the study file.
+
+    Parameters
+    ----------
+    name : str or None
+        Name of the material table in force (`octant materials`); instead of ``eps_r``.
+    eps_r : float or None
+        Real part of the relative permittivity [-], at least 1.
+    sigma_s_per_m : float or None
+        Conductivity [S/m].
+    thickness_m : float or None
+        Thickness [m] of a finite slab; None makes the wall a half-space.
+    """
+
+    name: Name | None = None
+    eps_r: Annotated[float, Meta(ge=1.0)] | None = None
+    sigma_s_per_m: NotNegative | None = None
+    thickness_m: Positive | None = None
+
+
+MaterialSpec = str | MaterialTable
+
+
+class RoomMaterial(Table, frozen=True, kw_only=True):
+    """The material of a parametric room: one for all surfaces, or one for each kind of surface.
+
+    Parameters
+    ----------
+    name, eps_r, sigma_s_per_m, thickness_m : optional
+        As in `MaterialTable`: one material for the whole room ([-], [S/m], [m]).
+    walls, floor, ceiling : str, MaterialTable or None
+        A material for each kind of surface; all three are given, or none.
+    """
+
+    name: Name | None = None
+    eps_r: Annotated[float, Meta(ge=1.0)] | None = None
+    sigma_s_per_m: NotNegative | None = None
+    thickness_m: Positive | None = None
+    walls: MaterialSpec | None = None
+    floor: MaterialSpec | None = None
+    ceiling: MaterialSpec | None = None
+
+
+class Placed(Table, frozen=True, kw_only=True):
+    """What every object of a room has.
+
+    Parameters
+    ----------
+    name : str or None
+        Name of the body; None numbers it by its kind.
+    position_m : (3,) tuple of float
+        Lowest corner (box, cabinet), centre of the base (cylinder) or origin (mesh), in the
+        room's frame [m].
+    yaw_deg : float
+        Turn about the vertical through ``position_m``, counter-clockwise from above [deg].
+    """
+
+    name: Name | None = None
+    position_m: Point
+    yaw_deg: float = 0.0
+
+
+class Cabinet(Placed, frozen=True, kw_only=True, tag_field="kind", tag="cabinet"):
+    """A closed file cabinet: ``[[room.object]]`` with ``kind = "cabinet"``.
+
+    Parameters
+    ----------
+    name, position_m, yaw_deg
+        As in `Placed` ([m], [deg]).
+    size_m : (3,) tuple of float
+        Extent along its own x, y and z [m].
+    material : str or MaterialTable
+        Its material.
+    """
+
+    size_m: Size
+    material: MaterialSpec = "metal"
+
+
+class Box(Placed, frozen=True, kw_only=True, tag_field="kind", tag="box"):
+    """A solid box: ``[[room.object]]`` with ``kind = "box"``.
+
+    Parameters
+    ----------
+    name, position_m, yaw_deg
+        As in `Placed` ([m], [deg]).
+    size_m : (3,) tuple of float
+        Extent along its own x, y and z [m].
+    material : str or MaterialTable
+        Its material.
+    """
+
+    size_m: Size
+    material: MaterialSpec
+
+
+class Cylinder(Placed, frozen=True, kw_only=True, tag_field="kind", tag="cylinder"):
+    """An upright solid cylinder: ``[[room.object]]`` with ``kind = "cylinder"``.
+
+    Parameters
+    ----------
+    name, position_m, yaw_deg
+        As in `Placed` ([m], [deg]).
+    radius_m : float
+        Radius [m].
+    height_m : float
+        Height [m].
+    material : str or MaterialTable
+        Its material.
+    """
+
+    radius_m: Positive
+    height_m: Positive
+    material: MaterialSpec
+
+
+class MeshObject(Placed, frozen=True, kw_only=True, tag_field="kind", tag="mesh"):
+    """An object read from a mesh file: ``[[room.object]]`` with ``kind = "mesh"``.
+
+    Parameters
+    ----------
+    name, position_m, yaw_deg
+        As in `Placed` ([m], [deg]).
+    file : str
+        Mesh file, relative to the study file.
+    unit : str or None
+        Length unit of the file, such as m, cm, mm, in; needed unless the format declares one.
+    up : str or None
+        The file's vertical axis, ``y`` or ``z``; None: y for GLB and GLTF, z for the others.
+    material : str or MaterialTable
+        Its material.
+    """
+
+    file: Name
+    unit: Name | None = None
+    up: UpAxis | None = None
+    material: MaterialSpec
+
+
+RoomObject = Cabinet | Box | Cylinder | MeshObject
+
+
+class RoomMesh(Table, frozen=True, kw_only=True):
+    """One mesh file of a room: ``[[room.mesh]]``.
+
+    Parameters
+    ----------
+    file : str
+        Mesh file, relative to the study file.
+    unit : str or None
+        Length unit of the file, such as m, cm, mm, in; needed unless the format declares one.
+    up : str or None
+        The file's vertical axis, ``y`` or ``z``; None: y for GLB and GLTF, z for the others.
+    material : str, MaterialTable or None
+        Material of every body that ``materials`` does not name.
+    materials : dict
+        Material by the name of the body in the file.
+    """
+
+    file: Name
+    unit: Name | None = None
+    up: UpAxis | None = None
+    material: MaterialSpec | None = None
+    materials: dict[str, MaterialSpec] = {}
+
+
+class DoorwayTable(Table, frozen=True, kw_only=True):
+    """An opening in a wall of a parametric room, from the floor up: ``[[room.doorway]]``.
+
+    Parameters
+    ----------
+    wall : int
+        Number of the wall [-]: wall i runs from corner i of the outline to corner i + 1; in a box,
+        wall 0 is at the lowest y and the others follow counter-clockwise.
+    offset_m : float
+        Distance from the wall's first corner to the opening [m].
+    width_m : float
+        Width [m].
+    height_m : float
+        Height [m], less than the room's.
+    """
+
+    wall: Annotated[int, Meta(ge=0)]
+    offset_m: Positive
+    width_m: Positive
+    height_m: Positive
+
+
+class Room(Table, frozen=True, kw_only=True):
+    """The room and what stands in it: table ``[room]``.
+
+    Exactly one of ``box_m``, ``outline_m``, ``mesh`` and ``free_space`` says what the room is.
+
+    Parameters
+    ----------
+    box_m : (3,) tuple of float or None
+        Inner size of a box room along x, y and z [m].
+    outline_m : tuple of (2,) tuples or None
+        Corners (x, y) of a room of any outline with vertical walls [m], at least three.
+    height_m : float or None
+        Height of the room that ``outline_m`` describes [m].
+    mesh : str, tuple of RoomMesh or None
+        Mesh file, or several ``[[room.mesh]]`` tables.
+    unit : str or None
+        Length unit of ``mesh`` where that is one file.
+    up : str or None
+        Vertical axis of ``mesh``, ``y`` or ``z``, where that is one file.
+    free_space : bool
+        True: no room at all, only the objects.
+    origin_m : (3,) tuple of float
+        Where the lowest corner of ``box_m``, the origin of ``outline_m`` or of the meshes lies [m].
+    material : str, RoomMaterial or None
+        Material of a parametric room, or of the bodies of ``mesh``.
+    materials : dict
+        Material by body name, where ``mesh`` is one file.
+    doorways : tuple of DoorwayTable
+        Openings in the walls of a parametric room: the tables ``[[room.doorway]]``.
+    objects : tuple of RoomObject
+        Furniture and other objects: the tables ``[[room.object]]``.
+    """
+
+    box_m: Size | None = None
+    outline_m: Annotated[tuple[tuple[float, float], ...], Meta(min_length=3)] | None = None
+    height_m: Positive | None = None
+    mesh: str | tuple[RoomMesh, ...] | None = None
+    unit: Name | None = None
+    up: UpAxis | None = None
+    free_space: bool = False
+    origin_m: Point = (0.0, 0.0, 0.0)
+    material: str | RoomMaterial | None = None
+    materials: dict[str, MaterialSpec] = {}
+    doorways: tuple[DoorwayTable, ...] = msgspec.field(default=(), name="doorway")
+    objects: tuple[RoomObject, ...] = msgspec.field(default=(), name="object")

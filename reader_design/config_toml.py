@@ -1,0 +1,72 @@
+"""Writing a study as TOML text (the standard library only reads TOML)."""
+
+import json
+import re
+from typing import Any
+
+_COMMENTS = {
+    "plate_height_axis_m": "not given: as plate_height_m",
+    "plate_outer_radius_m": "not given: half of ground_plane_m",
+    "max_time_s": "not given: 60 s and four times what the straight way takes",
+}
+
+
+def toml_text(tables: dict[str, Any]) -> str:
+    """Return nested plain values as TOML text.
+
+    Parameters
+    ----------
+    tables : dict
+        Text keys; values are text, numbers, booleans, lists, dicts; None leaves a key out.
+
+    Returns
+    -------
+    str
+        TOML that ``tomllib`` reads back to the same values; dicts that hold a list of dicts or
+        stand at the root become tables, deeper ones are written inline.
+    """
+    lines: list[str] = []
+    _table(lines, (), tables)
+    return "\n".join(lines).strip() + "\n"
+
+
+def _table(lines: list[str], path: tuple[str, ...], table: dict[str, Any]) -> None:
+    later: list[tuple[str, Any]] = []
+    for key, value in table.items():
+        if _is_table(path, key, value) or _is_table_list(value):
+            later.append((key, value))
+        elif value is not None:
+            lines.append(f"{_key(key)} = {_value(value)}")
+        elif key in _COMMENTS:
+            lines.append(f"# {key}  {_COMMENTS[key]}")
+    for key, value in later:
+        name = ".".join(_key(p) for p in (*path, key))
+        for part in value if isinstance(value, list | tuple) else [value]:
+            brackets = f"[[{name}]]" if isinstance(value, list | tuple) else f"[{name}]"
+            lines.extend(["", brackets])
+            _table(lines, (*path, key), part)
+
+
+def _is_table(path: tuple[str, ...], key: str, value: Any) -> bool:  # noqa: ANN401
+    return isinstance(value, dict) and (not path or key == "room")
+
+
+def _is_table_list(value: Any) -> bool:  # noqa: ANN401
+    return isinstance(value, list | tuple) and bool(value) and isinstance(value[0], dict)
+
+
+def _key(key: str) -> str:
+    return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else _value(key)
+
+
+def _value(value: Any) -> str:  # noqa: ANN401
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    if isinstance(value, dict):
+        items = (f"{_key(k)} = {_value(v)}" for k, v in value.items() if v is not None)
+        return "{" + ", ".join(items) + "}"
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(_value(v) for v in value) + "]"
+    return repr(value)

@@ -1,0 +1,299 @@
+"""Results on disk: netCDF with units on everything, written whole or not at all."""
+
+import os
+import platform
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from importlib import metadata
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.geometries.errors import ConfigError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+PARTS = ("re", "im")
+
+
+def refuse_overwrite(*paths: Path, force: bool) -> None:
+    """Return nothing; refuse, before any work, to write over what is there or into a file.
+
+    Parameters
+    ----------
+    *paths : Path
+        Files that would be written.
+    force : bool
+        True: overwriting is what the user asked for.
+
+    Raises
+    ------
+    ConfigError
+        When one of the files exists and ``force`` is false, or its folder is a file.
+    """
+    for path in paths:
+        above = next(folder for folder in path.absolute().parents if folder.exists())
+        if not above.is_dir():
+            msg = f"{path} cannot be written, because {above} is a file; give another place."
+            raise ConfigError(msg)
+        if path.exists() and not force:
+            msg = f"{path} exists already; give another place, or --force to overwrite it."
+            raise ConfigError(msg)
+
+
+@contextmanager
+def whole_file(path: Path) -> Iterator[Path]:
+    """Yield a temporary name beside a file; on success it takes the file's place, else it goes.
+
+    Parameters
+    ----------
+    path : Path
+        The file to write; its folder is made where it is missing.
+
+    Yields
+    ------
+    Path
+        Where to write; same folder, same suffix.
+
+    Raises
+    ------
+    ConfigError
+        When the folder cannot be made or written to.
+    """
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(
+            prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent
+        )
+    except OSError as exc:
+        msg = f"{path} cannot be written ({exc.strerror}); give a folder that can be written to."
+        raise ConfigError(msg) from exc
+    os.close(handle)
+    part = Path(name)
+    try:
+        yield part
+        part.chmod(0o666 & ~_umask())
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def write_text(path: Path, text: str, *, force: bool = True) -> None:
+    """Return nothing; write a text file whole.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    text : str
+        Its content, written as UTF-8.
+    force : bool
+        False: refuse when the file exists.
+
+    Raises
+    ------
+    ConfigError
+        When the file exists and ``force`` is false, or its folder cannot be written to.
+    """
+    refuse_overwrite(path, force=force)
+    with whole_file(path) as part:
+        part.write_text(text, "utf-8")
+
+
+def variable(
+    dims: Sequence[str], values: npt.ArrayLike, *, units: str, long_name: str
+) -> "xr.Variable":
+    """Return an xarray variable that says what it is, in which unit.
+
+    Parameters
+    ----------
+    dims : sequence of str
+        Name of each dimension; a complex array gets a last one, ``part`` = re, im.
+    values : array_like
+        The numbers, in ``units``; text is allowed.
+    units : str
+        Unit, for example ``W``; ``1`` for a number without one.
+    long_name : str
+        What it is, in words.
+
+    Returns
+    -------
+    xarray.Variable
+        With ``units`` and ``long_name`` as attributes.
+
+    Raises
+    ------
+    ValueError
+        When unit or name is empty, or the dimensions do not fit.
+    """
+    import xarray as xr
+
+    if not units or not long_name:
+        msg = f"A stored variable needs units and long_name, but got {units!r} and {long_name!r}."
+        raise ValueError(msg)
+    array, names = np.asarray(values), list(dims)
+    if np.iscomplexobj(array):
+        array, names = np.stack([array.real, array.imag], axis=-1), [*names, "part"]
+    return xr.Variable(names, array, attrs={"units": units, "long_name": long_name})
+
+
+def dataset(
+    variables: Mapping[str, "xr.Variable"],
+    *,
+    coordinates: Mapping[str, "xr.Variable"] | None = None,
+    study_toml: str,
+    seed: int,
+    title: str,
+    attributes: Mapping[str, str | int | float] | None = None,
+) -> "xr.Dataset":
+    """Return a dataset with the study, the versions and the seed in its attributes.
+
+    Parameters
+    ----------
+    variables : mapping of str to xarray.Variable
+        Made by `variable` (any unit [-]).
+    coordinates : mapping of str to xarray.Variable or None
+        Made by `variable`; ``part`` is added where a variable is complex.
+    study_toml : str
+        The resolved study.
+    seed : int
+        The seed in force [-].
+    title : str
+        What the file holds.
+    attributes : mapping or None
+        Further attributes.
+
+    Returns
+    -------
+    xarray.Dataset
+        Ready for `write_dataset`.
+
+    Raises
+    ------
+    ValueError
+        When a variable or coordinate has no units or long_name.
+    """
+    import xarray as xr
+
+    coords: dict[str, xr.Variable] = dict(coordinates or {})
+    if any("part" in v.dims for v in variables.values()):
+        coords["part"] = variable(
+            ["part"], list(PARTS), units="1", long_name="part of a complex number"
+        )
+    for name, item in {**variables, **coords}.items():
+        if not item.attrs.get("units") or not item.attrs.get("long_name"):
+            msg = f"{name} has no units or long_name; make it with store.variable."
+            raise ValueError(msg)
+    attrs = {"title": title, "study": study_toml, "seed": seed, **versions(), **(attributes or {})}
+    return xr.Dataset(dict(variables), coords=coords, attrs=attrs)
+
+
+def write_dataset(data: "xr.Dataset", path: Path, *, force: bool) -> None:
+    """Return nothing; write a dataset as netCDF4, whole or not at all.
+
+    Parameters
+    ----------
+    data : xarray.Dataset
+        Every variable and coordinate with ``units`` and ``long_name``.
+    path : Path
+        The file.
+    force : bool
+        False: refuse when the file exists.
+
+    Raises
+    ------
+    ConfigError
+        When the file exists and ``force`` is false, or its folder cannot be written to.
+    ValueError
+        When a variable has no units or long_name.
+    """
+    refuse_overwrite(path, force=force)
+    for name, item in data.variables.items():
+        if not item.attrs.get("units") or not item.attrs.get("long_name"):
+            msg = f"{name} has no units or long_name; make it with store.variable."
+            raise ValueError(msg)
+    with whole_file(path) as part:
+        data.to_netcdf(part, engine="h5netcdf")
+
+
+def read_dataset(path: Path) -> "xr.Dataset":
+    """Return the dataset of a file, loaded into memory.
+
+    Parameters
+    ----------
+    path : Path
+        A netCDF4 file.
+
+    Returns
+    -------
+    xarray.Dataset
+        Its content; the file is closed.
+
+    Raises
+    ------
+    ConfigError
+        When the file does not exist or is not netCDF4.
+    """
+    import xarray as xr
+
+    if not path.is_file():
+        msg = f"{path} does not exist; give the path of a results file."
+        raise ConfigError(msg)
+    try:
+        return xr.load_dataset(path, engine="h5netcdf")
+    except OSError as exc:
+        msg = f"{path} is not a netCDF4 file; give one that Octant wrote."
+        raise ConfigError(msg) from exc
+
+
+def complex_values(stored: "xr.DataArray") -> npt.NDArray[np.complex128]:
+    """Return the complex numbers of a variable whose last dimension is ``part``.
+
+    Parameters
+    ----------
+    stored : xarray.DataArray
+        A stored complex variable, in any unit [-].
+
+    Returns
+    -------
+    ndarray of complex128
+        Same unit, without the last dimension.
+
+    Raises
+    ------
+    ValueError
+        When the last dimension is not ``part``.
+    """
+    if not stored.dims or stored.dims[-1] != "part":
+        msg = f"The last dimension is {stored.dims[-1:]}, but a complex variable ends in 'part'."
+        raise ValueError(msg)
+    values = stored.to_numpy().astype(np.float64)
+    return np.asarray(values[..., 0] + 1j * values[..., 1])
+
+
+def versions() -> dict[str, str]:
+    """Return the versions that decide numbers, for the attributes of a result.
+
+    Returns
+    -------
+    dict of str
+        Versions of Octant, Python and the numeric packages [-]; ``not installed`` for Octant run
+        from a working tree.
+    """
+    found = {"python_version": platform.python_version()}
+    for package in ("octant", "numpy", "scipy", "numba", "trimesh"):
+        try:
+            found[f"{package}_version"] = metadata.version(package)
+        except metadata.PackageNotFoundError:
+            found[f"{package}_version"] = "not installed"
+    return found
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask

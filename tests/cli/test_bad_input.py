@@ -1,0 +1,167 @@
+"""Bad input of every kind: one sentence, exit code 2, no traceback."""
+
+import pytest
+
+ROOM = '[room]\nbox_m = [7.0, 7.0, 3.0]\norigin_m = [-1, -1, 0]\nmaterial = "concrete"\n'
+TAG = '[[tag]]\nid = "a"\nposition_m = [2.0, 0.5, 3.0]\n'
+MISSION = '[mission]\nstart_m = [0, 0]\ntags = ["a"]\n'
+CABINET = (
+    '[[room.object]]\nkind = "cabinet"\nsize_m = [1.5, 0.35, 1.0]\nposition_m = [1.0, 2.0, 0.0]\n'
+)
+STL = """solid s
+facet normal 0 0 1
+outer loop
+vertex {0} 0 0
+vertex 1 0 0
+vertex 0 1 0
+endloop
+endfacet
+endsolid s
+"""
+VERBS = (
+    ("study", "--out", "{out}"),
+    ("map", "--out", "{out}/m.nc"),
+    ("navigate", "--out", "{out}"),
+    ("rss", "--tag", "a", "--poses", "{poses}"),
+    ("paths", "--tx", "1,1,1", "--rx", "2,2,1"),
+)
+
+
+@pytest.fixture
+def refusal(octant, study_file, tmp_path):
+    """The sentence with which a verb refuses a study."""
+
+    def call(text, verb=VERBS[1]):
+        (tmp_path / "poses.csv").write_text("x_m,y_m,heading_deg\n1,1,90\n")
+        fill = {"out": tmp_path / "out", "poses": tmp_path / "poses.csv"}
+        name, *options = verb
+        study = study_file('name = "bad"\n' + text)
+        sentence = octant(name, study, *[o.format(**fill) for o in options]).refused()
+        assert not (tmp_path / "out").exists()
+        return sentence
+
+    return call
+
+
+@pytest.mark.parametrize("verb", VERBS, ids=lambda verb: verb[0])
+@pytest.mark.parametrize(
+    ("text", "part"),
+    [
+        (ROOM + TAG + MISSION + "[reader]\nantenna_radus_m = 0.1\n", "'antenna_radius_m'"),
+        (ROOM.replace("concrete", "concret") + TAG + MISSION, "'concrete'"),
+        (ROOM + TAG + MISSION + "[reader]\nantenna_radius_m = 0.3\n", "0.3 m"),
+        (ROOM + TAG.replace("0.5, 3.0", "0.5, 4.0") + MISSION, "outside the room"),
+        (ROOM + TAG + MISSION + "[radio]\nfrequency_hz = 200e9\n", "200 GHz"),
+        (
+            ROOM + CABINET + TAG.replace("2.0, 0.5, 3.0", "2.0, 2.2, 0.5") + MISSION,
+            "inside a solid",
+        ),
+        (ROOM + TAG + MISSION.replace("[0, 0]", "[9, 0]"), "mission.start_m"),
+        (ROOM + TAG + MISSION.replace("[0, 0]", "[-0.95, 0]"), "0.05 m from a wall"),
+        (ROOM + CABINET + TAG + MISSION.replace("[0, 0]", "[2, 2.1]"), "inside an object"),
+        (ROOM + TAG + MISSION + "[reader]\nheight_m = 3.5\n", "reader.height_m"),
+        ('[room]\nmesh = "none.stl"\nmaterial = "metal"\n' + TAG + MISSION, "none.stl"),
+        (ROOM + TAG + "position_m = [1, 1, 1]\n", "study.toml:9"),
+    ],
+    ids=[
+        "unknown key",
+        "unknown material",
+        "r_a beyond the ground plane",
+        "tag outside",
+        "frequency outside the table",
+        "tag inside the cabinet",
+        "start outside",
+        "antenna inside a wall",
+        "start inside the cabinet",
+        "reader above the ceiling",
+        "missing mesh",
+        "not TOML",
+    ],
+)
+def test_bad_studies_are_refused_by_every_verb(refusal, text, part, verb):
+    assert part in refusal(text, verb)
+
+
+@pytest.mark.parametrize(
+    ("content", "unit", "part"),
+    [
+        (STL.format(0), "", "unit"),
+        (STL.format("nan"), 'unit = "m"\n', "NaN"),
+        ("solid s\nendsolid s\n", 'unit = "m"\n', "no triangles"),
+        ("", 'unit = "m"\n', "room.stl"),
+        (STL.format(0), 'unit = "mile"\n', "mile"),
+    ],
+    ids=["no unit", "NaN vertices", "empty mesh", "empty file", "unknown unit"],
+)
+def test_bad_meshes_are_refused(refusal, tmp_path, content, unit, part):
+    (tmp_path / "room.stl").write_text(content)
+    assert part in refusal(f'[room]\nmesh = "room.stl"\n{unit}material = "metal"\n' + TAG)
+
+
+@pytest.mark.parametrize(
+    ("name", "part"), [("none.stl", "does not exist"), ("mesh.stl", "unit"), ("mesh.xyz", "xyz")]
+)
+def test_audit_refuses_what_is_no_mesh(octant, tmp_path, name, part):
+    if name != "none.stl":
+        (tmp_path / name).write_text(STL.format(0))
+    assert part in octant("audit", tmp_path / name).refused()
+
+
+def test_layouts_are_named_when_they_are_wrong(refusal):
+    layout = '[[layout]]\nname = "full"\n[[layout.object]]\nkind = "box"\nmaterial = "wood"\n'
+    layout += "size_m = [7, 7, 1.5]\nposition_m = [-1, -1, 1.5]\n"
+    sentence = refusal(ROOM + TAG + MISSION + layout, VERBS[0])
+    assert "layout 'full'" in sentence
+    assert "tag[0].position_m" in sentence
+
+
+@pytest.mark.parametrize(
+    ("verb", "part"),
+    [
+        (("map", "--out", "{out}/m.nc", "--antenna", "9"), "1 to 8"),
+        (("map", "--out", "{out}/m.nc", "--antenna", "1", "--isotropic"), "--isotropic"),
+        (("map", "--out", "{out}/m.nc", "--tag", "b"), "'b'"),
+        (("rss", "--tag", "A", "--poses", "{poses}"), "'a'"),
+        (("rss", "--tag", "a", "--poses", "{out}"), "cannot be read"),
+        (("navigate", "--out", "{out}", "--runs", "0"), "runs"),
+        (("navigate", "--out", "{out}", "--noise-db", "-1"), "noise-db"),
+    ],
+)
+def test_bad_options_are_refused(refusal, verb, part):
+    assert part in refusal(ROOM + TAG + MISSION, verb)
+
+
+def test_driving_needs_a_mission_and_maps_need_a_tag(refusal):
+    assert "[mission]" in refusal(ROOM + TAG, VERBS[2])
+    assert "[[tag]]" in refusal(ROOM, VERBS[1])
+
+
+def test_maps_that_would_not_fit_into_memory_are_refused(refusal):
+    assert "map.spacing_m" in refusal(ROOM + TAG + "[map]\nspacing_m = 1e-6\n")
+
+
+def test_output_that_exists_is_kept(octant, study_file, tmp_path):
+    study = study_file('name = "x"\n' + ROOM + TAG + MISSION)
+    out = tmp_path / "missions.csv"
+    out.write_text("mine")
+    assert "--force" in octant("navigate", study, "--out", tmp_path).refused()
+    assert "--force" in octant("map", study, "--out", out).refused()
+    assert out.read_text() == "mine"
+
+
+def test_output_under_a_file_is_refused(octant, study_file):
+    study = study_file('name = "x"\n' + ROOM + TAG + "[map]\nspacing_m = 3.0\n")
+    octant("map", study, "--out", study / "m.nc", "--isotropic").refused()
+
+
+@pytest.mark.parametrize("frequency", ["0", "-1", "nan", "inf"])
+def test_materials_need_a_frequency(octant, frequency):
+    assert "--frequency-ghz" in octant("materials", "--frequency-ghz", frequency).refused()
+
+
+def test_poses_with_bad_numbers_name_the_line(octant, study_file, tmp_path):
+    poses = tmp_path / "poses.csv"
+    poses.write_text("x_m,y_m,heading_deg\n1,1,90\n1,one,90\n")
+    study = study_file('name = "x"\n' + ROOM + TAG)
+    sentence = octant("rss", study, "--tag", "a", "--poses", poses).refused()
+    assert "poses.csv:3: y_m is 'one'" in sentence
