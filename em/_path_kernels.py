@@ -15,8 +15,14 @@ from octant.geometries._bvh_kernels import BvhArrays, segment_blocked
 CHUNK = 256
 """Images that are worked through before their paths are used: bounds the memory per receiver."""
 
-FACET, PLANE, NODE, CURSOR = 0, 1, 2, 3
+FACET, PLANE, NODE, CURSOR, RIM = 0, 1, 2, 3, 4
 """Columns of the search state, one row per reflection counted from the receiver."""
+
+OUTSIDE, INSIDE, ON_RIM = 0, 1, 2
+"""Where a point of its plane lies with respect to a facet."""
+
+CORNER_REACH = 1e3
+"""Half the span, in margins of the hierarchy, over which a hit on a rim is checked for obstacles."""
 
 
 class TreeArrays(NamedTuple):
@@ -51,7 +57,7 @@ class SceneArrays(NamedTuple):
 
 @njit(cache=True, error_model="numpy")
 def winds_around(outline, begin, end, u, v, tolerance):
-    """Return whether directed edges wind around a point or pass within the tolerance of it."""
+    """Return where a point lies with respect to the polygon of directed edges."""
     winding = 0
     for i in range(begin, end):
         u0, v0, u1, v1 = outline[i, 0], outline[i, 1], outline[i, 2], outline[i, 3]
@@ -62,13 +68,13 @@ def winds_around(outline, begin, end, u, v, tolerance):
             along = (u - u0) * du + (v - v0) * dv
             slack = tolerance * np.sqrt(length2)
             if -slack <= along <= length2 + slack:
-                return True
+                return ON_RIM
         if v0 <= v:
             if v1 > v and side > 0.0:
                 winding += 1
         elif v1 <= v and side < 0.0:
             winding -= 1
-    return winding != 0
+    return INSIDE if winding != 0 else OUTSIDE
 
 
 @njit(cache=True, error_model="numpy")
@@ -103,7 +109,50 @@ def path_is_free(boxes, links, triangles, triangle_planes, margin, points, state
             plane_b,
         ):
             return False
+        if i < order and state[i, RIM] == ON_RIM:
+            if corner_blocked(
+                boxes, links, triangles, triangle_planes, margin, points, row, i, plane_b
+            ):
+                return False
     return True
+
+
+@njit(cache=True, error_model="numpy")
+def corner_blocked(boxes, links, triangles, triangle_planes, margin, points, row, i, plane):
+    """Return whether a path that touches a facet's rim passes through a neighbour's there.
+
+    Hits at the very ends of a segment do not count as obstacles, so a path could slip into a solid
+    through its edge. The chord from just before the rim to just after it settles that.
+    """
+    reach = CORNER_REACH * margin
+    ends = np.empty(6)
+    for side in range(2):
+        other = i if side == 0 else i + 2
+        size = 0.0
+        for a in range(3):
+            size += (points[row, other, a] - points[row, i + 1, a]) ** 2
+        size = np.sqrt(size)
+        if size <= reach:  # the next reflection is in the same corner
+            return False
+        for a in range(3):
+            ends[3 * side + a] = points[row, i + 1, a] + reach / size * (
+                points[row, other, a] - points[row, i + 1, a]
+            )
+    return segment_blocked(
+        boxes,
+        links,
+        triangles,
+        triangle_planes,
+        margin,
+        ends[0],
+        ends[1],
+        ends[2],
+        ends[3],
+        ends[4],
+        ends[5],
+        plane,
+        -1,
+    )
 
 
 @njit(cache=True, error_model="numpy")
@@ -197,6 +246,7 @@ def find_paths(
             u = hx * planes[plane, 4] + hy * planes[plane, 5] + hz * planes[plane, 6]
             v = hx * planes[plane, 7] + hy * planes[plane, 8] + hz * planes[plane, 9]
             hit = -1
+            where = OUTSIDE
             for facet in range(plane_facet_start[plane], plane_facet_start[plane + 1]):
                 if (
                     u < facet_box[facet, 0] - tolerance
@@ -206,11 +256,23 @@ def find_paths(
                 ):
                     continue
                 begin, end = facet_outline[facet, 0], facet_outline[facet, 1]
-                if begin == end or winds_around(outline, begin, end, u, v, tolerance):
+                if begin < end:
+                    where = winds_around(outline, begin, end, u, v, tolerance)
+                elif (
+                    u < facet_box[facet, 0] + tolerance
+                    or v < facet_box[facet, 1] + tolerance
+                    or u > facet_box[facet, 2] - tolerance
+                    or v > facet_box[facet, 3] - tolerance
+                ):
+                    where = ON_RIM
+                else:
+                    where = INSIDE
+                if where != OUTSIDE:
                     hit = facet
                     break
             if hit < 0:
                 continue
+            state[depth, RIM] = where
             state[depth, FACET] = hit
             state[depth, PLANE] = plane
             depth += 1
@@ -265,7 +327,7 @@ def search_chunk(scene, tree, x, y, z, first, state, points, facets, orders):
 def make_scratch(max_order):
     """Return state, points, facets and orders for chunks of paths of up to ``max_order``."""
     return (
-        np.empty((max_order + 2, 4), dtype=np.int64),
+        np.empty((max_order + 2, 5), dtype=np.int64),
         np.empty((CHUNK + 1, max_order + 2, 3)),
         np.empty((CHUNK + 1, max_order + 1), dtype=np.int64),
         np.empty(CHUNK + 1, dtype=np.int64),

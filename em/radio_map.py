@@ -1,5 +1,6 @@
 """Radio maps: received power over a horizontal grid, in blocks, on all cores."""
 
+from concurrent.futures import Executor
 from dataclasses import dataclass
 
 import numpy as np
@@ -39,7 +40,7 @@ class RadioMap:
     path_count: npt.NDArray[np.int64]
 
 
-def grid_axis_m(low_m: float, high_m: float, spacing_m: float) -> FloatArray:
+def grid_axis_m(low_m: float, high_m: float, *, spacing_m: float) -> FloatArray:
     """Return (n,) cell centres [m] that divide a length evenly into cells of at most the spacing.
 
     Parameters
@@ -83,6 +84,7 @@ def map_antenna(
     transmitter: Antenna,
     receiver: Antenna,
     power_w: float,
+    executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> RadioMap:
     """Return the map of one receiving antenna.
@@ -101,6 +103,8 @@ def map_antenna(
         Antennas in the room's frame.
     power_w : float
         Transmitted power [W].
+    executor : Executor, optional
+        Runs the blocks, sharing memory; by default one thread per core.
     progress : callable, optional
         Told about finished blocks.
 
@@ -122,6 +126,7 @@ def map_antenna(
         transmitter=transmitter,
         receiver=receiver,
         power_w=power_w,
+        executor=executor,
         progress=progress,
     )
     return _as_map(x, y, z_m, power)

@@ -3,6 +3,7 @@
 import math
 import warnings
 from collections.abc import Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import partial
 from typing import NamedTuple
@@ -42,6 +43,7 @@ def antenna_power(
     transmitter: Antenna,
     receiver: Antenna,
     power_w: float,
+    executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> ReceivedPower:
     """Return the power that one antenna receives at each of many places.
@@ -58,6 +60,8 @@ def antenna_power(
         Antennas in the room's frame.
     power_w : float
         Transmitted power [W].
+    executor : Executor, optional
+        Runs the blocks, sharing memory; by default one thread per core.
     progress : callable, optional
         Told about finished blocks.
 
@@ -83,7 +87,7 @@ def antenna_power(
             scene, images, sender, taker, places, begin, end, coherent, mean, count
         )
 
-    run_blocks(work, m, progress=progress)
+    run_blocks(work, m, executor=executor, progress=progress)
     return ReceivedPower(power_w * coherent, power_w * mean, count)
 
 

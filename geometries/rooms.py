@@ -302,10 +302,10 @@ def l_shaped_room(
 
 
 def corridor(
+    *,
     length_m: float,
     width_m: float,
     height_m: float,
-    *,
     origin_m: Sequence[float] = (0.0, 0.0, 0.0),
     material: str = "concrete",
     materials: Mapping[str, str] | None = None,

@@ -261,16 +261,17 @@ def bearing_error_figure(
         )
         for ax, (name, azimuths, rss) in zip(axes[0], surroundings, strict=True):
             errors = _mean_errors_rad(rss, azimuths, element_azimuths_rad)
-            degrees = np.degrees(azimuths)
+            degrees = np.append(np.degrees(azimuths), 360.0 + np.degrees(azimuths[0]))
             labels = ("strongest antenna", "RSS-weighted vector sum")
             for error, label, colour in zip(errors, labels, ("#cc6677", "#332288"), strict=True):
-                low, middle, high = np.degrees(np.quantile(error, [0.1, 0.5, 0.9], axis=0))
+                closed = np.hstack([error, error[:, :1]])
+                low, middle, high = np.degrees(np.quantile(closed, [0.1, 0.5, 0.9], axis=0))
                 ax.fill_between(degrees, low, high, color=colour, alpha=0.16, linewidth=0)
                 ax.plot(degrees, middle, color=colour, label=label)
             ax.set_title(name)
             ax.set_xlim(0.0, 360.0)
             ax.set_xticks(np.arange(0, 361, 45))
-            ax.set_ylim(bottom=0.0)
+            ax.set_ylim(bottom=-0.015 * ax.get_ylim()[1])  # keeps a line at zero in sight
             ax.set_xlabel("azimuth of the tag in the reader frame [°]")
         axes[0, 0].set_ylabel("absolute bearing error [°]")
         handles, labels = axes[0, 0].get_legend_handles_labels()

@@ -62,7 +62,7 @@ def rss_distance_figure(
     rows = -(-len(panels) // columns)
     with figure_style():
         figure, axes = new_figure(
-            width_in=2.2 + 2.7 * columns,
+            width_in=max(2.2 + 2.7 * columns, 7.0),
             height_in=0.7 + 2.3 * rows,
             title=title,
             rows=rows,

@@ -58,6 +58,6 @@ def map_axes_m(study: Study, built: StudyScene) -> tuple[FloatArray, FloatArray]
         )
         raise ConfigError(msg)
     return (
-        grid_axis_m(float(low[0]), float(high[0]), spacing),
-        grid_axis_m(float(low[1]), float(high[1]), spacing),
+        grid_axis_m(float(low[0]), float(high[0]), spacing_m=spacing),
+        grid_axis_m(float(low[1]), float(high[1]), spacing_m=spacing),
     )

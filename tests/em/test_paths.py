@@ -229,3 +229,13 @@ def test_delays_and_directions_belong_to_the_vertices(box_scene, dipole):
         out, back = v[1] - v[0], v[-2] - v[-1]
         assert g.departure[k] == pytest.approx(out / np.linalg.norm(out), abs=1e-12)
         assert g.arrival[k] == pytest.approx(back / np.linalg.norm(back), abs=1e-12)
+
+
+def test_no_path_enters_a_solid_through_its_edge(isotropic):
+    """This pair has a third-order path that touches the cabinet exactly in a vertical edge."""
+    scene = build_scene(
+        box_room((5.0, 5.0, 3.0)),
+        objects=(cabinet(size_m=(1.5, 0.35, 1.0), position_m=(1.75, 2.2, 0.0)),),
+    )
+    paths, _ = gains(scene, TX, [(2.0, 2.3, 0.5)], 3, isotropic)
+    assert len(paths) == 0

@@ -64,7 +64,7 @@ def test_antenna_power_equals_the_sum_of_its_recorded_paths(box_scene, dipole, i
 def test_blocks_and_threads_change_no_bit(box_scene, dipole, isotropic):
     radio = radio_scene(box_scene, F)
     tree = search_images(box_scene, TAG, 3)
-    axis = grid_axis_m(0.0, 5.0, 0.1)
+    axis = grid_axis_m(0.0, 5.0, spacing_m=0.1)
     gx, gy = np.meshgrid(axis, axis, indexing="ij")
     places = np.column_stack((gx.ravel(), gy.ravel(), np.full(gx.size, 0.3)))
     whole = antenna_power(radio, tree, places, transmitter=dipole, receiver=isotropic, power_w=1.0)
@@ -161,7 +161,8 @@ def test_channels_are_averaged_in_power(box_scene):
 
 
 def test_maps_are_the_powers_at_their_cells(box_scene, isolated, dipole, isotropic):
-    x, y = grid_axis_m(0.0, 5.0, 1.0), grid_axis_m(0.0, 4.0, 1.0)
+    x = grid_axis_m(0.0, 5.0, spacing_m=1.0)
+    y = grid_axis_m(0.0, 4.0, spacing_m=1.0)
     assert x.tolist() == [0.5, 1.5, 2.5, 3.5, 4.5]
     radio, tree = radio_scene(box_scene, F), search_images(box_scene, TAG, 2)
     field = map_antenna(

@@ -99,7 +99,7 @@ def test_a_room_over_any_outline_is_a_sphere_to_a_topologist(reverse):
 
 
 def test_a_corridor_is_a_box():
-    here = corridor(12.0, 1.8, 2.4, origin_m=(1, 2, 3))
+    here = corridor(length_m=12.0, width_m=1.8, height_m=2.4, origin_m=(1, 2, 3))
     there = box_room((12.0, 1.8, 2.4), origin_m=(1, 2, 3))
     for a, b in zip(here, there, strict=True):
         np.testing.assert_array_equal(a.triangles_m, b.triangles_m)
@@ -158,7 +158,7 @@ def test_each_part_has_its_own_material():
         (lambda: box_room((5, 4, 3), origin_m=(0, 0)), "origin_m"),
         (lambda: l_shaped_room((5, 4, 3), (5, 1)), "smaller than the room"),
         (lambda: l_shaped_room((5, 4, 3), (1, 1), notch_corner="ne"), "notch_corner"),
-        (lambda: corridor(5, 0, 3), "width_m"),
+        (lambda: corridor(length_m=5, width_m=0, height_m=3), "width_m"),
         (lambda: prism_room([(0, 0), (2, 2), (2, 0), (0, 2)], 3), "meets side"),
         (lambda: prism_room([(0, 0), (2, 2), (2, 0)], math.nan), "height_m"),
         (

@@ -67,6 +67,24 @@ def test_any_rule_base_equals_scikit_fuzzy(base, value):
     assert base.infer(value)[0] == pytest.approx(by_scikit_fuzzy(base, value, 0), abs=1e-3)
 
 
+def test_several_crossings_between_two_corners_are_taken_in_order():
+    # All three fire fully at 1/2; between 0 and 0.9 the conclusions are 1 - u, u and u / 0.9, whose
+    # crossings come up in the order 0.5, 0.47.
+    names = ("falling", "late", "later")
+    base = RuleBase(
+        input_variable=variable_from_table(
+            "in", (0, 1), [(name, (0.1 * k, 0.1 * k, 1, 1)) for k, name in enumerate(names)]
+        ),
+        outputs=(
+            variable_from_table(
+                "out", (0, 1), [("falling", (0, 0, 1)), ("late", (0, 0.9, 1)), ("later", (0, 1, 1))]
+            ),
+        ),
+        rules=tuple(Rule(when=name, then=(name,)) for name in ("falling", "later", "late")),
+    )
+    assert base.infer(0.5)[0] == pytest.approx(by_scikit_fuzzy(base, 0.5, 0), abs=1e-6)
+
+
 def test_centroid_carries_no_grid_error():
     # At -0.75 two terms fire at 1/2: H clipped over [0.5, 1], VH clipped over [0.75, 1]. Their
     # union rises 0.5..0.625, stays at 1/2 up to 1, H's fall being covered: integrate by hand.

@@ -87,6 +87,10 @@ def test_success_needs_every_arrival_near_its_tag():
     assert measure(near).success
     assert measure(near).arrival_errors_m == pytest.approx([0.15, 0.3])
     assert not measure(near, success_radius_m=0.2).success
+    # The arrival itself counts as an approach, though its row belongs to the next tag.
+    assert measure(near).closest_m == pytest.approx([0.1, 0.2])
+    sooner = record(poses[1:], [1], arrivals=[(0.85, 0.0), (1.0, 1.7)])
+    assert measure(sooner).closest_m == pytest.approx([0.15, 0.2])
     missing = record(poses, targets, outcome="time-out", arrivals=[(0.85, 0.0), (np.nan, np.nan)])
     assert not measure(missing).success
     assert not measure(missing).captured

@@ -178,7 +178,7 @@ def test_unused_panels_are_hidden():
 def test_bearing_error_of_a_perfect_reader_is_the_sector_saw_tooth():
     ax = bearing_error_figure([("free", AZIMUTHS, RSS[None])], ELEMENTS, title="t").axes[0]
     strongest, vector = (line.get_ydata() for line in ax.lines[:2])
-    expected = np.abs((np.degrees(AZIMUTHS) + 22.5) % 45.0 - 22.5)
+    expected = np.abs((np.degrees([*AZIMUTHS, 0.0]) + 22.5) % 45.0 - 22.5)
     np.testing.assert_allclose(strongest, expected, atol=1e-9)
     np.testing.assert_allclose(vector, 0.0, atol=1e-9)
 

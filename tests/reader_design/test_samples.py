@@ -9,7 +9,7 @@ from octant.em.reader_response import sector_response
 from octant.em.received_power import reader_link
 from octant.geometries.errors import ConfigError
 from octant.geometries.furniture import box
-from octant.geometries.rooms import box_room
+from octant.geometries.rooms import Doorway, box_room, prism_room
 from octant.geometries.scene import build_scene, free_space_scene
 from octant.navigation.bearing import reader_azimuth, wrap_angle
 from octant.reader_design.samples import (
@@ -98,6 +98,24 @@ def test_robot_does_not_fit_below_the_reader_where_a_low_object_stands():
     )
     fits = standing_room(low, np.array([[1.5, 1.5], [3.0, 3.0]]), reader_z_m=0.3, clearance_m=0.1)
     assert fits.tolist() == [False, True]
+
+
+def test_open_room_is_where_its_floor_is():
+    # an L-shaped room with a doorway is not closed: its notch lies within the bounds, but outside
+    outline = ((0.0, 0.0), (4.0, 0.0), (4.0, 2.0), (2.0, 2.0), (2.0, 4.0), (0.0, 4.0))
+    door = Doorway(wall=0, offset_m=1.0, width_m=0.9, height_m=2.0)
+    scene = build_scene(prism_room(outline, 2.5, doorways=(door,)))
+    places = np.array([[3.0, 3.0], [1.0, 3.0], [3.0, 1.0]])
+    fits = standing_room(scene, places, reader_z_m=0.3, clearance_m=0.1)
+    assert fits.tolist() == [False, True, True]
+
+
+def test_room_without_a_floor_is_open_ground():
+    walls = tuple(b for b in box_room((4.0, 4.0, 2.5)) if b.name == "walls")
+    fits = standing_room(
+        build_scene(walls), np.array([[2.0, 2.0]]), reader_z_m=0.3, clearance_m=0.1
+    )
+    assert fits.all()
 
 
 def test_robot_fits_everywhere_in_free_space():

@@ -1,4 +1,4 @@
-"""Laws of the sweep: what a cell is named by, that nothing is computed twice, that nothing is lost."""
+"""Laws of the sweep: what names a cell, that nothing is computed twice, that nothing is lost."""
 
 import dataclasses
 from concurrent.futures import Future, ProcessPoolExecutor
