@@ -282,7 +282,7 @@ def sector_response(
     *,
     frequency_hz: float,
     antenna_radius_m: float = 0.10,
-    exponent: float = 2.0,
+    exponent: float = 4.0,
 ) -> ReaderResponse:
     """Return an idealised sector reader: isolated half-wave dipoles behind cosine sector windows.
 
@@ -299,7 +299,7 @@ def sector_response(
     antenna_radius_m : float
         Distance of the antennas from the axis [m].
     exponent : float
-        Exponent of the window [-]; 2 gives a half-power width of 131 degrees.
+        Exponent of the window [-]; 4 gives a half-power width of 94 degrees.
 
     Returns
     -------

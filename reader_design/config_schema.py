@@ -259,7 +259,7 @@ class Study(Table, frozen=True, kw_only=True):
         The tables ``[[layout]]``.
     """
 
-    name: Name
+    name: Name = "study"
     seed: Annotated[int, Meta(ge=0)] = 1
     radio: Radio = Radio()
     room: Room

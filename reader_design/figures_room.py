@@ -82,7 +82,8 @@ def map_figure(
     bar_label : str
         Quantity and unit at the colour bar.
     limits : (float, float), optional
-        Ends of the colour bar in its unit; default: the 2nd and 99.8th percentile of all panels.
+        Ends of the colour bar in its unit [dBm] or [deg]; default: the 2nd and 99.8th percentile
+        of all panels.
     colours : str
         Matplotlib colour map.
 

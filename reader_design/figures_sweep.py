@@ -95,7 +95,7 @@ class MatrixColumn:
     title : str
         Heading with its unit, e.g. ``margin [dB]``; a line break is allowed.
     values : (k,) float64
-        One number for each design, in that unit.
+        One number for each design, in the title's unit, e.g. [dB] or [%].
     text : str
         Format of a number, e.g. ``{:.1f}``.
     better : str

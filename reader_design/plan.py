@@ -122,7 +122,9 @@ def draw_plan(axes: "Axes", plan: Plan, *, extra_m: FloatArray | None = None) ->
     seen = np.concatenate(points) if points else np.array([[-1.0, -1.0], [1.0, 1.0]])
     low, high = seen.min(axis=0), seen.max(axis=0)
     # Names of points at the very edge need room; walls do not.
-    within = bool(points) and bool((plan.bounds_m[0] <= low).all() and (plan.bounds_m[1] >= high).all())
+    within = bool(points) and bool(
+        (plan.bounds_m[0] <= low).all() and (plan.bounds_m[1] >= high).all()
+    )
     pad = (0.04 if within else 0.09) * float(max(*(high - low), 0.5))
     axes.set_xlim(low[0] - pad, high[0] + pad)
     axes.set_ylim(low[1] - pad, high[1] + pad)

@@ -14,14 +14,10 @@ import numpy.typing as npt
 
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import ConfigError
-from octant.geometries.occlusion import segments_blocked
 from octant.geometries.scene import Scene
 from octant.navigation.sensing import PowerLink
 
 FloatArray = npt.NDArray[np.float64]
-
-FLOOR_UNEVENNESS_M = 0.02
-"""How far below its lowest corner, or above it, a room's floor may lie [m]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -211,22 +207,12 @@ def standing_room(
     Returns
     -------
     (p,) bool
-        Inside the room, over its floor, in no solid from the floor up to the reader, and clear of
-        what is nearer than the clearance.
-
-    Notes
-    -----
-    A room that is not closed has no inside to ask for, only bounds; there the floor tells which
-    places belong to it (an L-shaped room with a doorway). A room without any floor at its lowest
-    height is taken as open ground.
+        Inside the room, in no solid from the floor up to the reader, and clear of what is nearer
+        than the clearance.
     """
     fits = np.ones(len(points_m), dtype=np.bool_)
     if not scene.bodies:
         return fits
-    if _has_floor(scene):
-        above = np.column_stack([points_m, np.full(len(points_m), reader_z_m)])
-        below = above - [0.0, 0.0, reader_z_m - scene.floor_height_m + FLOOR_UNEVENNESS_M]
-        fits &= segments_blocked(scene.bvh, above, below)
     column = np.column_stack([points_m, np.full(len(points_m), reader_z_m)])
     fits &= scene.inside_room(column)
     floor = scene.floor_height_m
@@ -236,15 +222,6 @@ def standing_room(
     distance = scene.distance_to_facets_m(column)[0]
     fits &= distance >= min(clearance_m, 0.999 * (reader_z_m - floor))
     return fits
-
-
-def _has_floor(scene: Scene) -> bool:
-    """Return whether the room has a horizontal surface at its lowest height."""
-    facets = scene.facets
-    level = np.abs(facets.plane_normal[:, 2]) > 0.99
-    height = facets.plane_offset_m * np.sign(facets.plane_normal[:, 2])
-    low = np.abs(height - scene.floor_height_m) <= FLOOR_UNEVENNESS_M
-    return scene.has_room and bool((level & low).any())
 
 
 def floor_points_m(

@@ -102,7 +102,7 @@ def test_rays_say_what_they_leave_out():
 
 def test_sector_window_is_half_power_at_its_documented_width():
     response = sector_response([0.0, np.pi / 2], frequency_hz=F)
-    half = np.radians(131.0 / 2.0)
+    half = np.radians(94.1 / 2.0)
     f = np.abs(response.far_field(np.full(2, np.pi / 2), [0.0, half])[0, :, 0]) ** 2
     assert f[1] / f[0] == pytest.approx(0.5, abs=0.005)
 

@@ -110,14 +110,6 @@ def test_open_room_is_where_its_floor_is():
     assert fits.tolist() == [False, True, True]
 
 
-def test_room_without_a_floor_is_open_ground():
-    walls = tuple(b for b in box_room((4.0, 4.0, 2.5)) if b.name == "walls")
-    fits = standing_room(
-        build_scene(walls), np.array([[2.0, 2.0]]), reader_z_m=0.3, clearance_m=0.1
-    )
-    assert fits.all()
-
-
 def test_robot_fits_everywhere_in_free_space():
     fits = standing_room(
         free_space_scene(), np.array([[100.0, -3.0]]), reader_z_m=0.3, clearance_m=0.1
