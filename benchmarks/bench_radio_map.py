@@ -26,7 +26,7 @@ REPEATS = 3
 
 
 def grid_m(n):
-    """The peers' grid: n x n receivers in the box, off its walls."""
+    """Return the axes of the peers' grid: n x n receivers in the box, off its walls."""
     i = np.arange(n)
     return 0.0531 + i * 4.8938 / (n - 1), 0.0517 + i * 4.8966 / (n - 1)
 

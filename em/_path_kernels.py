@@ -22,7 +22,7 @@ OUTSIDE, INSIDE, ON_RIM = 0, 1, 2
 """Where a point of its plane lies with respect to a facet."""
 
 CORNER_REACH = 1e3
-"""Half the span, in margins of the hierarchy, over which a hit on a rim is checked for obstacles."""
+    facet_outline: np.ndarray  # (f, 2) int64: begin, end of its outline; equal: fills its box
 
 
 class TreeArrays(NamedTuple):
@@ -109,11 +109,11 @@ def path_is_free(boxes, links, triangles, triangle_planes, margin, points, state
             plane_b,
         ):
             return False
-        if i < order and state[i, RIM] == ON_RIM:
-            if corner_blocked(
-                boxes, links, triangles, triangle_planes, margin, points, row, i, plane_b
-            ):
-                return False
+        on_rim = i < order and state[i, RIM] == ON_RIM
+        if on_rim and corner_blocked(
+            boxes, links, triangles, triangle_planes, margin, points, row, i, plane_b
+        ):
+            return False
     return True
 
 

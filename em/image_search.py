@@ -21,6 +21,7 @@ import numpy.typing as npt
 
 from octant.em import _image_kernels
 from octant.em._path_kernels import TreeArrays
+from octant.em.blocks import Progress
 from octant.geometries._arrays import frozen_array
 from octant.geometries._plane_geometry import weld
 from octant.geometries.errors import GeometryError
@@ -29,6 +30,9 @@ from octant.geometries.scene import Scene
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
+
+PAIRS_PER_CALL = 1_000_000
+"""Pairs of image and plane [-] that one call of the kernel works through."""
 
 MAX_IMAGES = 20_000_000
 """Images beyond which a search stops with an error instead of filling the memory."""
@@ -94,6 +98,7 @@ def search_images(
     max_reflections: int,
     *,
     region_m: npt.ArrayLike | None = None,
+    progress: Progress | None = None,
 ) -> ImageTree:
     """Return every image of a source that a path of up to so many reflections can use.
 
@@ -109,6 +114,8 @@ def search_images(
         Least and greatest corner [m] of the box that all receivers lie in. Default: the scene's
         bounds when the source is in a room, else everywhere. A smaller region prunes more; the
         images of a box seen from inside are 1, 6, 18, 38, 66, 102 ... (4 n^2 + 2).
+    progress : callable, optional
+        Told (images done, images in all) of each order as it grows.
 
     Returns
     -------
@@ -130,7 +137,7 @@ def search_images(
         msg = f"max_reflections = {max_reflections} is negative; give 0 or more."
         raise GeometryError(msg)
     region = _region(scene, source, region_m)
-    search = _Search(scene, source, region)
+    search = _Search(scene, source, region, progress)
     for _ in range(max_reflections):
         search.grow(keep_windows=search.order_reached + 1 < max_reflections)
     return search.finish()
@@ -165,8 +172,10 @@ def _inner_sides(scene: Scene, source: FloatArray, region: FloatArray) -> IntArr
 class _Search:
     """The images found so far, order by order."""
 
-    def __init__(self, scene: Scene, source: FloatArray, region: FloatArray) -> None:
-        self.scene, self.source, self.region = scene, source, region
+    def __init__(
+        self, scene: Scene, source: FloatArray, region: FloatArray, progress: Progress | None
+    ) -> None:
+        self.source, self.region, self.progress = source, region, progress
         self.facets = scene.facets
         self.inner_side = _inner_sides(scene, source, region)
         self.hull_start, self.hulls = _facet_hulls(self.facets)
@@ -191,18 +200,7 @@ class _Search:
         """Add the images of the next order."""
         f = self.facets
         planes = len(f.plane_normal)
-        children, windows, corners = _image_kernels.expand(
-            np.ascontiguousarray(self.level_m),
-            *self.windows,
-            f.plane_normal,
-            f.plane_offset_m,
-            f.plane_facet_start,
-            self.inner_side,
-            self.hull_start,
-            self.hulls,
-            self.slack,
-            keep_windows,
-        )
+        children, windows, corners = self._expand(keep_windows=keep_windows)
         considered = len(self.level_m) * planes
         normal, offset = f.plane_normal[children[:, 1]], f.plane_offset_m[children[:, 1]]
         parent_m = self.level_m[children[:, 0]]
@@ -225,6 +223,44 @@ class _Search:
         )
         self.level_m, self.level_first = place_m[kept], first
         self.windows = _windows_by_image(windows, corners, image_of, len(kept))
+
+    def _expand(self, *, keep_windows: bool) -> tuple[IntArray, IntArray, FloatArray]:
+        """Return children, windows and corners of the level, worked through in short calls.
+
+        Each call does about as many pairs of image and plane as take a tenth of a second, so that
+        an interrupt is heard and progress is told.
+        """
+        f = self.facets
+        start, plane, corner_start, window_corners = self.windows
+        images = np.ascontiguousarray(self.level_m)
+        step = max(1, PAIRS_PER_CALL // max(1, len(f.plane_normal)))
+        parts: list[tuple[IntArray, IntArray, FloatArray]] = []
+        children_before = 0
+        for begin in range(0, max(1, len(images)), step):
+            end = min(begin + step, len(images))
+            children, windows, corners = _image_kernels.expand(
+                images[begin:end],
+                start[begin : end + 1],
+                plane,
+                corner_start,
+                window_corners,
+                f.plane_normal,
+                f.plane_offset_m,
+                f.plane_facet_start,
+                self.inner_side,
+                self.hull_start,
+                self.hulls,
+                self.slack,
+                keep_windows,
+            )
+            children[:, 0] += begin
+            windows[:, 0] += children_before
+            children_before += len(children)
+            parts.append((children, windows, corners))
+            if self.progress is not None:
+                self.progress(end, len(images))
+        first, second, third = zip(*parts, strict=True)
+        return np.concatenate(first), np.concatenate(second), np.concatenate(third)
 
     def finish(self) -> ImageTree:
         """Return the tree."""

@@ -15,8 +15,8 @@ from pathlib import Path
 
 import msgspec
 
-from octant.geometries.errors import ConfigError
-from octant.reader_design.cells import SweepContext
+from octant.geometries.errors import ConfigError, SweepStateError
+from octant.reader_design.cells import Cell, SweepContext
 from octant.reader_design.choice import Candidate, choose
 from octant.reader_design.cli_types import DRIVE_KERNELS
 from octant.reader_design.config import to_toml
@@ -30,12 +30,22 @@ from octant.reader_design.store import versions, whole_file, write_dataset, writ
 from octant.reader_design.study_report import StudyContent, mission_sentence, study_report
 from octant.reader_design.study_scene import StudyScene, build_study_scene
 from octant.reader_design.sweep import plan_sweep, run_sweep
+from octant.reader_design.tables import put_table
 
 QUICK_RUNS = 3
 """Runs of a mission in a quick look [-]."""
 QUICK_SPACING_M = 0.2
 """Least spacing of the map in a quick look [m]."""
 QUICK_LINE = "# A quick look: coarse sampling and few runs (octant study --quick).\n"
+OUTPUTS = (
+    "results.nc",
+    "report.html",
+    "designs.csv",
+    "missions*.csv",
+    "trajectory*.csv",
+    "figures/*.png",
+)
+"""What a study writes for people, besides study.toml; --force clears it for another study."""
 OWN_ROOM = "the study's room"
 
 
@@ -139,6 +149,7 @@ def run_study(
             for c in scored
             if c.free is not None
         )
+        _refuse_nothing_scored(cells)
         choice = choose(candidates, model=study.reader.response)
         chosen = scored[choice.chosen]
         progress.say(choice.reason[0])
@@ -201,12 +212,30 @@ def _rooms(study: Study, own: StudyScene) -> Iterator[tuple[str, str, StudyScene
         yield layout.name, slug, build_study_scene(study, layout)
 
 
+def _refuse_nothing_scored(cells: Sequence[Cell]) -> None:
+    """Raise when every cell failed, with the reason of the first."""
+    if all(cell.reason for cell in cells):
+        first = cells[0]
+        reason = first.reason.rstrip(".")
+        msg = (
+            f"none of the {len(cells)} designs has scores, so none can be chosen: "
+            f"{first.design.label()} failed because {reason}; change [sweep] or [reader]."
+        )
+        raise SweepStateError(msg)
+
+
 def _claim(out_dir: Path, text: str, *, force: bool) -> None:
     """Refuse a folder with another study's results, or clear it when that is wanted."""
     there = out_dir / "study.toml"
     outputs = [
         path
-        for pattern in ("results.nc", "report.html", "missions*.csv", "trajectory*.csv")
+        for pattern in (
+            "results.nc",
+            "report.html",
+            "designs.csv",
+            "missions*.csv",
+            "trajectory*.csv",
+        )
         for path in sorted(out_dir.glob(pattern))
     ] + sorted(out_dir.glob("figures/*.png"))
     if out_dir.exists() and not out_dir.is_dir():
@@ -250,7 +279,7 @@ def _publish(
         progress.say(f"{out_dir} is complete already; nothing was written.")
         return
     stamp.unlink(missing_ok=True)
-    written = [_results(content, room_map, out_dir)]
+    written = _results(content, room_map, out_dir)
     written += _tables(content.missions, out_dir)
     figures = _figures(content, room_map, rooms, out_dir, progress)
     written += [path for entries in figures.values() for _, _, path in entries]
@@ -272,12 +301,15 @@ def _finished(stamp: Path, key: str, out_dir: Path) -> bool:
         return False
 
 
-def _results(content: StudyContent, room_map: RoomMap, out_dir: Path) -> Path:
-    from octant.reader_design.study_results import study_dataset
+def _results(content: StudyContent, room_map: RoomMap, out_dir: Path) -> list[Path]:
+    """Write the results file and the table of designs."""
+    from octant.reader_design.study_results import design_table, study_dataset
 
-    path = out_dir / "results.nc"
-    write_dataset(study_dataset(content, room_map), path, force=True)
-    return path
+    written = [out_dir / "results.nc", out_dir / "designs.csv"]
+    write_dataset(study_dataset(content, room_map), written[0], force=True)
+    header, rows = design_table(content)
+    put_table(str(written[1]), header, rows, force=True)
+    return written
 
 
 def _tables(missions: Sequence[RoomMission], out_dir: Path) -> list[Path]:

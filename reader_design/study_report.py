@@ -215,8 +215,8 @@ def _scores_section(content: StudyContent) -> ReportSection:
             content.candidates,
             content.choice,
             place,
-            caption=f"Scores {where}, best design first, more columns to the right; * marks the Pareto "
-            "front of share, error, margin and level.",
+            caption=f"Scores {where}, best design first, more columns to the right; * marks the "
+            "Pareto front of share, error, margin and level.",
         )
         for place, where in (("free", "in free space"), ("room", "in the room"))
     ]

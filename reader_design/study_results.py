@@ -11,6 +11,7 @@ from octant.reader_design.design import canonical_json
 from octant.reader_design.map_stage import RoomMap
 from octant.reader_design.mission_stage import RoomMission
 from octant.reader_design.samples import grid_azimuths_rad
+from octant.reader_design.scores import SCORE_NAMES
 from octant.reader_design.store import dataset, variable
 from octant.reader_design.study_report import StudyContent
 
@@ -95,6 +96,42 @@ def study_dataset(content: StudyContent, room_map: RoomMap) -> "xr.Dataset":
             "quick": int(content.quick),
         },
     )
+
+
+def design_table(
+    content: StudyContent,
+) -> tuple[tuple[str, ...], tuple[tuple[object, ...], ...]]:
+    """Return header and rows of designs.csv: parameters and all scores of every design.
+
+    Parameters
+    ----------
+    content : StudyContent
+        Cells and choice.
+
+    Returns
+    -------
+    header : tuple of str
+        ``rank`` (empty when there are no scores), the design's parameters ([m], [ohm], [-]),
+        ``failed_because``, then each score in free space and in the room; the names carry units.
+    rows : tuple of tuple
+        In the order of the sweep; empty where there is no value.
+    """
+    ranks = {
+        content.candidates[index].key: place
+        for place, index in enumerate(content.choice.ranking, 1)
+    }
+    parameters = tuple(content.cells[0].design.as_dict())
+    scores = tuple(f"{place}_{name}" for place in ("free", "room") for name in SCORE_NAMES)
+    header = ("rank", *parameters, "failed_because", *scores)
+    rows = []
+    for cell in content.cells:
+        given = cell.design.as_dict()
+        values: list[object] = [ranks.get(cell.key, ""), *(given[name] for name in parameters)]
+        values.append(cell.reason)
+        for one in (cell.free, cell.room):
+            values += [""] * len(SCORE_NAMES) if one is None else list(one.as_dict().values())
+        rows.append(tuple("" if value is None else value for value in values))
+    return header, tuple(rows)
 
 
 def _sweep_coordinates(content: StudyContent) -> "dict[str, xr.Variable]":

@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from slow_images import paths as slow_paths
 
 from octant.em.image_search import search_images
 from octant.em.paths import trace_paths
@@ -11,7 +12,6 @@ from octant.geometries.errors import GeometryError
 from octant.geometries.furniture import box
 from octant.geometries.rooms import box_room, l_shaped_room
 from octant.geometries.scene import build_scene, free_space_scene
-from slow_images import paths as slow_paths
 
 TX = (3.5, 2.0, 2.9)
 

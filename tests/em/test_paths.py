@@ -1,3 +1,5 @@
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -137,12 +139,10 @@ def test_a_cabinet_takes_away_exactly_the_blocked_paths(dipole):
     free = [
         k
         for k in range(len(empty))
-        if not any(crosses(p, q) for p, q in zip(empty.vertices_of(k), empty.vertices_of(k)[1:]))
+        if not any(crosses(p, q) for p, q in pairwise(empty.vertices_of(k)))
     ]
     assert len(free) < len(empty) == 7
-    left = [
-        k for k in range(len(full)) if full.order[k] == 0 or 0 <= full.facets[k, 0] < 10**9
-    ]
+    left = [k for k in range(len(full)) if full.order[k] == 0 or 0 <= full.facets[k, 0] < 10**9]
     assert len(left) == len(full)
     missing = {round(x, 9) for x in empty.length_m[free]}
     assert missing <= {round(x, 9) for x in full.length_m}
@@ -239,3 +239,24 @@ def test_no_path_enters_a_solid_through_its_edge(isotropic):
     )
     paths, _ = gains(scene, TX, [(2.0, 2.3, 0.5)], 3, isotropic)
     assert len(paths) == 0
+
+
+@pytest.mark.parametrize("tilt", [0.0, 1e-10, 1e-4])
+def test_normal_incidence_turns_the_horizontal_field_over(tilt):
+    """Horizontal dipoles above one another over a perfect floor: direct minus mirrored wave."""
+    floor = Body(
+        name="floor",
+        vertices_m=[[-9, -9, 0], [9, -9, 0], [9, 9, 0], [-9, 9, 0]],
+        faces=[[0, 1, 2], [0, 2, 3]],
+        material="pec",
+    )
+    lying = make_antenna("dipole", F, axis=(1, 0, 0))
+    _, g = gains(build_scene((), objects=(floor,)), (0.0, 0.0, 1.0), [(0.0, tilt, 2.0)], 1, lying)
+    wavelength = lying.wavelength_m
+    k = 2 * np.pi / wavelength
+
+    def wave(distance):
+        return wavelength / (4 * np.pi * distance) * np.exp(-1j * k * distance)
+
+    expected = 1.640922376984585 * (wave(1.0) - wave(3.0))
+    assert g.gain.sum() == pytest.approx(expected, rel=1e-6)

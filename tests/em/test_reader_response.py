@@ -94,9 +94,7 @@ def test_rays_of_a_round_reader_have_its_symmetry():
 
 
 def test_rays_say_what_they_leave_out():
-    response = reader_response(
-        reader_body(), make_antenna("dipole", F), model="rays", gap_m=0.005
-    )
+    response = reader_response(reader_body(), make_antenna("dipole", F), model="rays", gap_m=0.005)
     assert any("geometrical optics" in w for w in response.warnings)
 
 

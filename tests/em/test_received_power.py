@@ -49,9 +49,7 @@ def test_antenna_power_equals_the_sum_of_its_recorded_paths(box_scene, dipole, i
     radio = radio_scene(box_scene, F)
     tree = search_images(box_scene, TAG, 3)
     places = np.random.default_rng(1).uniform((0.2, 0.2, 0.2), (4.8, 4.8, 2.8), (40, 3))
-    power = antenna_power(
-        radio, tree, places, transmitter=dipole, receiver=isotropic, power_w=2.0
-    )
+    power = antenna_power(radio, tree, places, transmitter=dipole, receiver=isotropic, power_w=2.0)
     paths = trace_paths(radio, tree, places)
     gain = path_gains(radio, paths, transmitter=dipole, receiver=isotropic).gain
     for i in range(len(places)):

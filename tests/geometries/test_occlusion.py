@@ -39,7 +39,8 @@ def test_segments_along_the_axes_are_answered():
 
 
 def test_no_ray_slips_through_the_seam_of_two_triangles():
-    corners = np.array([[[0, 0, 0], [1, 0, 0], [1, 1, 0]], [[0, 0, 0], [1, 1, 0], [0, 1, 0]]], float)
+    lower, upper = [[0, 0, 0], [1, 0, 0], [1, 1, 0]], [[0, 0, 0], [1, 1, 0], [0, 1, 0]]
+    corners = np.array([lower, upper], float)
     bvh = build_bvh(corners, np.zeros(2, np.int64), extent_m=1.0)
     rng = np.random.default_rng(0)
     on = np.repeat(rng.uniform(0.01, 0.99, (500, 1)), 2, axis=1)

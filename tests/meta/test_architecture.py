@@ -108,7 +108,9 @@ def described_fields(node):
 
 def is_command(node):
     """Whether click turns the docstring into help for people at a terminal."""
-    return any("command" in ast.unparse(d) or "group" in ast.unparse(d) for d in node.decorator_list)
+    return any(
+        "command" in ast.unparse(d) or "group" in ast.unparse(d) for d in node.decorator_list
+    )
 
 
 @pytest.mark.parametrize("path", PUBLIC, ids=short)

@@ -1,4 +1,4 @@
-"""The thesis mission (5.4) in free space on Octant's own field, with the idealised sector reader."""
+"""The thesis mission (5.4) in free space on Octant's own field, with sectors."""
 
 import numpy as np
 import pytest
@@ -40,9 +40,7 @@ def links():
 @pytest.mark.parametrize("steering_input", ["normalised", "nanowatt"])
 def test_all_tags_are_reached_in_100_of_100_noisy_runs_within_12_cm(links, steering_input):
     tags = thesis_tags()
-    tests = arrival_tests(
-        links, [t.tag_id for t in tags], [t.point_m for t in tags], radius_m=0.20
-    )
+    tests = arrival_tests(links, [t.tag_id for t in tags], [t.point_m for t in tags], radius_m=0.20)
     results = run_missions(
         thesis_mission(tests),
         FieldSensor(links=links, azimuths_rad=AZIMUTHS, noise_db=1.0),

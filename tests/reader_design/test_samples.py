@@ -143,7 +143,7 @@ def test_ideal_sector_reader_is_right_in_every_direction_of_free_space():
         tag_position_m=(0.0, 0.0, 3.0),
         tag_antenna=make_antenna("dipole", F),
         tag_power_w=1.0,
-        response=sector_response(elements, frequency_hz=F),
+        response=sector_response(elements, frequency_hz=F, exponent=2.0),
         reader_height_m=0.3,
         max_reflections=0,
     )

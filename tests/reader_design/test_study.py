@@ -10,6 +10,7 @@ import pytest
 from octant.geometries.errors import ConfigError, NavigationError, SweepStateError
 from octant.reader_design import mission_stage, study, sweep
 from octant.reader_design.config import load_study, parse_study
+from octant.reader_design.scores import SCORE_NAMES
 from octant.reader_design.store import read_dataset
 from octant.reader_design.study import run_study
 
@@ -47,6 +48,7 @@ size_m = [0.5, 0.3, 1.0]
 position_m = [2.0, 2.0, 0.0]
 """
 OUTPUTS = {
+    "designs.csv",
     "results.nc",
     "report.html",
     "study.toml",
@@ -132,6 +134,18 @@ def test_tables_have_one_row_for_each_run_and_the_trajectory_all_antennas(done):
     with (done.folder / "trajectory.csv").open() as file:
         header = next(csv.reader(file))
     assert header[-8:] == [f"rss_{i}_w" for i in range(1, 9)]
+
+
+def test_table_of_designs_has_every_score_with_the_numbers_of_the_results(done):
+    with (done.folder / "designs.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    data = read_dataset(done.folder / "results.nc")
+    assert [int(row["rank"]) for row in rows] == data["rank"].values.tolist()
+    assert [float(row["antenna_radius_m"]) for row in rows] == [0.05, 0.10]
+    for i, place in enumerate(("free", "room")):
+        for name in SCORE_NAMES:
+            column = [float(row[f"{place}_{name}"]) for row in rows]
+            np.testing.assert_array_equal(column, data[name].values[:, i])
 
 
 def test_results_and_tables_agree(done):
@@ -239,7 +253,7 @@ def test_failed_design_is_told_and_does_not_stop_the_study(tmp_path):
 
 def test_study_without_any_design_that_can_be_built_says_so(tmp_path):
     text = TEXT.replace("[0.05, 0.10]", '[0.002]\nantenna = ["monopole"]')
-    with pytest.raises(SweepStateError, match="0 scored designs"):
+    with pytest.raises(SweepStateError, match=r"none of the 1 designs.*monopole_plane_m"):
         run_study(small(text), tmp_path, quick=True)
 
 
