@@ -22,7 +22,7 @@ OUTSIDE, INSIDE, ON_RIM = 0, 1, 2
 """Where a point of its plane lies with respect to a facet."""
 
 CORNER_REACH = 1e3
-    facet_outline: np.ndarray  # (f, 2) int64: begin, end of its outline; equal: fills its box
+"""Half the span, in margins of the hierarchy, over which hits on a rim look for obstacles."""
 
 
 class TreeArrays(NamedTuple):
@@ -42,9 +42,7 @@ class SceneArrays(NamedTuple):
     plane_facet_start: np.ndarray  # (p + 1,) int64
     supporting_side: np.ndarray  # (p,) int64
     facet_box: np.ndarray  # (f, 4) [m]
-    facet_outline: (
-        np.ndarray
-    )  # (f, 2) int64: first and end of its outline; equal when it fills its box
+    facet_outline: np.ndarray  # (f, 2) int64: begin, end of its outline; equal: fills its box
     facet_plane: np.ndarray  # (f,) int64
     outline: np.ndarray  # (e, 4) [m]
     bvh: BvhArrays
