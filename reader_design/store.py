@@ -114,7 +114,7 @@ def variable(
     dims : sequence of str
         Name of each dimension; a complex array gets a last one, ``part`` = re, im.
     values : array_like
-        The numbers, in ``units``; text is allowed.
+        The numbers, in the unit [``units``]; text is allowed.
     units : str
         Unit, for example ``W``; ``1`` for a number without one.
     long_name : str
@@ -165,7 +165,7 @@ def dataset(
     title : str
         What the file holds.
     attributes : mapping or None
-        Further attributes.
+        Further attributes [-].
 
     Returns
     -------

@@ -73,6 +73,8 @@ def put_table(
         Column names, with their units.
     rows : iterable of sequences
         Values [-]; floats get the digits that read back to the same number.
+    force : bool
+        Replace a file that exists.
 
     Raises
     ------
