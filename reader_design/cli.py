@@ -14,16 +14,16 @@ from typing import Any, TextIO
 import click
 
 from octant.geometries.errors import OctantError, PhysicsWarning
-from octant.reader_design.config_errors import nearest
+from octant.reader_design.config.errors import nearest
 
 VERBS = {
-    "study": ("verbs_study:study", "The main job: sweep, choice, map, missions, report."),
-    "map": ("verbs_map:radio_map", "Received power over the floor of a room."),
-    "paths": ("verbs_paths:paths", "Every path between a transmitter and receivers."),
-    "rss": ("verbs_paths:rss", "What each antenna of the reader receives, pose by pose."),
-    "navigate": ("verbs_navigate:navigate", "Drive the robot through the tags of a study."),
-    "audit": ("verbs_tables:audit", "What is wrong with a mesh, and what it means for rays."),
-    "materials": ("verbs_tables:materials", "The table of materials in force."),
+    "study": ("verbs.study:study", "The main job: sweep, choice, map, missions, report."),
+    "map": ("verbs.map:radio_map", "Received power over the floor of a room."),
+    "paths": ("verbs.paths:paths", "Every path between a transmitter and receivers."),
+    "rss": ("verbs.paths:rss", "What each antenna of the reader receives, pose by pose."),
+    "navigate": ("verbs.navigate:navigate", "Drive the robot through the tags of a study."),
+    "audit": ("verbs.tables:audit", "What is wrong with a mesh, and what it means for rays."),
+    "materials": ("verbs.tables:materials", "The table of materials in force."),
 }
 CONTEXT = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
 

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.geometries.errors import ConfigError
-from octant.reader_design.config_errors import nearest
+from octant.reader_design.config.errors import nearest
 from octant.reader_design.store import refuse_overwrite, whole_file
 
 

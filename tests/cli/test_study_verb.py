@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from octant.reader_design.config import load_study
+from octant.reader_design.config.loading import load_study
 from octant.reader_design.store import read_dataset
 
 SMALL = """

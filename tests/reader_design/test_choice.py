@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from octant.geometries.errors import SweepStateError
-from octant.reader_design.choice import (
+from octant.reader_design.sweep.choice import (
     Candidate,
     Criteria,
     choose,
     merit,
     pareto_front,
 )
-from octant.reader_design.scores import score_rss
+from octant.reader_design.sweep.scores import score_rss
 
 ELEMENTS = np.arange(8) * np.pi / 4
 AZIMUTHS = np.arange(48) * np.pi / 24

@@ -6,8 +6,8 @@ import msgspec
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from octant.reader_design.config import load_study, parse_study, to_toml
-from octant.reader_design.config_schema import Study
+from octant.reader_design.config.loading import load_study, parse_study, to_toml
+from octant.reader_design.config.schema import Study
 
 lengths = st.floats(min_value=1e-3, max_value=1e3)
 points = st.tuples(*[st.floats(min_value=-1e6, max_value=1e6)] * 3)
@@ -76,8 +76,8 @@ studies = st.fixed_dictionaries(
 @settings(max_examples=60, deadline=None, derandomize=True)
 @given(studies)
 def test_resolved_toml_reads_back_to_an_equal_study(tables):
-    from octant.reader_design.config import resolved
-    from octant.reader_design.config_checks import check_study
+    from octant.reader_design.config.checks import check_study
+    from octant.reader_design.config.loading import resolved
 
     study = msgspec.convert(tables, Study)
     check_study(study)

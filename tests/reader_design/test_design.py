@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from octant.geometries.errors import GeometryError
-from octant.reader_design.config import load_study, parse_study
-from octant.reader_design.design import (
+from octant.reader_design.config.loading import load_study, parse_study
+from octant.reader_design.sweep.design import (
     ReaderDesign,
     canonical_json,
     content_hash,

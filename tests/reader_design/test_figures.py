@@ -10,14 +10,14 @@ import pytest
 from octant.geometries.furniture import box
 from octant.geometries.rooms import Doorway, box_room, prism_room
 from octant.geometries.scene import build_scene, free_space_scene
-from octant.reader_design.figures import (
+from octant.reader_design.figures.common import (
     bearing_error_figure,
     figure_style,
     math_text,
     rss_azimuth_figure,
     save_figure,
 )
-from octant.reader_design.figures_room import (
+from octant.reader_design.figures.room import (
     Drive,
     MapPanel,
     map_figure,
@@ -25,13 +25,13 @@ from octant.reader_design.figures_room import (
     rss_time_figure,
     trajectory_figure,
 )
-from octant.reader_design.figures_sweep import (
+from octant.reader_design.figures.sweep import (
     DistancePanel,
     MatrixColumn,
     rss_distance_figure,
     sweep_matrix_figure,
 )
-from octant.reader_design.plan import cut_triangles, plan_of
+from octant.reader_design.rooms.plan import cut_triangles, plan_of
 
 ELEMENTS = np.arange(8) * np.pi / 4
 AZIMUTHS = np.arange(48) * np.pi / 24
@@ -121,7 +121,7 @@ def test_style_is_in_force_only_inside():
 def test_pyplot_is_never_imported():
     code = (
         "import sys, numpy as np\n"
-        "from octant.reader_design.figures import rss_azimuth_figure, save_figure\n"
+        "from octant.reader_design.figures.common import rss_azimuth_figure, save_figure\n"
         "from pathlib import Path\n"
         "a = np.arange(8.0); f = rss_azimuth_figure(a, np.ones((8, 3)), a[:3], "
         "distance_m=1.0, title='t')\n"

@@ -5,7 +5,7 @@ from html.parser import HTMLParser
 
 import pytest
 
-from octant.reader_design.report import (
+from octant.reader_design.report.html import (
     Report,
     ReportFigure,
     ReportSection,

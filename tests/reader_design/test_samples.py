@@ -12,7 +12,7 @@ from octant.geometries.furniture import box
 from octant.geometries.rooms import Doorway, box_room, prism_room
 from octant.geometries.scene import build_scene, free_space_scene
 from octant.navigation.bearing import reader_azimuth, wrap_angle
-from octant.reader_design.samples import (
+from octant.reader_design.sweep.samples import (
     Sampling,
     facing_poses,
     floor_points_m,
@@ -22,7 +22,7 @@ from octant.reader_design.samples import (
     sample_rss_w,
     standing_room,
 )
-from octant.reader_design.scores import score_rss
+from octant.reader_design.sweep.scores import score_rss
 
 F = 2.4e9
 ROOM = build_scene(

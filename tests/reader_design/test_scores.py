@@ -7,7 +7,7 @@ import pytest
 
 from octant.geometries.errors import AntennaError
 from octant.navigation.bearing import wrap_angle
-from octant.reader_design.measures import (
+from octant.reader_design.sweep.measures import (
     facing_ratios_db,
     leaders,
     power_dbm,
@@ -15,7 +15,7 @@ from octant.reader_design.measures import (
     steering_signal,
     vector_sum_bearing_rad,
 )
-from octant.reader_design.scores import SCORE_NAMES, Scores, score_rss, score_unit
+from octant.reader_design.sweep.scores import SCORE_NAMES, Scores, score_rss, score_unit
 
 N = 8
 ELEMENTS = np.arange(N) * 2 * np.pi / N

@@ -8,11 +8,13 @@ import numpy as np
 import pytest
 
 from octant.geometries.errors import ConfigError, NavigationError, SweepStateError
-from octant.reader_design import mission_stage, study, sweep
-from octant.reader_design.config import load_study, parse_study
-from octant.reader_design.scores import SCORE_NAMES
+from octant.reader_design.config.loading import load_study, parse_study
 from octant.reader_design.store import read_dataset
-from octant.reader_design.study import run_study
+from octant.reader_design.study import mission_stage
+from octant.reader_design.study import run as study
+from octant.reader_design.study.run import run_study
+from octant.reader_design.sweep import run as sweep
+from octant.reader_design.sweep.scores import SCORE_NAMES
 
 TEXT = """
 name = "tiny <study>"

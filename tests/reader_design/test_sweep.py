@@ -10,20 +10,20 @@ import numpy as np
 import pytest
 
 from octant.geometries.errors import ConfigError, SweepStateError
-from octant.reader_design import sweep
-from octant.reader_design.cell_files import read_cell
-from octant.reader_design.cells import (
+from octant.reader_design.config.loading import load_study, parse_study
+from octant.reader_design.rooms.study_scene import build_study_scene
+from octant.reader_design.store import read_dataset
+from octant.reader_design.sweep import run as sweep
+from octant.reader_design.sweep.cell_files import read_cell
+from octant.reader_design.sweep.cells import (
     SweepContext,
     cell_key,
     compute_cell,
     reference_tag,
     scene_fingerprint,
 )
-from octant.reader_design.config import load_study, parse_study
-from octant.reader_design.samples import Sampling
-from octant.reader_design.store import read_dataset
-from octant.reader_design.study_scene import build_study_scene
-from octant.reader_design.sweep import cell_path, designs_of, plan_sweep, run_sweep
+from octant.reader_design.sweep.run import cell_path, designs_of, plan_sweep, run_sweep
+from octant.reader_design.sweep.samples import Sampling
 
 STUDY = """
 name = "small"

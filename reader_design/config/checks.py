@@ -1,0 +1,241 @@
+"""What one key of a study demands of another; a failure is a `ConfigError` with the key path."""
+
+import math
+from collections.abc import Iterator, Sequence
+
+import msgspec
+
+from octant.geometries.errors import ConfigError, GeometryError
+from octant.reader_design.config.errors import unknown_name
+from octant.reader_design.config.materials import (
+    SURFACES,
+    check_material,
+    material_arguments,
+    material_specs,
+)
+from octant.reader_design.config.room import (
+    MeshObject,
+    Room,
+    RoomMaterial,
+    RoomMesh,
+)
+from octant.reader_design.config.schema import Layout, Mission, Reader, Study, Sweep, Tag
+
+
+def check_study(study: Study) -> None:
+    """Return nothing; refuse a study whose keys contradict each other.
+
+    Parameters
+    ----------
+    study : Study
+        A study whose single values are already within their ranges.
+
+    Raises
+    ------
+    ConfigError
+        With the key path, what was given and what is allowed.
+    """
+    _check_solver(study)
+    _check_room("room", study.room)
+    for i, layout in enumerate(study.layouts):
+        if layout.room is not None:
+            _check_room(f"layout[{i}].room", layout.room)
+    _check_unique("layout", "name", [layout.name for layout in study.layouts])
+    _check_tags(study.tags)
+    _check_reader(study.reader, study.sweep)
+    if study.mission is not None:
+        _check_mission(study.mission, study.tags)
+    for path, spec in material_specs(study):
+        check_material(path, spec, study.radio.frequencies_hz)
+    for path, unit in _units(study):
+        _check_unit(path, unit)
+
+
+def rooms_of(study: Study, layout: Layout | None = None) -> Room:
+    """Return the room of a study or of one of its layouts, with all its objects.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    layout : Layout or None
+        One of its layouts; None: the study's own room.
+
+    Returns
+    -------
+    Room
+        The layout's room (the study's where it has none) and the objects of both [m].
+    """
+    if layout is None:
+        return study.room
+    room = layout.room or study.room
+    return msgspec.structs.replace(room, objects=room.objects + layout.objects)
+
+
+def _units(study: Study) -> Iterator[tuple[str, str]]:
+    rooms = [("room", study.room)]
+    rooms += [(f"layout[{i}].room", e.room) for i, e in enumerate(study.layouts) if e.room]
+    objects = [(path, room.objects) for path, room in rooms]
+    objects += [(f"layout[{i}]", layout.objects) for i, layout in enumerate(study.layouts)]
+    for path, room in rooms:
+        meshes = room.mesh if isinstance(room.mesh, tuple) else ()
+        named = [(path, room.unit), *((f"{path}.mesh[{i}]", m.unit) for i, m in enumerate(meshes))]
+        yield from ((f"{where}.unit", unit) for where, unit in named if unit is not None)
+    for path, items in objects:
+        for i, item in enumerate(items):
+            if isinstance(item, MeshObject) and item.unit is not None:
+                yield f"{path}.object[{i}].unit", item.unit
+
+
+def _check_unit(path: str, unit: str) -> None:
+    from octant.geometries.mesh_files import metres_per_unit
+
+    try:
+        metres_per_unit(unit)
+    except GeometryError as exc:
+        msg = f"{path}: {exc}"
+        raise ConfigError(msg) from exc
+
+
+def _check_solver(study: Study) -> None:
+    for key in ("diffraction", "transmission"):
+        if getattr(study.solver, key):
+            msg = (
+                f"solver.{key} is true, but this release computes reflections only (no "
+                "diffraction and no transmission in the room); write false or leave the key out."
+            )
+            raise ConfigError(msg)
+
+
+def _check_room(path: str, room: Room) -> None:
+    kinds = {
+        "box_m": room.box_m is not None,
+        "outline_m": room.outline_m is not None,
+        "mesh": room.mesh is not None,
+        "free_space": room.free_space,
+    }
+    given = [key for key, there in kinds.items() if there]
+    if len(given) != 1:
+        what = " and ".join(given) if given else "none of box_m, outline_m, mesh and free_space"
+        msg = f"{path} has {what}, but exactly one of box_m, outline_m, mesh, free_space is needed."
+        raise ConfigError(msg)
+    _check_belongs(path, room, given[0])
+    parametric = given[0] in {"box_m", "outline_m"}
+    if isinstance(room.material, RoomMaterial):
+        _check_surfaces(path, room.material, parametric=parametric)
+    if parametric:
+        _check_shape(path, room)
+
+
+def _check_belongs(path: str, room: Room, kind: str) -> None:
+    one_file = isinstance(room.mesh, str)
+    needs = {
+        "height_m": (room.height_m is not None, kind == "outline_m", "outline_m"),
+        "unit": (room.unit is not None, one_file, "mesh = FILE"),
+        "up": (room.up is not None, one_file, "mesh = FILE"),
+        "materials": (bool(room.materials), one_file, "mesh = FILE"),
+        "doorway": (bool(room.doorways), kind in {"box_m", "outline_m"}, "box_m or outline_m"),
+        "material": (room.material is not None, kind != "free_space", "a room with walls"),
+    }
+    for key, (given, fits, owner) in needs.items():
+        if given and not fits:
+            msg = f"{path}.{key} is given, but it belongs to {owner} only, and this room is {kind}."
+            raise ConfigError(msg)
+    if kind == "outline_m" and room.height_m is None:
+        msg = f"{path}.height_m is missing, but a room given by outline_m needs its height in m."
+        raise ConfigError(msg)
+    if isinstance(room.mesh, tuple) and not room.mesh:
+        msg = f"{path}.mesh is an empty list, but a room needs at least one mesh file."
+        raise ConfigError(msg)
+    for i, mesh in enumerate(room.mesh if isinstance(room.mesh, tuple) else ()):
+        _check_mesh_material(f"{path}.mesh[{i}]", mesh, room)
+    if one_file and room.material is None and not room.materials:
+        msg = f"{path}.material is missing, but a mesh needs one (or materials by body name)."
+        raise ConfigError(msg)
+
+
+def _check_mesh_material(path: str, mesh: RoomMesh, room: Room) -> None:
+    if mesh.material is None and not mesh.materials and room.material is None:
+        msg = f"{path}.material is missing, but a mesh needs one (or materials by body name)."
+        raise ConfigError(msg)
+
+
+def _check_surfaces(path: str, material: RoomMaterial, *, parametric: bool) -> None:
+    surfaces = [s for s in SURFACES if getattr(material, s) is not None]
+    if not surfaces:
+        return
+    if not parametric:
+        msg = (
+            f"{path}.material names {surfaces[0]}, but only a box_m or outline_m room has walls, "
+            "floor and ceiling; give materials by body name instead."
+        )
+        raise ConfigError(msg)
+    if material_arguments(material) or len(surfaces) < len(SURFACES):
+        msg = (
+            f"{path}.material names {', '.join(surfaces)}, but either one material for the whole "
+            "room or all of walls, floor and ceiling are needed."
+        )
+        raise ConfigError(msg)
+
+
+def _check_shape(path: str, room: Room) -> None:
+    from octant.reader_design.rooms.bodies import room_bodies
+
+    try:
+        room_bodies(room)
+    except GeometryError as exc:
+        msg = f"{path}: {exc}"
+        raise ConfigError(msg) from exc
+
+
+def _check_unique(table: str, key: str, names: Sequence[str]) -> None:
+    for i, name in enumerate(names):
+        if name in names[:i]:
+            msg = (
+                f"{table}[{i}].{key} is {name!r}, which {table}[{names.index(name)}] has already; "
+                f"give every {table} its own {key}."
+            )
+            raise ConfigError(msg)
+
+
+def _check_tags(tags: Sequence[Tag]) -> None:
+    _check_unique("tag", "id", [tag.id for tag in tags])
+    for i, tag in enumerate(tags):
+        if math.hypot(*tag.axis) == 0.0:
+            msg = (
+                f"tag[{i}].axis is {list(tag.axis)}, but an antenna needs a direction; "
+                "write for example [0, 0, 1] for a vertical one."
+            )
+            raise ConfigError(msg)
+
+
+def _check_reader(reader: Reader, sweep: Sweep) -> None:
+    limit_m = reader.ground_plane_m / 2.0
+    radii = [("reader.antenna_radius_m", reader.antenna_radius_m)]
+    radii += [(f"sweep.antenna_radius_m[{i}]", r) for i, r in enumerate(sweep.antenna_radius_m)]
+    for path, radius_m in radii:
+        if radius_m > limit_m * (1.0 + 1e-9):
+            msg = (
+                f"{path} is {radius_m:g} m, but the antennas must stand on the ground plane, whose "
+                f"half is {limit_m:g} m; choose a smaller radius or a larger reader.ground_plane_m."
+            )
+            raise ConfigError(msg)
+    for key in ("antenna", "antenna_radius_m", "plate_height_m"):
+        values = getattr(sweep, key)
+        for i, value in enumerate(values):
+            if value in values[:i]:
+                msg = f"sweep.{key}[{i}] is {value!r} a second time; name every value once."
+                raise ConfigError(msg)
+
+
+def _check_mission(mission: Mission, tags: Sequence[Tag]) -> None:
+    known = [tag.id for tag in tags]
+    for i, tag_id in enumerate(mission.tags):
+        if tag_id not in known:
+            raise ConfigError(unknown_name(f"mission.tags[{i}]", tag_id, known, what="[[tag]]"))
+    if mission.max_time_s is not None and mission.max_time_s < mission.sample_time_s:
+        msg = (
+            f"mission.max_time_s is {mission.max_time_s:g} s, but a mission lasts at least one "
+            f"sample of {mission.sample_time_s:g} s."
+        )
+        raise ConfigError(msg)

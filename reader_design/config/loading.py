@@ -1,0 +1,218 @@
+"""Reading a study file and writing it back with every default resolved."""
+
+import math
+import os
+import re
+import tomllib
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from octant.geometries.errors import ConfigError
+from octant.reader_design.config.checks import check_study
+from octant.reader_design.config.errors import path_text, sentence, unit_of
+from octant.reader_design.config.materials import room_material
+from octant.reader_design.config.room import MeshObject, Room, RoomMesh, RoomObject
+from octant.reader_design.config.schema import Layout, Study
+from octant.reader_design.config.toml import toml_text
+
+replace = msgspec.structs.replace
+
+
+def load_study(path: str | Path | None = None) -> Study:
+    """Return the study of a file, checked, with every default and every path resolved.
+
+    Parameters
+    ----------
+    path : str, Path or None
+        A TOML file; None: the built-in thesis study.
+
+    Returns
+    -------
+    Study
+        All lengths in [m], frequencies in [Hz], angles in [deg]; mesh files as absolute paths.
+
+    Raises
+    ------
+    ConfigError
+        When the file is missing or not TOML, or a key is unknown, wrong or contradicts another.
+    """
+    if path is None:
+        text = resources.files(__package__).joinpath("thesis_study.toml").read_text("utf-8")
+        return parse_study(text, source="thesis_study.toml", directory=Path.cwd())
+    file = Path(path)
+    try:
+        text = file.read_text("utf-8")
+    except FileNotFoundError as exc:
+        msg = f"The study file {str(path)!r} does not exist; give the path of a TOML file."
+        raise ConfigError(msg) from exc
+    except UnicodeDecodeError as exc:
+        msg = f"{path} is not text in UTF-8, which a study file must be."
+        raise ConfigError(msg) from exc
+    except OSError as exc:
+        msg = f"The study file {str(path)!r} cannot be read ({exc.strerror}); give a readable file."
+        raise ConfigError(msg) from exc
+    return parse_study(text, source=str(path), directory=file.resolve().parent)
+
+
+def parse_study(text: str, *, source: str, directory: Path) -> Study:
+    """Return the study that TOML text describes, checked and resolved.
+
+    Parameters
+    ----------
+    text : str
+        TOML.
+    source : str
+        Name of the file in messages.
+    directory : Path
+        Where relative mesh files are looked for.
+
+    Returns
+    -------
+    Study
+        As `load_study` [m], [Hz], [deg].
+
+    Raises
+    ------
+    ConfigError
+        As `load_study`; the message starts with ``source``.
+    """
+    try:
+        raw = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as exc:
+        found = re.search(r"^(.*?) \(at (?:line (\d+), column (\d+)|end of document)\)$", str(exc))
+        where = found[2] if found and found[2] else str(text.count("\n") + 1)
+        what = found[1] if found else str(exc)
+        msg = f"{source}:{where}: this is not TOML ({what}); correct that line."
+        raise ConfigError(msg) from exc
+    try:
+        _refuse_infinite(raw, ())
+        try:
+            study = msgspec.convert(raw, Study)
+        except msgspec.ValidationError as exc:
+            raise ConfigError(sentence(exc, raw, Study)) from exc
+        check_study(study)
+        return resolved(study, directory=directory)
+    except ConfigError as exc:
+        msg = f"{source}: {exc}"
+        raise ConfigError(msg) from exc
+
+
+def to_toml(study: Study, *, relative_to: Path | None = None) -> str:
+    """Return a study as TOML text, every default written out.
+
+    Parameters
+    ----------
+    study : Study
+        The study [m], [Hz], [deg].
+    relative_to : Path or None
+        Folder in which the text will lie: mesh files are named relative to it; None names them by
+        absolute path.
+
+    Returns
+    -------
+    str
+        TOML text that `load_study` reads back to an equal study.
+    """
+    base = None if relative_to is None else relative_to.resolve()
+
+    def named(file: str) -> str:
+        return file if base is None else os.path.relpath(file, base)
+
+    tables = msgspec.to_builtins(_with_files(study, named))
+    for room in [tables["room"], *(e["room"] for e in tables["layout"] if e["room"])]:
+        _tidy_room(room)
+    empty = [key for key in ("tag", "layout") if not tables[key]]
+    return toml_text({key: value for key, value in tables.items() if key not in empty})
+
+
+def resolved(study: Study, *, directory: Path) -> Study:
+    """Return a study with the defaults that depend on other keys, and its files, made explicit.
+
+    Parameters
+    ----------
+    study : Study
+        A checked study.
+    directory : Path
+        Where relative mesh files are looked for.
+
+    Returns
+    -------
+    Study
+        Sweep lists filled from the reader, the map's height [m], the room's material; mesh files
+        as absolute paths.
+
+    Raises
+    ------
+    ConfigError
+        When a mesh file does not exist.
+    """
+
+    def absolute(file: str) -> str:
+        full = Path(os.path.normpath(directory / file))
+        if not full.is_file():
+            msg = f"the mesh file {file!r} does not exist in {directory}; give an existing file."
+            raise ConfigError(msg)
+        return str(full)
+
+    reader, sweep = study.reader, study.sweep
+    return replace(
+        _with_files(study, absolute),
+        sweep=replace(
+            sweep,
+            antenna=sweep.antenna or (reader.antenna,),
+            antenna_radius_m=sweep.antenna_radius_m or (reader.antenna_radius_m,),
+            plate_height_m=sweep.plate_height_m or (reader.plate_height_m,),
+        ),
+        map=replace(study.map, height_m=study.map.height_m or reader.height_m),
+    )
+
+
+def _refuse_infinite(value: Any, path: tuple[str | int, ...]) -> None:  # noqa: ANN401
+    if isinstance(value, dict):
+        for key, item in value.items():
+            _refuse_infinite(item, (*path, key))
+    elif isinstance(value, list):
+        for i, item in enumerate(value):
+            _refuse_infinite(item, (*path, i))
+    elif isinstance(value, float) and not math.isfinite(value):
+        unit = unit_of(path)
+        msg = (
+            f"{path_text(path)} is {value}{' ' if unit else ''}{unit}, but a finite number is "
+            "needed."
+        )
+        raise ConfigError(msg)
+
+
+def _with_files(study: Study, convert: Any) -> Study:  # noqa: ANN401  str -> str
+    def of_objects(objects: tuple[RoomObject, ...]) -> tuple[RoomObject, ...]:
+        return tuple(
+            replace(o, file=convert(o.file)) if isinstance(o, MeshObject) else o for o in objects
+        )
+
+    def of_room(room: Room) -> Room:
+        mesh: str | tuple[RoomMesh, ...] | None = room.mesh
+        if isinstance(mesh, str):
+            mesh = convert(mesh)
+        elif mesh is not None:
+            mesh = tuple(replace(m, file=convert(m.file)) for m in mesh)
+        return replace(
+            room, mesh=mesh, material=room_material(room), objects=of_objects(room.objects)
+        )
+
+    def of_layout(layout: Layout) -> Layout:
+        room = None if layout.room is None else of_room(layout.room)
+        return replace(layout, room=room, objects=of_objects(layout.objects))
+
+    layouts = tuple(of_layout(layout) for layout in study.layouts)
+    return replace(study, room=of_room(study.room), layouts=layouts)
+
+
+def _tidy_room(room: dict[str, Any]) -> None:
+    for key in ("materials", "object", "doorway"):
+        room[key] = room[key] or None
+    for mesh in room["mesh"] if isinstance(room["mesh"], list | tuple) else ():
+        mesh["materials"] = mesh["materials"] or None
+    room["free_space"] = room["free_space"] or None

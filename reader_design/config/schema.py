@@ -1,0 +1,272 @@
+"""The study file as typed, frozen tables: one class per TOML table, every key with its unit.
+
+Only shape and single-value rules stand here; what one key demands of another is in
+`config_checks`, what only the finished room can tell (a tag outside it) in `study_scene`.
+"""
+
+from typing import Annotated, Literal
+
+import msgspec
+from msgspec import Meta
+
+from octant.reader_design.config.room import (
+    Name,
+    NotNegative,
+    Point,
+    Positive,
+    PositiveCount,
+    Room,
+    RoomObject,
+    Table,
+)
+
+AntennaKind = Literal["dipole", "monopole", "isotropic_theta"]
+ReaderAntenna = Literal["dipole", "monopole"]
+
+
+class Radio(Table, frozen=True, kw_only=True):
+    """Frequency and power: table ``[radio]``.
+
+    Parameters
+    ----------
+    frequency_hz : float
+        Carrier frequency [Hz].
+    channels_hz : tuple of float
+        Hopping frequencies [Hz]; where given, RSS is the mean power over them.
+    tag_power_w : float
+        Power [W] that a tag radiates.
+    """
+
+    frequency_hz: Positive = 2.4e9
+    channels_hz: tuple[Positive, ...] = ()
+    tag_power_w: Positive = 1.0
+
+    @property
+    def frequencies_hz(self) -> tuple[float, ...]:
+        """Frequencies over which RSS is averaged in power [Hz]: the channels, or the carrier."""
+        return self.channels_hz or (self.frequency_hz,)
+
+
+class Tag(Table, frozen=True, kw_only=True):
+    """One RFID tag: ``[[tag]]``.
+
+    Parameters
+    ----------
+    id : str
+        Name that missions use.
+    position_m : (3,) tuple of float
+        Place in the room's frame [m].
+    antenna : str
+        ``dipole`` (half a wave), ``monopole`` (quarter wave) or ``isotropic_theta``.
+    axis : (3,) tuple of float
+        Direction of the antenna's axis [-], of any length but zero.
+    """
+
+    id: Name
+    position_m: Point
+    antenna: AntennaKind = "dipole"
+    axis: Point = (0.0, 0.0, 1.0)
+
+
+class Reader(Table, frozen=True, kw_only=True):
+    """The reader when it is not swept, and what a sweep leaves alone: table ``[reader]``.
+
+    Parameters
+    ----------
+    antenna : str
+        ``dipole`` or ``monopole``.
+    antenna_radius_m : float
+        Distance r_a of the antennas from the axis [m].
+    plate_height_m : float
+        Height h_p of the plates [m]; 0 is a reader without plates.
+    ground_plane_m : float
+        Side of the ground plane, or its diameter when it is round [m].
+    ground_plane_shape : str
+        ``square``, ``round`` or ``octagon``.
+    plate_height_axis_m : float or None
+        Height of the plates at the axis [m]; None: as at the rim.
+    plate_outer_radius_m : float or None
+        How far the plates reach from the axis [m]; None: half of ``ground_plane_m``.
+    antennas : int
+        Number of antennas, at least 3.
+    gap_m : float
+        Lower end of a dipole above the ground plane [m].
+    monopole_plane_m : float
+        Side of each monopole's own plane [m]; 0: it stands on the reader's ground plane.
+    height_m : float
+        Ground plane above the floor [m].
+    load_ohm : float
+        Load of each antenna [ohm].
+    response : str
+        ``rays`` or ``isolated``: how the reader's own body enters.
+    """
+
+    antenna: ReaderAntenna = "dipole"
+    antenna_radius_m: Positive = 0.10
+    plate_height_m: NotNegative = 0.08
+    ground_plane_m: Positive = 0.20
+    ground_plane_shape: Literal["square", "round", "octagon"] = "square"
+    plate_height_axis_m: NotNegative | None = None
+    plate_outer_radius_m: Positive | None = None
+    antennas: Annotated[int, Meta(ge=3)] = 8
+    gap_m: Positive = 0.005
+    monopole_plane_m: NotNegative = 0.04
+    height_m: Positive = 0.3
+    load_ohm: Positive = 50.0
+    response: Literal["rays", "isolated"] = "rays"
+
+
+class Sweep(Table, frozen=True, kw_only=True):
+    """The design space: table ``[sweep]``; every combination is one design.
+
+    Parameters
+    ----------
+    antenna : tuple of str
+        Antenna types; empty: the reader's own.
+    antenna_radius_m : tuple of float
+        Radii r_a [m]; empty: the reader's own.
+    plate_height_m : tuple of float
+        Plate heights h_p [m]; empty: the reader's own.
+    """
+
+    antenna: tuple[ReaderAntenna, ...] = ()
+    antenna_radius_m: tuple[Positive, ...] = ()
+    plate_height_m: tuple[NotNegative, ...] = ()
+
+
+class Solver(Table, frozen=True, kw_only=True):
+    """What the room's radio model includes: table ``[solver]``.
+
+    Parameters
+    ----------
+    max_reflections : int
+        Highest number of reflections of a path [-].
+    diffraction : bool
+        Only false: this release has no diffraction in the room.
+    transmission : bool
+        Only false: this release has no transmission through walls.
+    standoff_m : float
+        How far an antenna that lies on a surface is moved off it, along the normal [m].
+    """
+
+    max_reflections: Annotated[int, Meta(ge=0, le=12)] = 3
+    diffraction: bool = False
+    transmission: bool = False
+    standoff_m: Positive = 0.05
+
+
+class Map(Table, frozen=True, kw_only=True):
+    """The grid of radio maps: table ``[map]``.
+
+    Parameters
+    ----------
+    spacing_m : float
+        Distance of neighbouring receivers [m].
+    height_m : float or None
+        Height of the receivers above the floor [m]; None: the reader's ground plane.
+    """
+
+    spacing_m: Positive = 0.1
+    height_m: Positive | None = None
+
+
+class Mission(Table, frozen=True, kw_only=True):
+    """The drive through the tags: table ``[mission]``.
+
+    Parameters
+    ----------
+    start_m : (2,) tuple of float
+        Where the robot starts, in the room's frame [m].
+    heading_deg : float
+        Direction of its front at the start, counter-clockwise from +x [deg].
+    tags : tuple of str
+        Tags to visit, in this order.
+    controller : str
+        ``fuzzy``: the five-rule controller of thesis 5.2.2.2; ``vector_sum``: turn in proportion to
+        the bearing of the RSS-weighted vector sum.
+    steering_input : str
+        What the fuzzy controller sees: ``normalised``, (z2 - z4)/(z2 + z4), or ``nanowatt``,
+        z2 - z4 over ``full_scale_nw``, clipped, as in the thesis.
+    full_scale_nw : float
+        Full scale of the ``nanowatt`` input [nW].
+    rotation : str
+        Where the rotation mode turns to: ``strongest`` antenna, thesis (5.2), or ``vector_sum``.
+    sample_time_s : float
+        Sample time T [s].
+    cruise_step_m : float
+        Distance driven straight ahead in one sample time [m].
+    runs : int
+        Monte-Carlo repetitions [-].
+    noise_db : float
+        Standard deviation of the noise of each RSS reading [dB].
+    arrival_radius_m : float
+        Distance from a tag's point on the floor at which the robot should find that it is there
+        [m].
+    max_time_s : float or None
+        A run that takes longer has failed [s]; None: 60 s and four times what the straight way
+        takes.
+    """
+
+    start_m: tuple[float, float]
+    heading_deg: float = 90.0
+    tags: Annotated[tuple[str, ...], Meta(min_length=1)]
+    controller: Literal["fuzzy", "vector_sum"] = "fuzzy"
+    steering_input: Literal["normalised", "nanowatt"] = "normalised"
+    full_scale_nw: Positive = 1200.0
+    rotation: Literal["strongest", "vector_sum"] = "strongest"
+    sample_time_s: Positive = 1.0
+    cruise_step_m: Positive = 0.09
+    runs: PositiveCount = 100
+    noise_db: NotNegative = 1.0
+    arrival_radius_m: Positive = 0.2
+    max_time_s: Positive | None = None
+
+
+class Layout(Table, frozen=True, kw_only=True):
+    """A further room in which the chosen reader is evaluated: ``[[layout]]``.
+
+    Parameters
+    ----------
+    name : str
+        Name in the results.
+    room : Room or None
+        The room; None: the study's own.
+    objects : tuple of RoomObject
+        Objects that stand there besides the room's own: the tables ``[[layout.object]]``.
+    """
+
+    name: Name
+    room: Room | None = None
+    objects: tuple[RoomObject, ...] = msgspec.field(default=(), name="object")
+
+
+class Study(Table, frozen=True, kw_only=True):
+    """A whole study: the root of the study file.
+
+    Parameters
+    ----------
+    name : str
+        Name in the report.
+    seed : int
+        Seed of every random number [-].
+    radio, room, reader, sweep, solver, map : tables
+        What is studied, see the classes of these names (all units SI, angles in [deg]).
+    tags : tuple of Tag
+        The tables ``[[tag]]``.
+    mission : Mission or None
+        None: the study drives no robot.
+    layouts : tuple of Layout
+        The tables ``[[layout]]``.
+    """
+
+    name: Name = "study"
+    seed: Annotated[int, Meta(ge=0)] = 1
+    radio: Radio = Radio()
+    room: Room
+    tags: tuple[Tag, ...] = msgspec.field(default=(), name="tag")
+    reader: Reader = Reader()
+    sweep: Sweep = Sweep()
+    solver: Solver = Solver()
+    map: Map = Map()
+    mission: Mission | None = None
+    layouts: tuple[Layout, ...] = msgspec.field(default=(), name="layout")

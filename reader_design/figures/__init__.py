@@ -1,0 +1,1 @@
+"""Every figure, drawn without global state in one style."""

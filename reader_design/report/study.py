@@ -1,0 +1,357 @@
+"""What a study's report says: from results to sections, tables and sentences."""
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from octant.reader_design.report.html import Report, ReportFigure, ReportSection, ReportTable
+from octant.reader_design.report.score_tables import SCORE_MEANINGS, merit_table, score_table
+from octant.reader_design.store import versions
+from octant.reader_design.study.mission_stage import RoomMission
+from octant.reader_design.sweep.cells import Cell, SweepContext
+from octant.reader_design.sweep.choice import Candidate, Choice, Criteria
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StudyContent:
+    """Everything that a study's report is made of.
+
+    Attributes
+    ----------
+    context : SweepContext
+        Study, room and sampling.
+    cells : tuple of Cell
+        All cells, failed ones too.
+    candidates : tuple of Candidate
+        The scored ones.
+    choice : Choice
+        Their ranking.
+    missions : tuple of RoomMission
+        One for each room.
+    notes : tuple of str
+        What the user should know: tags that were moved, validity of models.
+    study_toml : str
+        The resolved study.
+    quick : bool
+        Whether this was a quick look.
+    seconds : float
+        Time since the study was started [s].
+    """
+
+    context: SweepContext
+    cells: tuple[Cell, ...]
+    candidates: tuple[Candidate, ...]
+    choice: Choice
+    missions: tuple[RoomMission, ...]
+    notes: tuple[str, ...]
+    study_toml: str
+    quick: bool
+    seconds: float
+
+    @property
+    def chosen(self) -> Candidate:
+        """The chosen design with its scores ([rad], [dB], [W], [-])."""
+        return self.candidates[self.choice.chosen]
+
+    @property
+    def candidates_antennas(self) -> int:
+        """Number of antennas of the designs [-]."""
+        return self.cells[0].design.antennas
+
+
+def mission_sentence(mission: RoomMission) -> str:
+    """Return how the runs in one room ended, in one sentence with [m] and [s].
+
+    Parameters
+    ----------
+    mission : RoomMission
+        The runs.
+
+    Returns
+    -------
+    str
+        Success, errors, and why runs failed.
+    """
+    if mission.data is None:
+        return f"Mission in {mission.name}: it could not be driven: {mission.reason}"
+    data = mission.data
+    success = data["success"].values.astype(bool)
+    text = (
+        f"Mission in {mission.name}: {int(success.sum())} of {success.size} runs reached every "
+        f"tag; RMSE to the straight segments {float(np.median(data['rmse_m'].values)):.2f} m, 90 % "
+        f"of the time within {float(np.median(data['p90_position_m'].values)):.2f} m (medians over "
+        f"the runs)"
+    )
+    if success.all():
+        return f"{text}."
+    ends = data["ended_because"].values.astype(str)[~success]
+    common = max(dict.fromkeys(ends), key=lambda reason: int((ends == reason).sum()))
+    wrong = "a tag was declared reached too far away" if common.startswith("all tags") else common
+    return f"{text}; most failed because {wrong}."
+
+
+def study_report(content: StudyContent, figures: dict[str, list[tuple[str, str, Path]]]) -> Report:
+    """Return the report of a study; numbers carry their units [m, dB, deg, s].
+
+    Parameters
+    ----------
+    content : StudyContent
+        The results.
+    figures : dict of list of (str, str, Path)
+        By section: title, caption and file of each figure.
+
+    Returns
+    -------
+    Report
+        Ready to be rendered.
+    """
+    study, chosen = content.context.study, content.chosen
+    failed = [c for c in content.cells if c.reason]
+    summary = (
+        *content.choice.reason[:-1],
+        *(mission_sentence(m) for m in content.missions),
+    )
+    count = len(content.cells)
+    subtitle = (
+        f"Octant study “{study.name}”: {count} design{'' if count == 1 else 's'} at "
+        f"{study.radio.frequency_hz / 1e9:g} GHz"
+        + (", quick look with coarse sampling" if content.quick else "")
+    )
+    warnings = [content.choice.reason[-1]]
+    if failed:
+        warnings.append(f"{len(failed)} of {count} designs have no scores; see “The sweep”.")
+    return Report(
+        title=f"{study.name}: {chosen.label}",
+        subtitle=subtitle,
+        summary=summary,
+        warnings=tuple(warnings),
+        facts=_facts(content),
+        sections=tuple(
+            section
+            for section in (
+                _sweep_section(content, _embedded(figures, "sweep")),
+                ReportSection(
+                    heading="The chosen reader",
+                    points=_design_points(content),
+                    figures=_embedded(figures, "reader"),
+                ),
+                ReportSection(
+                    heading="The room",
+                    points=_room_points(content),
+                    figures=_embedded(figures, "room"),
+                ),
+                _mission_section(content, _embedded(figures, "mission")),
+                _scores_section(content),
+                _validity_section(content),
+                _study_section(content),
+            )
+            if section is not None
+        ),
+    )
+
+
+def _embedded(
+    figures: dict[str, list[tuple[str, str, Path]]], section: str
+) -> tuple[ReportFigure, ...]:
+    return tuple(
+        ReportFigure(title=title, caption=caption, png=path.read_bytes())
+        for title, caption, path in figures.get(section, [])
+    )
+
+
+def _facts(content: StudyContent) -> tuple[tuple[str, str], ...]:
+    chosen = content.chosen
+    facts = [("chosen design", chosen.label)]
+    places = [("free space", chosen.free), ("in the room", chosen.room)]
+    for name, scores in places:
+        if scores is not None:
+            facts.append((f"right antenna, {name}", f"{scores.right_share:.0%}"))
+            rms = math.degrees(scores.vector_rms_rad)
+            facts.append((f"vector-sum bearing, {name}", f"{rms:.1f}° rms"))
+    for mission in content.missions:
+        if mission.data is None:
+            facts.append((f"mission, {mission.name}", "not driven"))
+        else:
+            success = mission.data["success"].values
+            facts.append(
+                (f"mission, {mission.name}", f"{int(success.sum())} of {success.size} runs")
+            )
+    return tuple(facts)
+
+
+def _sweep_section(content: StudyContent, figures: tuple[ReportFigure, ...]) -> ReportSection:
+    tables = [merit_table(content.candidates, content.choice)]
+    failed = tuple((c.design.label(), c.reason) for c in content.cells if c.reason)
+    if failed:
+        tables.append(
+            ReportTable(
+                caption="Designs without scores.",
+                header=("design", "reason"),
+                rows=failed,
+                words=True,
+            )
+        )
+    sampling = content.context.sampling
+    text = (
+        f"Every design is scored at horizontal distances of {sampling.nearest_m:g} to "
+        f"{sampling.farthest_m:g} m and at all azimuths of the tag, in free space and, with every "
+        "tag and every place of the floor where the reader fits, in the room. RSS is the coherent "
+        f"sum over paths without noise; usable means at least {content.context.usable_dbm:g} dBm."
+    )
+    return ReportSection(
+        heading="The sweep",
+        paragraphs=(text, "The choice follows these rules, in this order:"),
+        points=Criteria().sentences(),
+        tables=tuple(tables),
+        figures=figures,
+    )
+
+
+def _scores_section(content: StudyContent) -> ReportSection:
+    tables = [
+        score_table(
+            content.candidates,
+            content.choice,
+            place,
+            caption=f"Scores {where}, best design first, more columns to the right; * marks the "
+            "Pareto front of share, error, margin and level.",
+        )
+        for place, where in (("free", "in free space"), ("room", "in the room"))
+    ]
+    return ReportSection(
+        heading="All scores",
+        points=SCORE_MEANINGS,
+        tables=tuple(t for t in tables if t is not None),
+    )
+
+
+def _design_points(content: StudyContent) -> tuple[str, ...]:
+    design = next(c.design for c in content.cells if c.key == content.chosen.key)
+    element = design.element(content.context.study.radio.frequency_hz)
+    points = [
+        (
+            f"{design.antennas} vertical {design.antenna}s, each {100 * element.length_m:.3g} cm "
+            f"long, at r_a = {100 * design.antenna_radius_m:.4g} cm from the axis"
+        ),
+        f"plates h_p = {100 * design.plate_height_m:.4g} cm high between them"
+        if design.plate_height_m > 0.0
+        else "no plates between them",
+        (
+            f"{design.ground_plane_shape} ground plane of {100 * design.ground_plane_m:.4g} cm, "
+            f"{100 * design.height_m:.4g} cm above the floor"
+        ),
+    ]
+    if design.antenna == "dipole":
+        points.append(f"lower end of the dipoles {1000 * design.gap_m:.3g} mm above the plane")
+    points += list(design.notes())
+    return tuple(points)
+
+
+def _room_points(content: StudyContent) -> tuple[str, ...]:
+    scene, study = content.context.built.scene, content.context.study
+    if not scene.bodies:
+        return ("Free space: no walls and no objects.",)
+    size = scene.bounds_m[1] - scene.bounds_m[0]
+    return (
+        (
+            f"{len(scene.bodies)} bodies ({', '.join(b.name for b in scene.bodies[:12])}"
+            f"{', ...' if len(scene.bodies) > 12 else ''}) within {size[0]:.4g} x {size[1]:.4g} x "
+            f"{size[2]:.4g} m, of {', '.join(scene.material_names)}"
+        ),
+        (
+            f"paths of up to {study.solver.max_reflections} reflections; no diffraction and no "
+            "transmission through walls"
+        ),
+    )
+
+
+def _mission_section(
+    content: StudyContent, figures: tuple[ReportFigure, ...]
+) -> ReportSection | None:
+    if not content.missions:
+        return None
+    header = (
+        "room",
+        "runs",
+        "reached every tag",
+        "captured",
+        "collided",
+        "RMSE [m]",
+        "worst RMSE [m]",
+        "90 % position [m]",
+        "90 % heading [°]",
+        "arrival error [m]",
+        "time [s]",
+        "way [m]",
+    )
+    rows = []
+    for mission in content.missions:
+        if mission.data is None:
+            rows.append((mission.name, "0", *["–"] * (len(header) - 2)))
+            continue
+        d = mission.data
+        arrivals = d["arrival_error_m"].values
+        arrival = f"{np.nanmedian(arrivals):.2f}" if np.isfinite(arrivals).any() else "–"
+        rows.append(
+            (
+                mission.name,
+                str(d.sizes["run"]),
+                *(str(int(d[n].values.sum())) for n in ("success", "captured", "collided")),
+                f"{np.median(d['rmse_m'].values):.3f}",
+                f"{np.max(d['rmse_m'].values):.3f}",
+                f"{np.median(d['p90_position_m'].values):.3f}",
+                f"{np.degrees(np.median(d['p90_heading_rad'].values)):.1f}",
+                arrival,
+                f"{np.median(d['time_s'].values):.0f}",
+                f"{np.median(d['path_m'].values):.2f}",
+            )
+        )
+    table = content.context.study.mission
+    noise = 0.0 if table is None else table.noise_db
+    return ReportSection(
+        heading="Missions",
+        paragraphs=(
+            (
+                "The chosen reader drives the robot through the tags by the navigator of thesis "
+                f"section 5.2, with {noise:g} dB noise on each reading. Errors are distances to "
+                "the nearest point of the straight segment between consecutive tags; medians "
+                "over the runs, unless the column says otherwise."
+            ),
+            *(mission_sentence(m) for m in content.missions),
+        ),
+        tables=(ReportTable(caption="All runs, room by room.", header=header, rows=tuple(rows)),),
+        figures=figures,
+    )
+
+
+def _validity_section(content: StudyContent) -> ReportSection:
+    notes = dict.fromkeys(
+        (
+            content.choice.reason[-1],
+            *(n for c in content.cells for n in c.notes),
+            *(n for m in content.missions for n in m.notes),
+            *content.notes,
+        )
+    )
+    return ReportSection(
+        heading="Warnings and validity",
+        paragraphs=("What the models leave out, and what was changed to make them apply:",),
+        points=tuple(notes),
+    )
+
+
+def _study_section(content: StudyContent) -> ReportSection:
+    found = "; ".join(f"{n.removesuffix('_version')} {v}" for n, v in versions().items())
+    return ReportSection(
+        heading="The study",
+        paragraphs=(
+            f"Seed {content.context.study.seed}; versions: {found}.",
+            (
+                f"Computing time of the cells {sum(c.seconds for c in content.cells):.0f} s, of "
+                f"this run of the study {content.seconds:.0f} s."
+            ),
+        ),
+        folded=(("The study with every default resolved (study.toml)", content.study_toml),),
+    )

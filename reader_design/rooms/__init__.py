@@ -1,0 +1,1 @@
+"""A study's rooms: bodies, scene, tags, map grid and plan view."""

@@ -1,0 +1,333 @@
+"""From a study to what the radio model computes with: scene, materials, tags in their places."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.em.antennas import Antenna, make_antenna
+from octant.em.radio_scene import RadioScene, radio_scene
+from octant.geometries._arrays import frozen_array
+from octant.geometries.errors import ConfigError, OctantError
+from octant.geometries.scene import Scene, build_scene
+from octant.reader_design.config.checks import rooms_of
+from octant.reader_design.config.errors import unknown_name
+from octant.reader_design.config.schema import Layout, Radio, Study, Tag
+from octant.reader_design.rooms.bodies import object_bodies, room_bodies, study_materials
+
+FloatArray = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlacedTag:
+    """A tag where the radio model sees it.
+
+    Parameters
+    ----------
+    id : str
+        Its name.
+    position_m : (3,) float64
+        Place in the room, after the stand-off [m].
+    given_m : (3,) float64
+        Place that the study gives [m].
+    antennas : tuple of Antenna
+        Its antenna at each frequency of the study [Hz]: the same metal, cut for the carrier; axis
+        in the room's frame.
+    """
+
+    id: str
+    position_m: FloatArray
+    given_m: FloatArray
+    antennas: tuple[Antenna, ...]
+
+    def __post_init__(self) -> None:
+        for name in ("position_m", "given_m"):
+            value = frozen_array(getattr(self, name), name=name, shape=(3,))
+            object.__setattr__(self, name, value)
+
+    @property
+    def point_m(self) -> FloatArray:
+        """The tag's point on the ground, (2,) float64 [m]: below where the study puts the tag."""
+        return self.given_m[:2]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StudyScene:
+    """One room of a study, ready for the radio model.
+
+    Parameters
+    ----------
+    name : str
+        The study's name, or the layout's.
+    scene : Scene
+        Room and objects.
+    radios : tuple of RadioScene
+        One for each frequency over which RSS is averaged [Hz].
+    tags : tuple of PlacedTag
+        In the order of the study.
+    reader_z_m : float
+        Height coordinate of the reader's ground plane in the room's frame [m].
+    map_z_m : float
+        Height coordinate of map receivers in the room's frame [m].
+    notes : tuple of str
+        What the user should know, for example which tag was moved off the ceiling and how far [m].
+    """
+
+    name: str
+    scene: Scene
+    radios: tuple[RadioScene, ...]
+    tags: tuple[PlacedTag, ...]
+    reader_z_m: float
+    map_z_m: float
+    notes: tuple[str, ...]
+
+    def tag(self, tag_id: str) -> PlacedTag:
+        """Return the tag of a name [-].
+
+        Parameters
+        ----------
+        tag_id : str
+            Its id.
+
+        Returns
+        -------
+        PlacedTag
+            The tag.
+
+        Raises
+        ------
+        ConfigError
+            When the study has no such tag; the message names the nearest.
+        """
+        for tag in self.tags:
+            if tag.id == tag_id:
+                return tag
+        raise ConfigError(
+            unknown_name("the tag", tag_id, [t.id for t in self.tags], what="[[tag]]")
+        )
+
+
+def build_study_scene(study: Study, layout: Layout | None = None) -> StudyScene:
+    """Return the room of a study, or of one of its layouts, with materials and tags.
+
+    Parameters
+    ----------
+    study : Study
+        A study from `load_study` [m].
+    layout : Layout or None
+        One of ``study.layouts``; None: the study's own room.
+
+    Returns
+    -------
+    StudyScene
+        Tags that lie on a surface stand off it by ``solver.standoff_m`` [m], said in ``notes``.
+
+    Raises
+    ------
+    ConfigError
+        When a tag or the start of the mission is outside the room or inside an object, or a
+        material is unknown or does not cover the frequency.
+    GeometryError
+        When a mesh cannot be used.
+    """
+    where = "" if layout is None else f"in layout {layout.name!r}: "
+    room = rooms_of(study, layout)
+    scene = build_scene(room_bodies(room), objects=object_bodies(room.objects))
+    try:
+        materials = study_materials(study)
+        radios = tuple(radio_scene(scene, f, materials) for f in study.radio.frequencies_hz)
+        tags, notes = place_tags(study, scene)
+        reader_z_m = scene.floor_height_m + study.reader.height_m
+        map_z_m = scene.floor_height_m + (study.map.height_m or study.reader.height_m)
+        _check_heights(study, scene, reader_z_m, map_z_m)
+        _check_start(study, scene, reader_z_m)
+    except OctantError as exc:
+        if not where:
+            raise
+        msg = f"{where}{exc}"
+        raise ConfigError(msg) from exc
+    return StudyScene(
+        name=study.name if layout is None else layout.name,
+        scene=scene,
+        radios=radios,
+        tags=tags,
+        reader_z_m=reader_z_m,
+        map_z_m=map_z_m,
+        notes=tuple(where + note for note in notes),
+    )
+
+
+def check_layouts(study: Study) -> None:
+    """Return nothing; refuse a study of which one of the rooms cannot be used.
+
+    A long run calls this first, so that a tag inside a wall of the last layout is not found at the
+    end.
+
+    Parameters
+    ----------
+    study : Study
+        A study from `load_study` [m].
+
+    Raises
+    ------
+    ConfigError
+        As `build_study_scene`, for the study's room or any layout.
+    GeometryError
+        When a mesh cannot be used.
+    """
+    for layout in (None, *study.layouts):
+        build_study_scene(study, layout)
+
+
+def place_tags(study: Study, scene: Scene) -> tuple[tuple[PlacedTag, ...], tuple[str, ...]]:
+    """Return the tags in their places, and a line for each that had to be moved.
+
+    Parameters
+    ----------
+    study : Study
+        With its tags [m].
+    scene : Scene
+        The room they hang in.
+
+    Returns
+    -------
+    tuple of PlacedTag
+        In the order of the study [m].
+    tuple of str
+        One line for each tag that lay on a surface and was moved [m].
+
+    Raises
+    ------
+    ConfigError
+        When a tag is outside the room or inside an object.
+    """
+    placed, notes = [], []
+    for i, tag in enumerate(study.tags):
+        position, moved = place_antenna(
+            scene,
+            tag.position_m,
+            study.solver.standoff_m,
+            name=f"tag {tag.id!r}",
+            key=f"tag[{i}].position_m",
+        )
+        if moved:
+            notes.append(moved)
+        placed.append(
+            PlacedTag(
+                id=tag.id,
+                position_m=position,
+                given_m=np.array(tag.position_m),
+                antennas=_tag_antennas(tag, study.radio),
+            )
+        )
+    return tuple(placed), tuple(notes)
+
+
+def place_antenna(
+    scene: Scene, point_m: npt.ArrayLike, standoff_m: float, *, name: str, key: str
+) -> tuple[FloatArray, str]:
+    """Return where an antenna is put, and a line that says so when that is not where it was given.
+
+    Parameters
+    ----------
+    scene : Scene
+        The room.
+    point_m : (3,) array_like
+        Given place [m].
+    standoff_m : float
+        How far it is moved off a surface that it lies on [m].
+    name : str
+        What it is called when it is moved.
+    key : str
+        Key path or option that gave the place, for errors.
+
+    Returns
+    -------
+    (3,) ndarray of float64
+        The place [m].
+    str
+        Empty where nothing was moved.
+
+    Raises
+    ------
+    ConfigError
+        When the place is outside the room or inside an object.
+    """
+    given = np.asarray(point_m, dtype=np.float64)
+    text = _point_text(given)
+    points, moved = scene.stand_off(given[None, :], standoff_m)
+    if not scene.inside_room(points)[0]:
+        low, high = (_point_text(corner) for corner in scene.bounds_m)
+        msg = (
+            f"{key} is {text} m, which is outside the room that spans {low} to {high} m; "
+            "move it inside."
+        )
+        raise ConfigError(msg)
+    if scene.inside_solid(points)[0]:
+        msg = f"{key} is {text} m, which is inside a solid object; move it out, or the object."
+        raise ConfigError(msg)
+    if not moved[0]:
+        return given, ""
+    note = (
+        f"{name} at {text} m lies on a surface and is moved "
+        f"{100.0 * float(np.linalg.norm(points[0] - given)):.3g} cm off it, "
+        f"to {_point_text(points[0])} m (solver.standoff_m)."
+    )
+    return np.asarray(points[0], dtype=np.float64), note
+
+
+def _tag_antennas(tag: Tag, radio: Radio) -> tuple[Antenna, ...]:
+    length = math.hypot(*tag.axis)
+    axis = [c / length for c in tag.axis]
+    cut = make_antenna(tag.antenna, radio.frequency_hz, axis=axis)
+    same = None if tag.antenna == "isotropic_theta" else cut.length_m
+    return tuple(
+        make_antenna(tag.antenna, f, length_m=same, axis=axis) for f in radio.frequencies_hz
+    )
+
+
+def _check_start(study: Study, scene: Scene, reader_z_m: float) -> None:
+    if study.mission is None:
+        return
+    start = np.array([*study.mission.start_m, reader_z_m])
+    shown = f"mission.start_m is {list(study.mission.start_m)} m"
+    if not scene.inside_room(start[None, :])[0]:
+        low, high = scene.bounds_m[:, :2].tolist()
+        msg = f"{shown}, which is outside the room that spans {low} to {high} m; start inside it."
+        raise ConfigError(msg)
+    heights = np.linspace(scene.floor_height_m + 1e-3, reader_z_m, 5)
+    column = np.column_stack([np.tile(start[:2], (5, 1)), heights])
+    if scene.inside_solid(column).any():
+        msg = f"{shown}, which is inside an object; start beside it."
+        raise ConfigError(msg)
+    radius_m = study.reader.ground_plane_m / 2.0
+    distance_m = float(scene.distance_to_facets_m(start[None, :])[0][0])
+    beside = distance_m < radius_m and distance_m < study.reader.height_m - 1e-9
+    if beside:
+        msg = (
+            f"{shown}, {distance_m:g} m from a wall or an object, but the reader reaches "
+            f"{radius_m:g} m from its centre; start further off (or move the room: room.origin_m)."
+        )
+        raise ConfigError(msg)
+
+
+def _check_heights(study: Study, scene: Scene, reader_z_m: float, map_z_m: float) -> None:
+    if not scene.has_room:
+        return
+    top_m = float(scene.bounds_m[1, 2])
+    heights = {
+        "reader.height_m": (study.reader.height_m, reader_z_m),
+        "map.height_m": (study.map.height_m, map_z_m),
+    }
+    for path, (height_m, z_m) in heights.items():
+        if z_m >= top_m:
+            msg = (
+                f"{path} is {height_m:g} m above the floor, but the room is only "
+                f"{top_m - scene.floor_height_m:g} m high; choose less."
+            )
+            raise ConfigError(msg)
+
+
+def _point_text(point_m: npt.ArrayLike) -> str:
+    return "(" + ", ".join(f"{c:.6g}" for c in np.asarray(point_m)) + ")"

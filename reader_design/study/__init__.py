@@ -1,0 +1,1 @@
+"""The main job: sweep, choice, map, missions, results; it can be resumed."""

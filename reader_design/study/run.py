@@ -1,0 +1,364 @@
+"""The main job, end to end: sweep, choice, maps, missions, figures, report; it can be resumed.
+
+Everything that takes time is kept in the output folder, in files named by the hash of their input
+(``cells/`` and ``stages/``). Running the same study again in the same folder therefore goes on
+where the last run stopped, however that ended.
+"""
+
+import json
+import re
+import time
+from collections.abc import Iterator, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from pathlib import Path
+
+import msgspec
+
+from octant.geometries.errors import ConfigError, SweepStateError
+from octant.reader_design.config.loading import to_toml
+from octant.reader_design.config.schema import Layout, Study
+from octant.reader_design.progress import Progress
+from octant.reader_design.report.study import StudyContent, mission_sentence, study_report
+from octant.reader_design.rooms.study_scene import StudyScene, build_study_scene
+from octant.reader_design.store import versions, whole_file, write_dataset, write_text
+from octant.reader_design.study.map_stage import RoomMap, map_stage
+from octant.reader_design.study.mission_stage import RoomMission, collected_warnings, mission_stage
+from octant.reader_design.sweep.cells import Cell, SweepContext
+from octant.reader_design.sweep.choice import Candidate, choose
+from octant.reader_design.sweep.design import content_hash, design_responses
+from octant.reader_design.sweep.run import plan_sweep, run_sweep
+from octant.reader_design.sweep.samples import Sampling
+from octant.reader_design.tables import put_table
+from octant.reader_design.verbs.arguments import DRIVE_KERNELS
+
+QUICK_RUNS = 3
+"""Runs of a mission in a quick look [-]."""
+QUICK_SPACING_M = 0.2
+"""Least spacing of the map in a quick look [m]."""
+QUICK_LINE = "# A quick look: coarse sampling and few runs (octant study --quick).\n"
+OUTPUTS = (
+    "results.nc",
+    "report.html",
+    "designs.csv",
+    "missions*.csv",
+    "trajectory*.csv",
+    "figures/*.png",
+)
+"""What a study writes for people, besides study.toml; --force clears it for another study."""
+OWN_ROOM = "the study's room"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StudyOutcome:
+    """What a study leaves.
+
+    Attributes
+    ----------
+    content : StudyContent
+        Cells, choice and missions.
+    folder : Path
+        Where everything lies.
+    report : Path
+        The report.
+    """
+
+    content: StudyContent
+    folder: Path
+    report: Path
+
+    @property
+    def failed(self) -> tuple[tuple[str, str], ...]:
+        """Designs without scores and the reason of each [-]."""
+        return tuple((c.design.label(), c.reason) for c in self.content.cells if c.reason)
+
+    def lines(self) -> tuple[str, ...]:
+        """Return what a person wants to read at the end; numbers carry their units [m, dB, deg].
+
+        Returns
+        -------
+        tuple of str
+            Which design was chosen and why, how the missions went, where the report is.
+        """
+        failed = [f"No scores for {label}: {reason}" for label, reason in self.failed]
+        return (
+            *self.content.choice.reason,
+            *failed,
+            *(mission_sentence(m) for m in self.content.missions),
+            f"Report: {self.report}",
+        )
+
+
+def run_study(
+    study: Study,
+    out_dir: Path,
+    *,
+    quick: bool = False,
+    force: bool = False,
+    progress: Progress | None = None,
+    executor: Executor | None = None,
+) -> StudyOutcome:
+    """Return the outcome of a study and leave its files; see DESIGN section 6 for what they hold.
+
+    Parameters
+    ----------
+    study : Study
+        From :func:`octant.reader_design.config.loading.load_study`.
+    out_dir : Path
+        Folder of the results; made when missing.
+    quick : bool
+        Coarse sampling, a coarse map and few runs.
+    force : bool
+        Replace the results of another study in that folder.
+    progress : Progress, optional
+        Told what happens.
+    executor : concurrent.futures.Executor, optional
+        Computes the sweep's cells; see :func:`octant.reader_design.sweep.run.run_sweep`.
+
+    Returns
+    -------
+    StudyOutcome
+        Also when some designs failed; then it says which and why.
+
+    Raises
+    ------
+    ConfigError
+        When the folder holds another study and ``force`` is false, or a room cannot be used.
+    SweepStateError
+        When no design has scores.
+    KeyboardInterrupt
+        Passed on; what was computed is kept and the same call goes on from there.
+    """
+    began = time.perf_counter()
+    progress = progress or Progress()
+    text = (QUICK_LINE if quick else "") + to_toml(study, relative_to=out_dir)
+    _claim(out_dir, text, force=force)
+    with collected_warnings() as warned:
+        context = _context(study, quick=quick)
+        rooms = list(_rooms(study, context.built))
+        for note in dict.fromkeys(n for _, _, built in rooms for n in built.notes):
+            progress.say(note)
+        progress.announce_compilation(DRIVE_KERNELS)
+        write_text(out_dir / "study.toml", text)
+        cells = run_sweep(
+            plan_sweep(context), out_dir / "cells", executor=executor, progress=progress
+        )
+        scored = [c for c in cells if c.free is not None]
+        candidates = tuple(
+            Candidate(label=c.design.label(), key=c.key, free=c.free, room=c.room)
+            for c in scored
+            if c.free is not None
+        )
+        _refuse_nothing_scored(cells)
+        choice = choose(candidates, model=study.reader.response)
+        chosen = scored[choice.chosen]
+        progress.say(choice.reason[0])
+        responses = design_responses(study, chosen.design)
+        stages = out_dir / "stages"
+        room_map = map_stage(
+            context, responses, cell_key=chosen.key, folder=stages, progress=progress
+        )
+        missions = []
+        for name, slug, built in rooms if study.mission is not None else ():
+            runs = study.mission.runs if study.mission is not None else 0
+            missions.append(
+                mission_stage(
+                    study,
+                    built,
+                    responses,
+                    name=name,
+                    slug=slug,
+                    design_key=chosen.design.key(),
+                    runs=min(runs, QUICK_RUNS) if quick else runs,
+                    folder=stages,
+                    progress=progress,
+                )
+            )
+            progress.say(mission_sentence(missions[-1]))
+    content = StudyContent(
+        context=context,
+        cells=cells,
+        candidates=candidates,
+        choice=choice,
+        missions=tuple(missions),
+        notes=tuple(dict.fromkeys((*(n for _, _, b in rooms for n in b.notes), *warned))),
+        study_toml=text,
+        quick=quick,
+        seconds=time.perf_counter() - began,
+    )
+    _publish(content, room_map, rooms, out_dir, force=force, progress=progress)
+    return StudyOutcome(content=content, folder=out_dir, report=out_dir / "report.html")
+
+
+def _context(study: Study, *, quick: bool) -> SweepContext:
+    if quick:
+        spacing = max(study.map.spacing_m, QUICK_SPACING_M)
+        study = msgspec.structs.replace(
+            study, map=msgspec.structs.replace(study.map, spacing_m=spacing)
+        )
+    sampling = Sampling().coarser() if quick else Sampling()
+    return SweepContext(study=study, built=build_study_scene(study), sampling=sampling)
+
+
+def _rooms(study: Study, own: StudyScene) -> Iterator[tuple[str, str, StudyScene]]:
+    """Yield name, file name and scene of the study's room and of its layouts, all checked."""
+    yield OWN_ROOM, "room", own
+    layouts: Sequence[Layout] = study.layouts
+    used = {"room"}
+    for number, layout in enumerate(layouts, 1):
+        slug = re.sub(r"[^a-z0-9]+", "-", layout.name.lower()).strip("-") or "layout"
+        slug = slug if slug not in used else f"{slug}-{number}"
+        used.add(slug)
+        yield layout.name, slug, build_study_scene(study, layout)
+
+
+def _refuse_nothing_scored(cells: Sequence[Cell]) -> None:
+    """Raise when every cell failed, with the reason of the first."""
+    if all(cell.reason for cell in cells):
+        first = cells[0]
+        reason = first.reason.rstrip(".")
+        msg = (
+            f"none of the {len(cells)} designs has scores, so none can be chosen: "
+            f"{first.design.label()} failed because {reason}; change [sweep] or [reader]."
+        )
+        raise SweepStateError(msg)
+
+
+def _claim(out_dir: Path, text: str, *, force: bool) -> None:
+    """Refuse a folder with another study's results, or clear it when that is wanted."""
+    there = out_dir / "study.toml"
+    outputs = [
+        path
+        for pattern in (
+            "results.nc",
+            "report.html",
+            "designs.csv",
+            "missions*.csv",
+            "trajectory*.csv",
+        )
+        for path in sorted(out_dir.glob(pattern))
+    ] + sorted(out_dir.glob("figures/*.png"))
+    if out_dir.exists() and not out_dir.is_dir():
+        msg = f"{out_dir} is a file, but the results need a folder; give another --out."
+        raise ConfigError(msg)
+    if there.is_file() and there.read_text("utf-8") == text:
+        return
+    if not (outputs or there.exists()):
+        return
+    if not force:
+        msg = (
+            f"{out_dir} holds the results of another study (or another version of this one); "
+            "give another --out, or --force to replace them."
+        )
+        raise ConfigError(msg)
+    for path in (*outputs, there):
+        path.unlink(missing_ok=True)
+
+
+def _publish(
+    content: StudyContent,
+    room_map: RoomMap,
+    rooms: Sequence[tuple[str, str, StudyScene]],
+    out_dir: Path,
+    *,
+    force: bool,
+    progress: Progress,
+) -> None:
+    """Write results, tables, figures and report, unless exactly these are there already."""
+    key = content_hash(
+        {
+            "cells": [[c.key, c.reason] for c in content.cells],
+            "missions": [[m.folder.name, m.reason] for m in content.missions],
+            "map": content.context.study.map.spacing_m,
+            "versions": versions(),
+            "study": content.study_toml,
+        }
+    )
+    stamp = out_dir / "stages" / "finished.json"
+    if not force and _finished(stamp, key, out_dir):
+        progress.say(f"{out_dir} is complete already; nothing was written.")
+        return
+    stamp.unlink(missing_ok=True)
+    written = _results(content, room_map, out_dir)
+    written += _tables(content.missions, out_dir)
+    figures = _figures(content, room_map, rooms, out_dir, progress)
+    written += [path for entries in figures.values() for _, _, path in entries]
+    from octant.reader_design.report.html import render_report
+
+    report = out_dir / "report.html"
+    write_text(report, render_report(study_report(content, figures)))
+    written.append(report)
+    names = [str(path.relative_to(out_dir)) for path in written]
+    write_text(stamp, json.dumps({"key": key, "files": names}, indent=1))
+
+
+def _finished(stamp: Path, key: str, out_dir: Path) -> bool:
+    """Return whether a former run wrote exactly these results and they are still there."""
+    try:
+        told = json.loads(stamp.read_text("utf-8"))
+        return told["key"] == key and all((out_dir / name).is_file() for name in told["files"])
+    except (OSError, ValueError, KeyError, TypeError):
+        return False
+
+
+def _results(content: StudyContent, room_map: RoomMap, out_dir: Path) -> list[Path]:
+    """Write the results file and the table of designs."""
+    from octant.reader_design.study.results import design_table, study_dataset
+
+    written = [out_dir / "results.nc", out_dir / "designs.csv"]
+    write_dataset(study_dataset(content, room_map), written[0], force=True)
+    header, rows = design_table(content)
+    put_table(str(written[1]), header, rows, force=True)
+    return written
+
+
+def _tables(missions: Sequence[RoomMission], out_dir: Path) -> list[Path]:
+    """Copy the tables of the missions: missions.csv for the study's room, others by layout."""
+    written = []
+    for mission in missions:
+        if mission.data is None:
+            continue
+        ending = ".csv" if mission.slug == "room" else f"-{mission.slug}.csv"
+        for stem in ("missions", "trajectory"):
+            target = out_dir / f"{stem}{ending}"
+            with whole_file(target) as part:
+                part.write_bytes((mission.folder / f"{stem}.csv").read_bytes())
+            written.append(target)
+    return written
+
+
+def _figures(
+    content: StudyContent,
+    room_map: RoomMap,
+    rooms: Sequence[tuple[str, str, StudyScene]],
+    out_dir: Path,
+    progress: Progress,
+) -> dict[str, list[tuple[str, str, Path]]]:
+    """Draw and write all figures; return title, caption and file of each by section."""
+    import itertools
+
+    from octant.reader_design.figures.common import save_figure
+    from octant.reader_design.figures.study import (
+        mission_figures,
+        reader_figures,
+        room_figures,
+        sweep_figures,
+    )
+    from octant.reader_design.rooms.plan import plan_of
+
+    cell = next(c for c in content.cells if c.key == content.chosen.key)
+    elements = cell.design.body().element_azimuths_rad
+    plans = [plan_of(built.scene, built.reader_z_m) for _, _, built in rooms]
+    pairs = list(zip(content.missions, plans, strict=False))
+    drawn = itertools.chain(
+        sweep_figures(content.cells, content.candidates, content.choice),
+        reader_figures(cell, elements, room_map),
+        room_figures(content.context, room_map, elements),
+        mission_figures(content.context, pairs, label=cell.design.label()),
+    )
+    entries: dict[str, list[tuple[str, str, Path]]] = {}
+    for one in progress.track(drawn, label="figures"):
+        path = out_dir / "figures" / one.file
+        save_figure(one.figure, path)
+        entries.setdefault(one.section, []).append((one.title, one.caption, path))
+    return entries

@@ -1,0 +1,384 @@
+"""One cell of a sweep: a design in a study, scored in free space and in the room.
+
+A cell's name is the hash of everything that its numbers depend on.
+:mod:`octant.reader_design.sweep.run` runs many of them,
+:mod:`octant.reader_design.sweep.cell_files` keeps them.
+"""
+
+import hashlib
+import time
+import warnings
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.em.radio_scene import radio_scene
+from octant.em.reader_response import ReaderResponse
+from octant.em.received_power import ReaderLink, channel_average, reader_link
+from octant.geometries._arrays import frozen_array
+from octant.geometries.errors import ConfigError, OctantError, PhysicsWarning, SweepStateError
+from octant.geometries.scene import free_space_scene
+from octant.reader_design.config.schema import Study
+from octant.reader_design.rooms.study_scene import PlacedTag, StudyScene
+from octant.reader_design.store import versions
+from octant.reader_design.study.missions import tag_link
+from octant.reader_design.sweep.design import ReaderDesign, content_hash, design_responses
+from octant.reader_design.sweep.samples import (
+    Sampling,
+    floor_points_m,
+    free_points_m,
+    grid_azimuths_rad,
+    room_rss_w,
+    sample_rss_w,
+)
+from octant.reader_design.sweep.scores import USABLE_DBM, Scores, score_rss
+
+FloatArray = npt.NDArray[np.float64]
+
+CELL_FORMAT = 1
+"""Raised when the meaning of a cell changes, so that old files are computed again."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SweepContext:
+    """What all cells of a sweep share; picklable, so that it can travel to workers.
+
+    Attributes
+    ----------
+    study : Study
+        The study.
+    built : StudyScene
+        Its room with tags [m].
+    sampling : Sampling
+        How densely designs are probed [m].
+    usable_dbm : float
+        RSS at which a tag is still read [dBm].
+    """
+
+    study: Study
+    built: StudyScene
+    sampling: Sampling
+    usable_dbm: float = USABLE_DBM
+
+    @property
+    def has_room(self) -> bool:
+        """Whether there is a room to score in, besides free space [-]."""
+        return self.built.scene.has_room
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Cell:
+    """One computed (or failed) cell.
+
+    Attributes
+    ----------
+    key : str
+        Hash of its full input.
+    design : ReaderDesign
+        The design.
+    reason : str
+        Why it failed; empty when it did not.
+    free, room : Scores or None
+        Scores in free space and in the room ([rad], [dB], [W], [-]); None without.
+    distances_m : (d,) float64
+        Distances in free space [m].
+    free_rss_w : (d, a, n) float64
+        RSS in free space [W] by distance, azimuth, antenna; azimuths evenly from 0.
+    travel_m : (t,) float64
+        Distances of the drive away from the tag [m].
+    travel_rss_w : (t, n) float64
+        RSS on it [W], the tag straight behind antenna 1's direction of travel reversed: antenna 1
+        faces the tag.
+    notes : tuple of str
+        Warnings of the reader's model.
+    seconds : float
+        Time that it took [s].
+    """
+
+    key: str
+    design: ReaderDesign
+    reason: str = ""
+    free: Scores | None = None
+    room: Scores | None = None
+    distances_m: FloatArray
+    free_rss_w: FloatArray
+    travel_m: FloatArray
+    travel_rss_w: FloatArray
+    notes: tuple[str, ...] = ()
+    seconds: float = 0.0
+
+    def __post_init__(self) -> None:
+        d, t = np.size(self.distances_m), np.size(self.travel_m)
+        for name, shape in (
+            ("distances_m", (d,)),
+            ("free_rss_w", (d, None, None)),
+            ("travel_m", (t,)),
+            ("travel_rss_w", (t, None)),
+        ):
+            array = frozen_array(getattr(self, name), name=name, shape=shape, error=SweepStateError)
+            object.__setattr__(self, name, array)
+
+
+def scene_fingerprint(built: StudyScene) -> str:
+    """Return a hash of everything in a room that the radio model sees, 64 hexadecimal digits [-].
+
+    Parameters
+    ----------
+    built : StudyScene
+        Room, materials at every frequency and tags.
+
+    Returns
+    -------
+    str
+        Another one when a vertex, a material or a tag changes.
+    """
+    bodies = []
+    for body in built.scene.bodies:
+        digest = hashlib.sha256(np.ascontiguousarray(body.vertices_m).tobytes())
+        digest.update(np.ascontiguousarray(body.faces).tobytes())
+        bodies.append([body.material, digest.hexdigest()])
+    tags = [
+        [tag.id, tag.position_m.tolist(), a.kind, a.frequency_hz, a.length_m, a.axis.tolist()]
+        for tag in built.tags
+        for a in tag.antennas
+    ]
+    radios = [[r.frequency_hz, [asdict(m) for m in r.materials]] for r in built.radios]
+    return content_hash(
+        {
+            "bodies": bodies,
+            "tags": tags,
+            "radios": radios,
+            "heights_m": [built.reader_z_m, built.map_z_m],
+        }
+    )
+
+
+def cell_key(context: SweepContext, design: ReaderDesign, *, fingerprint: str) -> str:
+    """Return the name of a cell: the hash of its full input, 64 hexadecimal digits [-].
+
+    Parameters
+    ----------
+    context : SweepContext
+        Study and sampling.
+    design : ReaderDesign
+        The design.
+    fingerprint : str
+        From :func:`scene_fingerprint`, computed once for all cells.
+
+    Returns
+    -------
+    str
+        The same on every machine with this version of Octant.
+    """
+    study = context.study
+    return content_hash(
+        {
+            "format": CELL_FORMAT,
+            "octant": versions()["octant_version"],
+            "design": design.as_dict(),
+            "response": study.reader.response,
+            "frequencies_hz": list(study.radio.frequencies_hz),
+            "tag_power_w": study.radio.tag_power_w,
+            "max_reflections": study.solver.max_reflections,
+            "scene": fingerprint,
+            "sampling": asdict(context.sampling),
+            "usable_dbm": context.usable_dbm,
+        }
+    )
+
+
+def reference_tag(study: Study, built: StudyScene) -> PlacedTag:
+    """Return the tag whose height and antenna the free-space scores use [m].
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    built : StudyScene
+        Its room with tags.
+
+    Returns
+    -------
+    PlacedTag
+        The mission's first, or the study's first.
+
+    Raises
+    ------
+    ConfigError
+        When the study has no tag.
+    """
+    if not built.tags:
+        msg = "the study has no [[tag]], but designs are scored by the RSS of one; add a tag."
+        raise ConfigError(msg)
+    return built.tags[0] if study.mission is None else built.tag(study.mission.tags[0])
+
+
+def compute_cell(context: SweepContext, design: ReaderDesign, key: str) -> Cell:
+    """Return the scores and RSS of one design; a design that cannot be built gives its reason [-].
+
+    Parameters
+    ----------
+    context : SweepContext
+        Study, room and sampling.
+    design : ReaderDesign
+        The design.
+    key : str
+        From :func:`cell_key`.
+
+    Returns
+    -------
+    Cell
+        With ``reason`` set when an error of Octant stopped it.
+
+    Notes
+    -----
+    Free space uses :func:`reference_tag` at its height, without the room; the room uses every tag
+    and every place of the floor on which the reader fits. RSS is coherent.
+    """
+    began = time.perf_counter()
+    try:
+        with warnings.catch_warnings():
+            # The responses carry the same warnings, and the report prints them.
+            warnings.simplefilter("ignore", PhysicsWarning)
+            cell = _scored(context, design, key)
+    except OctantError as exc:
+        cell = failed_cell(design, key, str(exc))
+    return replace(cell, seconds=time.perf_counter() - began)
+
+
+def failed_cell(design: ReaderDesign, key: str, reason: str) -> Cell:
+    """Return a cell without numbers [-].
+
+    Parameters
+    ----------
+    design : ReaderDesign
+        The design.
+    key : str
+        Its name.
+    reason : str
+        Why there are none.
+
+    Returns
+    -------
+    Cell
+        With empty arrays.
+    """
+    return Cell(
+        key=key,
+        design=design,
+        reason=reason,
+        distances_m=np.zeros(0),
+        free_rss_w=np.zeros((0, 0, design.antennas)),
+        travel_m=np.zeros(0),
+        travel_rss_w=np.zeros((0, design.antennas)),
+    )
+
+
+def _scored(context: SweepContext, design: ReaderDesign, key: str) -> Cell:
+    study, built, sampling = context.study, context.built, context.sampling
+    responses = design_responses(study, design)
+    elements = np.asarray(responses[0].azimuths_rad, dtype=np.float64)
+    tag = reference_tag(study, built)
+    link = free_link(context, tag, responses)
+    azimuths = grid_azimuths_rad(elements.size, sampling.free_azimuths)
+    distances, travel = sampling.distances_m(), sampling.travel_m()
+    origin = tag.position_m[:2]
+    free = sample_rss_w(link, origin + free_points_m(distances), origin, azimuths)
+    along = sample_rss_w(link, origin + free_points_m(travel), origin, elements[:1])
+    room = None
+    if context.has_room:
+        room_azimuths = grid_azimuths_rad(elements.size, sampling.room_azimuths)
+        rss = room_samples_w(context, responses, room_azimuths)
+        room = score_rss(rss, room_azimuths, elements, usable_dbm=context.usable_dbm)
+    return Cell(
+        key=key,
+        design=design,
+        free=score_rss(free, azimuths, elements, usable_dbm=context.usable_dbm),
+        room=room,
+        distances_m=distances,
+        free_rss_w=free,
+        travel_m=travel,
+        travel_rss_w=along[:, 0],
+        notes=tuple(dict.fromkeys((*design.notes(), *(w for r in responses for w in r.warnings)))),
+    )
+
+
+def free_link(
+    context: SweepContext, tag: PlacedTag, responses: Sequence[ReaderResponse]
+) -> ReaderLink:
+    """Return the link from a tag to the reader at the same heights, without any room [W].
+
+    Parameters
+    ----------
+    context : SweepContext
+        Study and room, which gives the height of the floor [m].
+    tag : PlacedTag
+        Its place and antenna are kept.
+    responses : sequence of ReaderResponse
+        Of the design, one for each frequency.
+
+    Returns
+    -------
+    ReaderLink
+        Poses in the room's frame [m], RSS [W] averaged over the frequencies.
+    """
+    study, scene = context.study, free_space_scene()
+    place = np.array(tag.position_m)
+    place[2] -= context.built.reader_z_m - study.reader.height_m
+    return channel_average(
+        [
+            reader_link(
+                radio_scene(scene, antenna.frequency_hz),
+                tag_position_m=place,
+                tag_antenna=antenna,
+                tag_power_w=study.radio.tag_power_w,
+                response=response,
+                reader_height_m=study.reader.height_m,
+                max_reflections=0,
+            )
+            for antenna, response in zip(tag.antennas, responses, strict=True)
+        ]
+    )
+
+
+def room_samples_w(
+    context: SweepContext, responses: Sequence[ReaderResponse], azimuths_rad: FloatArray
+) -> FloatArray:
+    """Return the RSS of a reader over the places, azimuths and tags of the study's room [W].
+
+    Parameters
+    ----------
+    context : SweepContext
+        Study, room and sampling.
+    responses : sequence of ReaderResponse
+        Of the design, one for each frequency.
+    azimuths_rad : (a,) float64
+        Azimuths of the tag in the reader frame [rad].
+
+    Returns
+    -------
+    (k, a, n) float64
+        RSS [W].
+
+    Raises
+    ------
+    ConfigError
+        When no place of the floor lies within range of a tag.
+    """
+    study, built, sampling = context.study, context.built, context.sampling
+    places = floor_points_m(
+        built.scene,
+        spacing_m=sampling.room_spacing_m,
+        reader_z_m=built.reader_z_m,
+        clearance_m=study.reader.ground_plane_m / 2.0,
+    )
+    links = [(tag_link(study, built, tag, responses), tag.position_m[:2]) for tag in built.tags]
+    return room_rss_w(
+        links,
+        places,
+        azimuths_rad,
+        nearest_m=sampling.nearest_m,
+        farthest_m=sampling.farthest_m,
+    )

@@ -1,0 +1,281 @@
+"""One reader design: the numbers that describe it, its body and its antennas' response."""
+
+import hashlib
+import json
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+from octant.em.antennas import Antenna, make_antenna
+from octant.em.reader_response import ReaderResponse, reader_response
+from octant.geometries.reader_body import GroundPlaneShape, ReaderBody, reader_body
+from octant.reader_design.config.schema import Reader, Study
+
+
+def canonical_json(value: Any) -> str:  # noqa: ANN401  any tree of plain values
+    """Return JSON text that is the same for equal values, whatever the order of their keys [-].
+
+    Parameters
+    ----------
+    value : object
+        Mappings with text keys, sequences, text, finite numbers, booleans and None.
+
+    Returns
+    -------
+    str
+        Keys sorted, no spaces, floats with the digits that identify them.
+
+    Raises
+    ------
+    TypeError, ValueError
+        When a value is of another type, or a number is not finite.
+    """
+    return json.dumps(value, sort_keys=True, separators=(",", ":"), allow_nan=False)
+
+
+def content_hash(value: Any) -> str:  # noqa: ANN401  any tree of plain values
+    """Return the SHA-256 of a value's canonical JSON, as 64 hexadecimal digits [-].
+
+    Parameters
+    ----------
+    value : object
+        As :func:`canonical_json` takes it.
+
+    Returns
+    -------
+    str
+        The same for equal values on every machine.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As :func:`canonical_json`.
+    """
+    return hashlib.sha256(canonical_json(value).encode()).hexdigest()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ReaderDesign:
+    """A bearing-sensitive reader as one would order it from a workshop.
+
+    Attributes
+    ----------
+    antenna : str
+        ``dipole`` or ``monopole``.
+    antenna_length_m : float or None
+        Length of each antenna [m]; None: half a wave (dipole) or a quarter wave (monopole).
+    antenna_radius_m : float
+        Distance r_a of the antennas from the axis [m].
+    plate_height_m : float
+        Height h_p of the plates at the rim [m]; 0: no plates.
+    plate_height_axis_m : float or None
+        Height of the plates at the axis [m]; None: as at the rim.
+    plate_outer_radius_m : float or None
+        How far the plates reach from the axis [m]; None: half of ``ground_plane_m``.
+    ground_plane_m : float
+        Side of the ground plane, or its diameter when round [m].
+    ground_plane_shape : str
+        ``square``, ``round`` or ``octagon``.
+    antennas : int
+        Number of antennas [-], at least 3.
+    gap_m : float
+        Lower end of a dipole above the ground plane [m].
+    monopole_plane_m : float
+        Side of each monopole's own plane [m]; 0: it stands on the reader's ground plane.
+    height_m : float
+        Ground plane above the floor [m].
+    load_ohm : float
+        Load of each antenna [ohm].
+    """
+
+    antenna: str
+    antenna_length_m: float | None = None
+    antenna_radius_m: float
+    plate_height_m: float
+    plate_height_axis_m: float | None = None
+    plate_outer_radius_m: float | None = None
+    ground_plane_m: float
+    ground_plane_shape: GroundPlaneShape
+    antennas: int
+    gap_m: float
+    monopole_plane_m: float
+    height_m: float
+    load_ohm: float
+
+    def label(self) -> str:
+        """Return the design's human name, lengths in [cm], e.g. ``dipole r_a = 10 cm h_p = 8 cm``.
+
+        Returns
+        -------
+        str
+            Antenna, r_a and h_p; other parameters are those of the study.
+        """
+        return (
+            f"{self.antenna} r_a = {100.0 * self.antenna_radius_m:.4g} cm "
+            f"h_p = {100.0 * self.plate_height_m:.4g} cm"
+        )
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return all parameters by name, each in the unit that its name carries ([m], [ohm], [-]).
+
+        Returns
+        -------
+        dict
+            Plain values, as :func:`content_hash` takes them.
+        """
+        return asdict(self)
+
+    def key(self) -> str:
+        """Return the content hash of the design, 64 hexadecimal digits [-].
+
+        Returns
+        -------
+        str
+            Equal designs have equal keys on every machine.
+        """
+        return content_hash(self.as_dict())
+
+    def body(self) -> ReaderBody:
+        """Return the reader's metal body and element places [m].
+
+        Returns
+        -------
+        ReaderBody
+            In the reader frame, origin at the centre of the ground plane's upper side.
+
+        Raises
+        ------
+        GeometryError
+            When the design cannot be built.
+        """
+        return reader_body(
+            antenna_radius_m=self.antenna_radius_m,
+            antennas=self.antennas,
+            plate_height_m=self.plate_height_m,
+            plate_height_axis_m=self.plate_height_axis_m,
+            plate_outer_radius_m=self.plate_outer_radius_m,
+            ground_plane_m=self.ground_plane_m,
+            ground_plane_shape=self.ground_plane_shape,
+            monopole_plane_m=self.monopole_plane_m if self.antenna == "monopole" else 0.0,
+        )
+
+    def element(self, frequency_hz: float) -> Antenna:
+        """Return one antenna of the reader, vertical, at a frequency [Hz].
+
+        Parameters
+        ----------
+        frequency_hz : float
+            Frequency [Hz].
+
+        Returns
+        -------
+        Antenna
+            Its length in [m] is the design's, or resonant where the design gives none.
+
+        Raises
+        ------
+        AntennaError
+            When kind, length or frequency cannot be used.
+        """
+        return make_antenna(self.antenna, frequency_hz, length_m=self.antenna_length_m)
+
+    def response(self, frequency_hz: float, model: str) -> ReaderResponse:
+        """Return the embedded patterns of all antennas at a frequency [Hz].
+
+        Parameters
+        ----------
+        frequency_hz : float
+            Frequency [Hz].
+        model : str
+            ``rays`` or ``isolated``; see :func:`octant.em.reader_response.reader_response`.
+
+        Returns
+        -------
+        ReaderResponse
+            With the model's warnings.
+
+        Raises
+        ------
+        GeometryError, AntennaError
+            When the design cannot be built or the model cannot take it.
+        """
+        return reader_response(
+            self.body(),
+            self.element(frequency_hz),
+            model=model,
+            gap_m=self.gap_m if self.antenna == "dipole" else 0.0,
+        )
+
+    def notes(self) -> tuple[str, ...]:
+        """Return what a reader of the results must know about how the design was read, in [cm].
+
+        Returns
+        -------
+        tuple of str
+            For monopoles, that their own plane had to be shrunk to fit between the plates.
+        """
+        if self.antenna != "monopole":
+            return ()
+        fitted_m = self.body().fitted_monopole_plane_m
+        if fitted_m >= self.monopole_plane_m:
+            return ()
+        note = (
+            f"the monopoles' own planes of {100.0 * self.monopole_plane_m:.3g} cm would cut the "
+            f"plates at r_a = {100.0 * self.antenna_radius_m:.3g} cm and are shrunk to "
+            f"{100.0 * fitted_m:.3g} cm"
+        )
+        return (note,)
+
+
+def design_of(reader: Reader) -> ReaderDesign:
+    """Return the design that a study's table ``[reader]`` describes; lengths in [m].
+
+    Parameters
+    ----------
+    reader : Reader
+        The table; its ``response`` says how to compute, not what to build, and is left out.
+
+    Returns
+    -------
+    ReaderDesign
+        With every key of the table.
+    """
+    return ReaderDesign(
+        antenna=reader.antenna,
+        antenna_radius_m=reader.antenna_radius_m,
+        plate_height_m=reader.plate_height_m,
+        plate_height_axis_m=reader.plate_height_axis_m,
+        plate_outer_radius_m=reader.plate_outer_radius_m,
+        ground_plane_m=reader.ground_plane_m,
+        ground_plane_shape=reader.ground_plane_shape,
+        antennas=reader.antennas,
+        gap_m=reader.gap_m,
+        monopole_plane_m=reader.monopole_plane_m,
+        height_m=reader.height_m,
+        load_ohm=reader.load_ohm,
+    )
+
+
+def design_responses(study: Study, design: ReaderDesign) -> tuple[ReaderResponse, ...]:
+    """Return a design's response at each frequency of a study [Hz].
+
+    Parameters
+    ----------
+    study : Study
+        Frequencies [Hz] and the model of the reader.
+    design : ReaderDesign
+        The reader.
+
+    Returns
+    -------
+    tuple of ReaderResponse
+        In the order of ``study.radio.frequencies_hz``. At all of them the antennas have one
+        length: the design's, or the resonant one at the carrier.
+
+    Raises
+    ------
+    GeometryError, AntennaError
+        When the design cannot be built.
+    """
+    cut = replace(design, antenna_length_m=design.element(study.radio.frequency_hz).length_m)
+    model = study.reader.response
+    return tuple(cut.response(f, model) for f in study.radio.frequencies_hz)

@@ -1,0 +1,135 @@
+"""``octant navigate``: a study's mission, driven many times in the study's own room."""
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+import numpy as np
+
+from octant.reader_design.progress import Progress
+from octant.reader_design.verbs.arguments import DRIVE_KERNELS, common_options
+
+if TYPE_CHECKING:
+    from octant.navigation.metrics import MissionMetrics
+    from octant.navigation.missions import MissionResult
+    from octant.reader_design.rooms.study_scene import StudyScene
+
+
+@click.command()
+@click.argument("study", type=click.Path(path_type=Path))
+@click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder for results.")
+@click.option("--runs", type=click.IntRange(min=1), help="Repetitions; default: the study's.")
+@click.option(
+    "--noise-db",
+    type=click.FloatRange(min=0.0),
+    help="Noise of each RSS reading [dB]; default: the study's.",
+)
+@common_options
+def navigate(
+    *, study: Path, out: Path, runs: int | None, noise_db: float | None, force: bool, quiet: bool
+) -> None:
+    """Drive the robot through the tags of STUDY with the reader of its table [reader].
+
+    Writes missions.csv (one row a run), trajectory.csv (run 0: poses and the RSS of every antenna),
+    study.toml, and figures of the way, of the errors by percentile and of the RSS over time.
+    """
+    from octant.navigation.metrics import measure
+    from octant.navigation.mission_files import write_missions_csv, write_trajectory_csv
+    from octant.reader_design.config.loading import load_study, to_toml
+    from octant.reader_design.rooms.study_scene import build_study_scene
+    from octant.reader_design.store import refuse_overwrite, write_text
+    from octant.reader_design.study.missions import drive_missions, mission_table, study_responses
+    from octant.reader_design.sweep.design import design_of
+
+    loaded = load_study(study)
+    table = mission_table(loaded)
+    files = {name: out / name for name in ("missions.csv", "trajectory.csv", "study.toml")}
+    refuse_overwrite(*files.values(), force=force)
+    built = build_study_scene(loaded)
+    progress = Progress(quiet=quiet)
+    for note in built.notes:
+        progress.say(note)
+    progress.announce_compilation(DRIVE_KERNELS)
+    design = design_of(loaded.reader)
+    responses = study_responses(loaded)
+    number = table.runs if runs is None else runs
+    with progress.count(number, label="missions") as done:
+        results = drive_missions(
+            loaded, built, responses, runs=number, noise_db=noise_db, progress=done
+        )
+    write_text(files["study.toml"], to_toml(loaded, relative_to=out))
+    write_missions_csv(files["missions.csv"], results)
+    write_trajectory_csv(files["trajectory.csv"], results[0])
+    _write_figures(out / "figures", built, results[0], title=f"{loaded.name}: {design.label()}")
+    for line in mission_summary([measure(result) for result in results], results):
+        click.echo(line)
+    click.echo(f"written: {', '.join(str(p) for p in files.values())} and {out / 'figures'}")
+
+
+def mission_summary(
+    metrics: Sequence["MissionMetrics"], results: Sequence["MissionResult"]
+) -> Iterator[str]:
+    """Yield lines that say how the runs of a mission ended [m], [deg], [s].
+
+    Parameters
+    ----------
+    metrics : sequence of MissionMetrics
+        Of every run.
+    results : sequence of MissionResult
+        The runs.
+
+    Yields
+    ------
+    str
+        One line each: success, errors, and the reasons of the runs that failed.
+    """
+    runs = len(metrics)
+    reached = sum(m.success for m in metrics)
+    yield f"{reached} of {runs} run{'' if runs == 1 else 's'} reached every tag."
+    rmse, p90 = (
+        np.array([getattr(m, key) for m in metrics]) for key in ("rmse_m", "p90_position_m")
+    )
+    heading = np.degrees([m.p90_heading_rad for m in metrics])
+    yield (
+        f"RMSE to the straight segments: median {np.median(rmse):.3f} m, worst {rmse.max():.3f} m; "
+        f"90 % of the time within {np.median(p90):.3f} m and {np.median(heading):.1f} degrees "
+        "(median of the runs)."
+    )
+    failed = [r.reason for r, m in zip(results, metrics, strict=True) if not m.success]
+    for reason in dict.fromkeys(failed):
+        yield f"{failed.count(reason)} x not a success: {reason}."
+
+
+def _write_figures(
+    folder: Path, built: "StudyScene", result: "MissionResult", *, title: str
+) -> None:
+    from octant.navigation.metrics import measure
+    from octant.reader_design.figures.common import save_figure
+    from octant.reader_design.figures.room import (
+        Drive,
+        percentile_figure,
+        rss_time_figure,
+        trajectory_figure,
+    )
+    from octant.reader_design.rooms.plan import plan_of
+
+    metrics = measure(result)
+    drive = Drive(
+        time_s=result.time_s,
+        path_m=result.poses[:, :2],
+        heading_rad=result.poses[:, 2],
+        rss_w=result.rss_w,
+        target=result.targets,
+        position_error_m=metrics.position_errors_m,
+        heading_error_rad=metrics.heading_errors_rad,
+    )
+    mission = result.mission
+    points = dict(zip(mission.tag_ids, mission.tag_points_m, strict=True))
+    plan = plan_of(built.scene, built.reader_z_m)
+    save_figure(
+        trajectory_figure([(built.name, drive, plan)], points, title=title),
+        folder / "trajectory.png",
+    )
+    save_figure(percentile_figure([(built.name, drive)], title=title), folder / "percentiles.png")
+    save_figure(rss_time_figure(drive, mission.tag_ids, title=title), folder / "rss.png")
