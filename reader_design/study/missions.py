@@ -20,7 +20,7 @@ from octant.navigation.sensing import FieldSensor, PowerLink
 from octant.reader_design.config.schema import Mission as MissionTable
 from octant.reader_design.config.schema import Study
 from octant.reader_design.rooms.study_scene import PlacedTag, StudyScene
-from octant.reader_design.sweep.design import design_of
+from octant.reader_design.sweep.design import design_of, design_responses
 from octant.reader_design.sweep.samples import standing_room
 
 WATT_PER_NANOWATT = 1e-9
@@ -86,8 +86,7 @@ def study_responses(study: Study) -> tuple[ReaderResponse, ...]:
     PhysicsWarning
         For everything that the responses say does not hold.
     """
-    design = design_of(study.reader)
-    responses = tuple(design.response(f, study.reader.response) for f in study.radio.frequencies_hz)
+    responses = design_responses(study, design_of(study.reader))
     for text in dict.fromkeys(text for response in responses for text in response.warnings):
         warnings.warn(text, PhysicsWarning, stacklevel=2)
     return responses
