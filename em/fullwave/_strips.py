@@ -9,7 +9,11 @@ from octant.geometries._plane_geometry import FloatArray, IntArray
 from octant.geometries._reader_mesh import SAME_LENGTH, reach_to_rim_m
 
 CELLS_OF_HALF_WAVE = 24
-"""Cells along a strip of half a wavelength at up to 14 elements per wavelength [-]."""
+"""Even cells along a strip of half a wavelength at up to 14 elements per wavelength [-]."""
+
+TIP_CUTS = (0.25, 0.6)
+"""Where the cell at a free tip is cut [-], for the charge that gathers there: an isolated dipole's
+impedance then moves by 2 %, as it does when all cells are made four times finer."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -83,7 +87,7 @@ def along_rim(rim_m: FloatArray, azimuth_rad: float, distance_m: float) -> Float
 
 
 def strip_cells(length_m: float, wavelength_m: float, cells_per_wavelength: float) -> int:
-    """Return the even number of cells along a strip [-]."""
+    """Return the number of cells along a strip, without the cuts at its tips [-]; it is even."""
     half_wave = CELLS_OF_HALF_WAVE * max(1.0, cells_per_wavelength / 14.0)
     return 2 * max(2, round(half_wave * length_m / wavelength_m))
 
@@ -93,8 +97,11 @@ def strip_triangles(strip: Strip) -> tuple[FloatArray, IntArray]:
 
     Diagonals change direction half-way up, so that a dipole is the same above and below.
     """
-    cells = strip.cells
-    height = np.linspace(0.0, strip.length_m, cells + 1)
+    even = np.linspace(0.0, strip.length_m, strip.cells + 1)
+    cuts = even[1] * np.array(TIP_CUTS)
+    tips = (strip.length_m - cuts,) if strip.grounded else (cuts, strip.length_m - cuts)
+    height = np.sort(np.concatenate((even, *tips)))
+    cells = len(height) - 1
     rise = np.column_stack((np.zeros((cells + 1, 2)), height))
     right, left = strip.foot_m[0] + rise, strip.foot_m[2] + rise
     vertices = np.stack((right, left), axis=1).reshape(-1, 3)

@@ -126,9 +126,9 @@ def current_samples(
 
 
 def sphere_rule(
-    wavenumber_per_m: float, radius_m: float
-) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-    """Return theta (t, 1) and phi (1, p) [rad] and weights (t, 1) [-] for means over the sphere.
+    wavenumber_per_m: float, radius_m: float, *, multiple_of: int = 1
+) -> tuple[npt.NDArray[np.float64], int, npt.NDArray[np.float64]]:
+    """Return a grid of directions and weights for means of power over the sphere [-].
 
     Parameters
     ----------
@@ -136,15 +136,20 @@ def sphere_rule(
         Wavenumber [rad/m].
     radius_m : float
         Radius of a sphere about the origin that holds all currents [m].
+    multiple_of : int
+        Number that the steps of phi shall be a multiple of [-].
 
     Returns
     -------
-    tuple of ndarray
-        Gauss-Legendre in cos(theta), even steps of phi; the weights times the number of phi add up
-        to 1. A power pattern of these currents is integrated to about 1e-8.
+    theta_rad : (t,) float64
+        Gauss-Legendre nodes in cos(theta) [rad].
+    columns : int
+        Number of even steps of phi from 0 [-].
+    weights : (t,) float64
+        Weight of each direction of a row [-]; all add up to 1. A power pattern of these currents
+        is integrated to about 1e-8.
     """
     order = math.ceil(wavenumber_per_m * radius_m) + 12
     nodes, weights = np.polynomial.legendre.leggauss(order + 1)
-    columns = 2 * order + 2
-    phi = 2.0 * math.pi * np.arange(columns) / columns
-    return np.arccos(nodes)[:, None], phi[None, :], (0.5 / columns) * weights[:, None]
+    columns = multiple_of * math.ceil((2 * order + 2) / multiple_of)
+    return np.arccos(nodes), columns, (0.5 / columns) * weights
