@@ -11,7 +11,7 @@ from octant.geometries._reader_mesh import SAME_LENGTH, reach_to_rim_m
 CELLS_OF_HALF_WAVE = 24
 """Even cells along a strip of half a wavelength at up to 14 elements per wavelength [-]."""
 
-TIP_CUTS = (0.25, 0.6)
+TIP_CUTS = ()
 """Where the cell at a free tip is cut [-], for the charge that gathers there: an isolated dipole's
 impedance then moves by 2 %, as it does when all cells are made four times finer."""
 

@@ -12,8 +12,11 @@ from octant.em.fullwave import _far_kernels
 from octant.em.fullwave.rwg import THREE_POINTS, VACUUM_IMPEDANCE_OHM, SurfaceBasis
 from octant.geometries._arrays import frozen_array
 
-ROWS_PER_BLOCK = 128
+ROWS_PER_BLOCK = 64
 """Directions that a thread takes at a time [-]."""
+
+ROWS_PER_PRODUCT = 512
+"""Directions whose phases are held at a time [-]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -76,12 +79,19 @@ class CurrentSamples:
         moments = np.ascontiguousarray(np.moveaxis(self.moments_a_m, 1, 0).reshape(-1, 3 * cases))
         total = np.empty((len(direction), 3 * cases), dtype=np.complex128)
 
-        def work(begin: int, end: int) -> None:
-            phase = np.empty((end - begin, points.shape[1]), dtype=np.complex128)
-            _far_kernels.fill_phases(direction, points, begin, end, phase)
-            np.matmul(phase, moments, out=total[begin:end])
+        # Phases on all threads, then one product on BLAS's own threads: the two do not mix well.
+        rows = min(ROWS_PER_PRODUCT, len(direction))
+        phase = np.empty((rows, points.shape[1]), dtype=np.complex128)
+        for first in range(0, len(direction), rows):
+            last = min(first + rows, len(direction))
 
-        run_blocks(work, len(direction), block_size=ROWS_PER_BLOCK)
+            def work(begin: int, end: int, first: int = first) -> None:
+                _far_kernels.fill_phases(
+                    direction, points, first + begin, first + end, phase[begin:end]
+                )
+
+            run_blocks(work, last - first, block_size=ROWS_PER_BLOCK)
+            np.matmul(phase[: last - first], moments, out=total[first:last])
         vector = total.reshape(*theta.shape, cases, 3)
         theta_hat = np.stack((ct * cp, ct * sp, -st), axis=-1)[..., None, :]
         phi_hat = np.stack((-sp, cp, np.zeros_like(sp)), axis=-1)[..., None, :]

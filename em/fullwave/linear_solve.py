@@ -57,14 +57,16 @@ def solve_currents(
     spectrum = np.einsum("ksm,qs->qkm", excitation, turns.conj(), optimize=True)
     result = np.empty_like(spectrum)
     for mode in range(sectors // 2 + 1):
-        part = np.einsum("mdn,d->mn", matrix, turns[mode], optimize=True)
+        part = np.zeros((basis.functions, basis.functions), dtype=np.complex128, order="F")
+        for d in range(sectors):
+            part += turns[mode, d] * matrix[:, d, :]
         if mode == 0:
             free = _free_of_axis(basis)
             factors = _factorised(np.asfortranarray(free.T @ part @ free))
             reduced = lu_solve(factors, free.T @ spectrum[0].T, check_finite=False)
             result[0] = (free @ reduced).T
             continue
-        factors = _factorised(np.asfortranarray(part))
+        factors = _factorised(part)
         result[mode] = lu_solve(factors, spectrum[mode].T, check_finite=False).T
         other = sectors - mode
         if other != mode:

@@ -23,7 +23,7 @@ from octant.geometries._checks import positive_number
 from octant.geometries._plane_geometry import weld
 from octant.geometries.bodies import Body
 from octant.geometries.errors import GeometryError
-from octant.geometries.reader_body import ReaderBody, ground_plane_outline_m
+from octant.geometries.reader_body import MIN_ROUND_SIDES, ReaderBody, ground_plane_outline_m
 
 ElementKind = Literal["dipole", "monopole"]
 """Kinds of antenna that the mesh can carry."""
@@ -184,9 +184,8 @@ def reader_mesh(
     joined = antenna == "monopole" and own_plane_m == 0.0
     gap = 0.0 if joined else positive_number(gap_m, name="gap_m")
     cells = strip_cells(length, wavelength_m, cells_per_wavelength)
-    rim = ground_plane_outline_m(
-        body.ground_plane_m, shape=body.ground_plane_shape, antennas=body.antennas
-    )
+    coarse = wavelength_m / cells_per_wavelength
+    rim = _rim_m(body, coarse)
     strips = [
         Strip.upright(
             float(azimuth),
@@ -201,7 +200,6 @@ def reader_mesh(
         for azimuth in body.element_azimuths_rad
     ]
     clearance = _clearance_m(body, 4.0 * radius)
-    coarse = wavelength_m / cells_per_wavelength
     size = ElementSize(
         coarse_m=coarse,
         finest_m=min(2.0 * radius, coarse),
@@ -235,6 +233,22 @@ def reader_mesh(
         frequency_hz=frequency_hz,
         warnings=_doubts(body, clearance),
     )
+
+
+def _rim_m(body: ReaderBody, coarse_m: float) -> npt.NDArray[np.float64]:
+    """Return the corners of the ground plane's rim [m]; a round one as round as the mesh allows."""
+    if body.ground_plane_shape != "round":
+        return ground_plane_outline_m(
+            body.ground_plane_m, shape=body.ground_plane_shape, antennas=body.antennas
+        )
+    step = 2 * body.antennas
+    sides = max(math.pi * body.ground_plane_m / coarse_m, MIN_ROUND_SIDES)
+    sides = step * math.ceil(sides / step)
+    angle = 2.0 * math.pi * np.arange(sides) / sides
+    rim: npt.NDArray[np.float64] = (0.5 * body.ground_plane_m) * np.column_stack(
+        (np.cos(angle), np.sin(angle))
+    )
+    return rim
 
 
 def _joined(
