@@ -20,6 +20,9 @@ LEAST_SPACING = 0.72
 LEAST_CLEARANCE = 0.55
 """Least distance [wanted edge length] of a first interior point from the boundary."""
 
+CLEARED = 0.75
+"""Radius kept clear about the middle of a line that must become an edge [its length]; above 0.5."""
+
 FLAT = 1e-7
 """Area over longest edge squared [-] below which a triangle is a fold of the boundary line."""
 
@@ -116,7 +119,8 @@ def mesh_polygon(
     """Return points (n, 2) [m] and triangles (m, 3) [-] of a convex polygon.
 
     ``corners_m`` runs counter-clockwise and may hold points on straight edges, which become
-    vertices; ``fixed_m`` are interior points that become vertices. Deterministic.
+    vertices; ``fixed_m`` are interior points that become vertices and are joined by an edge with
+    the nearest of the corners. Deterministic.
     """
     fixed = np.zeros((0, 2)) if fixed_m is None else np.asarray(fixed_m, dtype=np.float64)
     following = np.roll(corners_m, -1, axis=0)
@@ -138,7 +142,23 @@ def mesh_polygon(
                 ]
             )
             points[still:] = moved[still:] / total[still:, None]
+            _clear(points[still:], corners_m, fixed)
     return points, _triangles(points)
+
+
+def _clear(free_m: FloatArray, corners_m: FloatArray, fixed_m: FloatArray) -> None:
+    """Move points, in place, away from the lines between fixed points and their next corners.
+
+    With the circle on such a line empty, the line is an edge of the Delaunay triangles.
+    """
+    for point in fixed_m:
+        corner = corners_m[np.argmin(((corners_m - point) ** 2).sum(axis=1))]
+        middle = 0.5 * (corner + point)
+        least = CLEARED * float(np.linalg.norm(corner - point))
+        away = free_m - middle
+        distance = np.linalg.norm(away, axis=1)
+        close = distance < least
+        free_m[close] = middle + away[close] * (least / distance[close])[:, None]
 
 
 def least_angle_rad(points_m: npt.NDArray[np.float64], faces: IntArray) -> float:
