@@ -34,6 +34,7 @@ def fullwave_response(
     cells_per_wavelength: float = CELLS_PER_WAVELENGTH,
     wire_radius_m: float = WIRE_RADIUS_M,
     feed_gap_m: float = FEED_GAP_M,
+    graded_tips: bool = False,
     surroundings: Sequence[Body] = (),
     symmetry: bool = True,
 ) -> tuple[ReaderResponse, FullwaveResult]:
@@ -47,14 +48,16 @@ def fullwave_response(
         One element, an upright dipole or monopole; its frequency and length are used.
     gap_m : float
         Height of a dipole's lower end, or of a monopole's own plane, above the ground plane [m].
-    load_ohm : float or (n,) array_like
-        Resistance of source and load of every port [ohm].
+    load_ohm : complex or (n,) array_like
+        Impedance of source and load of every port [ohm].
     cells_per_wavelength : float
         Elements per wavelength [-]; 10 for design, 14 for final figures.
     wire_radius_m : float
         Radius of the antennas' wire [m].
     feed_gap_m : float
         Length of the feed [m]; 0 is a delta gap.
+    graded_tips : bool
+        Cut the strips' last cells finer; see `reader_mesh`.
     surroundings : sequence of Body
         Further perfectly conducting meshes in the reader frame.
     symmetry : bool
@@ -92,6 +95,7 @@ def fullwave_response(
         cells_per_wavelength=cells_per_wavelength,
         wire_radius_m=wire_radius_m,
         feed_gap_m=feed_gap_m,
+        graded_tips=graded_tips,
         surroundings=surroundings,
     )
     result = solve_reader(mesh, load_ohm=load_ohm, symmetry=symmetry)

@@ -8,7 +8,7 @@ share an edge, so that no charge gathers there; an edge of n triangles carries n
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -189,27 +189,25 @@ class SurfaceBasis:
             np.add.at(target, (slice(None), flat), part)
         return result.reshape(len(coefficients), -1, 3)
 
-    def gathered(self, halves: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    def gathered(self, halves: npt.NDArray[Any]) -> npt.NDArray[Any]:
         """Return the products of functions with a field, from those of their half-functions.
 
         Parameters
         ----------
-        halves : (k, sectors * f, 3) float64
+        halves : (k, sectors * f, 3) float64 or complex128
             Product of the field with every half-function [any unit].
 
         Returns
         -------
-        (k, sectors, functions) float64
+        (k, sectors, functions) ndarray
             Product with every function [same unit].
         """
         count = self.triangles_per_sector
-        result = np.zeros((len(halves), self.sectors, self.functions))
+        result = np.zeros((len(halves), self.sectors, self.functions), dtype=halves.dtype)
         owner = np.repeat(np.arange(count), np.diff(self.start))
         for s in range(self.sectors):
             part = halves[:, s * count + owner, self.local] * self.sign
-            np.add.at(
-                result, (slice(None), (self.turn + s) % self.sectors, self.function), part
-            )
+            np.add.at(result, (slice(None), (self.turn + s) % self.sectors, self.function), part)
         return result
 
 

@@ -40,8 +40,8 @@ class FullwaveResult:
     ----------
     frequency_hz : float
         Frequency [Hz].
-    load_ohm : (n,) float64
-        Resistance of every port's source and load [ohm].
+    load_ohm : (n,) complex128
+        Impedance of every port's source and load [ohm].
     admittance_s : (n, n) complex128
         Currents at the ports per volt at each, without loads [S].
     samples : CurrentSamples
@@ -65,7 +65,7 @@ class FullwaveResult:
     """
 
     frequency_hz: float
-    load_ohm: npt.NDArray[np.float64]
+    load_ohm: npt.NDArray[np.complex128]
     admittance_s: npt.NDArray[np.complex128]
     samples: CurrentSamples
     halves_a_per_m: npt.NDArray[np.complex128]
@@ -80,7 +80,7 @@ class FullwaveResult:
     def __post_init__(self) -> None:
         n = len(self.admittance_s)
         for name, shape, dtype in (
-            ("load_ohm", (n,), np.float64),
+            ("load_ohm", (n,), np.complex128),
             ("admittance_s", (n, n), np.complex128),
             ("halves_a_per_m", (n, None, 3), np.complex128),
             ("radiated_share", (n,), np.float64),
@@ -111,14 +111,15 @@ class FullwaveResult:
 
     @property
     def s_matrix(self) -> npt.NDArray[np.complex128]:
-        """Return (n, n) the scattering matrix, each port referred to its own load [-]."""
+        """Return (n, n) the scattering matrix of power waves, ports referred to their loads [-]."""
         return _scattering(self.admittance_s, self.load_ohm)
 
     @property
     def input_impedance_ohm(self) -> npt.NDArray[np.complex128]:
         """Return (n,) the impedance seen by each source, the other ports loaded [ohm]."""
-        reflection = np.diagonal(self.s_matrix)
-        seen: npt.NDArray[np.complex128] = self.load_ohm * (1 + reflection) / (1 - reflection)
+        voltage = self.embedded_voltages_v
+        current = np.diagonal(voltage @ self.admittance_s.T)
+        seen: npt.NDArray[np.complex128] = np.diagonal(voltage) / current
         return seen
 
     @property
@@ -146,7 +147,7 @@ class FullwaveResult:
         -------
         (n, ..., 2) complex128
             F_theta and F_phi [-], |F|^2 = realised gain for a source of the port's load
-            resistance, the other ports loaded; phase at the ground plane's centre, source of phase
+            impedance, the other ports loaded; phase at the ground plane's centre, source of phase
             0, factor exp(-jkR) / R dropped.
         """
         shorted = self.samples.far_field(theta_rad, phi_rad)
@@ -203,10 +204,10 @@ def _pattern_grid(
 
 
 def _realised_weights(
-    admittance_s: npt.NDArray[np.complex128], load_ohm: npt.NDArray[np.float64]
+    admittance_s: npt.NDArray[np.complex128], load_ohm: npt.NDArray[np.complex128]
 ) -> npt.NDArray[np.complex128]:
     """Return (n, n) factors from fields of one volt at each port to realised patterns [1/V]."""
-    scale = np.sqrt(16.0 * math.pi * load_ohm / VACUUM_IMPEDANCE_OHM)
+    scale = np.sqrt(16.0 * math.pi * load_ohm.real / VACUUM_IMPEDANCE_OHM)
     weights: npt.NDArray[np.complex128] = scale[:, None] * _embedded_voltages(
         admittance_s, load_ohm
     )
@@ -214,7 +215,7 @@ def _realised_weights(
 
 
 def _embedded_voltages(
-    admittance_s: npt.NDArray[np.complex128], load_ohm: npt.NDArray[np.float64]
+    admittance_s: npt.NDArray[np.complex128], load_ohm: npt.NDArray[np.complex128]
 ) -> npt.NDArray[np.complex128]:
     """Return (n, n) port voltages [V], a row for each port driven by one volt behind its load."""
     loaded = np.eye(len(load_ohm)) + load_ohm[:, None] * admittance_s
@@ -238,8 +239,8 @@ def solve_reader(
         Triangles and feeds.
     frequency_hz : float or None
         Frequency [Hz]; None takes the one that the mesh was made for.
-    load_ohm : float or (n,) array_like
-        Resistance of source and load of every port [ohm], above 0.
+    load_ohm : complex or (n,) array_like
+        Impedance of source and load of every port [ohm], its resistance above 0.
     surface_impedance_ohm : complex or (f,) array_like
         Surface impedance of each triangle [ohm], in the order of ``mesh.faces``; 0 is perfect metal.
     symmetry : bool
@@ -253,14 +254,14 @@ def solve_reader(
     Raises
     ------
     AntennaError
-        When a load is not positive.
+        When the resistance of a load is not positive.
     GeometryError
         When a feed meets no edge, or the moment equations are singular.
     """
     frequency = mesh.frequency_hz if frequency_hz is None else frequency_hz
-    load = np.broadcast_to(np.asarray(load_ohm, dtype=np.float64), (mesh.antennas,))
-    if not (np.isfinite(load).all() and (load > 0.0).all()):
-        msg = f"load_ohm is {load_ohm} ohm, but every load must be a resistance above 0 ohm."
+    load = np.broadcast_to(np.asarray(load_ohm, dtype=np.complex128), (mesh.antennas,))
+    if not (np.isfinite(load).all() and (load.real > 0.0).all()):
+        msg = f"load_ohm is {load_ohm} ohm, but every load must have a resistance above 0 ohm."
         raise AntennaError(msg)
     clock = [time.perf_counter()]
     sheet = np.zeros(len(mesh.faces), dtype=np.complex128) + np.asarray(surface_impedance_ohm)
@@ -310,14 +311,18 @@ def solve_reader(
 
 
 def _scattering(
-    admittance_s: npt.NDArray[np.complex128], load_ohm: npt.NDArray[np.float64]
+    admittance_s: npt.NDArray[np.complex128], load_ohm: npt.NDArray[np.complex128]
 ) -> npt.NDArray[np.complex128]:
-    """Return (n, n) the scattering matrix [-], each port referred to its own resistance."""
-    root = np.sqrt(load_ohm)
-    scaled = root[:, None] * admittance_s * root
+    """Return (n, n) the scattering matrix of power waves [-], each port referred to its load.
+
+    K. Kurokawa, IEEE Trans. Microw. Theory Tech. 13 (1965) 194, equations 1 and 18.
+    """
     one = np.eye(len(load_ohm))
-    matrix: npt.NDArray[np.complex128] = np.linalg.solve((one + scaled).T, (one - scaled).T).T
-    return matrix
+    root = np.sqrt(load_ohm.real)
+    incident = one + load_ohm[:, None] * admittance_s
+    reflected = one - load_ohm.conj()[:, None] * admittance_s
+    matrix: npt.NDArray[np.complex128] = np.linalg.solve(incident.T, reflected.T).T
+    return matrix * root / root[:, None]
 
 
 def _excitations(basis: SurfaceBasis, mesh: ReaderMesh) -> npt.NDArray[np.float64]:
@@ -344,7 +349,7 @@ def _port_step(excitation: npt.NDArray[np.float64]) -> int:
 def _radiated_shares(
     samples: CurrentSamples,
     admittance_s: npt.NDArray[np.complex128],
-    load_ohm: npt.NDArray[np.float64],
+    load_ohm: npt.NDArray[np.complex128],
     *,
     sectors: int,
     port_step: int,
@@ -370,7 +375,7 @@ def _lost_shares(
     halves_a_per_m: npt.NDArray[np.complex128],
     sheet_ohm: npt.NDArray[np.complex128],
     admittance_s: npt.NDArray[np.complex128],
-    load_ohm: npt.NDArray[np.float64],
+    load_ohm: npt.NDArray[np.complex128],
 ) -> npt.NDArray[np.float64]:
     """Return (n,) the share of the available power that heats the sheets [-]."""
     if not sheet_ohm.real.any():
@@ -383,5 +388,5 @@ def _lost_shares(
     gram = dots * edge[:, :, None] * edge[:, None, :] / (4.0 * basis.areas_m2[:, None, None])
     driven = np.tensordot(_embedded_voltages(admittance_s, load_ohm), halves_a_per_m, axes=(1, 0))
     heat = np.einsum("kfi,fij,kfj->kf", driven.conj(), gram, driven, optimize=True).real
-    shares: npt.NDArray[np.float64] = 4.0 * load_ohm * (heat @ sheet_ohm.real)
+    shares: npt.NDArray[np.float64] = 4.0 * load_ohm.real * (heat @ sheet_ohm.real)
     return shares
