@@ -13,9 +13,10 @@ import numpy as np
 
 from octant.em.antennas import make_antenna
 from octant.em.image_search import search_images
-from octant.em.radio_map import map_antenna
+from octant.em.radio_map import map_antenna, map_reader
 from octant.em.radio_scene import radio_scene
-from octant.em.received_power import antenna_power
+from octant.em.reader_response import sector_response
+from octant.em.received_power import antenna_power, reader_link
 from octant.geometries.furniture import cabinet
 from octant.geometries.rooms import box_room
 from octant.geometries.scene import build_scene
@@ -91,7 +92,28 @@ def main():
             f"{name}  {count:9d} {paths:9d}  {rate / 1e6:15.2f}  {each * 1e6:11.2f}  {peak:8.1f}"
             f"  {rate / rates['W1-200  ']:9.2f}"
         )
+    reader(scenes["empty"], dipole, rates["W1-200  "])
     threads(scenes["empty"], dipole, isotropic)
+
+
+def reader(scene, dipole, antenna_rate):
+    """Print the rate of a map of all eight antennas of a reader, beside that of one antenna."""
+    link = reader_link(
+        radio_scene(scene, FREQUENCY_HZ),
+        tag_position_m=SOURCE_M,
+        tag_antenna=dipole,
+        tag_power_w=1.0,
+        response=sector_response(np.arange(8) * np.pi / 4, frequency_hz=FREQUENCY_HZ),
+        reader_height_m=0.3,
+        max_reflections=3,
+    )
+    x, y = grid_m(200)
+    seconds, field = measure(lambda: map_reader(link, x_m=x, y_m=y, heading_rad=0.3))
+    rate = int(field.path_count.sum()) / seconds
+    print(
+        f"eight antennas on W1-200: {rate / 1e6:.2f} million paths/s,"
+        f" {rate / antenna_rate:.2f} times one antenna"
+    )
 
 
 def threads(scene, dipole, isotropic):
