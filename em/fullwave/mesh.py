@@ -237,7 +237,7 @@ def reader_mesh(
         phase_centres_m=centre,
         coarse_m=coarse,
         frequency_hz=frequency_hz,
-        warnings=_doubts(body, clearance),
+        warnings=_doubts(clearance),
     )
 
 
@@ -348,12 +348,13 @@ def _clearance_m(body: ReaderBody, width_m: float) -> float:
     return beside if body.has_plates else 2.0 * beside
 
 
-def _doubts(body: ReaderBody, clearance_m: float) -> tuple[str, ...]:
+def _doubts(clearance_m: float) -> tuple[str, ...]:
     """Return what makes the result doubtful."""
     if clearance_m >= CLOSE_M:
         return ()
-    return (
+    doubt = (
         f"the antennas are {1e3 * clearance_m:.2g} mm from the nearest sheet, nearer than "
         f"{1e3 * CLOSE_M:.2g} mm: patterns may be off by several tenths of a decibel, and deep "
-        "between plates they mean little",
+        "between plates they mean little"
     )
+    return (doubt,)

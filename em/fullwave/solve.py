@@ -5,22 +5,18 @@ import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
+from octant.em.fullwave.basis import SurfaceBasis, best_sectors, surface_basis
 from octant.em.fullwave.far_field import CurrentSamples, current_samples, sphere_rule
 from octant.em.fullwave.linear_solve import solve_currents
 from octant.em.fullwave.mesh import ReaderMesh
 from octant.em.fullwave.ports import feed_excitation
-from octant.em.fullwave.rwg import (
-    VACUUM_IMPEDANCE_OHM,
-    SurfaceBasis,
-    best_sectors,
-    impedance_matrix,
-    surface_basis,
-)
+from octant.em.fullwave.rwg import VACUUM_IMPEDANCE_OHM, impedance_matrix
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import AntennaError
 
@@ -106,7 +102,7 @@ class FullwaveResult:
     @property
     def impedance_ohm(self) -> npt.NDArray[np.complex128]:
         """Return (n, n) the open-circuit impedance matrix Z [ohm]."""
-        inverse: npt.NDArray[np.complex128] = np.linalg.inv(self.admittance_s)
+        inverse: npt.NDArray[Any] = np.linalg.inv(self.admittance_s)
         return inverse
 
     @property
@@ -155,9 +151,7 @@ class FullwaveResult:
         patterns: npt.NDArray[np.complex128] = np.tensordot(weights, shorted, axes=(1, 0))
         return patterns
 
-    def pattern_grid(
-        self, theta_rad: npt.ArrayLike, columns: int
-    ) -> npt.NDArray[np.complex128]:
+    def pattern_grid(self, theta_rad: npt.ArrayLike, columns: int) -> npt.NDArray[np.complex128]:
         """Return the patterns of `far_field` on a grid, computed for one sector only if possible.
 
         Parameters
@@ -219,7 +213,7 @@ def _embedded_voltages(
 ) -> npt.NDArray[np.complex128]:
     """Return (n, n) port voltages [V], a row for each port driven by one volt behind its load."""
     loaded = np.eye(len(load_ohm)) + load_ohm[:, None] * admittance_s
-    rows: npt.NDArray[np.complex128] = np.linalg.inv(loaded).T
+    rows: npt.NDArray[Any] = np.linalg.inv(loaded).T
     return rows
 
 
@@ -242,7 +236,7 @@ def solve_reader(
     load_ohm : complex or (n,) array_like
         Impedance of source and load of every port [ohm], its resistance above 0.
     surface_impedance_ohm : complex or (f,) array_like
-        Surface impedance of each triangle [ohm], in the order of ``mesh.faces``; 0 is perfect metal.
+        Surface impedance of each triangle [ohm], in the order of ``mesh.faces``.
     symmetry : bool
         Use the rotational symmetry that the mesh has.
 
@@ -261,7 +255,7 @@ def solve_reader(
     frequency = mesh.frequency_hz if frequency_hz is None else frequency_hz
     load = np.broadcast_to(np.asarray(load_ohm, dtype=np.complex128), (mesh.antennas,))
     if not (np.isfinite(load).all() and (load.real > 0.0).all()):
-        msg = f"load_ohm is {load_ohm} ohm, but every load must have a resistance above 0 ohm."
+        msg = f"load_ohm is {load_ohm!r} ohm, but every load must have a resistance above 0 ohm."
         raise AntennaError(msg)
     clock = [time.perf_counter()]
     sheet = np.zeros(len(mesh.faces), dtype=np.complex128) + np.asarray(surface_impedance_ohm)
@@ -321,8 +315,9 @@ def _scattering(
     root = np.sqrt(load_ohm.real)
     incident = one + load_ohm[:, None] * admittance_s
     reflected = one - load_ohm.conj()[:, None] * admittance_s
-    matrix: npt.NDArray[np.complex128] = np.linalg.solve(incident.T, reflected.T).T
-    return matrix * root / root[:, None]
+    matrix: npt.NDArray[Any] = np.linalg.solve(incident.T, reflected.T).T
+    matrix *= root / root[:, None]
+    return matrix
 
 
 def _excitations(basis: SurfaceBasis, mesh: ReaderMesh) -> npt.NDArray[np.float64]:
