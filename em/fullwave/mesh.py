@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
-from octant.em.fullwave._element_size import ElementSize
+from octant.em.fullwave._element_size import GROWTH, ElementSize
 from octant.em.fullwave._reader_pieces import PieceMesher, ground_pieces, plane_pieces, plate_pieces
 from octant.em.fullwave._strips import Strip, strip_cells, strip_triangles
 from octant.em.fullwave.refine import refined_mesh
@@ -208,7 +208,7 @@ def reader_mesh(
     clearance = _clearance_m(body, 4.0 * radius)
     size = ElementSize(
         coarse_m=coarse,
-        finest_m=min(2.0 * radius, coarse),
+        finest_m=min(2.0 * radius, coarse, GROWTH * gap if antenna == "dipole" else coarse),
         strips_m=np.array([strip.middle_line_m for strip in strips]),
         planes_m=np.array([s.middle_line_m[0] for s in strips if own_plane_m > 0.0]).reshape(-1, 3),
         plane_side_m=own_plane_m,
