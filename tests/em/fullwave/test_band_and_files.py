@@ -9,7 +9,8 @@ from octant.em.fullwave import cache as cache_module
 from octant.em.fullwave.band import FullwaveBand, solve_band
 from octant.em.fullwave.cache import cached_solution, solution_key
 from octant.em.fullwave.convergence import convergence_study, error_estimate
-from octant.em.fullwave.mesh import dipole_mesh, reader_mesh
+from octant.em.fullwave.mesh import reader_mesh
+from octant.em.fullwave.single import dipole_mesh
 from octant.em.fullwave.solve import solve_reader
 from octant.em.fullwave.touchstone import write_touchstone
 from octant.geometries.errors import AntennaError, GeometryError

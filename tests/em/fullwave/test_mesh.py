@@ -1,13 +1,16 @@
 """Meshes of the reader: conforming, fine where it matters, with every rotation the reader has."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from octant.em.fullwave._polygon_mesh import least_angle_rad
 from octant.em.fullwave.basis import best_sectors
-from octant.em.fullwave.mesh import dipole_mesh, reader_mesh
+from octant.em.fullwave.mesh import reader_mesh
+from octant.em.fullwave.single import dipole_mesh
+from octant.em.fullwave.solve import solve_reader
 from octant.geometries.errors import GeometryError
 from octant.geometries.furniture import box
 from octant.geometries.reader_body import reader_body
@@ -149,13 +152,14 @@ def test_an_antenna_close_to_the_plates_is_told():
     (doubt,) = reader_mesh(
         reader_body(antenna_radius_m=0.02), frequency_hz=FREQUENCY_HZ, cells_per_wavelength=4.0
     ).warnings
-    assert "6.7 mm from the nearest sheet" in doubt
+    assert "6.7 mm from the nearest sheet or neighbour" in doubt
 
 
 @pytest.mark.parametrize(
     ("body", "changes", "message"),
     [
-        ({"antenna_radius_m": 0.002}, {}, "touches a plate"),
+        ({"antenna_radius_m": 0.002, "plate_height_m": 0.0}, {}, "touches antenna 1 at"),
+        ({"antenna_radius_m": 0.002}, {}, "antenna 1 touches the plate at 22.5 deg"),
         ({}, {"gap_m": 0.0}, "gap_m is 0 m"),
         ({}, {"feed_gap_m": 0.07}, "feed_gap_m is 0.07 m, but the antenna is only"),
         ({}, {"antenna": "patch"}, "carries 'dipole' or 'monopole'"),
@@ -167,6 +171,21 @@ def test_an_antenna_close_to_the_plates_is_told():
 def test_readers_that_cannot_be_meshed_are_refused(body, changes, message):
     with pytest.raises(GeometryError, match=message):
         reader_mesh(reader_body(**body), **{"frequency_hz": FREQUENCY_HZ, **changes})
+
+
+def test_antennas_at_unequal_angles_keep_their_places():
+    azimuths = np.radians((0.0, 50.0, 130.0, 200.0, 290.0))
+    following = np.append(azimuths[1:], azimuths[0] + 2.0 * math.pi)
+    body = replace(
+        reader_body(antennas=5, antenna_radius_m=0.08),
+        element_azimuths_rad=azimuths,
+        plate_azimuths_rad=0.5 * (azimuths + following),
+    )
+    result = solve_reader(reader_mesh(body, frequency_hz=FREQUENCY_HZ, cells_per_wavelength=6.0))
+    assert result.basis.sectors == 1
+    assert result.balance_error < 1e-3
+    toward = np.abs(result.far_field(1.2, azimuths)[..., 0])
+    assert (np.argmax(toward, axis=0) == np.arange(5)).all()
 
 
 def test_the_dipole_alone_has_cells_in_proportion_to_its_length():

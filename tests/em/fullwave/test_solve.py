@@ -8,8 +8,9 @@ import pytest
 
 from octant.em.fullwave.basis import surface_basis
 from octant.em.fullwave.far_field import sphere_rule
-from octant.em.fullwave.mesh import dipole_mesh, reader_mesh
+from octant.em.fullwave.mesh import reader_mesh
 from octant.em.fullwave.rwg import impedance_matrix
+from octant.em.fullwave.single import dipole_mesh
 from octant.em.fullwave.solve import solve_reader
 from octant.geometries.errors import AntennaError, GeometryError
 from octant.geometries.reader_body import reader_body
