@@ -110,7 +110,8 @@ def _triangles(points_m: FloatArray) -> IntArray:
     area = 0.5 * (u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0])
     longest = np.maximum.reduce([(u**2).sum(axis=1), (v**2).sum(axis=1), (w**2).sum(axis=1)])
     faces[area < 0.0] = faces[area < 0.0][:, [0, 2, 1]]
-    return faces[np.abs(area) > FLAT * longest]
+    kept: IntArray = faces[np.abs(area) > FLAT * longest]
+    return kept
 
 
 def mesh_polygon(
@@ -132,7 +133,10 @@ def mesh_polygon(
         for _ in range(SMOOTHING_ROUNDS):
             faces = _triangles(points)
             centre = points[faces].mean(axis=1)
-            u, v = points[faces[:, 1]] - points[faces[:, 0]], points[faces[:, 2]] - points[faces[:, 0]]
+            u, v = (
+                points[faces[:, 1]] - points[faces[:, 0]],
+                points[faces[:, 2]] - points[faces[:, 0]],
+            )
             weight = (u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]) / size(centre) ** 3
             total = np.bincount(faces.ravel(), np.repeat(weight, 3), len(points))
             moved = np.column_stack(

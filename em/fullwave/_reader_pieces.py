@@ -1,5 +1,6 @@
 """The reader's sheets in convex pieces, each meshed once for all pieces congruent with it."""
 
+import itertools
 import math
 from collections.abc import Sequence
 
@@ -34,7 +35,7 @@ class PieceMesher:
         fixed = np.zeros((0, 3)) if fixed_m is None else fixed_m
         origin = corners_m[0]
         normal = np.zeros(3)
-        for a, b in zip(corners_m[1:-1], corners_m[2:], strict=True):
+        for a, b in itertools.pairwise(corners_m[1:]):
             normal += np.cross(a - origin, b - origin)
         normal /= np.linalg.norm(normal)
         views = []
@@ -44,6 +45,7 @@ class PieceMesher:
             axes = np.array((u, np.cross(up, u), up))
             flat = np.round((ring - origin) @ axes.T, 10)[:, :2] + 0.0
             inside = np.round((fixed - origin) @ axes.T, 10)[:, :2] + 0.0
+            inside = inside[np.lexsort(inside.T)]
             # Seen from either side the strips are the same: drop the sign of the height.
             seen = self._size.key(origin, axes)
             below = self._size.key(origin, axes * np.array((1.0, 1.0, -1.0))[:, None])
@@ -62,7 +64,7 @@ class PieceMesher:
 
 
 def _spokes(body: ReaderBody, rim_m: FloatArray) -> list[tuple[float, list[FloatArray], bool]]:
-    """Return azimuth, places from the axis outwards, and whether an antenna stands on each spoke."""
+    """Return azimuth, places from the axis outwards, and whether an antenna is on each spoke."""
     marks = [(float(a), body.antenna_radius_m, True) for a in body.element_azimuths_rad]
     marks += [(float(a), body.plate_outer_radius_m, False) for a in body.plate_azimuths_rad]
     marks.sort()

@@ -17,9 +17,9 @@ from numba import njit
 
 
 class TriangleArrays(NamedTuple):
-    """All triangles of a mesh for the kernels; sector-major, ``count`` to a sector."""
+    """All triangles of a mesh for the kernels; sector by sector."""
 
-    count: int
+    per_sector: int
     sectors: int
     corner: np.ndarray  # (f, 3, 3) [m]
     centre: np.ndarray  # (f, 3) [m]
@@ -33,47 +33,13 @@ class TriangleArrays(NamedTuple):
 
 
 class FunctionArrays(NamedTuple):
-    """Half-functions of the first sector's triangles: which function, turned how far, which sign."""
+    """Half-functions of the first sector's triangles: which function, turned how far, sign."""
 
-    start: np.ndarray  # (count + 1,)
+    start: np.ndarray  # (per_sector + 1,)
     function: np.ndarray  # (e,)
     turn: np.ndarray  # (e,)
     local: np.ndarray  # (e,) corner opposite the edge
     sign: np.ndarray  # (e,)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def near_counts(tri, near, counts):
-    """Count, for each triangle p of the first sector, its near triangles q with q0 >= p."""
-    for p in range(tri.count):
-        total = 0
-        for s in range(tri.sectors):
-            for q0 in range(p, tri.count):
-                q = s * tri.count + q0
-                dx = tri.centre[p, 0] - tri.centre[q, 0]
-                dy = tri.centre[p, 1] - tri.centre[q, 1]
-                dz = tri.centre[p, 2] - tri.centre[q, 2]
-                reach = near * (tri.radius[p] + tri.radius[q])
-                if dx * dx + dy * dy + dz * dz < reach * reach:
-                    total += 1
-        counts[p] = total
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def near_lists(tri, near, start, found):
-    """Fill the near triangles that ``near_counts`` counted."""
-    for p in range(tri.count):
-        at = start[p]
-        for s in range(tri.sectors):
-            for q0 in range(p, tri.count):
-                q = s * tri.count + q0
-                dx = tri.centre[p, 0] - tri.centre[q, 0]
-                dy = tri.centre[p, 1] - tri.centre[q, 1]
-                dz = tri.centre[p, 2] - tri.centre[q, 2]
-                reach = near * (tri.radius[p] + tri.radius[q])
-                if dx * dx + dy * dy + dz * dz < reach * reach:
-                    found[at] = q
-                    at += 1
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -82,7 +48,7 @@ def add_far(tri, fun, rows, begin, end, wavenumber, near, mid, vector, scalar, z
 
     ``vector`` and ``scalar`` are j w mu / (16 pi) and 1 / (4 pi j w eps).
     """
-    count, sectors = tri.count, tri.sectors
+    count, sectors = tri.per_sector, tri.sectors
     centre, radius, offset, length = tri.centre, tri.radius, tri.offset, tri.length
     three, seven, w7 = tri.three, tri.seven, tri.seven_weight
     start, function, turn, local, sign = fun
@@ -166,10 +132,31 @@ def add_far(tri, fun, rows, begin, end, wavenumber, near, mid, vector, scalar, z
                             else:
                                 x = wavenumber * (r - far)
                                 t = x * x
-                                co = 1.0 - t * (0.5 - t * (1.0 / 24.0 - t * (1.0 / 720.0 - t * (
-                                    1.0 / 40320.0 - t * (1.0 / 3628800.0)))))
-                                si = x * (1.0 - t * (1.0 / 6.0 - t * (1.0 / 120.0 - t * (
-                                    1.0 / 5040.0 - t * (1.0 / 362880.0 - t / 39916800.0)))))
+                                co = 1.0 - t * (
+                                    0.5
+                                    - t
+                                    * (
+                                        1.0 / 24.0
+                                        - t
+                                        * (
+                                            1.0 / 720.0
+                                            - t * (1.0 / 40320.0 - t * (1.0 / 3628800.0))
+                                        )
+                                    )
+                                )
+                                si = x * (
+                                    1.0
+                                    - t
+                                    * (
+                                        1.0 / 6.0
+                                        - t
+                                        * (
+                                            1.0 / 120.0
+                                            - t
+                                            * (1.0 / 5040.0 - t * (1.0 / 362880.0 - t / 39916800.0))
+                                        )
+                                    )
+                                )
                                 er = (c0 * co - s0 * si) * w
                                 ei = -(s0 * co + c0 * si) * w
                             tr += er
@@ -237,194 +224,6 @@ def add_far(tri, fun, rows, begin, end, wavenumber, near, mid, vector, scalar, z
                         elif d >= sectors:
                             d -= sectors
                         z[m, d, function[f]] += (se * sign[f]) * k[i, local[f]]
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def add_near(
-    tri, fun, rows, begin, end, near_start, near_list, wavenumber, vector, scalar, sheet, z
-):
-    """Add the near pairs of the triangles rows[begin:end] to z, with 1/R integrated in closed form.
-
-    The closed form runs once over either triangle, seven points over the other; the mean of both
-    keeps the matrix symmetric. ``sheet`` (f,) is the surface impedance.
-    """
-    count, sectors = tri.count, tri.sectors
-    corner, centre, offset, length, area = tri.corner, tri.centre, tri.offset, tri.length, tri.area
-    seven, w7 = tri.seven, tri.seven_weight
-    start, function, turn, local, sign = fun
-    k = np.empty((3, 3), dtype=np.complex128)
-    for index in range(begin, end):
-        p = rows[index]
-        for at in range(near_start[p], near_start[p + 1]):
-            q = near_list[at]
-            q0 = q % count
-            s = q // count
-            gr = gi = 0.0
-            ur = vr = wr = 0.0
-            ui = vi = wi = 0.0
-            xr = yr = zr = 0.0
-            xi = yi = zi = 0.0
-            dr = di = 0.0
-            dx = centre[p, 0] - centre[q, 0]
-            dy = centre[p, 1] - centre[q, 1]
-            dz = centre[p, 2] - centre[q, 2]
-            for a in range(7):  # the smooth rest (exp(-jkR) - 1) / R
-                ax, ay, az = seven[p, a, 0], seven[p, a, 1], seven[p, a, 2]
-                for b in range(7):
-                    bx, by, bz = seven[q, b, 0], seven[q, b, 1], seven[q, b, 2]
-                    ox, oy, oz = dx + ax - bx, dy + ay - by, dz + az - bz
-                    r = np.sqrt(ox * ox + oy * oy + oz * oz)
-                    w = w7[a] * w7[b]
-                    if wavenumber * r < 1e-9:
-                        er, ei = 0.0, -wavenumber * w
-                    else:
-                        sine = np.sin(0.5 * wavenumber * r)
-                        er = -2.0 * w * sine * sine / r
-                        ei = -w * np.sin(wavenumber * r) / r
-                    gr += er
-                    gi += ei
-                    ur += er * ax
-                    vr += er * ay
-                    wr += er * az
-                    ui += ei * ax
-                    vi += ei * ay
-                    wi += ei * az
-                    xr += er * bx
-                    yr += er * by
-                    zr += er * bz
-                    xi += ei * bx
-                    yi += ei * by
-                    zi += ei * bz
-                    dot = ax * bx + ay * by + az * bz
-                    dr += er * dot
-                    di += ei * dot
-            for side in range(2):
-                if side == 0:
-                    outer, inner = p, q
-                else:
-                    outer, inner = q, p
-                # unit normal of the inner triangle
-                e1x = corner[inner, 1, 0] - corner[inner, 0, 0]
-                e1y = corner[inner, 1, 1] - corner[inner, 0, 1]
-                e1z = corner[inner, 1, 2] - corner[inner, 0, 2]
-                e2x = corner[inner, 2, 0] - corner[inner, 0, 0]
-                e2y = corner[inner, 2, 1] - corner[inner, 0, 1]
-                e2z = corner[inner, 2, 2] - corner[inner, 0, 2]
-                nx = e1y * e2z - e1z * e2y
-                ny = e1z * e2x - e1x * e2z
-                nz = e1x * e2y - e1y * e2x
-                norm = 1.0 / np.sqrt(nx * nx + ny * ny + nz * nz)
-                nx *= norm
-                ny *= norm
-                nz *= norm
-                share = 0.5 / area[inner]
-                for a in range(7):
-                    ax, ay, az = seven[outer, a, 0], seven[outer, a, 1], seven[outer, a, 2]
-                    px = centre[outer, 0] + ax
-                    py = centre[outer, 1] + ay
-                    pz = centre[outer, 2] + az
-                    height = (
-                        (px - corner[inner, 0, 0]) * nx
-                        + (py - corner[inner, 0, 1]) * ny
-                        + (pz - corner[inner, 0, 2]) * nz
-                    )
-                    flat = abs(height)
-                    # the point's projection onto the inner plane
-                    px -= height * nx
-                    py -= height * ny
-                    pz -= height * nz
-                    potential = 0.0
-                    mx = my = mz = 0.0
-                    for edge in range(3):
-                        g, h = edge, (edge + 1) % 3
-                        gx = corner[inner, g, 0] - px
-                        gy = corner[inner, g, 1] - py
-                        gz = corner[inner, g, 2] - pz
-                        hx = corner[inner, h, 0] - px
-                        hy = corner[inner, h, 1] - py
-                        hz = corner[inner, h, 2] - pz
-                        tx, ty, tz = hx - gx, hy - gy, hz - gz
-                        norm = 1.0 / np.sqrt(tx * tx + ty * ty + tz * tz)
-                        tx *= norm
-                        ty *= norm
-                        tz *= norm
-                        # outward in the plane: along x normal
-                        ox = ty * nz - tz * ny
-                        oy = tz * nx - tx * nz
-                        oz = tx * ny - ty * nx
-                        t0 = gx * ox + gy * oy + gz * oz
-                        lm = gx * tx + gy * ty + gz * tz
-                        lp = hx * tx + hy * ty + hz * tz
-                        r0 = t0 * t0 + flat * flat
-                        rm = np.sqrt(lm * lm + r0)
-                        rp = np.sqrt(lp * lp + r0)
-                        if lm + lp >= 0.0:
-                            top, bottom = rp + lp, rm + lm
-                        else:
-                            top, bottom = rm - lm, rp - lp
-                        logarithm = 0.0
-                        if bottom > 1e-14 * top:
-                            logarithm = np.log(top / bottom)
-                        potential += t0 * logarithm
-                        if flat > 1e-12 * rp:
-                            potential -= flat * (
-                                np.arctan(t0 * lp / (r0 + flat * rp))
-                                - np.arctan(t0 * lm / (r0 + flat * rm))
-                            )
-                        w = 0.5 * (r0 * logarithm + lp * rp - lm * rm)
-                        mx += w * ox
-                        my += w * oy
-                        mz += w * oz
-                    mx += (px - centre[inner, 0]) * potential
-                    my += (py - centre[inner, 1]) * potential
-                    mz += (pz - centre[inner, 2]) * potential
-                    w = w7[a] * share
-                    gr += w * potential
-                    dr += w * (ax * mx + ay * my + az * mz)
-                    if side == 0:
-                        ur += w * potential * ax
-                        vr += w * potential * ay
-                        wr += w * potential * az
-                        xr += w * mx
-                        yr += w * my
-                        zr += w * mz
-                    else:
-                        xr += w * potential * ax
-                        yr += w * potential * ay
-                        zr += w * potential * az
-                        ur += w * mx
-                        vr += w * my
-                        wr += w * mz
-            half = 0.5 if q0 == p else 1.0
-            spread = 0.0
-            if p == q:
-                for i in range(3):
-                    for c in range(3):
-                        spread += offset[p, i, c] * offset[p, i, c] / 12.0
-            for i in range(3):
-                ax, ay, az = offset[p, i, 0], offset[p, i, 1], offset[p, i, 2]
-                pr = dr - (ax * xr + ay * yr + az * zr)
-                pi = di - (ax * xi + ay * yi + az * zi)
-                lr, mr, nr = ur - ax * gr, vr - ay * gr, wr - az * gr
-                li, mi, ni = ui - ax * gi, vi - ay * gi, wi - az * gi
-                for j in range(3):
-                    bx, by, bz = offset[q, j, 0], offset[q, j, 1], offset[q, j, 2]
-                    re = pr - (bx * lr + by * mr + bz * nr)
-                    im = pi - (bx * li + by * mi + bz * ni)
-                    value = vector * complex(re, im) + scalar * complex(gr, gi)
-                    if p == q:
-                        dot = ax * bx + ay * by + az * bz
-                        value += sheet[p] * ((spread + dot) / (4.0 * area[p]))
-                    k[i, j] = (half * length[p, i] * length[q, j]) * value
-            for e in range(start[p], start[p + 1]):
-                m, shift, i, se = function[e], s - turn[e], local[e], sign[e]
-                for f in range(start[q0], start[q0 + 1]):
-                    d = shift + turn[f]
-                    if d < 0:
-                        d += sectors
-                    elif d >= sectors:
-                        d -= sectors
-                    z[m, d, function[f]] += (se * sign[f]) * k[i, local[f]]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

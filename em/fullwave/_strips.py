@@ -43,7 +43,7 @@ class Strip:
         graded: bool,
         rim_m: FloatArray | None,
     ) -> "Strip":
-        """Return the strip of an antenna; with ``rim_m`` its foot follows the rim if it is on it."""
+        """Return an antenna's strip; with ``rim_m`` its foot follows the rim if it is on it."""
         radial = np.array((math.cos(azimuth_rad), math.sin(azimuth_rad)))
         across = np.array((-radial[1], radial[0]))
         middle = antenna_radius_m * radial

@@ -13,7 +13,8 @@ SAME_PLACE = 1e-7
 def turned(points_m: FloatArray, angle_rad: float) -> FloatArray:
     """Return points (n, 3) turned about z [m]."""
     c, s = math.cos(angle_rad), math.sin(angle_rad)
-    return points_m @ np.array(((c, s, 0.0), (-s, c, 0.0), (0.0, 0.0, 1.0)))
+    there: FloatArray = points_m @ np.array(((c, s, 0.0), (-s, c, 0.0), (0.0, 0.0, 1.0)))
+    return there
 
 
 def turned_vertices(vertices_m: FloatArray, sectors: int) -> IntArray | None:

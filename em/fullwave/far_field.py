@@ -9,7 +9,8 @@ import numpy.typing as npt
 from octant.em.blocks import run_blocks
 from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
 from octant.em.fullwave import _far_kernels
-from octant.em.fullwave.rwg import THREE_POINTS, VACUUM_IMPEDANCE_OHM, SurfaceBasis
+from octant.em.fullwave.basis import THREE_POINTS, SurfaceBasis
+from octant.em.fullwave.rwg import VACUUM_IMPEDANCE_OHM
 from octant.geometries._arrays import frozen_array
 
 ROWS_PER_BLOCK = 64

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from octant.em.fullwave.rwg import SurfaceBasis
+from octant.em.fullwave.basis import SurfaceBasis
 from octant.geometries.errors import GeometryError
 
 

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
-from octant.em.fullwave._element_size import ElementSize
+from octant.em.fullwave._element_size import GROWTH, ElementSize
 from octant.em.fullwave._reader_pieces import PieceMesher, ground_pieces, plane_pieces, plate_pieces
 from octant.em.fullwave._strips import Strip, strip_cells, strip_triangles
 from octant.em.fullwave.refine import refined_mesh
@@ -205,10 +205,10 @@ def reader_mesh(
         )
         for azimuth in body.element_azimuths_rad
     ]
-    clearance = _clearance_m(body, 4.0 * radius)
+    clearance = _clearance_m(body, strips)
     size = ElementSize(
         coarse_m=coarse,
-        finest_m=min(2.0 * radius, coarse),
+        finest_m=min(2.0 * radius, coarse, GROWTH * gap if antenna == "dipole" else coarse),
         strips_m=np.array([strip.middle_line_m for strip in strips]),
         planes_m=np.array([s.middle_line_m[0] for s in strips if own_plane_m > 0.0]).reshape(-1, 3),
         plane_side_m=own_plane_m,
@@ -223,7 +223,7 @@ def reader_mesh(
     for index, strip in enumerate(strips):
         pieces.append(strip_triangles(strip))
         owners.append(np.full(len(pieces[-1][1]), index))
-    vertices, faces = _joined(pieces)
+    vertices, faces = joined_pieces(pieces)
     bottom = np.array([strip.middle_line_m[0] for strip in strips])
     middle = np.array([strip.middle_line_m.mean(axis=0) for strip in strips])
     centre = middle if antenna == "dipole" else bottom
@@ -237,72 +237,7 @@ def reader_mesh(
         phase_centres_m=centre,
         coarse_m=coarse,
         frequency_hz=frequency_hz,
-        warnings=_doubts(body, clearance),
-    )
-
-
-def dipole_mesh(
-    *,
-    frequency_hz: float,
-    length_m: float | None = None,
-    wire_radius_m: float = WIRE_RADIUS_M,
-    feed_gap_m: float = FEED_GAP_M,
-    cells_per_wavelength: float = CELLS_PER_WAVELENGTH,
-    graded_tips: bool = True,
-) -> ReaderMesh:
-    """Return the triangles [m] of one upright dipole alone, its middle at the origin.
-
-    Parameters
-    ----------
-    frequency_hz : float
-        Frequency [Hz].
-    length_m : float or None
-        Length [m]; None takes half a wavelength.
-    wire_radius_m : float
-        Radius a of the wire [m]; the strip is 4 a wide.
-    feed_gap_m : float
-        Length of the feed [m]; 0 is a delta gap.
-    cells_per_wavelength : float
-        Elements per wavelength [-]; strips have at least 24 cells to half a wavelength.
-    graded_tips : bool
-        Cut the last cells finer, where charge gathers.
-
-    Returns
-    -------
-    ReaderMesh
-        Triangles and the feed of one antenna.
-
-    Raises
-    ------
-    GeometryError
-        When a length or frequency cannot be.
-    """
-    frequency = positive_number(frequency_hz, name="frequency_hz", unit="Hz")
-    wavelength_m = SPEED_OF_LIGHT_M_PER_S / frequency
-    length = 0.5 * wavelength_m
-    if length_m is not None:
-        length = positive_number(length_m, name="length_m")
-    half_width = 2.0 * positive_number(wire_radius_m, name="wire_radius_m")
-    feed = positive_number(feed_gap_m, name="feed_gap_m", allow_zero=True)
-    foot = np.array(((0.0, -1.0, 0.0), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0))) * half_width
-    strip = Strip(
-        foot_m=foot - np.array((0.0, 0.0, 0.5 * length)),
-        length_m=length,
-        cells=strip_cells(length, wavelength_m, cells_per_wavelength),
-        grounded=False,
-        graded=graded_tips,
-    )
-    vertices, faces = strip_triangles(strip)
-    reach = np.array(((0.0, 0.0, 0.5 * feed),))
-    return ReaderMesh(
-        vertices_m=vertices,
-        faces=faces,
-        antenna_of_face=np.zeros(len(faces), dtype=np.int64),
-        feed_bottom_m=-reach,
-        feed_top_m=reach,
-        phase_centres_m=np.zeros((1, 3)),
-        coarse_m=wavelength_m / cells_per_wavelength,
-        frequency_hz=frequency,
+        warnings=_doubts(clearance),
     )
 
 
@@ -322,10 +257,21 @@ def _rim_m(body: ReaderBody, coarse_m: float) -> npt.NDArray[np.float64]:
     return rim
 
 
-def _joined(
+def joined_pieces(
     pieces: Sequence[tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]],
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]:
-    """Return one mesh of the pieces, vertices at the same place made one."""
+    """Return vertices (v, 3) [m] and triangles of pieces, vertices at the same place made one.
+
+    Parameters
+    ----------
+    pieces : sequence of tuple
+        Vertices (v, 3) [m] and triangles (f, 3) [-] of each piece.
+
+    Returns
+    -------
+    tuple of ndarray
+        Vertices [m] and triangles [-], these in the order given.
+    """
     starts = np.cumsum([0, *(len(points) for points, _ in pieces)])
     points = np.concatenate([points for points, _ in pieces])
     faces = np.concatenate([f + start for (_, f), start in zip(pieces, starts, strict=False)])
@@ -334,26 +280,49 @@ def _joined(
     return points[used], faces.reshape(-1, 3).astype(np.int64)
 
 
-def _clearance_m(body: ReaderBody, width_m: float) -> float:
-    """Return the distance of a strip from the plates [m]; refuse strips that touch anything."""
-    half_angle = math.pi / body.antennas
-    beside = body.antenna_radius_m * math.sin(half_angle) - 0.5 * width_m * math.cos(half_angle)
-    if beside <= 0.0:
-        what = "a plate" if body.has_plates else "its neighbour"
+def _clearance_m(body: ReaderBody, strips: Sequence[Strip]) -> float:
+    """Return the least distance of a strip from plates and neighbours [m]; refuse what touches."""
+    least = math.inf
+    for i, strip in enumerate(strips):
+        ends = strip.foot_m[[0, 2], :2]
+        for azimuth in body.plate_azimuths_rad:
+            out = np.array((math.cos(azimuth), math.sin(azimuth)))
+            along = np.clip(ends @ out, 0.0, body.plate_outer_radius_m)
+            side = ends @ np.array((-out[1], out[0]))
+            beside = float(np.linalg.norm(ends - along[:, None] * out, axis=1).min())
+            if beside == 0.0 or (side[0] * side[1] < 0.0 and (along > 0.0).all()):
+                across = float((ends @ out).min()) <= body.plate_outer_radius_m
+                beside = 0.0 if across else beside
+            _refuse_contact(body, i, beside, f"the plate at {math.degrees(azimuth):g} deg")
+            least = min(least, beside)
+        for k, other in enumerate(strips[:i]):
+            apart = ends[:, None] - other.foot_m[[0, 2], :2][None, :]
+            beside = float(np.linalg.norm(apart, axis=2).min())
+            crossed = np.linalg.norm(strip.foot_m[1] - other.foot_m[1]) <= np.linalg.norm(
+                ends[1] - ends[0]
+            )
+            _refuse_contact(body, i, 0.0 if crossed else beside, f"antenna {k + 1}")
+            least = min(least, beside)
+    return least
+
+
+def _refuse_contact(body: ReaderBody, antenna: int, beside_m: float, what: str) -> None:
+    """Raise when an antenna touches something."""
+    if beside_m <= SAME_PLACE_M:
         msg = (
-            f"antenna_radius_m is {body.antenna_radius_m:g} m, but there an antenna of "
-            f"{width_m:g} m width touches {what}; move the antennas out, or give thinner wire."
+            f"antenna {antenna + 1} touches {what} at antenna_radius_m = "
+            f"{body.antenna_radius_m:g} m; move the antennas out, or give thinner wire."
         )
         raise GeometryError(msg)
-    return beside if body.has_plates else 2.0 * beside
 
 
-def _doubts(body: ReaderBody, clearance_m: float) -> tuple[str, ...]:
+def _doubts(clearance_m: float) -> tuple[str, ...]:
     """Return what makes the result doubtful."""
     if clearance_m >= CLOSE_M:
         return ()
-    return (
-        f"the antennas are {1e3 * clearance_m:.2g} mm from the nearest sheet, nearer than "
-        f"{1e3 * CLOSE_M:.2g} mm: patterns may be off by several tenths of a decibel, and deep "
-        "between plates they mean little",
+    doubt = (
+        f"the antennas are {1e3 * clearance_m:.2g} mm from the nearest sheet or neighbour, nearer "
+        f"than {1e3 * CLOSE_M:.2g} mm: patterns may be off by several tenths of a decibel, and "
+        "deep between plates they mean little"
     )
+    return (doubt,)

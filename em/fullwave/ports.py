@@ -1,9 +1,11 @@
 """Feeds of antennas: what a volt across a gap excites in each half-function."""
 
+import itertools
+
 import numpy as np
 import numpy.typing as npt
 
-from octant.em.fullwave.rwg import SurfaceBasis
+from octant.em.fullwave.basis import SurfaceBasis
 from octant.geometries.errors import GeometryError
 
 SAME_PLACE_M = 1e-8
@@ -108,7 +110,7 @@ def _part_between(
         if len(polygon) < 3:
             return 0.0, 0.0
     total, moment = 0.0, 0.0
-    for a, b in zip(polygon[1:-1], polygon[2:], strict=True):
+    for a, b in itertools.pairwise(polygon[1:]):
         area = 0.5 * float(np.linalg.norm(np.cross(a[:3] - polygon[0][:3], b[:3] - polygon[0][:3])))
         total += area
         moment += area * float(polygon[0][3] + a[3] + b[3]) / 3.0

@@ -1,4 +1,4 @@
-"""Refinement of any triangle mesh down to a longest edge, conforming where triangles share edges."""
+"""Refinement of any triangle mesh down to a longest edge; what shares edges goes on to do so."""
 
 import numpy as np
 import numpy.typing as npt

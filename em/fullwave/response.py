@@ -15,7 +15,8 @@ from octant.em.fullwave.mesh import (
     ReaderMesh,
     reader_mesh,
 )
-from octant.em.fullwave.solve import FullwaveResult, solve_reader
+from octant.em.fullwave.result import FullwaveResult
+from octant.em.fullwave.solve import solve_reader
 from octant.em.reader_response import GRID_STEP_DEG, ReaderResponse
 from octant.geometries.bodies import Body
 from octant.geometries.errors import AntennaError

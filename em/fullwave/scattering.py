@@ -6,9 +6,10 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
+from octant.em.fullwave.basis import SEVEN_POINTS, SEVEN_WEIGHTS, SurfaceBasis
 from octant.em.fullwave.far_field import CurrentSamples, current_samples
 from octant.em.fullwave.linear_solve import solve_currents
-from octant.em.fullwave.rwg import SEVEN_POINTS, SEVEN_WEIGHTS, SurfaceBasis, impedance_matrix
+from octant.em.fullwave.rwg import impedance_matrix
 from octant.geometries._arrays import frozen_array
 
 
@@ -56,8 +57,8 @@ def scattered_currents(
     # l / (2A) (r - corner), integrated by weights times A
     mean = np.einsum("kfa,fac,kc->kf", phase, points, field, optimize=True)
     at_corner = np.einsum("fic,kc->kfi", corners, field)
-    halves = 0.5 * basis.edge_lengths_m * (
-        mean[:, :, None] - phase.sum(axis=2)[:, :, None] * at_corner
+    halves = (
+        0.5 * basis.edge_lengths_m * (mean[:, :, None] - phase.sum(axis=2)[:, :, None] * at_corner)
     )
     matrix = impedance_matrix(
         basis, frequency_hz=frequency_hz, surface_impedance_ohm=surface_impedance_ohm

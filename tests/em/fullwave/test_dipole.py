@@ -1,4 +1,4 @@
-"""One dipole, and one on a plate: against the exact-kernel wire, the thin limit and image theory."""
+"""One dipole, and one on a plate: against the exact-kernel tube, thin limit and image theory."""
 
 import math
 
@@ -8,10 +8,11 @@ import pytest
 from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
 from octant.em.fullwave._polygon_mesh import mesh_polygon
 from octant.em.fullwave._strips import Strip, strip_triangles
+from octant.em.fullwave.basis import surface_basis
 from octant.em.fullwave.linear_solve import solve_currents
-from octant.em.fullwave.mesh import dipole_mesh
 from octant.em.fullwave.ports import feed_excitation
-from octant.em.fullwave.rwg import impedance_matrix, surface_basis
+from octant.em.fullwave.rwg import impedance_matrix
+from octant.em.fullwave.single import dipole_mesh, monopole_mesh
 from octant.em.fullwave.solve import solve_reader
 
 FREQUENCY_HZ = 2.4e9
@@ -88,13 +89,34 @@ def test_two_monopoles_back_to_back_on_a_plate_are_one_dipole(feed_m):
     if feed_m == 0.0:
         below = feed_excitation(basis, each + np.arange(each), foot, foot, axis=(0.0, 0.0, 1.0))
     excitation = basis.gathered(np.array([halves, below]))
-    currents = solve_currents(
-        basis, impedance_matrix(basis, frequency_hz=FREQUENCY_HZ), excitation
-    )
+    currents = solve_currents(basis, impedance_matrix(basis, frequency_hz=FREQUENCY_HZ), excitation)
     admittance = np.einsum("ism,jsm->ij", excitation, currents)
     together = admittance.sum()  # 1 V upwards across each feed: 2 V across the dipole
     found = 2.0 / (0.5 * together)
-    expected = impedance(
-        length_m=0.0625, feed_gap_m=2.0 * feed_m, graded_tips=False
-    )
+    expected = impedance(length_m=0.0625, feed_gap_m=2.0 * feed_m, graded_tips=False)
     assert abs(found / expected - 1.0) < 0.01
+
+
+def test_a_monopole_on_a_growing_plane_tends_to_half_the_dipole_and_spares_the_lower_half():
+    """By image theory an infinite plane gives half the dipole's Z; finite ones ripple around it."""
+    half_dipole = 0.5 * impedance(length_m=0.0625, feed_gap_m=0.0057)
+    found = [
+        solve_reader(
+            monopole_mesh(
+                frequency_hz=FREQUENCY_HZ,
+                plane_m=side * 2.0 * HALF_WAVE_M,
+                length_m=0.03125,
+                feed_gap_m=0.00285,
+                cells_per_wavelength=8.0,
+            )
+        )
+        for side in (1.0, 1.5, 2.0, 2.5)
+    ]
+    assert all(result.balance_error < 1e-3 for result in found)
+    average = np.mean([result.input_impedance_ohm[0] for result in found])
+    assert abs(average / half_dipole - 1.0) < 0.05
+    up, down = (
+        (np.abs(found[-1].far_field(np.radians(angles), 0.4)[0]) ** 2).sum(axis=-1).mean()
+        for angles in (np.arange(40.0, 90.0, 5.0), np.arange(100.0, 150.0, 5.0))
+    )
+    assert up > 5.0 * down

@@ -6,9 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from octant.em.fullwave.basis import surface_basis
 from octant.em.fullwave.far_field import sphere_rule
-from octant.em.fullwave.mesh import dipole_mesh, reader_mesh
-from octant.em.fullwave.rwg import impedance_matrix, surface_basis
+from octant.em.fullwave.mesh import reader_mesh
+from octant.em.fullwave.rwg import impedance_matrix
+from octant.em.fullwave.single import dipole_mesh
 from octant.em.fullwave.solve import solve_reader
 from octant.geometries.errors import AntennaError, GeometryError
 from octant.geometries.reader_body import reader_body
@@ -69,9 +71,7 @@ def test_the_solution_by_rotational_modes_is_the_plain_one(shape):
     assert plain.basis.sectors == 1
     assert fast.unknowns == plain.unknowns
     scale = float(np.abs(plain.admittance_s).max())
-    np.testing.assert_allclose(
-        fast.admittance_s, plain.admittance_s, rtol=0.0, atol=1e-9 * scale
-    )
+    np.testing.assert_allclose(fast.admittance_s, plain.admittance_s, rtol=0.0, atol=1e-9 * scale)
     np.testing.assert_allclose(
         fast.pattern_grid(THETA, 24), plain.pattern_grid(THETA, 24), rtol=0.0, atol=1e-9
     )

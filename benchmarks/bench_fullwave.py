@@ -1,0 +1,106 @@
+"""Times of the full-wave solver: unknowns, assembly, factorisation, far field, memory.
+
+Run from a checkout with ``octant`` installed::
+
+    python benchmarks/bench_fullwave.py [--sweep] [--cells 10 14 20]
+
+Each line is one design of the thesis at one mesh density, warm (a small run goes first), with and
+without the reader's rotational symmetry; the exponents say how each step grows with the unknowns.
+"""
+
+import argparse
+import itertools
+import math
+import resource
+import time
+
+import numpy as np
+
+from octant.em.fullwave.mesh import reader_mesh
+from octant.em.fullwave.solve import solve_reader
+from octant.geometries.reader_body import reader_body
+
+FREQUENCY_HZ = 2.4e9
+THETA = np.radians(np.arange(0.0, 181.0, 2.0))
+COLUMNS = 72
+
+
+def run(cells, *, symmetry, antenna="dipole", **body):
+    """Return the times of each step for one design, with all patterns on 2 by 5 degrees."""
+    clock = [time.perf_counter()]
+    mesh = reader_mesh(
+        reader_body(**body),
+        frequency_hz=FREQUENCY_HZ,
+        antenna=antenna,
+        cells_per_wavelength=cells,
+    )
+    clock.append(time.perf_counter())
+    result = solve_reader(mesh, symmetry=symmetry)
+    clock.append(time.perf_counter())
+    result.pattern_grid(THETA, COLUMNS)
+    clock.append(time.perf_counter())
+    steps = {
+        "mesh": clock[1] - clock[0],
+        **result.seconds,
+        "patterns": clock[3] - clock[2],
+        "total": clock[3] - clock[0],
+    }
+    return result, steps
+
+
+def densities(cells):
+    """Print the times of the thesis' choice at several densities, and how they grow."""
+    for symmetry in (False, True):
+        print(f"r_a 10 cm, h_p 8 cm, dipoles, symmetry {'used' if symmetry else 'not used'}")
+        rows = []
+        for count in cells:
+            result, steps = run(count, symmetry=symmetry)
+            rows.append((result.unknowns, steps))
+            times = "  ".join(f"{name} {value:6.2f} s" for name, value in steps.items())
+            print(f"  1/{count:<4g} {result.unknowns:6d} unknowns  {times}")
+        for (small, before), (large, after) in itertools.pairwise(rows):
+            ratio = math.log(large / small)
+            growth = "  ".join(
+                f"{name} {math.log(after[name] / before[name]) / ratio:4.1f}" for name in before
+            )
+            print(f"  exponents {small} to {large}: {growth}")
+        peak_gib = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
+        print(f"  greatest memory so far {peak_gib:.2f} GiB")
+
+
+def sweep():
+    """Print the time of the thesis' twelve designs at the default density."""
+    start = time.perf_counter()
+    designs = itertools.product(("dipole", "monopole"), (0.05, 0.10), (0.0, 0.08, 0.15))
+    for antenna, radius_m, height_m in designs:
+        result, steps = run(
+            10.0,
+            symmetry=True,
+            antenna=antenna,
+            antenna_radius_m=radius_m,
+            plate_height_m=height_m,
+            monopole_plane_m=0.04 if antenna == "monopole" else 0.0,
+        )
+        print(
+            f"  {antenna:8s} r_a {100 * radius_m:3.0f} cm  h_p {100 * height_m:3.0f} cm "
+            f"{result.unknowns:6d} unknowns {steps['total']:6.2f} s  "
+            f"balance {result.balance_error:.1e}"
+        )
+    print(f"twelve designs in {time.perf_counter() - start:.1f} s")
+
+
+def main():
+    """Read the command line and run."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--cells", type=float, nargs="+", default=[7.0, 10.0, 14.0])
+    parser.add_argument("--sweep", action="store_true", help="the thesis' twelve designs")
+    arguments = parser.parse_args()
+    run(5.0, symmetry=True)
+    run(5.0, symmetry=False)
+    densities(arguments.cells)
+    if arguments.sweep:
+        sweep()
+
+
+if __name__ == "__main__":
+    main()
