@@ -1,4 +1,4 @@
-"""Octant's exceptions and its one warning class, shared by every layer.
+"""Octant's exceptions and its two warning classes, shared by every layer.
 
 A message says what was given, what is allowed and what to do, in one sentence; the command line
 prints it as it is and exits with code 2.
@@ -43,3 +43,7 @@ class MissingExtraError(OctantError, ImportError):
 
 class PhysicsWarning(UserWarning):
     """A model is used outside the range in which it is known to hold."""
+
+
+class CacheWarning(UserWarning):
+    """Something that was computed cannot be kept for the next run; results do not change."""

@@ -1,0 +1,1 @@
+"""Antenna pattern files of other solvers and of measurements, read and written; S-matrix files."""

@@ -1,0 +1,399 @@
+"""What every pattern format shares: the table, its grid, its scale, and how a line is refused."""
+
+import math
+import os
+import re
+import tempfile
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal, get_args
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.geometries._arrays import frozen_array
+from octant.geometries.errors import PatternFileError
+
+PatternKind = Literal["directivity", "gain", "realised_gain"]
+"""Power that |F|^2 is referred to: radiated, accepted, or available from the matched source."""
+
+WAVE_IMPEDANCE_OHM = 376.730313668
+"""Impedance of free space [ohm]."""
+
+VOLT_PER_ROOT_WATT = math.sqrt(WAVE_IMPEDANCE_OHM / (2.0 * math.pi))
+"""Peak far field r|E| [V] that unit gain gives at 1 W: G = 4 pi r^2 |E|^2 / (2 eta P)."""
+
+DBI_FLOOR = -300.0
+"""Gain [dBi] below which a file's number stands for nothing at all."""
+
+NO_PHASE_WARNING = (
+    "{source} holds no phase: its pattern is taken as real and positive about the antenna's own "
+    "phase centre, so interference between paths from different directions is a guess"
+)
+
+_LARGEST = 1e30
+_MOST_SAMPLES = 20_000_000
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PatternTable:
+    """Far field of one antenna at one frequency on a grid of directions.
+
+    Parameters
+    ----------
+    frequency_hz : float or None
+        Frequency [Hz]; None where the file names none.
+    theta_rad : (T,) float64
+        Angles from +z [rad], ascending within 0..pi.
+    phi_rad : (P,) float64
+        Azimuths from +x towards +y [rad], ascending within 0 (included) .. 2 pi (not included).
+    field : (2, T, P) complex128
+        F_theta and F_phi [-] with |F|^2 = gain over isotropic of the stated kind; time e^{+j w t},
+        wave e^{-j k r} / r taken out.
+    kind : {"directivity", "gain", "realised_gain"}
+        What |F|^2 is.
+    phase_known : bool
+        False: amplitudes only, real and not negative.
+    name : str
+        Name of the antenna, the request or the file.
+    source : str
+        File and line that the table starts at, for messages.
+    origin_m : (3,) float64
+        Point [m] of the file's frame that the phase is referred to.
+    impedance_ohm : complex or None
+        Input impedance [ohm] where the file tells it.
+    warnings : tuple of str
+        Doubts about the file's content.
+    """
+
+    frequency_hz: float | None
+    theta_rad: npt.NDArray[np.float64]
+    phi_rad: npt.NDArray[np.float64]
+    field: npt.NDArray[np.complex128]
+    kind: PatternKind
+    phase_known: bool = True
+    name: str = ""
+    source: str = ""
+    origin_m: npt.NDArray[np.float64] | Sequence[float] = (0.0, 0.0, 0.0)
+    impedance_ohm: complex | None = None
+    warnings: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        where = self.source or self.name or "The pattern"
+        theta = self._axis("theta_rad", math.pi * (1.0 + 1e-12), where)
+        phi = self._axis("phi_rad", 2.0 * math.pi * (1.0 - 1e-12), where)
+        field = frozen_array(
+            self.field,
+            name=f"{where}: field",
+            shape=(2, len(theta), len(phi)),
+            dtype=np.complex128,
+            error=PatternFileError,
+        )
+        origin = frozen_array(
+            self.origin_m, name=f"{where}: origin_m", shape=(3,), error=PatternFileError
+        )
+        if self.kind not in get_args(PatternKind):
+            allowed = ", ".join(get_args(PatternKind))
+            msg = f"{where}: kind {self.kind!r} is unknown; allowed are {allowed}."
+            raise PatternFileError(msg)
+        frequency = self.frequency_hz
+        if frequency is not None and not (math.isfinite(frequency) and frequency > 0.0):
+            msg = f"{where}: frequency {frequency} Hz is no frequency; give a number above 0 Hz."
+            raise PatternFileError(msg)
+        for name, value in (("theta_rad", theta), ("phi_rad", phi), ("field", field)):
+            object.__setattr__(self, name, value)
+        object.__setattr__(self, "origin_m", origin)
+
+    def _axis(self, name: str, top: float, where: str) -> npt.NDArray[np.float64]:
+        """Return a checked, read-only axis of the grid."""
+        axis = frozen_array(
+            getattr(self, name), name=f"{where}: {name}", shape=(None,), error=PatternFileError
+        )
+        if len(axis) < 1 or axis[0] < 0.0 or axis[-1] > top or (np.diff(axis) <= 0.0).any():
+            msg = f"{where}: {name} must ascend from 0 rad to at most {top:.6g} rad."
+            raise PatternFileError(msg)
+        return axis
+
+    @property
+    def gain(self) -> npt.NDArray[np.float64]:
+        """Gain over isotropic [-] of both components together, (T, P)."""
+        power: npt.NDArray[np.float64] = np.sum(np.abs(self.field) ** 2, axis=0)
+        return power
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Row:
+    """Numbers of one line of a file, with the line's number for messages.
+
+    Parameters
+    ----------
+    line : int
+        Line number [-], from 1.
+    values : tuple of float
+        The numbers [-], in the file's own units.
+    """
+
+    line: int
+    values: tuple[float, ...]
+
+
+def refusal(path: Path, line: int, what: str) -> PatternFileError:
+    """Return the error that names file and line.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    line : int
+        Line number [-], from 1.
+    what : str
+        What is wrong and what to do: the rest of the sentence.
+
+    Returns
+    -------
+    PatternFileError
+        To be raised by the caller.
+    """
+    return PatternFileError(f"{path}, line {line}: {what}")
+
+
+def read_lines(path: Path) -> list[str]:
+    """Return the lines of a text file.
+
+    Parameters
+    ----------
+    path : Path
+        The file; UTF-8, or Latin-1 where it is not.
+
+    Returns
+    -------
+    list of str
+        Lines without their ends.
+
+    Raises
+    ------
+    PatternFileError
+        When the file cannot be read, is empty, or is not text.
+    """
+    try:
+        data = path.read_bytes()
+    except OSError as exc:
+        msg = f"{path} cannot be read ({exc.strerror}); give a file that can."
+        raise PatternFileError(msg) from exc
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        text = data.decode("latin-1")
+    text = text.replace("\r\n", "\n").replace("\r", "\n").replace("\f", "\n")
+    lines = text.split("\n")
+    for number, line in enumerate(lines, start=1):
+        if re.search(r"[\x00-\x08\x0b\x0e-\x1f\x7f-\x9f]", line):
+            raise refusal(path, number, "the line is not text; give a text file of a known format.")
+    if not text.strip():
+        raise refusal(path, 1, "the file is empty; give one with a pattern in it.")
+    return lines
+
+
+def number(path: Path, line: int, token: str) -> float:
+    """Return one number of a file, in the file's unit [-].
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    line : int
+        Line number [-].
+    token : str
+        The text; a Fortran exponent ``D`` is understood.
+
+    Returns
+    -------
+    float
+        A finite number.
+
+    Raises
+    ------
+    PatternFileError
+        When the text is no finite number.
+    """
+    value = math.nan
+    try:
+        value = float(token)
+    except ValueError:
+        with suppress(ValueError):
+            value = float(re.sub("[dD]", "e", token, count=1))
+    # an underscore is Python's own digit separator and no number elsewhere
+    if not abs(value) < _LARGEST or "_" in token:
+        what = f"{token[:40]!r} is not a finite number where one is needed; correct it."
+        raise refusal(path, line, what)
+    return value
+
+
+def numbers(path: Path, line: int, tokens: Sequence[str], count: int) -> Row:
+    """Return the numbers of one line, which must be so many.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    line : int
+        Line number [-].
+    tokens : sequence of str
+        The line's columns.
+    count : int
+        How many there must be [-].
+
+    Returns
+    -------
+    Row
+        The numbers.
+
+    Raises
+    ------
+    PatternFileError
+        For another number of columns, or a column that is no finite number.
+    """
+    if len(tokens) != count:
+        what = f"{len(tokens)} columns where {count} are needed; correct the line."
+        raise refusal(path, line, what)
+    return Row(line=line, values=tuple(number(path, line, token) for token in tokens))
+
+
+def whole_number(path: Path, line: int, token: str) -> int:
+    """Return a number of samples [-], at least 1.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    line : int
+        Line number [-].
+    token : str
+        The text.
+
+    Returns
+    -------
+    int
+        The number.
+
+    Raises
+    ------
+    PatternFileError
+        When it is no whole number between 1 and the most that fits in memory.
+    """
+    value = number(path, line, token)
+    if value != int(value) or not 1 <= value <= _MOST_SAMPLES:
+        what = f"{token[:40]!r} is no number of samples; give a whole number of 1 or more."
+        raise refusal(path, line, what)
+    return int(value)
+
+
+def decibels(path: Path, line: int, value: float) -> float:
+    """Return a gain [dBi] that can be one.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    line : int
+        Line number [-].
+    value : float
+        The file's number [dBi].
+
+    Returns
+    -------
+    float
+        The gain [dBi], not below ``DBI_FLOOR``.
+
+    Raises
+    ------
+    PatternFileError
+        Above 100 dBi.
+    """
+    if value > 100.0:
+        raise refusal(path, line, f"{value:g} dBi is no antenna's gain; correct it.")
+    return max(value, DBI_FLOOR)
+
+
+def amplitude(gain_db: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    """Return the amplitude |F| [-] of gains.
+
+    Parameters
+    ----------
+    gain_db : array_like
+        Gains [dBi]; ``DBI_FLOOR`` and less count as nothing.
+
+    Returns
+    -------
+    ndarray
+        Amplitudes [-].
+    """
+    gain = np.asarray(gain_db, dtype=np.float64)
+    return np.where(gain > DBI_FLOOR, 10.0 ** (np.maximum(gain, DBI_FLOOR) / 20.0), 0.0)
+
+
+def mean_over_sphere(
+    theta_rad: npt.NDArray[np.float64],
+    phi_rad: npt.NDArray[np.float64],
+    values: npt.NDArray[np.float64],
+) -> float:
+    """Return the mean of a quantity over all directions, in the quantity's unit [-].
+
+    Parameters
+    ----------
+    theta_rad, phi_rad : (T,), (P,) float64
+        Grid [rad]; theta beyond its ends counts as nothing.
+    values : (T, P) float64
+        The quantity, in its own unit [-].
+
+    Returns
+    -------
+    float
+        The mean. Exact for band-limited patterns on a uniform grid with both poles, else by the
+        trapezoidal rule.
+    """
+    around = np.append(phi_rad, phi_rad[0] + 2.0 * math.pi)
+    widths = 0.5 * (np.diff(around) + np.roll(np.diff(around), 1))
+    ring = values @ (widths / (2.0 * math.pi))
+    n = len(theta_rad)
+    if n > 2 and np.allclose(theta_rad, np.linspace(0.0, math.pi, n), atol=1e-9):
+        # a ring mean is even in theta: fit cosines, whose integrals against sin theta are known
+        order = np.arange(n)
+        even = order % 2 == 0
+        moments = np.where(even, 2.0 / (1.0 - np.where(even, order, 0.0) ** 2), 0.0)
+        weights = np.linalg.solve(np.cos(np.outer(order, theta_rad)), moments)
+        return float(0.5 * weights @ ring)
+    return float(0.5 * np.trapezoid(ring * np.sin(theta_rad), theta_rad))
+
+
+def write_text(path: Path, text: str) -> None:
+    """Return nothing; write a text file whole or not at all.
+
+    Parameters
+    ----------
+    path : Path
+        The file; one that exists is replaced.
+    text : str
+        Its content.
+
+    Raises
+    ------
+    PatternFileError
+        When it cannot be written.
+    """
+    part = ""
+    try:
+        handle, part = tempfile.mkstemp(
+            prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent
+        )
+        with os.fdopen(handle, "w", encoding="utf-8", newline="\n") as stream:
+            stream.write(text)
+        Path(part).chmod(0o644)
+        Path(part).replace(path)
+    except OSError as exc:
+        if part:
+            Path(part).unlink(missing_ok=True)
+        msg = f"{path} cannot be written ({exc.strerror}); give a folder that can be written to."
+        raise PatternFileError(msg) from exc
