@@ -92,6 +92,7 @@ def test_the_matrix_is_the_same_bit_for_bit_on_any_number_of_threads(monkeypatch
         assert np.array_equal(matrices[0][:, 0, :], matrices[0][:, 0, :].T)
 
 
+@pytest.mark.slow
 def test_halving_the_elements_moves_strong_gains_little(solved):
     coarse = solved("dipole_r10_h8", 10.0).pattern_grid(THETA, 36)
     fine = solved("dipole_r10_h8", 20.0).pattern_grid(THETA, 36)
@@ -129,6 +130,19 @@ def test_gain_is_realised_power_times_directivity_over_the_sphere(solved):
     np.testing.assert_allclose(
         (power * weights[:, None]).sum(axis=(1, 2)), result.radiated_share, rtol=1e-6
     )
+
+
+@pytest.mark.parametrize("name", DESIGNS)
+def test_available_power_is_shared_out_between_source_loads_and_space(solved, name):
+    result = solved(name)
+    total = result.reflected_share + result.coupled_share + result.radiated_share
+    np.testing.assert_allclose(total, 1.0, atol=1e-3)
+
+
+def test_a_mesh_beyond_memory_is_refused_before_it_is_solved():
+    mesh = dipole_mesh(frequency_hz=FREQUENCY_HZ, cells_per_wavelength=20000.0)
+    with pytest.raises(GeometryError, match="GiB is allowed; take fewer"):
+        solve_reader(mesh)
 
 
 def test_a_load_without_resistance_is_refused():
