@@ -12,6 +12,7 @@ from octant.em.fullwave.mesh import reader_mesh
 from octant.em.fullwave.rwg import impedance_matrix
 from octant.em.fullwave.single import dipole_mesh
 from octant.em.fullwave.solve import solve_reader
+from octant.geometries.bodies import Body
 from octant.geometries.errors import AntennaError, GeometryError
 from octant.geometries.reader_body import reader_body
 
@@ -99,6 +100,35 @@ def test_halving_the_elements_moves_strong_gains_little(solved):
     a, b = (10.0 * np.log10((np.abs(f) ** 2).sum(axis=-1)) for f in (coarse, fine))
     strong = b > b.max(axis=(1, 2), keepdims=True) - 10.0
     assert np.sqrt(((a - b)[strong] ** 2).mean()) < 0.15
+
+
+@pytest.mark.parametrize("radius_m", [0.02, 0.03])
+def test_antennas_deep_between_plates_still_radiate_what_they_accept(radius_m):
+    body = reader_body(antenna_radius_m=radius_m)
+    result = solve_reader(reader_mesh(body, frequency_hz=FREQUENCY_HZ))
+    assert result.accepted_share.max() < 0.05
+    assert result.balance_error < 1e-3
+
+
+def test_a_plate_below_the_reader_turns_power_up_and_none_is_lost():
+    floor = Body(
+        name="floor",
+        vertices_m=0.2 * np.array(((-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)))
+        - (0.0, 0.0, 0.06),
+        faces=np.array(((0, 1, 2), (0, 2, 3))),
+        material="pec",
+    )
+    body = reader_body(plate_height_m=0.04)
+    below = []
+    for surroundings in ((), (floor,)):
+        mesh = reader_mesh(
+            body, frequency_hz=FREQUENCY_HZ, cells_per_wavelength=7.0, surroundings=surroundings
+        )
+        result = solve_reader(mesh)
+        assert result.balance_error < 1e-3
+        down = result.far_field(np.radians((120.0, 140.0, 160.0))[:, None], THETA)
+        below.append((np.abs(down) ** 2).sum(axis=-1).mean() / result.radiated_share.mean())
+    assert below[1] < 0.8 * below[0]
 
 
 def test_lossy_metal_turns_part_of_the_accepted_power_into_heat():
