@@ -131,18 +131,20 @@ def response_of(result: FullwaveResult, mesh: ReaderMesh, body: ReaderBody) -> R
     rows, columns = round(180.0 / GRID_STEP_DEG) + 1, round(360.0 / GRID_STEP_DEG)
     theta = np.linspace(0.0, math.pi, rows)
     phi = np.arange(columns) * (2.0 * math.pi / columns)
-    pattern = np.moveaxis(result.pattern_grid(theta, columns), -1, 1)
+    # Further ports are those of series loads.
+    pattern = np.moveaxis(result.pattern_grid(theta, columns)[: body.antennas], -1, 1)
+    centres_m = mesh.phase_centres_m[: body.antennas]
     st, ct = np.sin(theta)[:, None], np.cos(theta)[:, None]
     direction = np.stack(
         (st * np.cos(phi), st * np.sin(phi), np.broadcast_to(ct, (rows, columns))), axis=-1
     )
     wavenumber = 2.0 * math.pi * result.frequency_hz / SPEED_OF_LIGHT_M_PER_S
-    turn = np.exp(-1j * wavenumber * np.einsum("tpc,nc->ntp", direction, mesh.phase_centres_m))
+    turn = np.exp(-1j * wavenumber * np.einsum("tpc,nc->ntp", direction, centres_m))
     return ReaderResponse(
         model=MODEL,
         frequency_hz=result.frequency_hz,
         azimuths_rad=body.element_azimuths_rad,
-        phase_centres_m=mesh.phase_centres_m,
+        phase_centres_m=centres_m,
         pattern=pattern * turn[:, None],
         warnings=result.warnings,
     )

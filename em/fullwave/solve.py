@@ -135,8 +135,10 @@ def _excitations(basis: SurfaceBasis, mesh: ReaderMesh) -> npt.NDArray[np.float6
     """Return (n, sectors, functions) products of the functions with one volt at each feed [V m]."""
     owner = mesh.antenna_of_face[basis.given_face]
     halves = [
-        feed_excitation(basis, np.flatnonzero(owner == i), bottom, top)
-        for i, (bottom, top) in enumerate(zip(mesh.feed_bottom_m, mesh.feed_top_m, strict=True))
+        feed_excitation(basis, np.flatnonzero(owner == strip), bottom, top)
+        for strip, bottom, top in zip(
+            mesh.strip_of_feed, mesh.feed_bottom_m, mesh.feed_top_m, strict=True
+        )
     ]
     return basis.gathered(np.array(halves))
 
