@@ -4,9 +4,13 @@
 import numpy as np
 from numba import njit
 
+from octant.em.fullwave._rwg_kernels import C4, C6, C8, C10, S3, S5, S7, S9, S11
+
 TWO_OVER_PI = 0.6366197723675814
 HALF_PI_HIGH = 1.5707963267341256  # 33 bits of pi / 2
 HALF_PI_LOW = 6.077100506506192e-11
+C12, C14 = 1 / 479001600, -1 / 87178291200
+S13 = 1 / 6227020800
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -25,43 +29,10 @@ def fill_phases(direction, point, begin, end, out):
             quarter = np.floor(x * TWO_OVER_PI + 0.5)
             x = (x - quarter * HALF_PI_HIGH) - quarter * HALF_PI_LOW
             t = x * x
-            co = 1.0 - t * (
-                1.0 / 2.0
-                - t
-                * (
-                    1.0 / 24.0
-                    - t
-                    * (
-                        1.0 / 720.0
-                        - t
-                        * (
-                            1.0 / 40320.0
-                            - t
-                            * (
-                                1.0 / 3628800.0
-                                - t * (1.0 / 479001600.0 - t * (1.0 / 87178291200.0))
-                            )
-                        )
-                    )
-                )
-            )
-            si = x * (
-                1.0
-                - t
-                * (
-                    1.0 / 6.0
-                    - t
-                    * (
-                        1.0 / 120.0
-                        - t
-                        * (
-                            1.0 / 5040.0
-                            - t
-                            * (1.0 / 362880.0 - t * (1.0 / 39916800.0 - t * (1.0 / 6227020800.0)))
-                        )
-                    )
-                )
-            )
+            co = C8 + t * (C10 + t * (C12 + t * C14))
+            co = 1.0 + t * (-0.5 + t * (C4 + t * (C6 + t * co)))
+            si = S9 + t * (S11 + t * S13)
+            si = x * (1.0 + t * (S3 + t * (S5 + t * (S7 + t * si))))
             turn = quarter - 4.0 * np.floor(0.25 * quarter)  # 0, 1, 2 or 3
             odd = turn - 2.0 * np.floor(0.5 * turn)
             swap = 1.0 - odd

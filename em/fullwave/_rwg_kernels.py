@@ -15,6 +15,9 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+C4, C6, C8, C10 = 1 / 24, -1 / 720, 1 / 40320, -1 / 3628800  # Taylor's, of the cosine
+S3, S5, S7, S9, S11 = -1 / 6, 1 / 120, -1 / 5040, 1 / 362880, -1 / 39916800  # and the sine
+
 
 class TriangleArrays(NamedTuple):
     """All triangles of a mesh for the kernels; sector by sector."""
@@ -71,6 +74,10 @@ def add_far(tri, fun, rows, begin, end, wavenumber, near, mid, vector, scalar, z
                 xr = yr = zr = 0.0  # <v g>
                 xi = yi = zi = 0.0
                 dr = di = 0.0
+                # exp(-jkR) about the distance of the centroids: the rest is below k (rp + rq).
+                far = np.sqrt(square)
+                c0, s0 = np.cos(wavenumber * far), np.sin(wavenumber * far)
+                direct = wavenumber * reach > 0.9
                 if square < mid * mid * reach * reach:
                     for a in range(7):
                         ax, ay, az = seven[p, a, 0], seven[p, a, 1], seven[p, a, 2]
@@ -83,8 +90,17 @@ def add_far(tri, fun, rows, begin, end, wavenumber, near, mid, vector, scalar, z
                             ox, oy, oz = ex - bx, ey - by, ez - bz
                             r = np.sqrt(ox * ox + oy * oy + oz * oz)
                             w = w7[b] / r
-                            er = np.cos(wavenumber * r) * w
-                            ei = -np.sin(wavenumber * r) * w
+                            if direct:
+                                er = np.cos(wavenumber * r) * w
+                                ei = -np.sin(wavenumber * r) * w
+                            else:
+                                x = wavenumber * (r - far)
+                                t = x * x
+                                co = 1.0 + t * (-0.5 + t * (C4 + t * (C6 + t * (C8 + t * C10))))
+                                si = 1.0 + t * (S3 + t * (S5 + t * (S7 + t * (S9 + t * S11))))
+                                si *= x
+                                er = (c0 * co - s0 * si) * w
+                                ei = -(s0 * co + c0 * si) * w
                             tr += er
                             ti += ei
                             fx += er * bx
@@ -111,10 +127,6 @@ def add_far(tri, fun, rows, begin, end, wavenumber, near, mid, vector, scalar, z
                         dr += w * (ax * fx + ay * fy + az * fz)
                         di += w * (ax * hx + ay * hy + az * hz)
                 else:
-                    # exp(-jkR) about the distance of the centroids: the rest is below k (rp + rq).
-                    far = np.sqrt(square)
-                    c0, s0 = np.cos(wavenumber * far), np.sin(wavenumber * far)
-                    direct = wavenumber * reach > 0.9
                     for a in range(3):
                         ax, ay, az = three[p, a, 0], three[p, a, 1], three[p, a, 2]
                         ex, ey, ez = dx + ax, dy + ay, dz + az
@@ -132,31 +144,9 @@ def add_far(tri, fun, rows, begin, end, wavenumber, near, mid, vector, scalar, z
                             else:
                                 x = wavenumber * (r - far)
                                 t = x * x
-                                co = 1.0 - t * (
-                                    0.5
-                                    - t
-                                    * (
-                                        1.0 / 24.0
-                                        - t
-                                        * (
-                                            1.0 / 720.0
-                                            - t * (1.0 / 40320.0 - t * (1.0 / 3628800.0))
-                                        )
-                                    )
-                                )
-                                si = x * (
-                                    1.0
-                                    - t
-                                    * (
-                                        1.0 / 6.0
-                                        - t
-                                        * (
-                                            1.0 / 120.0
-                                            - t
-                                            * (1.0 / 5040.0 - t * (1.0 / 362880.0 - t / 39916800.0))
-                                        )
-                                    )
-                                )
+                                co = 1.0 + t * (-0.5 + t * (C4 + t * (C6 + t * (C8 + t * C10))))
+                                si = 1.0 + t * (S3 + t * (S5 + t * (S7 + t * (S9 + t * S11))))
+                                si *= x
                                 er = (c0 * co - s0 * si) * w
                                 ei = -(s0 * co + c0 * si) * w
                             tr += er

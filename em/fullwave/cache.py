@@ -67,6 +67,7 @@ def solution_key(
         mesh.antenna_of_face,
         mesh.feed_bottom_m,
         mesh.feed_top_m,
+        mesh.strip_of_feed,
         np.float64(frequency),
         np.broadcast_to(np.asarray(load_ohm, dtype=np.complex128), (mesh.antennas,)),
         np.zeros(len(mesh.faces)) + np.asarray(surface_impedance_ohm, dtype=np.complex128),

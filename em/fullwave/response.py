@@ -2,12 +2,14 @@
 
 import math
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
 from octant.em.antennas import Antenna
 from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
+from octant.em.fullwave.cache import cached_solution
 from octant.em.fullwave.mesh import (
     CELLS_PER_WAVELENGTH,
     FEED_GAP_M,
@@ -38,6 +40,7 @@ def fullwave_response(
     graded_tips: bool = False,
     surroundings: Sequence[Body] = (),
     symmetry: bool = True,
+    cache_directory: Path | str | None = None,
 ) -> tuple[ReaderResponse, FullwaveResult]:
     """Return the embedded patterns of a reader [-] and the solution that they come from.
 
@@ -63,6 +66,8 @@ def fullwave_response(
         Further perfectly conducting meshes in the reader frame.
     symmetry : bool
         Use the rotational symmetry that the mesh has.
+    cache_directory : Path or str or None
+        Folder where solutions are kept and looked up; None keeps none.
 
     Returns
     -------
@@ -99,7 +104,10 @@ def fullwave_response(
         graded_tips=graded_tips,
         surroundings=surroundings,
     )
-    result = solve_reader(mesh, load_ohm=load_ohm, symmetry=symmetry)
+    if cache_directory is None:
+        result = solve_reader(mesh, load_ohm=load_ohm, symmetry=symmetry)
+    else:
+        result = cached_solution(mesh, cache_directory, load_ohm=load_ohm, symmetry=symmetry)
     return response_of(result, mesh, body), result
 
 
@@ -123,18 +131,20 @@ def response_of(result: FullwaveResult, mesh: ReaderMesh, body: ReaderBody) -> R
     rows, columns = round(180.0 / GRID_STEP_DEG) + 1, round(360.0 / GRID_STEP_DEG)
     theta = np.linspace(0.0, math.pi, rows)
     phi = np.arange(columns) * (2.0 * math.pi / columns)
-    pattern = np.moveaxis(result.pattern_grid(theta, columns), -1, 1)
+    # Further ports are those of series loads.
+    pattern = np.moveaxis(result.pattern_grid(theta, columns)[: body.antennas], -1, 1)
+    centres_m = mesh.phase_centres_m[: body.antennas]
     st, ct = np.sin(theta)[:, None], np.cos(theta)[:, None]
     direction = np.stack(
         (st * np.cos(phi), st * np.sin(phi), np.broadcast_to(ct, (rows, columns))), axis=-1
     )
     wavenumber = 2.0 * math.pi * result.frequency_hz / SPEED_OF_LIGHT_M_PER_S
-    turn = np.exp(-1j * wavenumber * np.einsum("tpc,nc->ntp", direction, mesh.phase_centres_m))
+    turn = np.exp(-1j * wavenumber * np.einsum("tpc,nc->ntp", direction, centres_m))
     return ReaderResponse(
         model=MODEL,
         frequency_hz=result.frequency_hz,
         azimuths_rad=body.element_azimuths_rad,
-        phase_centres_m=mesh.phase_centres_m,
+        phase_centres_m=centres_m,
         pattern=pattern * turn[:, None],
         warnings=result.warnings,
     )

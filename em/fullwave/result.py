@@ -137,6 +137,19 @@ class FullwaveResult:
         return seen
 
     @property
+    def reflected_share(self) -> npt.NDArray[np.float64]:
+        """Return (n,) the share of the available power that returns to each driven source [-]."""
+        reflected: npt.NDArray[np.float64] = np.abs(np.diagonal(self.s_matrix)) ** 2
+        return reflected
+
+    @property
+    def coupled_share(self) -> npt.NDArray[np.float64]:
+        """Return (n,) the share of the available power that ends in the other ports' loads [-]."""
+        everything = (np.abs(self.s_matrix) ** 2).sum(axis=0)
+        coupled: npt.NDArray[np.float64] = everything - self.reflected_share
+        return coupled
+
+    @property
     def balance_error(self) -> float:
         """Greatest of |radiated + lost - accepted| over accepted power [-]."""
         off = self.radiated_share + self.lost_share - self.accepted_share

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
+from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
 from octant.em.fullwave._circuit import scattering
 from octant.em.fullwave._power import lost_shares, radiated_shares
 from octant.em.fullwave.basis import SurfaceBasis, best_sectors, surface_basis
@@ -15,11 +16,14 @@ from octant.em.fullwave.mesh import ReaderMesh
 from octant.em.fullwave.ports import feed_excitation
 from octant.em.fullwave.result import FullwaveResult
 from octant.em.fullwave.rwg import impedance_matrix
-from octant.geometries.errors import AntennaError
+from octant.geometries.errors import AntennaError, GeometryError
 
 BALANCE_LIMIT = 1e-3
 """Radiated and lost power less accepted power, over the latter [-], above which a run warns."""
 
+
+MOST_GIB = 8.0
+"""Greatest size of the moment matrix [GiB]."""
 
 STEPS = ("functions", "assembly", "solution", "power balance")
 """Steps of a run whose times are kept [-]."""
@@ -58,7 +62,7 @@ def solve_reader(
     AntennaError
         When the resistance of a load is not positive.
     GeometryError
-        When a feed meets no edge, or the moment equations are singular.
+        When a feed meets no edge, the matrix would be too large, or the equations are singular.
     """
     frequency = mesh.frequency_hz if frequency_hz is None else frequency_hz
     load = np.broadcast_to(np.asarray(load_ohm, dtype=np.complex128), (mesh.antennas,))
@@ -74,6 +78,7 @@ def solve_reader(
         sectors = best_sectors(mesh.vertices_m, mesh.faces, divisors)
     basis = surface_basis(mesh.vertices_m, mesh.faces, sectors=sectors)
     sheet = sheet[basis.given_face]
+    _refuse_too_large(basis, mesh)
     excitation = _excitations(basis, mesh)
     clock.append(time.perf_counter())
     matrix = impedance_matrix(basis, frequency_hz=frequency, surface_impedance_ohm=sheet)
@@ -113,12 +118,27 @@ def solve_reader(
     return replace(result, warnings=(*result.warnings, doubt))
 
 
+def _refuse_too_large(basis: SurfaceBasis, mesh: ReaderMesh) -> None:
+    """Raise before a matrix is made that no workstation holds."""
+    size_gib = 16.0 * basis.functions**2 * basis.sectors / 2**30
+    if size_gib > MOST_GIB:
+        msg = (
+            f"the mesh has {basis.unknowns} unknowns, whose matrix takes {size_gib:.1f} GiB, but "
+            f"at most {MOST_GIB:g} GiB is allowed; take fewer cells_per_wavelength than "
+            f"{SPEED_OF_LIGHT_M_PER_S / mesh.frequency_hz / mesh.coarse_m:g}, or keep the antennas "
+            "farther from the sheets."
+        )
+        raise GeometryError(msg)
+
+
 def _excitations(basis: SurfaceBasis, mesh: ReaderMesh) -> npt.NDArray[np.float64]:
     """Return (n, sectors, functions) products of the functions with one volt at each feed [V m]."""
     owner = mesh.antenna_of_face[basis.given_face]
     halves = [
-        feed_excitation(basis, np.flatnonzero(owner == i), bottom, top)
-        for i, (bottom, top) in enumerate(zip(mesh.feed_bottom_m, mesh.feed_top_m, strict=True))
+        feed_excitation(basis, np.flatnonzero(owner == strip), bottom, top)
+        for strip, bottom, top in zip(
+            mesh.strip_of_feed, mesh.feed_bottom_m, mesh.feed_top_m, strict=True
+        )
     ]
     return basis.gathered(np.array(halves))
 
