@@ -2,14 +2,12 @@
 
 import math
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
 from octant.em.antennas import Antenna
 from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
-from octant.em.fullwave.cache import cached_solution
 from octant.em.fullwave.mesh import (
     CELLS_PER_WAVELENGTH,
     FEED_GAP_M,
@@ -40,7 +38,6 @@ def fullwave_response(
     graded_tips: bool = False,
     surroundings: Sequence[Body] = (),
     symmetry: bool = True,
-    cache_directory: Path | str | None = None,
 ) -> tuple[ReaderResponse, FullwaveResult]:
     """Return the embedded patterns of a reader [-] and the solution that they come from.
 
@@ -66,8 +63,6 @@ def fullwave_response(
         Further perfectly conducting meshes in the reader frame.
     symmetry : bool
         Use the rotational symmetry that the mesh has.
-    cache_directory : Path or str or None
-        Folder where solutions are kept and looked up; None keeps none.
 
     Returns
     -------
@@ -104,10 +99,7 @@ def fullwave_response(
         graded_tips=graded_tips,
         surroundings=surroundings,
     )
-    if cache_directory is None:
-        result = solve_reader(mesh, load_ohm=load_ohm, symmetry=symmetry)
-    else:
-        result = cached_solution(mesh, cache_directory, load_ohm=load_ohm, symmetry=symmetry)
+    result = solve_reader(mesh, load_ohm=load_ohm, symmetry=symmetry)
     return response_of(result, mesh, body), result
 
 

@@ -28,20 +28,6 @@ def test_the_table_gives_the_patterns_of_the_solution_in_any_direction():
         )
 
 
-def test_a_response_from_the_cache_is_the_same(tmp_path):
-    first, again = (
-        fullwave_response(
-            reader_body(plate_height_m=0.0),
-            make_antenna("dipole", FREQUENCY_HZ),
-            cells_per_wavelength=5.0,
-            cache_directory=tmp_path,
-        )[0]
-        for _ in range(2)
-    )
-    assert len(list(tmp_path.iterdir())) == 1
-    assert np.array_equal(first.pattern, again.pattern)
-
-
 def test_antennas_without_a_mesh_are_refused():
     for antenna in (
         make_antenna("isotropic_theta", FREQUENCY_HZ),

@@ -1,18 +1,13 @@
-"""What is made of solutions: bands, convergence studies, caches, Touchstone files."""
-
-from concurrent.futures import ThreadPoolExecutor
+"""What is made of solutions: bands, convergence studies, surface currents."""
 
 import numpy as np
 import pytest
 
-from octant.em.fullwave import cache as cache_module
 from octant.em.fullwave.band import FullwaveBand, solve_band
-from octant.em.fullwave.cache import cached_solution, solution_key
 from octant.em.fullwave.convergence import convergence_study, error_estimate
 from octant.em.fullwave.mesh import reader_mesh
 from octant.em.fullwave.single import dipole_mesh
 from octant.em.fullwave.solve import solve_reader
-from octant.em.fullwave.touchstone import write_touchstone
 from octant.geometries.errors import AntennaError, GeometryError
 from octant.geometries.reader_body import reader_body
 
@@ -82,71 +77,6 @@ def test_a_convergence_study_shows_differences_that_shrink():
     assert "to 1/12" in study.lines()[0]
     with pytest.raises(GeometryError, match="rising"):
         convergence_study(solve, (10.0, 5.0))
-
-
-def test_a_cached_solution_is_the_same_bit_for_bit_and_solved_once(tmp_path, monkeypatch):
-    mesh = dipole_mesh(frequency_hz=FREQUENCY_HZ)
-    calls = []
-
-    def counted(*args, **kwargs):
-        calls.append(1)
-        return solve_reader(*args, **kwargs)
-
-    monkeypatch.setattr(cache_module, "solve_reader", counted)
-    first, again = (cached_solution(mesh, tmp_path / "new") for _ in range(2))
-    assert len(calls) == 1
-    for name in ("admittance_s", "halves_a_per_m", "radiated_share"):
-        assert np.array_equal(getattr(first, name), getattr(again, name))
-    assert np.array_equal(first.far_field(1.0, 2.0), again.far_field(1.0, 2.0))
-    assert first.warnings == again.warnings
-    (file,) = (tmp_path / "new").iterdir()
-    file.write_bytes(file.read_bytes()[:100])  # cut short
-    mended = cached_solution(mesh, tmp_path / "new")
-    assert len(calls) == 2
-    assert np.array_equal(mended.admittance_s, first.admittance_s)
-
-
-def test_many_may_share_a_cache(tmp_path):
-    mesh = dipole_mesh(frequency_hz=FREQUENCY_HZ)
-    with ThreadPoolExecutor(4) as pool:
-        found = list(pool.map(lambda _: cached_solution(mesh, tmp_path), range(8)))
-    assert all(np.array_equal(r.admittance_s, found[0].admittance_s) for r in found)
-    assert [p.suffix for p in tmp_path.iterdir()] == [".npz"]
-
-
-def test_every_input_changes_the_key():
-    mesh = dipole_mesh(frequency_hz=FREQUENCY_HZ)
-    keys = {
-        solution_key(mesh),
-        solution_key(mesh, frequency_hz=2.41e9),
-        solution_key(mesh, load_ohm=75.0),
-        solution_key(mesh, surface_impedance_ohm=1.0),
-        solution_key(mesh, symmetry=False),
-        solution_key(dipole_mesh(frequency_hz=FREQUENCY_HZ, feed_gap_m=0.001)),
-        solution_key(dipole_mesh(frequency_hz=FREQUENCY_HZ, wire_radius_m=0.0004)),
-    }
-    assert len(keys) == 7
-    assert solution_key(mesh, frequency_hz=FREQUENCY_HZ, load_ohm=50.0) in keys
-
-
-def test_a_touchstone_file_reads_back_as_the_matrices(tmp_path, band):
-    path = tmp_path / "reader.s8p"
-    write_touchstone(path, band.results)
-    lines = path.read_text().splitlines()
-    assert lines[1] == "# Hz S RI R 50"
-    numbers = [float(x) for line in lines if line[0] not in "!#" for x in line.split()]
-    table = np.array(numbers).reshape(len(band.results), 1 + 2 * 64)
-    np.testing.assert_allclose(table[:, 0], band.frequencies_hz)
-    values = (table[:, 1::2] + 1j * table[:, 2::2]).reshape(-1, 8, 8)
-    np.testing.assert_allclose(values, [r.s_matrix for r in band.results], atol=1e-12)
-
-
-def test_touchstone_needs_one_resistance(tmp_path):
-    result = solve_reader(dipole_mesh(frequency_hz=FREQUENCY_HZ), load_ohm=50.0 + 5.0j)
-    with pytest.raises(AntennaError, match="one resistance"):
-        write_touchstone(tmp_path / "a.s1p", [result])
-    with pytest.raises(AntennaError, match="at least one"):
-        write_touchstone(tmp_path / "a.s1p", [])
 
 
 def test_surface_currents_carry_the_port_current_up_the_dipole():
