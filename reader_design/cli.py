@@ -21,6 +21,7 @@ VERBS = {
     "map": ("verbs.map:radio_map", "Received power over the floor of a room."),
     "paths": ("verbs.paths:paths", "Every path between a transmitter and receivers."),
     "rss": ("verbs.paths:rss", "What each antenna of the reader receives, pose by pose."),
+    "reader": ("verbs.reader:reader", "The reader by itself: impedances, S-matrix, patterns."),
     "navigate": ("verbs.navigate:navigate", "Drive the robot through the tags of a study."),
     "audit": ("verbs.tables:audit", "What is wrong with a mesh, and what it means for rays."),
     "materials": ("verbs.tables:materials", "The table of materials in force."),

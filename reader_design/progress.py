@@ -128,15 +128,16 @@ def uncompiled_kernels(root: Path | None = None) -> tuple[str, ...]:
     Returns
     -------
     tuple of str
-        Module names like ``em._paths_kernels`` [-]; empty when every kernel module has an index
-        file of numba in its ``__pycache__``. Where numba caches elsewhere (NUMBA_CACHE_DIR, a
-        read-only installation), or after an upgrade of numba or a change of the source, an old or
-        absent index says nothing certain: this is a hint for people, no more.
+        Module names like ``em._path_kernels`` or ``em.fullwave._rwg_kernels`` [-]; empty when every
+        kernel module has an index file of numba in its ``__pycache__``. Where numba caches
+        elsewhere (NUMBA_CACHE_DIR, a read-only installation), or after an upgrade of numba or a
+        change of the source, an old or absent index says nothing certain: this is a hint for
+        people, no more.
     """
     layers = root or Path(__file__).resolve().parent.parent
     return tuple(
-        f"{kernels.parent.name}.{kernels.stem}"
+        ".".join(kernels.relative_to(layers).with_suffix("").parts)
         for layer in ("geometries", "em", "navigation")
-        for kernels in sorted((layers / layer).glob("_*_kernels.py"))
+        for kernels in sorted((layers / layer).rglob("_*_kernels.py"))
         if not any((kernels.parent / "__pycache__").glob(f"{kernels.stem}.*.nbi"))
     )

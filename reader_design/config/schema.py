@@ -22,6 +22,7 @@ from octant.reader_design.config.room import (
 
 AntennaKind = Literal["dipole", "monopole", "isotropic_theta"]
 ReaderAntenna = Literal["dipole", "monopole"]
+ReaderModel = Literal["fullwave", "rays", "isolated"]
 
 
 class Radio(Table, frozen=True, kw_only=True):
@@ -90,15 +91,22 @@ class Reader(Table, frozen=True, kw_only=True):
     antennas : int
         Number of antennas, at least 3.
     gap_m : float
-        Lower end of a dipole above the ground plane [m].
+        Lower end of a dipole, or a monopole's own plane, above the ground plane [m].
     monopole_plane_m : float
         Side of each monopole's own plane [m]; 0: it stands on the reader's ground plane.
     height_m : float
         Ground plane above the floor [m].
     load_ohm : float
         Load of each antenna [ohm].
+    wire_radius_m : float
+        Radius of the antennas' wire [m].
+    feed_gap_m : float
+        Length of the antennas' feed [m]; 0 is a delta gap.
+    cells_per_wavelength : float
+        Elements of the full-wave mesh per wavelength [-]; 14 for final figures.
     response : str
-        ``rays`` or ``isolated``: how the reader's own body enters.
+        ``fullwave`` (method of moments), or the approximations ``rays`` and ``isolated``, which
+        know neither load, wire nor feed: how the reader's own body enters.
     """
 
     antenna: ReaderAntenna = "dipole"
@@ -113,7 +121,10 @@ class Reader(Table, frozen=True, kw_only=True):
     monopole_plane_m: NotNegative = 0.04
     height_m: Positive = 0.3
     load_ohm: Positive = 50.0
-    response: Literal["rays", "isolated"] = "rays"
+    wire_radius_m: Positive = 0.0005
+    feed_gap_m: NotNegative = 0.0057
+    cells_per_wavelength: Annotated[float, Meta(ge=4.0, le=40.0)] = 10.0
+    response: ReaderModel = "fullwave"
 
 
 class Sweep(Table, frozen=True, kw_only=True):

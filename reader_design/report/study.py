@@ -6,12 +6,21 @@ from pathlib import Path
 
 import numpy as np
 
+from octant.em.response_comparison import ResponseDifference
+from octant.reader_design.report.approximations import approximation_table
 from octant.reader_design.report.html import Report, ReportFigure, ReportSection, ReportTable
 from octant.reader_design.report.score_tables import SCORE_MEANINGS, merit_table, score_table
+from octant.reader_design.report.thesis import (
+    Claim,
+    claim_sentence,
+    claim_table,
+    thesis_claims,
+)
 from octant.reader_design.store import versions
 from octant.reader_design.study.mission_stage import RoomMission
 from octant.reader_design.sweep.cells import Cell, SweepContext
 from octant.reader_design.sweep.choice import Candidate, Choice, Criteria
+from octant.reader_design.sweep.design import FULLWAVE
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -32,6 +41,8 @@ class StudyContent:
         One for each room.
     notes : tuple of str
         What the user should know: tags that were moved, validity of models.
+    approximations : tuple of ResponseDifference
+        How far the approximate responses are off for the chosen reader ([dB], [-]).
     study_toml : str
         The resolved study.
     quick : bool
@@ -49,11 +60,18 @@ class StudyContent:
     study_toml: str
     quick: bool
     seconds: float
+    approximations: tuple[ResponseDifference, ...] = ()
 
     @property
     def chosen(self) -> Candidate:
         """The chosen design with its scores ([rad], [dB], [W], [-])."""
         return self.candidates[self.choice.chosen]
+
+    @property
+    def claims(self) -> tuple[Claim, ...]:
+        """Claims of the thesis that the sweep tests, numbers with their units [-]."""
+        power_w = self.context.study.radio.tag_power_w
+        return thesis_claims(self.cells, self.candidates, self.choice, tag_power_w=power_w)
 
     @property
     def candidates_antennas(self) -> int:
@@ -109,8 +127,10 @@ def study_report(content: StudyContent, figures: dict[str, list[tuple[str, str, 
     """
     study, chosen = content.context.study, content.chosen
     failed = [c for c in content.cells if c.reason]
+    claims = content.claims
     summary = (
         *content.choice.reason[:-1],
+        *((claim_sentence(claims),) if claims else ()),
         *(mission_sentence(m) for m in content.missions),
     )
     count = len(content.cells)
@@ -135,6 +155,9 @@ def study_report(content: StudyContent, figures: dict[str, list[tuple[str, str, 
                 ReportSection(
                     heading="The chosen reader",
                     points=_design_points(content),
+                    tables=(approximation_table(content.approximations),)
+                    if content.approximations
+                    else (),
                     figures=_embedded(figures, "reader"),
                 ),
                 ReportSection(
@@ -193,6 +216,8 @@ def _sweep_section(content: StudyContent, figures: tuple[ReportFigure, ...]) -> 
                 words=True,
             )
         )
+    if claims := content.claims:
+        tables.append(claim_table(claims))
     sampling = content.context.sampling
     text = (
         f"Every design is scored at horizontal distances of {sampling.nearest_m:g} to "
@@ -245,6 +270,16 @@ def _design_points(content: StudyContent) -> tuple[str, ...]:
     ]
     if design.antenna == "dipole":
         points.append(f"lower end of the dipoles {1000 * design.gap_m:.3g} mm above the plane")
+    elif own_m := design.body().fitted_monopole_plane_m:
+        points.append(
+            f"each monopole on its own plane of {100 * own_m:.3g} cm, {1000 * design.gap_m:.3g} mm "
+            "above the ground plane"
+        )
+    if content.context.study.reader.response == FULLWAVE:
+        points.append(
+            f"wire of {1000 * design.wire_radius_m:.3g} mm radius, feeds of "
+            f"{1000 * design.feed_gap_m:.3g} mm, loads of {design.load_ohm:g} ohm"
+        )
     points += list(design.notes())
     return tuple(points)
 

@@ -34,6 +34,8 @@ if TYPE_CHECKING:
 def collected_warnings() -> Iterator[list[str]]:
     """Yield a list that holds each PhysicsWarning once, as text, when the block is left [-].
 
+    Warnings of other classes are passed on then.
+
     Yields
     ------
     list of str
@@ -44,6 +46,9 @@ def collected_warnings() -> Iterator[list[str]]:
         warnings.simplefilter("always", PhysicsWarning)
         yield found
     found += dict.fromkeys(str(w.message) for w in caught if issubclass(w.category, PhysicsWarning))
+    for other in caught:
+        if not issubclass(other.category, PhysicsWarning):
+            warnings.warn_explicit(other.message, other.category, other.filename, other.lineno)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -137,6 +142,7 @@ def mission_stage(
             "octant": versions()["octant_version"],
             "design": design_key,
             "response": study.reader.response,
+            "cells_per_wavelength": study.reader.cells_per_wavelength,
             "scene": scene_fingerprint(built),
             "mission": msgspec.to_builtins(mission_table(study)),
             "radio": msgspec.to_builtins(study.radio),

@@ -1,6 +1,7 @@
 """The one results file of a study: scores, RSS of all designs, maps and missions, with names."""
 
 import json
+from dataclasses import asdict
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -94,6 +95,9 @@ def study_dataset(content: StudyContent, room_map: RoomMap) -> "xr.Dataset":
             "notes": json.dumps(content.notes),
             "map_heading_deg": float(maps.attrs["heading_deg"]),
             "quick": int(content.quick),
+            "response": content.context.study.reader.response,
+            "approximations": json.dumps([asdict(e) for e in content.approximations]),
+            "thesis_claims": json.dumps([asdict(c) for c in content.claims]),
         },
     )
 

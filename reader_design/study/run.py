@@ -19,7 +19,9 @@ from octant.geometries.errors import ConfigError, SweepStateError
 from octant.reader_design.config.loading import to_toml
 from octant.reader_design.config.schema import Layout, Study
 from octant.reader_design.progress import Progress
+from octant.reader_design.report.approximations import approximation_errors
 from octant.reader_design.report.study import StudyContent, mission_sentence, study_report
+from octant.reader_design.report.thesis import claim_sentence
 from octant.reader_design.rooms.study_scene import StudyScene, build_study_scene
 from octant.reader_design.store import versions, whole_file, write_dataset, write_text
 from octant.reader_design.study.map_stage import RoomMap, map_stage
@@ -30,7 +32,7 @@ from octant.reader_design.sweep.design import content_hash, design_responses
 from octant.reader_design.sweep.run import plan_sweep, run_sweep
 from octant.reader_design.sweep.samples import Sampling
 from octant.reader_design.tables import put_table
-from octant.reader_design.verbs.arguments import DRIVE_KERNELS
+from octant.reader_design.verbs.arguments import DRIVE_KERNELS, kernels_for
 
 QUICK_RUNS = 3
 """Runs of a mission in a quick look [-]."""
@@ -81,8 +83,10 @@ class StudyOutcome:
             Which design was chosen and why, how the missions went, where the report is.
         """
         failed = [f"No scores for {label}: {reason}" for label, reason in self.failed]
+        claims = self.content.claims
         return (
             *self.content.choice.reason,
+            *([claim_sentence(claims)] if claims else []),
             *failed,
             *(mission_sentence(m) for m in self.content.missions),
             f"Report: {self.report}",
@@ -138,7 +142,7 @@ def run_study(
         rooms = list(_rooms(study, context.built))
         for note in dict.fromkeys(n for _, _, built in rooms for n in built.notes):
             progress.say(note)
-        progress.announce_compilation(DRIVE_KERNELS)
+        progress.announce_compilation(kernels_for(study.reader.response, *DRIVE_KERNELS))
         write_text(out_dir / "study.toml", text)
         cells = run_sweep(
             plan_sweep(context), out_dir / "cells", executor=executor, progress=progress
@@ -154,6 +158,7 @@ def run_study(
         chosen = scored[choice.chosen]
         progress.say(choice.reason[0])
         responses = design_responses(study, chosen.design)
+        approximations = approximation_errors(context, chosen.design)
         stages = out_dir / "stages"
         room_map = map_stage(
             context, responses, cell_key=chosen.key, folder=stages, progress=progress
@@ -185,6 +190,7 @@ def run_study(
         study_toml=text,
         quick=quick,
         seconds=time.perf_counter() - began,
+        approximations=approximations,
     )
     _publish(content, room_map, rooms, out_dir, force=force, progress=progress)
     return StudyOutcome(content=content, folder=out_dir, report=out_dir / "report.html")

@@ -37,7 +37,7 @@ from octant.reader_design.sweep.scores import USABLE_DBM, Scores, score_rss
 
 FloatArray = npt.NDArray[np.float64]
 
-CELL_FORMAT = 1
+CELL_FORMAT = 2
 """Raised when the meaning of a cell changes, so that old files are computed again."""
 
 
@@ -179,6 +179,7 @@ def cell_key(context: SweepContext, design: ReaderDesign, *, fingerprint: str) -
             "octant": versions()["octant_version"],
             "design": design.as_dict(),
             "response": study.reader.response,
+            "cells_per_wavelength": study.reader.cells_per_wavelength,
             "frequencies_hz": list(study.radio.frequencies_hz),
             "tag_power_w": study.radio.tag_power_w,
             "max_reflections": study.solver.max_reflections,

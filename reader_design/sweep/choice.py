@@ -324,6 +324,12 @@ def _model_sentence(model: str) -> str:
             '(response = "isolated"), so neither the plates nor the ground plane act and '
             "designs that differ in them only cannot be told apart."
         )
+    if model == "fullwave":
+        return (
+            "The reader's own body was solved by the method of moments "
+            '(response = "fullwave"): coupling, mismatch to the loads and diffraction at its edges '
+            "are in the ranking; thickness and losses of its metal, and the robot below, are not."
+        )
     return f'The reader\'s own body was modelled with response = "{model}".'
 
 

@@ -2,13 +2,40 @@
 
 import hashlib
 import json
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
-from typing import Any
+from typing import Any, TypedDict
 
 from octant.em.antennas import Antenna, make_antenna
+from octant.em.fullwave.mesh import CELLS_PER_WAVELENGTH, FEED_GAP_M, WIRE_RADIUS_M
 from octant.em.reader_response import ReaderResponse, reader_response
+from octant.em.response_cache import ReaderSolution, cached_responses
 from octant.geometries.reader_body import GroundPlaneShape, ReaderBody, reader_body
 from octant.reader_design.config.schema import Reader, Study
+
+FULLWAVE = "fullwave"
+"""The model that solves for the currents on the reader [-]."""
+
+
+class Feed(TypedDict):
+    """How antennas stand and are fed, as keyword arguments of the full-wave solver.
+
+    Attributes
+    ----------
+    gap_m : float
+        Lower end of a dipole, or a monopole's own plane, above the ground plane [m].
+    load_ohm : float
+        Load of each antenna [ohm].
+    wire_radius_m : float
+        Radius of the wire [m].
+    feed_gap_m : float
+        Length of the feed [m].
+    """
+
+    gap_m: float
+    load_ohm: float
+    wire_radius_m: float
+    feed_gap_m: float
 
 
 def canonical_json(value: Any) -> str:  # noqa: ANN401  any tree of plain values
@@ -78,13 +105,18 @@ class ReaderDesign:
     antennas : int
         Number of antennas [-], at least 3.
     gap_m : float
-        Lower end of a dipole above the ground plane [m].
+        Lower end of a dipole, or a monopole's own plane, above the ground plane [m]; the model
+        ``rays`` puts monopoles on the ground plane itself.
     monopole_plane_m : float
         Side of each monopole's own plane [m]; 0: it stands on the reader's ground plane.
     height_m : float
         Ground plane above the floor [m].
     load_ohm : float
         Load of each antenna [ohm].
+    wire_radius_m : float
+        Radius of the antennas' wire [m].
+    feed_gap_m : float
+        Length of the antennas' feed [m]; 0 is a delta gap.
     """
 
     antenna: str
@@ -100,6 +132,8 @@ class ReaderDesign:
     monopole_plane_m: float
     height_m: float
     load_ohm: float
+    wire_radius_m: float = WIRE_RADIUS_M
+    feed_gap_m: float = FEED_GAP_M
 
     def label(self) -> str:
         """Return the design's human name, lengths in [cm], e.g. ``dipole r_a = 10 cm h_p = 8 cm``.
@@ -178,7 +212,13 @@ class ReaderDesign:
         """
         return make_antenna(self.antenna, frequency_hz, length_m=self.antenna_length_m)
 
-    def response(self, frequency_hz: float, model: str) -> ReaderResponse:
+    def response(
+        self,
+        frequency_hz: float,
+        model: str,
+        *,
+        cells_per_wavelength: float = CELLS_PER_WAVELENGTH,
+    ) -> ReaderResponse:
         """Return the embedded patterns of all antennas at a frequency [Hz].
 
         Parameters
@@ -186,7 +226,10 @@ class ReaderDesign:
         frequency_hz : float
             Frequency [Hz].
         model : str
-            ``rays`` or ``isolated``; see :func:`octant.em.reader_response.reader_response`.
+            ``fullwave``, ``rays`` or ``isolated``; see
+            :func:`octant.em.reader_response.reader_response` for the two approximations.
+        cells_per_wavelength : float
+            Elements of the full-wave mesh per wavelength [-].
 
         Returns
         -------
@@ -198,11 +241,62 @@ class ReaderDesign:
         GeometryError, AntennaError
             When the design cannot be built or the model cannot take it.
         """
+        if model == FULLWAVE:
+            cells = cells_per_wavelength
+            return self.solutions((frequency_hz,), cells_per_wavelength=cells)[0].response
         return reader_response(
             self.body(),
             self.element(frequency_hz),
             model=model,
             gap_m=self.gap_m if self.antenna == "dipole" else 0.0,
+        )
+
+    def solutions(
+        self,
+        frequencies_hz: Sequence[float],
+        *,
+        cells_per_wavelength: float = CELLS_PER_WAVELENGTH,
+    ) -> tuple[ReaderSolution, ...]:
+        """Return the full-wave solution at each frequency [Hz], from disk where it is known.
+
+        Parameters
+        ----------
+        frequencies_hz : sequence of float
+            Frequencies [Hz]; antennas without a length are resonant at the first.
+        cells_per_wavelength : float
+            Elements of the mesh per wavelength [-].
+
+        Returns
+        -------
+        tuple of ReaderSolution
+            Patterns, matrices and powers.
+
+        Raises
+        ------
+        GeometryError, AntennaError
+            When the design cannot be built, meshed or solved.
+        """
+        return cached_responses(
+            self.body(),
+            self.element(frequencies_hz[0]),
+            frequencies_hz,
+            cells_per_wavelength=cells_per_wavelength,
+            **self.feed(),
+        )
+
+    def feed(self) -> Feed:
+        """Return how the antennas stand and are fed, as the full-wave solver takes it [m], [ohm].
+
+        Returns
+        -------
+        Feed
+            Keyword arguments of the solver.
+        """
+        return Feed(
+            gap_m=self.gap_m,
+            load_ohm=self.load_ohm,
+            wire_radius_m=self.wire_radius_m,
+            feed_gap_m=self.feed_gap_m,
         )
 
     def notes(self) -> tuple[str, ...]:
@@ -232,7 +326,8 @@ def design_of(reader: Reader) -> ReaderDesign:
     Parameters
     ----------
     reader : Reader
-        The table; its ``response`` says how to compute, not what to build, and is left out.
+        The table; ``response`` and ``cells_per_wavelength`` say how to compute, not what to
+        build, and are left out.
 
     Returns
     -------
@@ -252,6 +347,8 @@ def design_of(reader: Reader) -> ReaderDesign:
         monopole_plane_m=reader.monopole_plane_m,
         height_m=reader.height_m,
         load_ohm=reader.load_ohm,
+        wire_radius_m=reader.wire_radius_m,
+        feed_gap_m=reader.feed_gap_m,
     )
 
 
@@ -277,5 +374,9 @@ def design_responses(study: Study, design: ReaderDesign) -> tuple[ReaderResponse
         When the design cannot be built.
     """
     cut = replace(design, antenna_length_m=design.element(study.radio.frequency_hz).length_m)
-    model = study.reader.response
-    return tuple(cut.response(f, model) for f in study.radio.frequencies_hz)
+    model, frequencies = study.reader.response, study.radio.frequencies_hz
+    if model != FULLWAVE:
+        return tuple(cut.response(f, model) for f in frequencies)
+    cells = study.reader.cells_per_wavelength
+    solutions = cut.solutions(frequencies, cells_per_wavelength=cells)
+    return tuple(solution.response for solution in solutions)

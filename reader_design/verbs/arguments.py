@@ -62,6 +62,26 @@ POWER_KERNELS = ("em._power_kernels", "em._response_kernels")
 """Kernels that received power needs."""
 DRIVE_KERNELS = (*POWER_KERNELS, "navigation._fuzzy_kernels")
 """Kernels that missions need."""
+FULLWAVE_KERNELS = ("em.fullwave._rwg_kernels", "em.fullwave._far_kernels")
+"""Kernels that the full-wave response of the reader needs."""
+
+
+def kernels_for(model: str, *needed: str) -> tuple[str, ...]:
+    """Return the kernels that are needed, with those of the reader's model.
+
+    Parameters
+    ----------
+    model : str
+        ``reader.response`` of the study [-].
+    *needed : str
+        Kernels that are needed in any case.
+
+    Returns
+    -------
+    tuple of str
+        For :meth:`octant.reader_design.progress.Progress.announce_compilation` [-].
+    """
+    return (*FULLWAVE_KERNELS, *needed) if model == "fullwave" else needed
 
 
 def common_options(command: Decorated) -> Decorated:

@@ -12,7 +12,13 @@ import numpy.typing as npt
 
 from octant.geometries.errors import ConfigError
 from octant.reader_design.progress import Progress
-from octant.reader_design.verbs.arguments import PATH_KERNELS, POINT, POWER_KERNELS, common_options
+from octant.reader_design.verbs.arguments import (
+    PATH_KERNELS,
+    POINT,
+    POWER_KERNELS,
+    common_options,
+    kernels_for,
+)
 
 if TYPE_CHECKING:
     from octant.em.antennas import Antenna
@@ -284,7 +290,7 @@ def rss(
     progress = Progress(quiet=quiet)
     for note in built.notes:
         progress.say(note)
-    progress.announce_compilation(POWER_KERNELS)
+    progress.announce_compilation(kernels_for(loaded.reader.response, *POWER_KERNELS))
     link = tag_link(loaded, built, tag, study_responses(loaded))
     radians = given * (1.0, 1.0, np.pi / 180.0)
     header = ["x_m", "y_m", "heading_deg", *(f"rss_{i + 1}_w" for i in range(link.antennas))]

@@ -29,7 +29,7 @@ def test_minimal_study_gets_the_documented_defaults():
     study = parsed(MINIMAL)
     assert study.radio.frequencies_hz == (2.4e9,)
     assert study.reader.antenna_radius_m == 0.10
-    assert study.reader.response == "rays"
+    assert study.reader.response == "fullwave"
     assert study.solver.max_reflections == 3
     assert study.solver.standoff_m == 0.05
     assert study.room.material == "concrete"
@@ -88,8 +88,8 @@ def test_built_in_study_is_the_thesis():
         (MINIMAL + '[room.materials]\n"a b" = {nme = "x"}\n', ["room.materials.'a b'", "'name'"]),
         (MINIMAL + 'material = {wals = "concrete"}\n', ["room.material.wals", "'walls'"]),
         (
-            MINIMAL + '[reader]\nresponse = "fullwave"\n',
-            ["reader.response", "'fullwave'", "rays", "isolated"],
+            MINIMAL + '[reader]\nresponse = "fulwave"\n',
+            ["reader.response", "'fulwave'", "did you mean 'fullwave'", "rays", "isolated"],
         ),
         (MINIMAL + TAG + MISSION.replace("9", "7"), ["mission.tags[0]", "'0xFFF7'", "'0xFFF9'"]),
     ],

@@ -94,5 +94,13 @@ def test_built_in_study_reads_back():
 
 def test_every_default_is_written_out():
     text = to_toml(parse_study('name="x"\n[room]\nbox_m=[5,5,3]\n', source="s", directory=Path()))
-    for line in ("seed = 1", "tag_power_w = 1.0", "max_reflections = 3", 'response = "rays"'):
+    for line in (
+        "seed = 1",
+        "tag_power_w = 1.0",
+        "max_reflections = 3",
+        'response = "fullwave"',
+        "wire_radius_m = 0.0005",
+        "feed_gap_m = 0.0057",
+        "cells_per_wavelength = 10.0",
+    ):
         assert line in text.splitlines()

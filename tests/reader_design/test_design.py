@@ -62,6 +62,8 @@ def test_equal_designs_have_equal_keys_and_every_parameter_changes_the_key():
         "monopole_plane_m": 0.0,
         "height_m": 0.4,
         "load_ohm": 75.0,
+        "wire_radius_m": 0.001,
+        "feed_gap_m": 0.0,
     }
     assert set(changes) == {f.name for f in dataclasses.fields(ReaderDesign)}
     keys = {dataclasses.replace(THESIS, **{n: v}).key() for n, v in changes.items()}
@@ -141,3 +143,42 @@ def test_antennas_keep_their_length_over_the_hopping_channels():
     cut = dataclasses.replace(design, antenna_length_m=299792458.0 / 2.4e9 / 2)
     np.testing.assert_array_equal(second.pattern, cut.response(2.48e9, "isolated").pattern)
     assert not np.array_equal(second.pattern, design.response(2.48e9, "isolated").pattern)
+
+
+def test_defaults_of_the_study_file_are_those_of_the_solver():
+    from octant.em.fullwave import mesh
+
+    reader = parse_study(HOPPING, source="test", directory=Path.cwd()).reader
+    assert reader.wire_radius_m == mesh.WIRE_RADIUS_M
+    assert reader.feed_gap_m == mesh.FEED_GAP_M
+    assert reader.cells_per_wavelength == mesh.CELLS_PER_WAVELENGTH
+
+
+# Four antennas without plates on a coarse mesh: a second or two, which is all that is needed here.
+SMALL = """
+name = "small"
+[room]
+free_space = true
+[reader]
+antennas = 4
+antenna_radius_m = 0.08
+plate_height_m = 0.0
+cells_per_wavelength = 6
+"""
+
+
+def test_full_wave_is_the_default_and_the_load_counts():
+    study = parse_study(SMALL, source="test", directory=Path.cwd())
+    (response,) = design_responses(study, design_of(study.reader))
+    assert response.model == "fullwave"
+    assert response.antennas == 4
+    text = SMALL + "load_ohm = 200.0\n"
+    other = parse_study(text, source="test", directory=Path.cwd())
+    (loaded,) = design_responses(other, design_of(other.reader))
+    assert not np.allclose(loaded.pattern, response.pattern, rtol=0.05)
+
+
+def test_antenna_that_touches_a_plate_is_refused_by_the_full_wave_model():
+    design = dataclasses.replace(THESIS, antenna_radius_m=0.002)
+    with pytest.raises(GeometryError, match="touches"):
+        design.response(2.4e9, "fullwave")

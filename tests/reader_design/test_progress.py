@@ -48,6 +48,9 @@ def test_kernels_without_an_index_beside_them_are_uncompiled(tmp_path):
     assert uncompiled_kernels(tmp_path) == ("em._field_kernels", "em._path_kernels")
     (tmp_path / "em" / "__pycache__" / "_path_kernels.trace-12.py311.nbi").write_text("")
     assert uncompiled_kernels(tmp_path) == ("em._field_kernels",)
+    (tmp_path / "em" / "fullwave").mkdir()
+    (tmp_path / "em" / "fullwave" / "_rwg_kernels.py").write_text("")
+    assert uncompiled_kernels(tmp_path) == ("em._field_kernels", "em.fullwave._rwg_kernels")
 
 
 def test_only_needed_kernels_are_announced(capsys, monkeypatch):

@@ -280,3 +280,50 @@ def test_layouts_whose_names_give_one_file_name_are_kept_apart(tmp_path):
     assert slugs == ["room", "a-b", "a-b-2"]
     stamp = json.loads((tmp_path / "stages" / "finished.json").read_text())
     assert {"missions-a-b.csv", "missions-a-b-2.csv"} <= set(stamp["files"])
+
+
+FULLWAVE = """
+name = "full wave"
+[room]
+free_space = true
+[[tag]]
+id = "A"
+position_m = [1.0, 1.0, 3.0]
+[reader]
+antennas = 4
+plate_height_m = 0.0
+cells_per_wavelength = 6
+[sweep]
+antenna_radius_m = [0.08]
+[map]
+spacing_m = 2.0
+"""
+
+
+def test_full_wave_study_says_how_far_the_approximations_are_off(tmp_path):
+    outcome = run_study(small(FULLWAVE), tmp_path / "out", quick=True)
+    off = {e.model: e for e in outcome.content.approximations}
+    assert set(off) == {"rays", "isolated"}
+    # isolated antennas are all alike, so that one in four guesses is right
+    assert off["isolated"].other_antenna_share == pytest.approx(0.75, abs=0.01)
+    assert off["rays"].strong_rms_db > 0.5
+    report = outcome.report.read_text("utf-8")
+    assert "How far the approximations are off" in report
+    assert f"{off['rays'].strong_rms_db:.1f}" in report
+    stored = read_dataset(tmp_path / "out" / "results.nc").attrs
+    assert stored["response"] == "fullwave"
+    assert {e["model"] for e in json.loads(stored["approximations"])} == {"rays", "isolated"}
+
+
+def test_design_that_the_full_wave_model_refuses_is_a_failed_cell_with_its_reason(tmp_path):
+    text = FULLWAVE.replace("[0.08]", "[0.08, 0.001]").replace(
+        "plate_height_m = 0.0", "plate_height_m = 0.05"
+    )
+    outcome = run_study(small(text), tmp_path / "out", quick=True)
+    ((label, reason),) = outcome.failed
+    assert "r_a = 0.1 cm" in label
+    assert "touches" in reason
+
+
+def test_approximate_study_is_not_compared(done):
+    assert done.content.approximations == ()

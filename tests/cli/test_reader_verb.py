@@ -1,0 +1,179 @@
+"""``octant reader``: what it prints and leaves, and what it refuses."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from octant.em.pattern_files.ffe import read_ffe
+from octant.em.pattern_files.touchstone import read_touchstone
+
+# Four antennas without plates on a coarse mesh, so that a solution takes a second.
+SMALL = """
+name = "small"
+[room]
+free_space = true
+[reader]
+antennas = 4
+antenna_radius_m = 0.08
+plate_height_m = 0.0
+cells_per_wavelength = 6
+load_ohm = 60.0
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("reader")
+
+
+@pytest.fixture(scope="module")
+def done(folder):
+    """One call whose files all tests of this module read."""
+    import contextlib
+    import io
+
+    from octant.reader_design.cli import run
+
+    study = folder / "study.toml"
+    study.write_text(SMALL)
+    out, err = io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        code = run(["reader", str(study), "--out", str(folder / "out"), "--step-deg", "10"])
+    assert code == 0, err.getvalue()
+    return out.getvalue()
+
+
+@pytest.fixture
+def data(done, folder):
+    assert done
+    with xr.open_dataset(folder / "out" / "reader.nc", engine="h5netcdf") as data:
+        yield data
+
+
+def complex_of(variable):
+    return variable.values[..., 0] + 1j * variable.values[..., 1]
+
+
+def test_file_has_the_shape_that_the_design_document_fixes(data):
+    assert data["pattern"].dims == ("antenna", "component", "theta", "phi", "part")
+    assert data["impedance_ohm"].dims == ("antenna", "part")
+    assert data["s_matrix"].dims == ("antenna", "antenna_2", "part")
+    np.testing.assert_allclose(data["theta_deg"], np.arange(0.0, 181.0, 10.0))
+    np.testing.assert_allclose(data["phi_deg"], np.arange(0.0, 361.0, 10.0))
+    assert list(data["component"].values) == ["theta", "phi"]
+    assert list(data["part"].values) == ["re", "im"]
+    for name, item in data.variables.items():
+        assert item.attrs["units"], name
+        assert item.attrs["long_name"], name
+    assert data.attrs["model"] == "fullwave"
+    assert 'name = "small"' in data.attrs["study"]
+
+
+def test_power_of_the_pattern_is_what_ports_and_balance_say(data):
+    # gain integrated over the sphere = radiated share = 1 - reflected - coupled
+    gain = np.abs(complex_of(data["pattern"])) ** 2
+    theta = np.radians(data["theta_deg"].values)
+    ring = gain.sum(axis=1)[:, :, :-1].mean(axis=2)
+    share = np.trapezoid(ring * np.sin(theta), theta, axis=1) / 2.0
+    s = complex_of(data["s_matrix"])
+    np.testing.assert_allclose(share, 1.0 - (np.abs(s) ** 2).sum(axis=0), rtol=0.01)
+    assert data.attrs["balance_error"] < 1e-3
+    np.testing.assert_allclose(s, s.T, atol=1e-6)
+
+
+def test_pattern_is_symmetric_and_its_phase_is_at_the_centre(data):
+    # a square reader of four antennas: antenna i + 1 is antenna i turned by 90 degrees
+    pattern = complex_of(data["pattern"])[..., :-1]
+    np.testing.assert_allclose(pattern[1], np.roll(pattern[0], 9, axis=-1), atol=1e-6)
+
+
+def test_impedance_and_s_matrix_belong_together(data):
+    z = complex_of(data["impedance_ohm"])
+    reflection = np.diagonal(complex_of(data["s_matrix"]))
+    np.testing.assert_allclose((z - 60.0) / (z + 60.0), reflection, atol=1e-6)
+
+
+def test_other_formats_hold_the_same_numbers(data, folder):
+    written = read_touchstone(folder / "out" / "reader.s4p")
+    np.testing.assert_allclose(written.s_matrices[0], complex_of(data["s_matrix"]), atol=1e-9)
+    assert written.reference_ohm == 60.0
+    assert written.frequencies_hz == [2.4e9]
+    pattern = complex_of(data["pattern"])[..., :-1]
+    for i in range(4):
+        (table,) = read_ffe(folder / "out" / f"antenna_{i + 1}.ffe")
+        np.testing.assert_allclose(table.field[:, 1:-1], pattern[i][:, 1:-1], atol=1e-6)
+        assert table.kind == "realised_gain"
+
+
+def test_table_tells_impedance_s_matrix_power_and_unknowns(done, data):
+    z = complex_of(data["impedance_ohm"])[0]
+    assert f"{z.real:.1f}{z.imag:+.1f}j" in done
+    assert f"{data.attrs['unknowns']} unknowns" in done
+    assert "|S| [dB]" in done
+    assert "Power balance" in done
+    assert "A single dipole alone" in done
+
+
+def test_figures_are_there(done, folder):
+    assert "figures" in done
+    names = {p.name for p in (folder / "out" / "figures").iterdir()}
+    assert names == {
+        "element.png",
+        "cuts.png",
+        "gain_antenna_1.png",
+        "s_matrix.png",
+        "currents_antenna_1.png",
+    }
+
+
+def test_what_is_there_is_not_overwritten(octant, done, folder):
+    assert "reader.nc" in done
+    line = octant("reader", folder / "study.toml", "--out", folder / "out").refused()
+    assert "--force" in line
+
+
+def test_approximate_models_give_patterns_only(octant, study_file, tmp_path):
+    out = tmp_path / "out"
+    call = octant(
+        "reader", study_file(SMALL), "--out", out, "--model", "isolated", "--step-deg", 15
+    )
+    assert call.code == 0
+    assert "patterns only" in call.out
+    assert "isolated antennas" in call.err
+    assert not list(out.glob("*.s4p"))
+    with xr.open_dataset(out / "reader.nc", engine="h5netcdf") as data:
+        assert "s_matrix" not in data
+        gain = np.abs(complex_of(data["pattern"])) ** 2
+    assert gain.sum(axis=1).max() == pytest.approx(1.641, abs=0.001)  # Balanis (4-91)
+    assert 'response = "isolated"' in (out / "study.toml").read_text()
+
+
+def test_convergence_solves_finer_meshes_and_says_what_changes(
+    octant, study_file, tmp_path, monkeypatch
+):
+    from octant.reader_design.verbs import reader
+
+    assert reader.DENSITIES == (8.0, 10.0, 14.0)
+    monkeypatch.setattr(reader, "DENSITIES", (4.0, 5.0, 6.0))
+    call = octant(
+        "reader", study_file(SMALL), "--out", tmp_path / "o", "--convergence", "--step-deg", 30
+    )
+    assert call.code == 0
+    assert "1/4 wavelength" in call.out
+    assert "1/6 wavelength" in call.out
+    assert " dB where strong" in call.out
+
+
+@pytest.mark.parametrize(
+    ("text", "options", "words"),
+    [
+        (SMALL, ["--step-deg", "7"], "must divide 180"),
+        (SMALL, ["--model", "rays", "--convergence"], "no mesh"),
+        (SMALL.replace("0.08", "0.001").replace("= 0.0\n", "= 0.08\n"), [], "touches"),
+        (SMALL + "feed_gap_m = 0.07\n", [], "feed_gap_m"),
+    ],
+)
+def test_bad_calls_are_refused_in_one_sentence(octant, study_file, tmp_path, text, options, words):
+    call = octant("reader", study_file(text), "--out", tmp_path / "out", "-q", *options)
+    assert words in call.refused()
+    assert not (tmp_path / "out").exists()
