@@ -43,6 +43,7 @@ def check_study(study: Study) -> None:
     _check_unique("layout", "name", [layout.name for layout in study.layouts])
     _check_tags(study.tags)
     _check_reader(study.reader, study.sweep)
+    _check_pattern_files(study.reader, study.sweep)
     if study.mission is not None:
         _check_mission(study.mission, study.tags)
     for path, spec in material_specs(study):
@@ -226,6 +227,31 @@ def _check_reader(reader: Reader, sweep: Sweep) -> None:
             if value in values[:i]:
                 msg = f"sweep.{key}[{i}] is {value!r} a second time; name every value once."
                 raise ConfigError(msg)
+
+
+def _check_pattern_files(reader: Reader, sweep: Sweep) -> None:
+    given = len(reader.pattern_files)
+    if reader.response != "files":
+        if given:
+            msg = (
+                f"reader.pattern_files names {given} files, but reader.response is "
+                f'{reader.response!r}; set reader.response = "files", or leave the files out.'
+            )
+            raise ConfigError(msg)
+        return
+    if given != reader.antennas:
+        msg = (
+            f"reader.pattern_files names {given} files, but the reader has {reader.antennas} "
+            "antennas; give one file for each, in their order."
+        )
+        raise ConfigError(msg)
+    for key in ("antenna", "antenna_radius_m", "plate_height_m"):
+        if len(getattr(sweep, key)) > 1:
+            msg = (
+                f'sweep.{key} has {len(getattr(sweep, key))} values, but reader.response = "files" '
+                "is one given reader; leave the sweep out."
+            )
+            raise ConfigError(msg)
 
 
 def _check_mission(mission: Mission, tags: Sequence[Tag]) -> None:

@@ -153,7 +153,7 @@ def resolved(study: Study, *, directory: Path) -> Study:
     def absolute(file: str) -> str:
         full = Path(os.path.normpath(directory / file))
         if not full.is_file():
-            msg = f"the mesh file {file!r} does not exist in {directory}; give an existing file."
+            msg = f"the file {file!r} does not exist in {directory}; give an existing file."
             raise ConfigError(msg)
         return str(full)
 
@@ -207,7 +207,9 @@ def _with_files(study: Study, convert: Any) -> Study:  # noqa: ANN401  str -> st
         return replace(layout, room=room, objects=of_objects(layout.objects))
 
     layouts = tuple(of_layout(layout) for layout in study.layouts)
-    return replace(study, room=of_room(study.room), layouts=layouts)
+    patterns = tuple(convert(file) for file in study.reader.pattern_files)
+    reader = replace(study.reader, pattern_files=patterns)
+    return replace(study, room=of_room(study.room), layouts=layouts, reader=reader)
 
 
 def _tidy_room(room: dict[str, Any]) -> None:

@@ -22,7 +22,7 @@ from octant.reader_design.config.room import (
 
 AntennaKind = Literal["dipole", "monopole", "isotropic_theta"]
 ReaderAntenna = Literal["dipole", "monopole"]
-ReaderModel = Literal["fullwave", "rays", "isolated"]
+ReaderModel = Literal["fullwave", "rays", "isolated", "files"]
 
 
 class Radio(Table, frozen=True, kw_only=True):
@@ -106,7 +106,11 @@ class Reader(Table, frozen=True, kw_only=True):
         Elements of the full-wave mesh per wavelength [-]; 14 for final figures.
     response : str
         ``fullwave`` (method of moments), or the approximations ``rays`` and ``isolated``, which
-        know neither load, wire nor feed: how the reader's own body enters.
+        know neither load, wire nor feed: how the reader's own body enters. ``files``: the reader
+        is given entirely by ``pattern_files``.
+    pattern_files : tuple of str
+        One file an antenna, measured or from another solver (FEKO .ffe, HFSS .ffd, CST .ffs, NEC
+        output, MSI/Planet, CSV), in the order of the antennas and in the reader's frame.
     """
 
     antenna: ReaderAntenna = "dipole"
@@ -125,6 +129,7 @@ class Reader(Table, frozen=True, kw_only=True):
     feed_gap_m: NotNegative = 0.0057
     cells_per_wavelength: Annotated[float, Meta(ge=4.0, le=40.0)] = 10.0
     response: ReaderModel = "fullwave"
+    pattern_files: tuple[Name, ...] = ()
 
 
 class Sweep(Table, frozen=True, kw_only=True):

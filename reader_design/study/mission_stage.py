@@ -24,7 +24,7 @@ from octant.reader_design.rooms.study_scene import StudyScene
 from octant.reader_design.store import dataset, read_dataset, variable, versions, write_dataset
 from octant.reader_design.study.missions import drive_missions, mission_table
 from octant.reader_design.sweep.cells import CELL_FORMAT, scene_fingerprint
-from octant.reader_design.sweep.design import content_hash
+from octant.reader_design.sweep.design import content_hash, response_inputs
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -141,8 +141,7 @@ def mission_stage(
             "format": CELL_FORMAT,
             "octant": versions()["octant_version"],
             "design": design_key,
-            "response": study.reader.response,
-            "cells_per_wavelength": study.reader.cells_per_wavelength,
+            **response_inputs(study),
             "scene": scene_fingerprint(built),
             "mission": msgspec.to_builtins(mission_table(study)),
             "radio": msgspec.to_builtins(study.radio),

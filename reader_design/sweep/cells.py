@@ -24,7 +24,12 @@ from octant.reader_design.config.schema import Study
 from octant.reader_design.rooms.study_scene import PlacedTag, StudyScene
 from octant.reader_design.store import versions
 from octant.reader_design.study.missions import tag_link
-from octant.reader_design.sweep.design import ReaderDesign, content_hash, design_responses
+from octant.reader_design.sweep.design import (
+    ReaderDesign,
+    content_hash,
+    design_responses,
+    response_inputs,
+)
 from octant.reader_design.sweep.samples import (
     Sampling,
     floor_points_m,
@@ -178,8 +183,7 @@ def cell_key(context: SweepContext, design: ReaderDesign, *, fingerprint: str) -
             "format": CELL_FORMAT,
             "octant": versions()["octant_version"],
             "design": design.as_dict(),
-            "response": study.reader.response,
-            "cells_per_wavelength": study.reader.cells_per_wavelength,
+            **response_inputs(study),
             "frequencies_hz": list(study.radio.frequencies_hz),
             "tag_power_w": study.radio.tag_power_w,
             "max_reflections": study.solver.max_reflections,

@@ -330,6 +330,8 @@ def _model_sentence(model: str) -> str:
             '(response = "fullwave"): coupling, mismatch to the loads and diffraction at its edges '
             "are in the ranking; thickness and losses of its metal, and the robot below, are not."
         )
+    if model == "files":
+        return "The reader is given by pattern files; the choice rests on what they say."
     return f'The reader\'s own body was modelled with response = "{model}".'
 
 

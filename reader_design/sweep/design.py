@@ -4,6 +4,7 @@ import hashlib
 import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
+from pathlib import Path
 from typing import Any, TypedDict
 
 from octant.em.antennas import Antenna, make_antenna
@@ -372,11 +373,52 @@ def design_responses(study: Study, design: ReaderDesign) -> tuple[ReaderResponse
     ------
     GeometryError, AntennaError
         When the design cannot be built.
+    PatternFileError
+        When ``reader.pattern_files`` cannot be read.
     """
     cut = replace(design, antenna_length_m=design.element(study.radio.frequency_hz).length_m)
     model, frequencies = study.reader.response, study.radio.frequencies_hz
+    if model == "files":
+        return tuple(_response_of_files(study, design, f) for f in frequencies)
     if model != FULLWAVE:
         return tuple(cut.response(f, model) for f in frequencies)
     cells = study.reader.cells_per_wavelength
     solutions = cut.solutions(frequencies, cells_per_wavelength=cells)
     return tuple(solution.response for solution in solutions)
+
+
+def _response_of_files(study: Study, design: ReaderDesign, frequency_hz: float) -> ReaderResponse:
+    """Return the response that a study gives by pattern files; the body only places antennas."""
+    from octant.em.pattern_files.reader import reader_from_pattern_files
+
+    body = design.body()
+    return reader_from_pattern_files(
+        study.reader.pattern_files,
+        azimuths_rad=body.element_azimuths_rad,
+        frequency_hz=frequency_hz,
+        phase_centres_m=body.element_feet_m,
+        load_ohm=design.load_ohm,
+    )
+
+
+def response_inputs(study: Study) -> dict[str, object]:
+    """Return what a response depends on besides its design and frequency, for content hashes [-].
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+
+    Returns
+    -------
+    dict
+        Model, mesh density and the hashes of the pattern files' contents.
+    """
+    return {
+        "response": study.reader.response,
+        "cells_per_wavelength": study.reader.cells_per_wavelength,
+        "pattern_files": [
+            hashlib.sha256(Path(file).read_bytes()).hexdigest()
+            for file in study.reader.pattern_files
+        ],
+    }

@@ -123,6 +123,13 @@ def _solved(
 ) -> tuple["ReaderResponse", "FullwaveResult | None"]:
     """Return the reader's response, and the solution behind it where the model has one."""
     frequency_hz = study.radio.frequency_hz
+    if model == "files":
+        from msgspec.structs import replace
+
+        from octant.reader_design.sweep.design import design_responses
+
+        at_carrier = replace(study, radio=replace(study.radio, channels_hz=()))
+        return design_responses(at_carrier, design)[0], None
     if model != "fullwave":
         return design.response(frequency_hz, model), None
     from octant.em.fullwave.response import fullwave_response
