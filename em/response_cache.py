@@ -35,6 +35,7 @@ from octant.em.fullwave.response import MODEL, fullwave_response, response_of
 from octant.em.fullwave.result import FullwaveResult
 from octant.em.reader_response import ReaderResponse
 from octant.geometries._arrays import frozen_array
+from octant.geometries.bodies import Body
 from octant.geometries.errors import AntennaError, CacheWarning
 from octant.geometries.reader_body import ReaderBody
 
@@ -132,6 +133,7 @@ def cached_responses(
     cells_per_wavelength: float = CELLS_PER_WAVELENGTH,
     wire_radius_m: float = WIRE_RADIUS_M,
     feed_gap_m: float = FEED_GAP_M,
+    surroundings: Sequence[Body] = (),
     folder: Path | None = None,
 ) -> tuple[ReaderSolution, ...]:
     """Return the full-wave solutions of a reader, read from disk or solved and kept; gains [-].
@@ -155,6 +157,8 @@ def cached_responses(
         Radius of the antennas' wire [m].
     feed_gap_m : float
         Length of the feed [m]; 0 is a delta gap.
+    surroundings : sequence of Body
+        Further perfectly conducting meshes near the reader, in its own frame [m].
     folder : Path, optional
         Where solutions are kept; default: ``responses`` in `cache_folder`.
 
@@ -183,7 +187,9 @@ def cached_responses(
     }
     # An interpolated solution depends on the band that it was interpolated in.
     band = [wanted[0], wanted[-1], NODES] if len(wanted) > NODES else []
-    keys = {f: _key(body, antenna, f, load_ohm, {"band": band, **setup}) for f in wanted}
+    numbers = {"band": band, "surroundings": [body_hash(b) for b in surroundings], **setup}
+    keys = {f: _key(body, antenna, f, load_ohm, numbers) for f in wanted}
+    setup["surroundings"] = tuple(surroundings)
     place = _folder(folder)
     found = {f: _read(place, keys[f]) for f in wanted}
     missing = [f for f in wanted if found[f] is None]
@@ -257,6 +263,18 @@ def _key(
         **numbers,
     }
     return hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()
+
+
+def body_hash(body: Body) -> str:
+    """Return the SHA-256 of a body's geometry, 64 hexadecimal digits [-].
+
+    Parameters
+    ----------
+    body : Body
+        Any body [m]; name and material do not count.
+    """
+    data = body.vertices_m.tobytes() + body.faces.tobytes()
+    return hashlib.sha256(data).hexdigest()
 
 
 def _solver_hash() -> str:

@@ -20,9 +20,10 @@ from octant.em.fullwave._strips import Strip, strip_cells, strip_triangles
 from octant.em.fullwave.refine import refined_mesh
 from octant.geometries._arrays import frozen_array
 from octant.geometries._checks import positive_number
-from octant.geometries._plane_geometry import weld
+from octant.geometries._plane_geometry import FloatArray, IntArray, weld
 from octant.geometries.bodies import Body
 from octant.geometries.errors import GeometryError
+from octant.geometries.occlusion import build_bvh, segments_blocked
 from octant.geometries.reader_body import MIN_ROUND_SIDES, ReaderBody, ground_plane_outline_m
 
 ElementKind = Literal["dipole", "monopole"]
@@ -222,7 +223,9 @@ def reader_mesh(
     pieces += plate_pieces(body, mesher)
     if own_plane_m > 0.0:
         pieces += plane_pieces(strips, own_plane_m, mesher)
-    pieces += [refined_mesh(b.vertices_m, b.faces, longest_m=coarse) for b in surroundings]
+    around = [refined_mesh(b.vertices_m, b.faces, longest_m=coarse) for b in surroundings]
+    beside = _beside_m(pieces, around)
+    pieces += around
     owners = [np.full(len(faces), -1) for _, faces in pieces]
     for index, strip in enumerate(strips):
         pieces.append(strip_triangles(strip))
@@ -242,7 +245,7 @@ def reader_mesh(
         phase_centres_m=centre,
         coarse_m=coarse,
         frequency_hz=frequency_hz,
-        warnings=_doubts(clearance),
+        warnings=(*_doubts(clearance), *_near_doubts(beside, coarse)),
     )
 
 
@@ -356,6 +359,43 @@ def _clearance_m(body: ReaderBody, strips: Sequence[Strip]) -> float:
             _refuse_contact(body, i, 0.0 if crossed else beside, f"antenna {k + 1}")
             least = min(least, beside)
     return least
+
+
+def _beside_m(
+    reader: Sequence[tuple[FloatArray, IntArray]], around: Sequence[tuple[FloatArray, IntArray]]
+) -> float:
+    """Return the least distance between corners of reader and surroundings [m]; refuse crossings.
+
+    Meshes that cross would have no common edge there, and no current could pass.
+    """
+    from scipy.spatial import cKDTree
+
+    least = math.inf
+    for vertices, faces in around:
+        for other_vertices, other_faces in reader:
+            for (v, f), (w, g) in (
+                ((vertices, faces), (other_vertices, other_faces)),
+                ((other_vertices, other_faces), (vertices, faces)),
+            ):
+                bvh = build_bvh(w[g], np.zeros(len(g), dtype=np.int64), extent_m=1.0)
+                starts, ends = v[f].reshape(-1, 3), v[f[:, [1, 2, 0]]].reshape(-1, 3)
+                if segments_blocked(bvh, starts, ends).any():
+                    msg = "surroundings cross the reader's ground plane or plates; move them apart."
+                    raise GeometryError(msg)
+            least = min(least, float(cKDTree(other_vertices).query(vertices)[0].min()))
+    return least
+
+
+def _near_doubts(beside_m: float, coarse_m: float) -> tuple[str, ...]:
+    """Return a warning when surroundings come nearer than one element."""
+    if beside_m >= coarse_m:
+        return ()
+    text = (
+        f"surroundings come within {1e3 * beside_m:.1f} mm of the reader, nearer than an element "
+        f"of {1e3 * coarse_m:.1f} mm: currents do not pass between them, and their coupling is "
+        "coarse"
+    )
+    return (text,)
 
 
 def _refuse_contact(body: ReaderBody, antenna: int, beside_m: float, what: str) -> None:

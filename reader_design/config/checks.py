@@ -11,6 +11,7 @@ from octant.reader_design.config.materials import (
     SURFACES,
     check_material,
     material_arguments,
+    material_label,
     material_specs,
 )
 from octant.reader_design.config.room import (
@@ -44,6 +45,7 @@ def check_study(study: Study) -> None:
     _check_tags(study.tags)
     _check_reader(study.reader, study.sweep)
     _check_pattern_files(study.reader, study.sweep)
+    _check_surroundings(study.reader)
     if study.mission is not None:
         _check_mission(study.mission, study.tags)
     for path, spec in material_specs(study):
@@ -227,6 +229,22 @@ def _check_reader(reader: Reader, sweep: Sweep) -> None:
             if value in values[:i]:
                 msg = f"sweep.{key}[{i}] is {value!r} a second time; name every value once."
                 raise ConfigError(msg)
+
+
+def _check_surroundings(reader: Reader) -> None:
+    if reader.objects and reader.response != "fullwave":
+        msg = (
+            f"reader.object stands near the reader, but reader.response is {reader.response!r}, "
+            'which leaves it out; set reader.response = "fullwave", or take the object away.'
+        )
+        raise ConfigError(msg)
+    for i, item in enumerate(reader.objects):
+        if material_label(item.material) not in ("pec", "metal"):
+            msg = (
+                f"reader.object[{i}].material is {material_label(item.material)!r}, but only a "
+                'conductor may stand near the reader; write "pec" or "metal".'
+            )
+            raise ConfigError(msg)
 
 
 def _check_pattern_files(reader: Reader, sweep: Sweep) -> None:

@@ -124,6 +124,7 @@ def to_toml(study: Study, *, relative_to: Path | None = None) -> str:
     tables = msgspec.to_builtins(_with_files(study, named))
     for room in [tables["room"], *(e["room"] for e in tables["layout"] if e["room"])]:
         _tidy_room(room)
+    tables["reader"]["object"] = tables["reader"]["object"] or None
     empty = [key for key in ("tag", "layout") if not tables[key]]
     return toml_text({key: value for key, value in tables.items() if key not in empty})
 
@@ -208,7 +209,7 @@ def _with_files(study: Study, convert: Any) -> Study:  # noqa: ANN401  str -> st
 
     layouts = tuple(of_layout(layout) for layout in study.layouts)
     patterns = tuple(convert(file) for file in study.reader.pattern_files)
-    reader = replace(study.reader, pattern_files=patterns)
+    reader = replace(study.reader, pattern_files=patterns, objects=of_objects(study.reader.objects))
     return replace(study, room=of_room(study.room), layouts=layouts, reader=reader)
 
 

@@ -111,6 +111,10 @@ class Reader(Table, frozen=True, kw_only=True):
     pattern_files : tuple of str
         One file an antenna, measured or from another solver (FEKO .ffe, HFSS .ffd, CST .ffs, NEC
         output, MSI/Planet, CSV), in the order of the antennas and in the reader's frame.
+    objects : tuple of RoomObject
+        The tables ``[[reader.object]]``: metal near the reader that rides with it, such as the
+        robot's body, in the reader's frame (origin at the ground plane's centre, z up). Full wave
+        only; it must not touch the reader, and takes the material ``pec`` or ``metal``.
     """
 
     antenna: ReaderAntenna = "dipole"
@@ -130,6 +134,7 @@ class Reader(Table, frozen=True, kw_only=True):
     cells_per_wavelength: Annotated[float, Meta(ge=4.0, le=40.0)] = 10.0
     response: ReaderModel = "fullwave"
     pattern_files: tuple[Name, ...] = ()
+    objects: tuple[RoomObject, ...] = msgspec.field(default=(), name="object")
 
 
 class Sweep(Table, frozen=True, kw_only=True):

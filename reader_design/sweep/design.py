@@ -10,9 +10,11 @@ from typing import Any, TypedDict
 from octant.em.antennas import Antenna, make_antenna
 from octant.em.fullwave.mesh import CELLS_PER_WAVELENGTH, FEED_GAP_M, WIRE_RADIUS_M
 from octant.em.reader_response import ReaderResponse, reader_response
-from octant.em.response_cache import ReaderSolution, cached_responses
+from octant.em.response_cache import ReaderSolution, body_hash, cached_responses
+from octant.geometries.bodies import Body
 from octant.geometries.reader_body import GroundPlaneShape, ReaderBody, reader_body
 from octant.reader_design.config.schema import Reader, Study
+from octant.reader_design.rooms.bodies import object_bodies
 
 FULLWAVE = "fullwave"
 """The model that solves for the currents on the reader [-]."""
@@ -31,12 +33,15 @@ class Feed(TypedDict):
         Radius of the wire [m].
     feed_gap_m : float
         Length of the feed [m].
+    surroundings : tuple of Body
+        Metal near the reader [m].
     """
 
     gap_m: float
     load_ohm: float
     wire_radius_m: float
     feed_gap_m: float
+    surroundings: tuple[Body, ...]
 
 
 def canonical_json(value: Any) -> str:  # noqa: ANN401  any tree of plain values
@@ -118,6 +123,8 @@ class ReaderDesign:
         Radius of the antennas' wire [m].
     feed_gap_m : float
         Length of the antennas' feed [m]; 0 is a delta gap.
+    surroundings : tuple of Body
+        Metal near the reader, such as the robot, in the reader's frame [m]; full wave only.
     """
 
     antenna: str
@@ -135,6 +142,7 @@ class ReaderDesign:
     load_ohm: float
     wire_radius_m: float = WIRE_RADIUS_M
     feed_gap_m: float = FEED_GAP_M
+    surroundings: tuple[Body, ...] = ()
 
     def label(self) -> str:
         """Return the design's human name, lengths in [cm], e.g. ``dipole r_a = 10 cm h_p = 8 cm``.
@@ -157,7 +165,8 @@ class ReaderDesign:
         dict
             Plain values, as :func:`content_hash` takes them.
         """
-        return asdict(self)
+        values = asdict(replace(self, surroundings=()))
+        return {**values, "surroundings": [body_hash(body) for body in self.surroundings]}
 
     def key(self) -> str:
         """Return the content hash of the design, 64 hexadecimal digits [-].
@@ -298,6 +307,7 @@ class ReaderDesign:
             load_ohm=self.load_ohm,
             wire_radius_m=self.wire_radius_m,
             feed_gap_m=self.feed_gap_m,
+            surroundings=self.surroundings,
         )
 
     def notes(self) -> tuple[str, ...]:
@@ -350,6 +360,7 @@ def design_of(reader: Reader) -> ReaderDesign:
         load_ohm=reader.load_ohm,
         wire_radius_m=reader.wire_radius_m,
         feed_gap_m=reader.feed_gap_m,
+        surroundings=object_bodies(reader.objects),
     )
 
 

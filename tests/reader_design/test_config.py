@@ -6,6 +6,7 @@ import pytest
 
 from octant.geometries.errors import ConfigError
 from octant.reader_design.config.loading import load_study, parse_study, to_toml
+from octant.reader_design.sweep.design import design_of
 
 MINIMAL = 'name = "x"\n[room]\nbox_m = [5, 5, 3]\n'
 TAG = '[[tag]]\nid = "0xFFF9"\nposition_m = [2.0, 0.5, 3.0]\n'
@@ -180,3 +181,26 @@ def test_mesh_files_are_looked_for_beside_the_study_file(tmp_path):
     assert 'mesh = "../lab.stl"' in written
     (out / "study.toml").write_text(written)
     assert load_study(out / "study.toml") == study
+
+
+NEAR = """
+[[reader.object]]
+kind = "box"
+size_m = [0.3, 0.3, 0.1]
+position_m = [-0.15, -0.15, -0.2]
+material = "{material}"
+"""
+
+
+def test_metal_near_the_reader_reaches_its_design_and_changes_its_key():
+    plain = parse_study(MINIMAL, source="s.toml", directory=Path())
+    near = parse_study(MINIMAL + NEAR.format(material="pec"), source="s.toml", directory=Path())
+    design = design_of(near.reader)
+    assert design.surroundings[0].bounds_m.tolist() == [[-0.15, -0.15, -0.2], [0.15, 0.15, -0.1]]
+    assert design.key() != design_of(plain.reader).key()
+
+
+def test_only_metal_may_stand_near_the_reader_and_only_full_wave_sees_it():
+    assert "reader.object[0].material" in refusal(MINIMAL + NEAR.format(material="wood"))
+    rays = '[reader]\nresponse = "rays"\n'
+    assert "reader.response" in refusal(MINIMAL + rays + NEAR.format(material="pec"))

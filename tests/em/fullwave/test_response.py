@@ -5,7 +5,9 @@ import pytest
 
 from octant.em.antennas import make_antenna
 from octant.em.fullwave.response import fullwave_response
-from octant.geometries.errors import AntennaError
+from octant.geometries.bodies import Body
+from octant.geometries.errors import AntennaError, GeometryError
+from octant.geometries.furniture import box
 from octant.geometries.reader_body import reader_body
 
 FREQUENCY_HZ = 2.4e9
@@ -35,3 +37,33 @@ def test_antennas_without_a_mesh_are_refused():
     ):
         with pytest.raises(AntennaError, match="no full-wave mesh"):
             fullwave_response(reader_body(), antenna)
+
+
+def test_a_floor_plate_below_the_reader_shades_what_goes_down():
+    """A plate of 0.3 m, 5 cm below a reader of 0.2 m, and the balance holds."""
+    a = 0.15
+    plate = Body(
+        name="plate",
+        vertices_m=[(x, y, -0.05) for x, y in ((-a, -a), (a, -a), (a, a), (-a, a))],
+        faces=[[0, 1, 2], [0, 2, 3]],
+        material="pec",
+    )
+    body = reader_body(plate_height_m=0.0)
+    dipole = make_antenna("dipole", FREQUENCY_HZ)
+    free, _ = fullwave_response(body, dipole, cells_per_wavelength=6.0)
+    near, result = fullwave_response(body, dipole, cells_per_wavelength=6.0, surroundings=(plate,))
+    phi = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
+    below = [np.sum(np.abs(r.far_field(np.radians(150.0), phi)) ** 2) for r in (free, near)]
+    assert below[1] < 0.7 * below[0]
+    assert result.balance_error < 1e-3
+
+
+def test_surroundings_that_cross_the_reader_are_refused():
+    post = box((0.02, 0.02, 0.1), material="pec", position_m=(0.0, 0.0, -0.05))
+    with pytest.raises(GeometryError, match="cross the reader"):
+        fullwave_response(
+            reader_body(plate_height_m=0.0),
+            make_antenna("dipole", FREQUENCY_HZ),
+            cells_per_wavelength=5.0,
+            surroundings=(post,),
+        )
