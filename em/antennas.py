@@ -60,14 +60,6 @@ class Antenna:
         """Wavelength in air [m]."""
         return SPEED_OF_LIGHT_M_PER_S / self.frequency_hz
 
-    @property
-    def peak_gain(self) -> float:
-        """Greatest gain [-] of a dipole up to 1.25 wavelengths (monopole: half): broadside."""
-        if self.kind == "isotropic_theta":
-            return 1.0
-        kernel = self.kernel_arrays()
-        return (kernel.amplitude * (1.0 - math.cos(kernel.half_length_rad))) ** 2
-
     def kernel_arrays(self) -> AntennaArrays:
         """Return the antenna as the kernels take it, lengths in radians [rad]."""
         half_length_rad, amplitude = 0.0, 1.0

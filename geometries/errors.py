@@ -37,10 +37,6 @@ class SweepStateError(OctantError, RuntimeError):
     """The files of a sweep contradict each other or the study they are said to belong to."""
 
 
-class MissingExtraError(OctantError, ImportError):
-    """An optional dependency is needed; the message names the extra that installs it."""
-
-
 class PhysicsWarning(UserWarning):
     """A model is used outside the range in which it is known to hold."""
 

@@ -250,31 +250,6 @@ def read_dataset(path: Path) -> "xr.Dataset":
         raise ConfigError(msg) from exc
 
 
-def complex_values(stored: "xr.DataArray") -> npt.NDArray[np.complex128]:
-    """Return the complex numbers of a variable whose last dimension is ``part``.
-
-    Parameters
-    ----------
-    stored : xarray.DataArray
-        A stored complex variable, in any unit [-].
-
-    Returns
-    -------
-    ndarray of complex128
-        Same unit, without the last dimension.
-
-    Raises
-    ------
-    ValueError
-        When the last dimension is not ``part``.
-    """
-    if not stored.dims or stored.dims[-1] != "part":
-        msg = f"The last dimension is {stored.dims[-1:]}, but a complex variable ends in 'part'."
-        raise ValueError(msg)
-    values = stored.to_numpy().astype(np.float64)
-    return np.asarray(values[..., 0] + 1j * values[..., 1])
-
-
 def versions() -> dict[str, str]:
     """Return the versions that decide numbers, for the attributes of a result.
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from octant.navigation.metrics import percentile_curve
 from octant.reader_design.figures.common import (
     antenna_legend,
     draw_antennas,
@@ -239,8 +240,7 @@ def percentile_figure(drives: Sequence[tuple[str, Drive]], *, title: str) -> "Fi
                 known = error[np.isfinite(error)]
                 if known.size:
                     ax.plot(
-                        share,
-                        np.percentile(known, share),
+                        *percentile_curve(known, share),
                         label=name,
                         linestyle=("-", "--", "-.", ":")[k % 4],
                     )

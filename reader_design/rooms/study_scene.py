@@ -158,28 +158,6 @@ def build_study_scene(study: Study, layout: Layout | None = None) -> StudyScene:
     )
 
 
-def check_layouts(study: Study) -> None:
-    """Return nothing; refuse a study of which one of the rooms cannot be used.
-
-    A long run calls this first, so that a tag inside a wall of the last layout is not found at the
-    end.
-
-    Parameters
-    ----------
-    study : Study
-        A study from `load_study` [m].
-
-    Raises
-    ------
-    ConfigError
-        As `build_study_scene`, for the study's room or any layout.
-    GeometryError
-        When a mesh cannot be used.
-    """
-    for layout in (None, *study.layouts):
-        build_study_scene(study, layout)
-
-
 def place_tags(study: Study, scene: Scene) -> tuple[tuple[PlacedTag, ...], tuple[str, ...]]:
     """Return the tags in their places, and a line for each that had to be moved.
 

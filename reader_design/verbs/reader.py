@@ -165,27 +165,20 @@ def _write_patterns(
     response: "ReaderResponse",
     result: "FullwaveResult | None",
 ) -> None:
-    from octant.em.pattern_files.common import PatternTable
     from octant.em.pattern_files.ffe import write_ffe
+    from octant.em.pattern_files.reader import pattern_tables
     from octant.em.pattern_files.reader_netcdf import write_reader_netcdf
     from octant.em.pattern_files.touchstone import write_touchstone
 
+    exact = _on_grid(response, theta, phi[:-1], pattern[:, :, :-1])
     write_reader_netcdf(
         files["reader.nc"],
-        _on_grid(response, theta, phi[:-1], pattern[:, :, :-1]),
+        exact,
         impedance_ohm=None if result is None else result.input_impedance_ohm,
         s_matrix=None if result is None else result.s_matrix,
     )
     _tell_origin(study, files["reader.nc"], result)
-    for i, one in enumerate(pattern):
-        table = PatternTable(
-            frequency_hz=response.frequency_hz,
-            theta_rad=theta,
-            phi_rad=phi[:-1],
-            field=np.moveaxis(one[:, :-1], -1, 0),
-            kind="gain" if result is None else "realised_gain",
-            name=f"antenna {i + 1}",
-        )
+    for i, table in enumerate(pattern_tables(exact)):
         write_ffe(files[f"antenna_{i + 1}.ffe"], [table])
     if result is not None:
         write_touchstone(
