@@ -12,6 +12,7 @@ from octant.em.fullwave.response import fullwave_response
 from octant.em.fullwave.solve import solve_reader
 from octant.em.response_cache import CACHE_VARIABLE, cache_folder, cached_responses
 from octant.geometries.errors import CacheWarning, GeometryError
+from octant.geometries.furniture import box
 from octant.geometries.reader_body import reader_body
 
 F = 2.4e9
@@ -196,3 +197,16 @@ def test_no_warning_without_need(tmp_path, calls):
         warnings.simplefilter("error")
         ask(tmp_path / "new" / "folder")
     assert len(calls) == 1
+
+
+def test_metal_near_the_reader_is_another_reader(tmp_path, calls):
+    near, far = (
+        box((0.1, 0.1, 0.1), material="pec", position_m=(-0.05, -0.05, z)) for z in (-0.2, -0.3)
+    )
+    ask(tmp_path)
+    ask(tmp_path, surroundings=(near,))
+    ask(tmp_path, surroundings=(far,))
+    assert len(calls) == 3
+    assert calls[1][1]["surroundings"] == (near,)
+    ask(tmp_path, surroundings=(near,))
+    assert len(calls) == 3

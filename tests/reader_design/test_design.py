@@ -4,6 +4,7 @@ import dataclasses
 import json
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -16,6 +17,7 @@ from octant.reader_design.sweep.design import (
     content_hash,
     design_of,
     design_responses,
+    response_inputs,
 )
 
 THESIS = ReaderDesign(
@@ -187,3 +189,16 @@ def test_antenna_that_touches_a_plate_is_refused_by_the_full_wave_model():
     design = dataclasses.replace(THESIS, antenna_radius_m=0.002)
     with pytest.raises(GeometryError, match="touches"):
         design.response(2.4e9, "fullwave")
+
+
+def test_another_content_of_a_pattern_file_is_another_input(tmp_path):
+    file = tmp_path / "antenna.ffe"
+    reader = msgspec.structs.replace(
+        load_study(None).reader, response="files", pattern_files=(str(file),)
+    )
+    study = msgspec.structs.replace(load_study(None), reader=reader)
+    inputs = []
+    for text in ("one", "two", "one"):
+        file.write_text(text)
+        inputs.append(response_inputs(study))
+    assert inputs[0] == inputs[2] != inputs[1]
