@@ -88,8 +88,24 @@ class ImageTree:
             order=self.order,
             branch_start=self.branch_start,
             branches=np.column_stack((self.branch_plane, self.branch_parent)),
+            ways=int(self._ways().max()),
             max_order=self.max_order,
         )
+
+    def _ways(self) -> IntArray:
+        """Return the number of sequences that lead to each image [-], (n,)."""
+        ways = np.ones(len(self.image_m), dtype=np.int64)
+        image_of = np.repeat(np.arange(len(self.image_m)), np.diff(self.branch_start))
+        for order in range(1, self.max_order + 1):
+            now = self.order[image_of] == order
+            total = np.bincount(
+                image_of[now],
+                weights=ways[self.branch_parent[now]],
+                minlength=len(ways),
+            )
+            level = self.order == order
+            ways[level] = total[level].astype(np.int64)
+        return ways
 
 
 def search_images(
@@ -154,8 +170,18 @@ def _region(scene: Scene, source: FloatArray, region_m: npt.ArrayLike | None) ->
     return frozen_array(everywhere, name="region_m", shape=(2, 3), finite=False)
 
 
-def _inner_sides(scene: Scene, source: FloatArray, region: FloatArray) -> IntArray:
-    """Return +1, -1 or 0 per plane: the one side on which everything lies, receivers included."""
+def inner_sides(scene: Scene, source: FloatArray, region: FloatArray) -> IntArray:
+    """Return +1, -1 or 0 [-] per plane: the one side on which everything lies, receivers included.
+
+    Parameters
+    ----------
+    scene : Scene
+        Geometry.
+    source : (3,) float64
+        Place of the source [m].
+    region : (2, 3) float64
+        Least and greatest corner [m] of the box that receivers lie in.
+    """
     sides = scene.supporting_side.copy()
     for plane in np.flatnonzero(sides):
         normal = sides[plane] * scene.facets.plane_normal[plane]
@@ -177,8 +203,8 @@ class _Search:
     ) -> None:
         self.source, self.region, self.progress = source, region, progress
         self.facets = scene.facets
-        self.inner_side = _inner_sides(scene, source, region)
-        self.hull_start, self.hulls = _facet_hulls(self.facets)
+        self.inner_side = inner_sides(scene, source, region)
+        self.hull_start, self.hulls = facet_hulls(self.facets)
         self.slack = scene.tolerance_m
         self.level_m = source[None, :]
         self.level_first = 0
@@ -300,11 +326,16 @@ def _windows_by_image(
     return start, np.ascontiguousarray(windows[order, 1]), corner_start, corners[moved]
 
 
-def _facet_hulls(facets: Facets) -> tuple[IntArray, FloatArray]:
+def facet_hulls(facets: Facets) -> tuple[IntArray, FloatArray]:
     """Return the convex hull of each facet in room coordinates: start per facet, (v, 3) corners.
 
     A hull of many corners (a disc) is replaced by its bounding rectangle: a hull may be too large,
     never too small.
+
+    Parameters
+    ----------
+    facets : Facets
+        Facets of a scene [m].
     """
     start, hulls = [0], []
     for facet, plane in enumerate(facets.facet_plane):

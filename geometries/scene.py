@@ -34,6 +34,13 @@ class Scene:
         Labels that ``facets.facet_material`` counts [-].
     facets : Facets
         Planes and polygons.
+    triangle_corners_m : (t, 3, 3) float64
+        Corners [m] of the triangles that have an area.
+    triangle_facet : (t,) int64
+        Facet of each of them [-].
+    facet_front : (f,) bool
+        Whether the outward side of each facet's triangles, by the order of their corners, is the
+        one that its plane's normal points to [-].
     supporting_side : (p,) int64
         +1 or -1 [-] when the whole scene lies on that side of the plane (the side that the normal
         points to, or the other), 0 when the plane cuts through the scene.
@@ -55,6 +62,9 @@ class Scene:
     bodies: tuple[Body, ...]
     material_names: tuple[str, ...]
     facets: Facets
+    triangle_corners_m: FloatArray
+    triangle_facet: IntArray
+    facet_front: npt.NDArray[np.bool_]
     supporting_side: IntArray
     bvh: BvhArrays
     inner_bvh: BvhArrays
@@ -290,6 +300,9 @@ def build_scene(bodies: Sequence[Body], *, objects: Sequence[Body] = ()) -> Scen
         bodies=everything,
         material_names=names,
         facets=facets,
+        triangle_corners_m=corners,
+        triangle_facet=facets.triangle_facet[used],
+        facet_front=_facet_fronts(facets, corners, facets.triangle_facet[used]),
         supporting_side=side,
         bvh=build_bvh(corners, plane_of, extent_m=extent),
         inner_bvh=build_bvh(corners[inner], plane_of[inner], extent_m=extent),
@@ -298,6 +311,17 @@ def build_scene(bodies: Sequence[Body], *, objects: Sequence[Body] = ()) -> Scen
         bounds_m=bounds,
         has_room=len(bodies) > 0,
     )
+
+
+def _facet_fronts(
+    facets: Facets, corners_m: FloatArray, facet: IntArray
+) -> npt.NDArray[np.bool_]:
+    """Return (f,) bool, whether the triangles of each facet mostly turn as its plane's normal."""
+    area = np.cross(corners_m[:, 1] - corners_m[:, 0], corners_m[:, 2] - corners_m[:, 0])
+    along = np.sum(area * facets.plane_normal[facets.facet_plane[facet]], axis=1)
+    total = np.bincount(facet, weights=along, minlength=len(facets.facet_plane))
+    front: npt.NDArray[np.bool_] = total >= 0.0
+    return front
 
 
 def _concatenated(bodies: Sequence[Body]) -> tuple[FloatArray, IntArray]:
