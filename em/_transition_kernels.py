@@ -50,3 +50,50 @@ def fill_transition(x, out):
     """Fill (n,) values of the transition function."""
     for i in range(len(x)):
         out[i] = transition(x[i])
+
+
+# Gauss rules for the generalised Fresnel integral: Legendre on [0, 1] where the lower limit x is
+# below _NEAR, Laguerre along the path of steepest descent beyond.
+_NEAR = 2.0
+_TINY = 1e-12
+_LEGENDRE, _LEGENDRE_WEIGHTS = np.polynomial.legendre.leggauss(14)
+_LEGENDRE, _LEGENDRE_WEIGHTS = 0.5 * (_LEGENDRE + 1.0), 0.5 * _LEGENDRE_WEIGHTS
+_LAGUERRE, _LAGUERRE_WEIGHTS = np.polynomial.laguerre.laggauss(20)
+
+
+@njit(cache=True, error_model="numpy")
+def generalized_fresnel(x, y):
+    """Return y e^{j x^2} times the integral of e^{-j t^2} / (t^2 + y^2) over t > x, x >= 0."""
+    if x > _NEAR:
+        total = 0j
+        for i in range(len(_LAGUERRE)):
+            square = complex(x * x, -_LAGUERRE[i])
+            total += _LAGUERRE_WEIGHTS[i] / (np.sqrt(square) * (square + y * y))
+        return -0.5j * y * total
+    if y == 0.0:
+        return 0j
+    size = abs(y)
+    # From 0 to infinity it is the transition function; from 0 to x, (e^{-jz} - 1) / z is entire.
+    whole = 0.5 * np.sqrt(np.pi) * np.conj(_TURN) * scaled_transition(y * y)
+    part = 0j
+    for i in range(len(_LEGENDRE)):
+        t = x * _LEGENDRE[i]
+        z = t * t + y * y
+        half = np.sin(0.5 * z)
+        part += _LEGENDRE_WEIGHTS[i] * complex(-2.0 * half * half / z, -np.sin(z) / z)
+    part = np.exp(1j * y * y) * (size * x * part + np.arctan2(x, size))
+    return np.exp(1j * x * x) * np.copysign(1.0, y) * (whole - part)
+
+
+@njit(cache=True, error_model="numpy")
+def double_transition(a, b, w):
+    """Return T(a, b, w) / (a b) of two edges, a and b >= 0 and |w| < 1.
+
+    T is 1 far from both boundaries, and F(a^2) F(b^2) where w = 0.
+    """
+    # On both boundaries at once the two halves are directions: any will do, but not 0 / 0.
+    a, b = max(a, _TINY), max(b, _TINY)
+    root = np.sqrt(1.0 - w * w)
+    first = generalized_fresnel(a, (b + w * a) / root)
+    second = generalized_fresnel(b, (a + w * b) / root)
+    return 2j / root * (first + second)

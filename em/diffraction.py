@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from octant.em import _diffraction_kernels, _transition_kernels
+from octant.em import _transition_kernels, _wedge_kernels
 from octant.geometries.errors import GeometryError
 
 FloatArray = npt.NDArray[np.float64]
@@ -136,7 +136,7 @@ def wedge_coefficients(
         distances=np.minimum(before, after),
     )
     out = np.empty((angles_in.size, 2, 2), np.complex128)
-    _diffraction_kernels.fill_wedge_dyads(
+    _wedge_kernels.fill_wedge_dyads(
         angles_in,
         angles_out,
         before,
