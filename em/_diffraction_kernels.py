@@ -4,7 +4,8 @@
 import numpy as np
 from numba import njit
 
-from octant.em._wedge_kernels import azimuth, wedge_dyad
+from octant.em._double_edge_kernels import TERM_SIZE, double_sum, fill_terms
+from octant.em._wedge_kernels import azimuth, edge_factor, wedge_dyad
 
 _ALONG_THE_EDGE = 1e-9  # sin beta below which a ray runs along the edge
 
@@ -116,3 +117,137 @@ def diffract(
     )
     soft, hard = to_edge(frames, edge, ix, iy, iz, ex, ey, ez)
     return from_edge(frames, edge, ox, oy, oz, d00 * soft + d01 * hard, d10 * soft + d11 * hard)
+
+
+@njit(cache=True, error_model="numpy")
+def _side(frames, edge, phi):
+    """Return the normal into the air of the face of an edge that is nearest to the azimuth phi."""
+    turn = frames[edge, 6] * np.pi
+    if phi < 0.5 * turn:
+        return frames[edge, 3], frames[edge, 4], frames[edge, 5]
+    along, above = np.sin(turn), -np.cos(turn)
+    return (
+        along * frames[edge, 0] + above * frames[edge, 3],
+        along * frames[edge, 1] + above * frames[edge, 4],
+        along * frames[edge, 2] + above * frames[edge, 5],
+    )
+
+
+@njit(cache=True, error_model="numpy")
+def _on_face(frames, edge, phi, nx, ny, nz):
+    """Return the azimuth of the edge's face to which phi is nearest; of a sheet, the side n."""
+    n = frames[edge, 6]
+    if n < 2.0:
+        return 0.0 if phi < 0.5 * n * np.pi else n * np.pi
+    same = _dot(frames[edge, 3], frames[edge, 4], frames[edge, 5], nx, ny, nz)
+    return 0.0 if same > 0.0 else n * np.pi
+
+
+@njit(cache=True, error_model="numpy")
+def diffract_twice(
+    frames,
+    permittivity,
+    thickness,
+    first,
+    second,
+    shared,
+    transparent,
+    wavenumber,
+    touch,
+    before,
+    between,
+    after,
+    ix,
+    iy,
+    iz,
+    mx,
+    my,
+    mz,
+    ox,
+    oy,
+    oz,
+    ex,
+    ey,
+    ez,
+):
+    """Return D . E [m times E's unit] behind two edges, the leg between them travelling along m.
+
+    The caller multiplies by e^{-jkS} / sqrt(before between after S), S the sum of all three, for
+    any two edges: what skew edges spread differently is in D. ``shared`` says that both bound one
+    face and m runs in it; of two free edges of one sheet both sides are counted.
+    """
+    in_1, out_1, cosine_1, sine_1 = edge_angles(frames, first, ix, iy, iz, mx, my, mz)
+    in_2, out_2, cosine_2, sine_2 = edge_angles(frames, second, mx, my, mz, ox, oy, oz)
+    if sine_1 < _ALONG_THE_EDGE or sine_2 < _ALONG_THE_EDGE:
+        return 0j, 0j, 0j
+    # How (b, h) of the first edge lie in those of the second, both across the middle leg.
+    turn = np.empty((2, 2))
+    hx, hy, hz = _cross(*_axis(frames, first), mx, my, mz)
+    gx, gy, gz = _cross(*_axis(frames, second), mx, my, mz)
+    turn[1, 1] = _dot(gx, gy, gz, hx, hy, hz) / (sine_1 * sine_2)
+    turn[0, 0] = turn[1, 1]
+    # b = m x h, so that b2 . h1 = m . (h2 x h1).
+    turn[0, 1] = _dot(mx, my, mz, *_cross(gx, gy, gz, hx, hy, hz)) / (sine_1 * sine_2)
+    turn[1, 0] = -turn[0, 1]
+    total = before + between + after
+    spread = between * total + turn[0, 1] ** 2 * before * after
+    start, end = before + between, between + after
+    k_first = wavenumber * sine_1**2 * before * spread / (start * total)
+    k_second = wavenumber * sine_2**2 * after * spread / (end * total)
+    w = turn[1, 1] * np.sqrt(before * after / (start * end))
+    both_free = shared and frames[first, 6] == 2.0 and frames[second, 6] == 2.0
+    terms_1 = np.empty((4, TERM_SIZE), np.complex128)
+    terms_2 = np.empty((4, TERM_SIZE), np.complex128)
+    part = np.empty((2, 2), np.complex128)
+    d00, d01, d10, d11 = 0j, 0j, 0j, 0j
+    for side in range(2 if both_free else 1):
+        if shared:
+            if frames[first, 6] < 2.0:
+                nx, ny, nz = _side(frames, first, out_1)
+            elif frames[second, 6] < 2.0:
+                nx, ny, nz = _side(frames, second, in_2)
+            else:
+                nx, ny, nz = _side(frames, first, side * 2.0 * np.pi)
+            out_1 = _on_face(frames, first, out_1, nx, ny, nz)
+            in_2 = _on_face(frames, second, in_2, nx, ny, nz)
+        fill_terms(
+            True,
+            in_1,
+            out_1,
+            frames[first, 6],
+            cosine_1,
+            sine_1,
+            permittivity[first, 0],
+            thickness[first, 0],
+            permittivity[first, 1],
+            thickness[first, 1],
+            transparent,
+            touch,
+            terms_1,
+        )
+        fill_terms(
+            False,
+            in_2,
+            out_2,
+            frames[second, 6],
+            cosine_2,
+            sine_2,
+            permittivity[second, 0],
+            thickness[second, 0],
+            permittivity[second, 1],
+            thickness[second, 1],
+            transparent,
+            touch,
+            terms_2,
+        )
+        double_sum(terms_1, terms_2, turn, k_first, k_second, w, part)
+        d00 += part[0, 0]
+        d01 += part[0, 1]
+        d10 += part[1, 0]
+        d11 += part[1, 1]
+    factor = edge_factor(frames[first, 6], sine_1, wavenumber)
+    factor *= edge_factor(frames[second, 6], sine_2, wavenumber)
+    factor *= np.sqrt(between * total / spread) * (0.5 if shared else 1.0)
+    soft, hard = to_edge(frames, first, ix, iy, iz, ex, ey, ez)
+    soft, hard = factor * (d00 * soft + d01 * hard), factor * (d10 * soft + d11 * hard)
+    return from_edge(frames, second, ox, oy, oz, soft, hard)
