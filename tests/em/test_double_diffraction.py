@@ -97,7 +97,7 @@ def test_uncoupled_edges_have_the_product_of_their_transition_functions():
     st.floats(-np.pi, np.pi),
     st.floats(0.0, 6.0),
 )
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=40, deadline=None)
 def test_two_knife_edges_in_line_pass_their_quadrant(s1, s2, s3, psi, polarisation):
     """Fresnel: 1/4 + arcsin(w) / 2 pi, w the coupling of edges that cross at the angle psi."""
     sheets = [Y, np.cos(psi) * Y + np.sin(psi) * Z]
