@@ -5,7 +5,7 @@ import numpy as np
 from numba import njit
 
 from octant.em._double_edge_kernels import TERM_SIZE, double_sum, fill_terms
-from octant.em._wedge_kernels import azimuth, edge_factor, wedge_dyad
+from octant.em._wedge_kernels import azimuth, edge_factor, shortened, wedge_dyad
 
 _ALONG_THE_EDGE = 1e-9  # sin beta below which a ray runs along the edge
 
@@ -223,6 +223,9 @@ def diffract_twice(
             thickness[first, 1],
             transparent,
             touch,
+            k_first,
+            wavenumber * shortened(before, end) * sine_1**2,
+            wavenumber * total,
             terms_1,
         )
         fill_terms(
@@ -238,6 +241,9 @@ def diffract_twice(
             thickness[second, 1],
             transparent,
             touch,
+            k_second,
+            wavenumber * shortened(start, after) * sine_2**2,
+            wavenumber * total,
             terms_2,
         )
         double_sum(terms_1, terms_2, turn, k_first, k_second, w, part)

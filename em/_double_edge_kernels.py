@@ -5,15 +5,16 @@ import numpy as np
 from numba import njit
 
 from octant.em._transition_kernels import double_transition, scaled_transition
-from octant.em._wedge_kernels import boundary_weight, image_boundary
+from octant.em._wedge_kernels import boundary_weight, cotangent_transition, image_boundary
 
 _STEP = 1e-4  # [rad], of the one-sided slope of a wall's coefficients
 _NEAR_BOUNDARY = 1e-4
 # Columns of a term: |cot(x / 2n) sin(x / 2)|, |sin(x / 2)|, lit side +-1, dx / dphi of the leg
 # between the edges, sin^2(x / 2) times the cotangent's slope and its pole's, and their difference
-# without sin^2; then the 2 x 2 weight and its slope.
-TERM_SIZE = 15
-_WEIGHT, _SLOPE = 7, 11
+# without sin^2; the term between the edges, and what it has beyond the pole's where this edge
+# stands alone; then the 2 x 2 weight and its slope.
+TERM_SIZE = 17
+_WEIGHT, _SLOPE = 9, 13
 
 
 @njit(cache=True, error_model="numpy")
@@ -30,9 +31,15 @@ def fill_terms(
     width_n,
     transparent,
     touch,
+    k_between,
+    k_alone,
+    k_total,
     terms,
 ):
-    """Fill (4, 15) terms of one edge; ``leaving`` where the leg between both edges leaves it."""
+    """Fill (4, 17) terms of one edge; ``leaving`` where the leg between both edges leaves it.
+
+    k L with the other edge as source or receiver; k L and k (s + s') without the other edge.
+    """
     middle = phi_out if leaving else phi_in
     step = _STEP if middle < 0.5 * n * np.pi else -_STEP
     row = 0
@@ -54,6 +61,12 @@ def fill_terms(
                 term[6] = (term[4] - term[5]) / (half * half)
             else:
                 term[6] = n / 12.0 - 1.0 / (3.0 * n)
+            detour = 2.0 * k_between * half * half
+            side = term[2] * turned
+            term[7] = side * np.sqrt(2.0 * k_between) * scaled_transition(detour)
+            detour = 2.0 * k_alone * half * half
+            pole = side * np.sqrt(2.0 * k_alone) * scaled_transition(detour)
+            term[8] = cotangent_transition(x, n, k_alone, k_total, touch) - pole
             weights = boundary_weight(
                 mirrored,
                 sign,
@@ -116,10 +129,10 @@ def _slopes(terms, kl, by_angle, by_wall):
         x = 2.0 * kl * half * half
         scaled = scaled_transition(x)
         bent = 4j * kl * (1.0 - np.sqrt(x) * scaled)  # slope transition function over sin^2
-        level = term[2] * term[0] * np.sqrt(2.0 * kl) * scaled
         for i in range(4):
             by_angle[i] += term[3] * term[4] * bent * term[_WEIGHT + i]
-            by_wall[i] += level * term[_SLOPE + i]
+            # A wall's slope may not jump at the boundary, where no single ray would make up for it.
+            by_wall[i] += term[2] * term[0] * half * bent * term[_SLOPE + i]
 
 
 @njit(cache=True, error_model="numpy")
@@ -140,8 +153,11 @@ def double_sum(first, second, turn, k_first, k_second, w, out):
             side = (first[p, 2] * second[q, 2]).real
             pair = 2.0 * side * first[p, 0] * second[q, 0] / inverse
             pair *= double_transition(a, b, coupling * side)
+            # What each edge has beyond its pole, seen past the other.
+            pair += first[p, 8] * second[q, 7] + first[p, 7] * second[q, 8]
             # What the slopes of the cotangents have beyond those of their poles.
-            bent = first[p, 4] * one * second[q, 6] + first[p, 6] * second[q, 5] * two
+            bent = first[p, 5] * one * second[q, 6] + first[p, 6] * second[q, 5] * two
+            bent += first[p, 6] * second[q, 6]
             pair -= 1j * coupling * inverse * bent
             _add_product(pair, second[q], _WEIGHT, turn, first[p], _WEIGHT, out)
     angle_1, wall_1 = np.empty(4, np.complex128), np.empty(4, np.complex128)

@@ -51,7 +51,7 @@ def transition_function(x: npt.ArrayLike) -> ComplexArray:
     References
     ----------
     .. [1] R. Kouyoumjian and P. Pathak, Proc. IEEE 62 (1974), equation 26.
-    .. [2] M. Al Azah, S. Chandler-Wilde and S. La Porte, Numer. Math. 128 (2014), equation 4.
+    .. [2] M. Al Azah, S. Chandler-Wilde and S. La Porte, Numer. Math. 128 (2014).
     """
     values = np.asarray(x, dtype=np.float64)
     if not (values >= 0.0).all():
@@ -108,7 +108,8 @@ def wedge_coefficients(
 
     Notes
     -----
-    Four terms cot(x/2n) F(2kL sin^2(x/2)), each the boundary x = 0 of one image and weighted with
+    Four terms cot(x/2n) F(X) and their next order in 1/kL, each the boundary x = 0 of one image,
+    X its detour over the edge times k (2kL sin^2(x/2) for a plane wave), and weighted with
     the dyad of reflections (or of one minus the transmission) that this image carries; see
     docs/diffraction.md. Exactly on a boundary the value is the limit from the lit side. The formula
     is asymptotic: it stays finite and smooth at any distance, but is a solution of the wave
@@ -117,8 +118,8 @@ def wedge_coefficients(
     References
     ----------
     .. [1] R. Kouyoumjian and P. Pathak, Proc. IEEE 62 (1974), equations 25 to 30.
-    .. [2] R. Luebbers, IEEE Trans. Antennas Propag. 32 (1984), equation 8.
-    .. [3] P. Holm, IEEE Trans. Antennas Propag. 48 (2000), equations 6 to 10.
+    .. [2] R. Luebbers, IEEE Trans. Antennas Propag. 32 (1984), pages 70 to 76.
+    .. [3] P. Holm, IEEE Trans. Antennas Propag. 48 (2000), pages 1211 to 1219.
     """
     n = air_angle_rad / np.pi
     given = faces or WedgeFaces()

@@ -443,6 +443,32 @@ def test_total_field_is_continuous_across_every_boundary(
         assert np.linalg.norm(jump + image) < 1e-4 * np.linalg.norm(field)
 
 
+@given(
+    st.floats(1.3, 2.0),
+    st.floats(0.05, 0.4),
+    st.floats(0.02, 0.98),
+    st.sampled_from(MATERIALS[1:]),
+    st.floats(0.5, 50.0),
+)
+@settings(max_examples=150, deadline=None)
+def test_behind_a_lossy_wedge_little_more_than_half_of_the_wave_arrives(
+    n, a, b, permittivity, after_m
+):
+    """No gain: half on the shadow boundary, and what the other boundaries add within 0.5 m."""
+    phi_in = a * (n - 1.0) * np.pi
+    phi = phi_in + np.pi + b * ((n - 1.0) * np.pi - phi_in)
+    d = wedge_coefficients(
+        phi_in,
+        phi,
+        air_angle_rad=n * np.pi,
+        wavenumber_rad_per_m=K,
+        before_m=np.inf,
+        after_m=after_m,
+        faces=WedgeFaces((permittivity, permittivity)),
+    )
+    assert np.linalg.norm(d, 2) < 0.6 * np.sqrt(after_m)
+
+
 @given(angles, skews, eps, widths, st.randoms())
 @settings(max_examples=50, deadline=None)
 def test_a_ray_on_the_boundary_counts_as_lit(a, beta, eps_0, w0, random):

@@ -28,7 +28,11 @@ def quadrature(ends):
     points = 0.5 * (a + b)[:, None] + 0.5 * NODES[:, None] * (b - a)[:, None]
     length = np.linalg.norm(b - a, axis=1)
     tangent = (b - a) / length[:, None]
-    return points, 0.5 * WEIGHTS * length[:, None], np.stack([tangent[:, 1], -tangent[:, 0]], axis=1)
+    return (
+        points,
+        0.5 * WEIGHTS * length[:, None],
+        np.stack([tangent[:, 1], -tangent[:, 0]], axis=1),
+    )
 
 
 def single_layer(k, ends, at):

@@ -1,7 +1,7 @@
 """Exact fields about perfectly conducting wedges, by eigenfunctions and by Macdonald's integral.
 
 Time e^{+jwt}; a wedge of air angle n pi, faces at phi = 0 and n pi. It shares nothing with the
-package. The series is that of Bowman, Senior and Uslenghi (1969), section 6.2; the integral is
+package. The series is that of Bowman, Senior and Uslenghi (1969); the integral is
 the diffracted part alone, Macdonald's, on its path of steepest descent.
 """
 
