@@ -41,6 +41,7 @@ class EdgeTreeArrays(NamedTuple):
     first: np.ndarray  # (n,) int64: the wedge that diffracts first, -1 for a single diffraction
     source: np.ndarray  # (n, 2): the image's distance from the first edge's line, its place along
     reach: np.ndarray  # (n, 2): part of the last edge that can be lit, from and to [m]
+    ways: int  # greatest number of paths that one image of the source can give
     rows: int  # room for paths that the largest edge image may need
     max_order: int
 
@@ -252,6 +253,7 @@ def find_edge_paths(
     y,
     z,
     several,
+    ways_per_node,
     first,
     last,
     state,
@@ -269,7 +271,7 @@ def find_edge_paths(
     """
     found = 0
     for k in range(first, last):
-        if found + (node_start[k + 1] - node_start[k]) * len(before_orders) > len(orders):
+        if found + (node_start[k + 1] - node_start[k]) * ways_per_node > len(orders):
             return found, k
         wedge = edge_wedge[k]
         rx, ry, rz = x - edge_frame[k, 0], y - edge_frame[k, 1], z - edge_frame[k, 2]
@@ -488,6 +490,7 @@ def search_edges(scene, tree, edges, x, y, z, first, before, points, facets, ord
         y,
         z,
         scene.transmits,
+        edges.ways,
         first,
         len(edges.wedge),
         state,

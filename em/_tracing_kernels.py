@@ -16,7 +16,7 @@ def tracing_scratch(scene, tree, edges):
         max(tree.max_order, edges.max_order), tree.ways, scene.transmits, edges.rows
     )
     # The way before an edge comes from one image, so from few paths.
-    rows = tree.ways + 1
+    rows = edges.ways + 1
     before = (
         np.empty((tree.max_order + 2, 5), dtype=np.int64),
         np.empty((rows, tree.max_order + 2, 3)),

@@ -95,6 +95,7 @@ class EdgeTree:
             first=self.first,
             source=self.source_m,
             reach=self.reach_m,
+            ways=ways,
             rows=max(CHUNK, largest * ways) if len(self.wedge) else 0,
             max_order=self.max_order,
         )
