@@ -141,7 +141,9 @@ def over_two_edges(scene, source, receiver):
                 np.linalg.norm(p - source) + np.linalg.norm(p - q) + np.linalg.norm(q - receiver)
             )
 
-        best = minimize(length, (0.5, 0.5), bounds=((0, 1), (0, 1)), options={"ftol": 1e-15})
+        best = minimize(
+            length, (0.5, 0.5), method="Nelder-Mead", options={"xatol": 1e-9, "fatol": 1e-14}
+        )
         if not all(1e-4 < t < 1.0 - 1e-4 for t in best.x):
             continue
         p, q = a + best.x[0] * (b - a), c + best.x[1] * (d - c)
