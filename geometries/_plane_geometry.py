@@ -44,14 +44,19 @@ def row_numbers(rows: IntArray) -> tuple[IntArray, IntArray, IntArray]:
     start, member : (d + 1,) and (n,) int64
         The rows with number i are ``member[start[i] : start[i + 1]]``, ascending [-].
     """
-    number = np.zeros(len(rows), dtype=np.int64)
-    for column in rows.T:  # one sort of whole numbers each is far quicker than sorting rows
-        span = int(column.max(initial=0)) + 1
-        number = np.unique(number * span + column, return_inverse=True)[1].reshape(-1)
-    member = np.argsort(number, kind="stable")
-    count = int(number.max(initial=-1)) + 1
-    start = np.searchsorted(number[member], np.arange(count + 1)).astype(np.int64)
-    return number, start, member
+    key, span = np.zeros(len(rows), dtype=np.int64), 1
+    for column in rows.T:  # whole numbers sort far quicker than rows
+        width = int(column.max(initial=0)) + 1
+        if span * width >= 2**62:
+            key = np.unique(key, return_inverse=True)[1].reshape(-1)
+            span = len(rows)
+        key, span = key * width + column, span * width
+    member = np.argsort(key, kind="stable")
+    first = np.ones(len(rows), dtype=np.bool_)
+    first[1:] = key[member][1:] != key[member][:-1]
+    number = np.empty(len(rows), dtype=np.int64)
+    number[member] = np.cumsum(first) - 1
+    return number, np.append(np.flatnonzero(first), len(rows)), member
 
 
 def weld(vertices_m: FloatArray, tolerance_m: float) -> IntArray:

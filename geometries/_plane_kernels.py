@@ -7,6 +7,9 @@ from numba import njit
 REACH = 8.0
 """Greatest factor [-] by which rounding may grow where a plane is carried beyond its triangles."""
 
+CLOSE = 3.0
+"""The same factor [-] where one piece of a plane is held against another that does not touch it."""
+
 LIKE_DIRECTION = 0.9998
 """Least cosine [-] between the normals of triangles of one plane: 0.02 rad."""
 
@@ -113,17 +116,17 @@ def _fit(sums, plane):
 
 
 @njit(cache=True, error_model="numpy")
-def misfit(plane, x, y, z):
+def _misfit(plane, x, y, z, reach):
     """Return how far a point is off a fitted plane, per what rounding can make of it there.
 
     Rounding of the corners by one unit moves the plane by one unit among them, and further out in
-    proportion to the distance from its centre per its half width.
+    proportion to the distance from its centre per its half width; ``reach`` times at most.
     """
     x, y, z = x - plane[3], y - plane[4], z - plane[5]
     off = abs(x * plane[6] + y * plane[7] + z * plane[8])
     along = abs(x * plane[9] + y * plane[10] + z * plane[11]) / plane[15]
     across = abs(x * plane[12] + y * plane[13] + z * plane[14]) / plane[16]
-    return off / min(1.0 + along + across, REACH)
+    return off / min(1.0 + along + across, reach)
 
 
 @njit(cache=True, error_model="numpy")
@@ -137,23 +140,41 @@ def _belongs(plane, vertices, faces, normals, trusted, tolerance, triangle):
             return False
     for k in range(3):
         v = faces[triangle, k]
-        if misfit(plane, vertices[v, 0], vertices[v, 1], vertices[v, 2]) > tolerance[v]:
+        if _misfit(plane, vertices[v, 0], vertices[v, 1], vertices[v, 2], REACH) > tolerance[v]:
             return False
     return True
 
 
 @njit(cache=True, error_model="numpy")
 def _seed_plane(plane, sums, vertices, faces, normals, seed):
-    """Start a region: the plane of one triangle, with the triangle's own normal."""
-    plane[:3] = 0.0
-    for k in range(3):
-        plane[:3] += vertices[faces[seed, k]] / 3.0
+    """Start a region: what ``_fit`` makes of one triangle, from the triangle's own normal."""
+    i, j, k = faces[seed, 0], faces[seed, 1], faces[seed, 2]
+    nx, ny, nz = normals[seed, 0], normals[seed, 1], normals[seed, 2]
+    for a in range(3):
+        plane[a] = (vertices[i, a] + vertices[j, a] + vertices[k, a]) / 3.0
+        plane[3 + a] = plane[a]
+        plane[6 + a] = normals[seed, a]
+        plane[9 + a] = vertices[j, a] - vertices[i, a]
+    size = np.sqrt(plane[9] * plane[9] + plane[10] * plane[10] + plane[11] * plane[11])
+    ux, uy, uz = plane[9] / size, plane[10] / size, plane[11] / size
+    vx, vy, vz = ny * uz - nz * uy, nz * ux - nx * uz, nx * uy - ny * ux
     sums[:] = 0.0
-    for k in range(3):
-        v = faces[seed, k]
-        _spread(vertices[v, 0], vertices[v, 1], vertices[v, 2], sums, plane)
-    _fit(sums, plane)
-    plane[6:9] = normals[seed]
+    uu, uv, vv = 0.0, 0.0, 0.0
+    for corner in range(3):
+        c = faces[seed, corner]
+        x, y, z = vertices[c, 0], vertices[c, 1], vertices[c, 2]
+        _spread(x, y, z, sums, plane)
+        u = (x - plane[0]) * ux + (y - plane[1]) * uy + (z - plane[2]) * uz
+        v = (x - plane[0]) * vx + (y - plane[1]) * vy + (z - plane[2]) * vz
+        uu, uv, vv = uu + u * u / 3.0, uv + u * v / 3.0, vv + v * v / 3.0
+    root = np.sqrt(0.25 * (uu - vv) * (uu - vv) + uv * uv)
+    most, least = 0.5 * (uu + vv) + root, 0.5 * (uu + vv) - root
+    turn = 0.5 * np.arctan2(2.0 * uv, uu - vv)
+    c, s = np.cos(turn), np.sin(turn)
+    plane[9], plane[10], plane[11] = c * ux + s * vx, c * uy + s * vy, c * uz + s * vz
+    plane[12], plane[13], plane[14] = c * vx - s * ux, c * vy - s * uy, c * vz - s * uz
+    plane[15] = np.sqrt(2.0 * max(most, 1e-300))
+    plane[16] = np.sqrt(2.0 * max(least, 1e-300))
 
 
 @njit(cache=True, error_model="numpy")
@@ -212,26 +233,31 @@ def grow_regions(
 
 
 @njit(cache=True, error_model="numpy")
-def _same_plane(a, b, tolerance):
-    """Return whether each of two fitted planes holds the other's region but for rounding."""
-    if abs(a[6] * b[6] + a[7] * b[7] + a[8] * b[8]) < LIKE_DIRECTION:
-        return False
+def _holds(plane, other, tolerance, reach):
+    """Return whether the corners of another region's bounds lie in a fitted plane."""
     for side in range(4):
-        along = b[15] if side % 2 == 0 else -b[15]
-        across = b[16] if side < 2 else -b[16]
-        x = b[3] + along * b[9] + across * b[12]
-        y = b[4] + along * b[10] + across * b[13]
-        z = b[5] + along * b[11] + across * b[14]
-        if misfit(a, x, y, z) > tolerance:
-            return False
-        along = a[15] if side % 2 == 0 else -a[15]
-        across = a[16] if side < 2 else -a[16]
-        x = a[3] + along * a[9] + across * a[12]
-        y = a[4] + along * a[10] + across * a[13]
-        z = a[5] + along * a[11] + across * a[14]
-        if misfit(b, x, y, z) > tolerance:
+        along = other[15] if side % 2 == 0 else -other[15]
+        across = other[16] if side < 2 else -other[16]
+        x = other[3] + along * other[9] + across * other[12]
+        y = other[4] + along * other[10] + across * other[13]
+        z = other[5] + along * other[11] + across * other[14]
+        if _misfit(plane, x, y, z, reach) > tolerance:
             return False
     return True
+
+
+@njit(cache=True, error_model="numpy")
+def _same_plane(a, b, tolerance):
+    """Return whether two regions lie in one plane but for rounding.
+
+    The wider one, whose plane is the better known, must hold the other closely. The other's own
+    plane may be off as far out as the wider one reaches, but not by more than its rounding tells.
+    """
+    if abs(a[6] * b[6] + a[7] * b[7] + a[8] * b[8]) < LIKE_DIRECTION:
+        return False
+    if a[16] >= b[16]:
+        return _holds(a, b, tolerance, CLOSE) and _holds(b, a, tolerance, np.inf)
+    return _holds(b, a, tolerance, CLOSE) and _holds(a, b, tolerance, np.inf)
 
 
 @njit(cache=True, error_model="numpy")
@@ -270,7 +296,7 @@ def merge_regions(planes, tolerance, middle, radius):
             point[a] = planes[b, 6 + a]
             offset += planes[b, 6 + a] * (planes[b, 3 + a] - middle[a])
         point[3] = offset / radius
-        doubt = 2.0 * REACH * tolerance[b] / planes[b, 16]
+        doubt = 2.0 * CLOSE * tolerance[b] / planes[b, 16]
         level = 0
         size = FINEST
         while level < LEVELS and size < doubt:

@@ -142,12 +142,15 @@ def _covers(triangles, i, x, y, z, tolerance):
 def nearest_facets(
     points, boxes, links, triangles, planes, normals, offsets, tolerance, nearest, plane_of
 ):
-    """Fill (n,) distance and plane of the nearest facet that lies perpendicularly below a point."""
+    """Fill (n,) distance and plane of the nearest facet that lies perpendicularly below a point.
+
+    Only facets nearer than what ``nearest`` holds already are looked at.
+    """
     stack = np.empty(MAX_STACK, dtype=np.int64)
     away = np.empty(MAX_STACK)
     for k in range(len(points)):
         x, y, z = points[k, 0], points[k, 1], points[k, 2]
-        best, best_plane = np.inf, -1
+        best, best_plane = nearest[k], -1
         top = 0
         if len(links) > 0:
             stack[0], away[0] = 0, _box_distance(boxes, 0, x, y, z)
@@ -171,7 +174,7 @@ def nearest_facets(
                 p = planes[i]
                 height = normals[p, 0] * x + normals[p, 1] * y + normals[p, 2] * z - offsets[p]
                 distance = abs(height)
-                if distance > best or (distance == best and p >= best_plane):
+                if distance > best or (distance == best and 0 <= best_plane <= p):
                     continue
                 if _covers(
                     triangles,
@@ -182,7 +185,7 @@ def nearest_facets(
                     tolerance,
                 ):
                     best, best_plane = distance, p
-        nearest[k] = best
+        nearest[k] = best if best_plane >= 0 else np.inf
         plane_of[k] = best_plane
 
 

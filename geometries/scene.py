@@ -1,6 +1,7 @@
 """The immutable scene: bodies reduced to planes, facets and a hierarchy for occlusion."""
 
 import itertools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -150,7 +151,9 @@ class Scene:
             inside[chosen] = covered | segments_blocked(self.bvh, points[chosen], above)
         return inside
 
-    def distance_to_facets_m(self, points_m: npt.ArrayLike) -> tuple[FloatArray, IntArray]:
+    def distance_to_facets_m(
+        self, points_m: npt.ArrayLike, *, within_m: float = math.inf
+    ) -> tuple[FloatArray, IntArray]:
         """Return (n,) distances [m] of points to the nearest facet below them, and its plane [-].
 
         Only facets onto which a point projects perpendicularly count.
@@ -159,6 +162,8 @@ class Scene:
         ----------
         points_m : (n, 3) float64
             Points [m].
+        within_m : float
+            Distance [m] beyond which no facet is looked for; a small one is quick in dense meshes.
 
         Returns
         -------
@@ -168,7 +173,7 @@ class Scene:
             Plane [-]; -1 when there is none.
         """
         points = np.ascontiguousarray(points_m, dtype=np.float64).reshape(-1, 3)
-        nearest = np.full(len(points), np.inf)
+        nearest = np.full(len(points), float(within_m))
         plane_of = np.full(len(points), -1, dtype=np.int64)
         _scene_kernels.nearest_facets(
             points,
@@ -208,13 +213,15 @@ class Scene:
         """
         points = np.array(points_m, dtype=np.float64).reshape(-1, 3)
         slack = PLANE_TOLERANCE_PER_EXTENT * self.extent_m
-        moved: npt.NDArray[np.bool_] = self.distance_to_facets_m(points)[0] <= slack
+        moved: npt.NDArray[np.bool_] = np.isfinite(
+            self.distance_to_facets_m(points, within_m=slack)[0]
+        )
         for i in np.flatnonzero(moved):
             normals = self.facets.plane_normal[self._planes_at(points[i], slack)]
             signs = np.array(list(itertools.product((1.0, -1.0), repeat=len(normals))))
             places = points[i] + standoff_m * signs @ normals
             free = self.inside_room(places) & ~self.inside_solid(places)
-            free &= self.distance_to_facets_m(places)[0] > slack
+            free &= np.isinf(self.distance_to_facets_m(places, within_m=slack)[0])
             points[i] = places[int(np.argmax(free))]
         return points, moved
 
