@@ -20,19 +20,19 @@ them leave the receiver in the same direction, where the first facet met decides
 
 import math
 from concurrent.futures import Executor
-from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from octant.em import _image_kernels
-from octant.em._path_kernels import TreeArrays
 from octant.em.blocks import Progress, run_blocks
+from octant.em.image_tree import ImageTree, TreeBuilder
 from octant.em.search_facets import SearchFacets, search_facets
 from octant.geometries._arrays import frozen_array
-from octant.geometries._plane_geometry import weld
 from octant.geometries.errors import GeometryError
 from octant.geometries.scene import Scene
+
+__all__ = ["ImageTree", "checked_source", "opaque_mask", "search_images"]
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -40,66 +40,6 @@ BoolArray = npt.NDArray[np.bool_]
 
 IMAGES_PER_BLOCK = 64
 """Images [-] whose beams one call of the kernel follows."""
-
-MAX_IMAGES = 20_000_000
-"""Images beyond which a search stops with an error instead of filling the memory."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ImageTree:
-    """All images of a source up to an order, and how many sequences it took to find them.
-
-    Parameters
-    ----------
-    source_m : (3,) float64
-        The source [m]; it is image 0, of order 0.
-    image_m : (n, 3) float64
-        Position of each image [m], by ascending order.
-    order : (n,) int64
-        Number of reflections [-].
-    branch_start : (n + 1,) int64
-        Branches of image i are ``branch_start[i]`` up to ``branch_start[i + 1]`` [-], by ascending
-        plane.
-    branch_plane : (b,) int64
-        Plane of a branch's last reflection [-].
-    branch_parent : (b,) int64
-        Image before that reflection [-].
-    considered, pruned, merged, kept : (orders + 1,) int64
-        Per order [-]: sequences looked at, dropped because no path can use them, found to lead to
-        the same point as another, and images left. considered = pruned + merged + kept.
-    region_m : (2, 3) float64
-        Box [m] that receivers must lie in; infinite when they may be anywhere.
-    opaque_facets : (f,) bool
-        Facets that the search took to let nothing through [-].
-    """
-
-    source_m: FloatArray
-    image_m: FloatArray
-    order: IntArray
-    branch_start: IntArray
-    branch_plane: IntArray
-    branch_parent: IntArray
-    considered: IntArray
-    pruned: IntArray
-    merged: IntArray
-    kept: IntArray
-    region_m: FloatArray
-    opaque_facets: BoolArray
-
-    @property
-    def max_order(self) -> int:
-        """Greatest number of reflections that was searched [-]."""
-        return len(self.kept) - 1
-
-    def kernel_arrays(self) -> TreeArrays:
-        """Return the tree as the path kernels take it [m]."""
-        return TreeArrays(
-            image=self.image_m,
-            order=self.order,
-            branch_start=self.branch_start,
-            branches=np.column_stack((self.branch_plane, self.branch_parent)),
-            max_order=self.max_order,
-        )
 
 
 def search_images(
@@ -151,25 +91,52 @@ def search_images(
     of images, not with the product of images and planes. For meshes of thousands of planes low
     orders stay tractable; high ones do not.
     """
-    source = frozen_array(source_m, name="source_m", shape=(3,))
-    if max_reflections < 0:
-        msg = f"max_reflections = {max_reflections} is negative; give 0 or more."
-        raise GeometryError(msg)
+    source = checked_source(source_m, max_reflections)
     region = _region(scene, source, region_m)
-    count = len(scene.facets.facet_plane)
-    opaque = frozen_array(
-        np.ones(count) if opaque_facets is None else opaque_facets,
-        name="opaque_facets",
-        shape=(count,),
-        dtype=np.bool_,
-    )
+    opaque = opaque_mask(scene, opaque_facets)
     facets = search_facets(scene, source, region, opaque)
     search = _Search(
         scene, facets, source=source, region=region, executor=executor, progress=progress
     )
-    for _ in range(max_reflections):
-        search.grow(keep_windows=search.order_reached + 1 < max_reflections)
-    return search.finish(opaque)
+    for order in range(1, max_reflections + 1):
+        search.grow(keep_windows=order < max_reflections)
+    return search.tree.finish(region_m=region, opaque_facets=opaque)
+
+
+def checked_source(source_m: npt.ArrayLike, max_reflections: int) -> FloatArray:
+    """Return the source as a (3,) array [m], if it and the order can be searched.
+
+    Parameters
+    ----------
+    source_m : (3,) float
+        Place of the antenna [m].
+    max_reflections : int
+        Greatest order [-].
+
+    Raises
+    ------
+    GeometryError
+        For a source that is not three finite numbers, or a negative order.
+    """
+    if max_reflections < 0:
+        msg = f"max_reflections = {max_reflections} is negative; give 0 or more."
+        raise GeometryError(msg)
+    return frozen_array(source_m, name="source_m", shape=(3,))
+
+
+def opaque_mask(scene: Scene, opaque_facets: npt.ArrayLike | None) -> BoolArray:
+    """Return (f,) bool, which facets let nothing through [-]: all when nothing is said.
+
+    Parameters
+    ----------
+    scene : Scene
+        Geometry.
+    opaque_facets : (f,) bool or None
+        What the caller was given [-].
+    """
+    count = len(scene.facets.facet_plane)
+    given = np.ones(count) if opaque_facets is None else opaque_facets
+    return frozen_array(given, name="opaque_facets", shape=(count,), dtype=np.bool_)
 
 
 def _region(scene: Scene, source: FloatArray, region_m: npt.ArrayLike | None) -> FloatArray:
@@ -196,59 +163,31 @@ class _Search:
         executor: Executor | None,
         progress: Progress | None,
     ) -> None:
-        self.source, self.region = source, region
-        self.executor, self.progress = executor, progress
+        self.region, self.executor, self.progress = region, executor, progress
         self.planes, self.facets = scene.facets, facets
         self.slack = scene.tolerance_m
-        self.level_m = source[None, :]
-        self.level_first = 0
+        self.tree = TreeBuilder(scene, source)
         self.windows = (
             np.zeros(2, np.int64),
             np.zeros(0, np.int64),
             np.zeros(1, np.int64),
             np.zeros((0, 3)),
         )
-        self.images = [source[None, :]]
-        self.branches: list[IntArray] = []  # image, plane, parent
-        self.counts = [(1, 0, 0, 1)]
-
-    @property
-    def order_reached(self) -> int:
-        return len(self.images) - 1
 
     def grow(self, *, keep_windows: bool) -> None:
         """Add the images of the next order."""
-        f = self.planes
-        planes = len(f.plane_normal)
+        considered = len(self.tree.level_m) * len(self.planes.plane_normal)
         children, windows, corners = self._expand(keep_windows=keep_windows)
-        considered = len(self.level_m) * planes
-        normal, offset = f.plane_normal[children[:, 1]], f.plane_offset_m[children[:, 1]]
-        parent_m = self.level_m[children[:, 0]]
-        height = np.sum(parent_m * normal, axis=1) - offset
-        place_m = parent_m - 2.0 * height[:, None] * normal
-        representative = weld(place_m, self.slack) if len(place_m) else np.zeros(0, np.int64)
-        kept, image_of = np.unique(representative, return_inverse=True)
-        first = self.level_first + len(self.level_m)
-        if first + len(kept) > MAX_IMAGES:
-            msg = (
-                f"{first + len(kept)} images at order {self.order_reached + 1} are more than "
-                f"{MAX_IMAGES}; lower max_reflections, or simplify the mesh."
-            )
-            raise GeometryError(msg)
-        parents = self.level_first + children[:, 0]
-        self.branches.append(np.column_stack((first + image_of, children[:, 1], parents)))
-        self.images.append(place_m[kept])
-        self.counts.append(
-            (considered, considered - len(children), len(children) - len(kept), len(kept))
+        image_of = self.tree.add_level(
+            children, considered=considered, pruned=considered - len(children)
         )
-        self.level_m, self.level_first = place_m[kept], first
-        self.windows = _windows_by_image(windows, corners, image_of, len(kept))
+        self.windows = _windows_by_image(windows, corners, image_of, len(self.tree.level_m))
 
     def _expand(self, *, keep_windows: bool) -> tuple[IntArray, IntArray, FloatArray]:
         """Return children, windows and corners of the level, found block by block."""
         p, f = self.planes, self.facets
         start, plane, corner_start, window_corners = self.windows
-        images = np.ascontiguousarray(self.level_m)
+        images = np.ascontiguousarray(self.tree.level_m)
         found: dict[int, tuple[IntArray, IntArray, FloatArray]] = {}
 
         def work(begin: int, end: int) -> None:
@@ -288,30 +227,6 @@ class _Search:
             part[1][:, 0] += before
         first, second, third = zip(*parts, strict=True)
         return np.concatenate(first), np.concatenate(second), np.concatenate(third)
-
-    def finish(self, opaque: BoolArray) -> ImageTree:
-        """Return the tree."""
-        image = np.concatenate(self.images)
-        order = np.repeat(np.arange(len(self.images)), [len(level) for level in self.images])
-        none = np.zeros((0, 3), dtype=np.int64)
-        branches = np.concatenate(self.branches) if self.branches else none
-        branches = branches[np.lexsort((branches[:, 1], branches[:, 0]))]
-        start = np.searchsorted(branches[:, 0], np.arange(len(image) + 1))
-        considered, pruned, merged, kept = np.array(self.counts, dtype=np.int64).T
-        return ImageTree(
-            source_m=self.source,
-            image_m=frozen_array(image, name="image_m", shape=(None, 3)),
-            order=order.astype(np.int64),
-            branch_start=start.astype(np.int64),
-            branch_plane=np.ascontiguousarray(branches[:, 1]),
-            branch_parent=np.ascontiguousarray(branches[:, 2]),
-            considered=considered,
-            pruned=pruned,
-            merged=merged,
-            kept=kept,
-            region_m=self.region,
-            opaque_facets=opaque,
-        )
 
 
 def _windows_by_image(
