@@ -236,6 +236,21 @@ def test_a_facet_hidden_by_one_opaque_facet_is_left_out():
     assert search_images(scene, (0.0, 3.1, 0.0), 1).kept.tolist() == [1, 2]
 
 
+def test_a_facet_seen_through_a_hole_is_kept():
+    corners = [(1.0, y, z) for r in (2.0, 1.0) for y, z in ((-r, -r), (r, -r), (r, r), (-r, r))]
+    faces = [
+        t
+        for k in range(4)
+        for t in ((k, (k + 1) % 4, 4 + k), ((k + 1) % 4, 4 + (k + 1) % 4, 4 + k))
+    ]
+    frame = Body(name="frame", vertices_m=corners, faces=faces, material="metal")
+    behind = [(2.0, 0.1 * y, 0.1 * z) for _, y, z in corners[:4]]
+    sheet = Body(name="sheet", vertices_m=behind, faces=[[0, 1, 2], [0, 2, 3]], material="metal")
+    scene = build_scene((), objects=(frame, sheet))
+    assert len(scene.facets.facet_plane) == 2
+    assert search_images(scene, (0.0, 0.0, 0.0), 1).kept.tolist() == [1, 2]
+
+
 def test_the_images_do_not_depend_on_the_number_of_threads():
     scene, _ = _random_scene(0)
     trees = []
