@@ -18,7 +18,8 @@ import numpy.typing as npt
 from octant.em import _edge_search_kernels
 from octant.em._edge_path_kernels import EdgeTreeArrays
 from octant.em._path_kernels import CHUNK
-from octant.em.image_search import ImageTree, facet_hulls, inner_sides
+from octant.em.image_tree import ImageTree
+from octant.em.search_facets import inner_sides, search_facets
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import GeometryError
 from octant.geometries.scene import Scene
@@ -177,7 +178,7 @@ def search_edges(
         msg = f"max_diffractions = {max_diffractions} is not available; give 1 or 2."
         raise GeometryError(msg)
     max_order = max(tree.max_order, max_diffractions)
-    images = _EdgeImages(scene, wedges, inner_sides(scene, tree.source_m, tree.region_m))
+    images = _EdgeImages(scene, wedges, tree)
     for _ in range(max_order - 1):
         images.grow()
     lit, source = _light(scene, wedges, tree)
@@ -188,7 +189,7 @@ def search_edges(
 def _light(scene: Scene, wedges: Wedges, tree: ImageTree) -> tuple[FloatArray, FloatArray]:
     """Return which part of each edge each image lights, and the image's place, (i, w, 2) [m]."""
     f = scene.facets
-    hull_start, hulls = facet_hulls(f)
+    hulls = search_facets(scene, tree.source_m, tree.region_m, tree.opaque_facets)
     shape = (len(tree.image_m), len(wedges), 2)
     reach, source = np.empty(shape), np.empty(shape)
     _edge_search_kernels.light_edges(
@@ -198,8 +199,8 @@ def _light(scene: Scene, wedges: Wedges, tree: ImageTree) -> tuple[FloatArray, F
         np.column_stack((tree.branch_plane, tree.branch_parent)),
         np.column_stack((f.plane_normal, f.plane_offset_m)),
         f.plane_facet_start,
-        hull_start,
-        hulls,
+        hulls.hull_start,
+        hulls.hulls_m,
         wedge_frames(wedges),
         scene.tolerance_m,
         reach,
@@ -226,12 +227,14 @@ def _pairs_over_a_facet(wedges: Wedges) -> IntArray:
 class _EdgeImages:
     """Edges mirrored by sequences of planes, level by level."""
 
-    def __init__(self, scene: Scene, wedges: Wedges, inner_side: IntArray) -> None:
+    def __init__(self, scene: Scene, wedges: Wedges, tree: ImageTree) -> None:
         f = scene.facets
         self.normal, self.offset_m = f.plane_normal, f.plane_offset_m
-        self.inner_side, self.slack_m = inner_side, scene.tolerance_m
-        hull_start, self.corner_m = facet_hulls(f)
-        corners = np.diff(hull_start)
+        self.inner_side = inner_sides(scene, tree.source_m, tree.region_m)
+        self.slack_m = scene.tolerance_m
+        hulls = search_facets(scene, tree.source_m, tree.region_m, tree.opaque_facets)
+        self.corner_m = hulls.hulls_m
+        corners = np.diff(hulls.hull_start)
         self.corner_plane = np.repeat(f.facet_plane, corners)
         n = len(wedges)
         frame = np.column_stack((wedges.origin_m, wedges.axis, wedges.tangent, wedges.normal))

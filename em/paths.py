@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from octant.em import _field_kernels, _tracing_kernels
 from octant.em._edge_path_kernels import EdgeTreeArrays
-from octant.em._path_kernels import SceneArrays
+from octant.em._path_kernels import SceneArrays, TreeArrays
 from octant.em._transmission_kernels import TRANSMISSION
 from octant.em.antennas import Antenna
 from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
@@ -195,6 +195,30 @@ def checked_receivers(tree: ImageTree, receivers_m: npt.ArrayLike) -> FloatArray
     return receivers
 
 
+def tree_arrays(radio: RadioScene, tree: ImageTree) -> TreeArrays:
+    """Return the images as the path kernels take them [m], if they are complete for the scene.
+
+    Parameters
+    ----------
+    radio : RadioScene
+        Scene that the tree was searched in.
+    tree : ImageTree
+        Images of the source.
+
+    Raises
+    ------
+    GeometryError
+        When the search counted on facets that let waves through here.
+    """
+    if bool((tree.opaque_facets & radio.facet_transmits).any()):
+        msg = (
+            "the images were searched as if every facet were opaque, but some let waves through; "
+            "give search_images opaque_facets = radio.opaque_facets."
+        )
+        raise GeometryError(msg)
+    return tree.kernel_arrays()
+
+
 def edge_arrays(radio: RadioScene, tree: ImageTree, edges: EdgeTree | None) -> EdgeTreeArrays:
     """Return the ways over edges as the path kernels take them, lengths in metres [m].
 
@@ -263,7 +287,7 @@ def trace_paths(
     is counted once. Paths that would pass through more than 128 sheets are left out.
     """
     receivers = checked_receivers(tree, receivers_m)
-    arrays, images = scene_arrays(radio), tree.kernel_arrays()
+    arrays, images = scene_arrays(radio), tree_arrays(radio, tree)
     ways = edge_arrays(radio, tree, edges)
     counts = np.zeros(len(receivers), dtype=np.int64)
     width = tree.max_order

@@ -90,6 +90,12 @@ class RadioScene:
         return SPEED_OF_LIGHT_M_PER_S / self.frequency_hz
 
     @property
+    def opaque_facets(self) -> npt.NDArray[np.bool_]:
+        """Whether each facet lets nothing through [-], (f,): what a search may count on."""
+        opaque: npt.NDArray[np.bool_] = ~self.facet_transmits
+        return opaque
+
+    @property
     def transmits(self) -> bool:
         """Whether any facet lets waves through [-]."""
         return bool(self.facet_transmits.any())

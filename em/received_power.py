@@ -19,7 +19,7 @@ from octant.em.antennas import Antenna
 from octant.em.blocks import Progress, run_blocks
 from octant.em.edge_search import EdgeTree, search_edges
 from octant.em.image_search import ImageTree, search_images
-from octant.em.paths import checked_receivers, edge_arrays, scene_arrays
+from octant.em.paths import checked_receivers, edge_arrays, scene_arrays, tree_arrays
 from octant.em.radio_scene import RadioScene
 from octant.em.reader_response import ReaderResponse
 from octant.geometries._arrays import frozen_array
@@ -84,7 +84,7 @@ def antenna_power(
     places = checked_receivers(tree, places_m)
     m = len(places)
     coherent, mean, count = np.zeros(m), np.zeros(m), np.zeros(m, dtype=np.int64)
-    scene, images, ways = scene_arrays(radio), tree.kernel_arrays(), edge_arrays(radio, tree, edges)
+    scene, images, ways = scene_arrays(radio), tree_arrays(radio, tree), edge_arrays(radio, tree, edges)
     sender, taker = transmitter.kernel_arrays(), receiver.kernel_arrays()
 
     def work(begin: int, end: int) -> None:
@@ -322,13 +322,15 @@ def reader_link(
             f"across the reader only beyond 2 D^2/lambda = {limit_m:.2f} m"
         )
         warnings.warn(msg, PhysicsWarning, stacklevel=2)
-    tree = search_images(radio.scene, tag, max_reflections)
+    tree = search_images(
+        radio.scene, tag, max_reflections, opaque_facets=radio.opaque_facets
+    )
     edges = None
     if len(radio.wedges):
         edges = search_edges(radio.scene, radio.wedges, tree, max_diffractions=max_diffractions)
     channel = _Channel(
         scene_arrays(radio),
-        tree.kernel_arrays(),
+        tree_arrays(radio, tree),
         edge_arrays(radio, tree, edges),
         tree,
         tag_antenna,

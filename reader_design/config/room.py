@@ -100,8 +100,8 @@ class Placed(Table, frozen=True, kw_only=True):
     name : str or None
         Name of the body; None numbers it by its kind.
     position_m : (3,) tuple of float
-        Lowest corner (box, cabinet), centre of the base (cylinder) or origin (mesh), in the
-        room's frame [m].
+        Lowest corner (box, cabinet), centre of the base (cylinder), centre (sphere) or origin
+        (mesh), in the room's frame [m].
     yaw_deg : float
         Turn about the vertical through ``position_m``, counter-clockwise from above [deg].
     """
@@ -165,6 +165,23 @@ class Cylinder(Placed, frozen=True, kw_only=True, tag_field="kind", tag="cylinde
     material: MaterialSpec
 
 
+class Sphere(Placed, frozen=True, kw_only=True, tag_field="kind", tag="sphere"):
+    """A solid sphere: ``[[room.object]]`` with ``kind = "sphere"``.
+
+    Parameters
+    ----------
+    name, position_m, yaw_deg
+        As in `Placed` ([m], [deg]); the position is the centre.
+    radius_m : float
+        Radius [m].
+    material : str or MaterialTable
+        Its material.
+    """
+
+    radius_m: Positive
+    material: MaterialSpec
+
+
 class MeshObject(Placed, frozen=True, kw_only=True, tag_field="kind", tag="mesh"):
     """An object read from a mesh file: ``[[room.object]]`` with ``kind = "mesh"``.
 
@@ -188,7 +205,7 @@ class MeshObject(Placed, frozen=True, kw_only=True, tag_field="kind", tag="mesh"
     material: MaterialSpec
 
 
-RoomObject = Cabinet | Box | Cylinder | MeshObject
+RoomObject = Cabinet | Box | Cylinder | Sphere | MeshObject
 
 
 class RoomMesh(Table, frozen=True, kw_only=True):

@@ -45,6 +45,14 @@ objects = st.one_of(
             "material": materials,
         }
     ),
+    st.fixed_dictionaries(
+        {
+            "kind": st.just("sphere"),
+            "radius_m": lengths,
+            "position_m": points,
+            "material": materials,
+        }
+    ),
 )
 surfaces = st.fixed_dictionaries({"walls": materials, "floor": materials, "ceiling": materials})
 rooms = st.one_of(
