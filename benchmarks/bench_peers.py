@@ -35,6 +35,8 @@ from workloads import (
 from octant.em.constants import VACUUM_PERMITTIVITY_F_PER_M
 
 LENGTH_TOLERANCE_M = 1e-3
+MOST_CANDIDATES = 12_000_000
+"""Bounds the memory of Sionna RT, which holds ten candidates or so for a path that it keeps."""
 SLOW_RUN_S = 20.0
 """A run longer than this is not repeated as often."""
 
@@ -86,7 +88,7 @@ def describe(workload, scene, radio, folder):
         "materials": materials,
         "polygons": [p for p in (_outward(polygon, scene) for polygon in corners) if p],
         "samples": workload.samples,
-        "most_paths": max(1_000_000, 2 * (workload.exact_paths or 0)),
+        "most_paths": min(max(1_000_000, 10 * (workload.exact_paths or 0)), MOST_CANDIDATES),
     }
     file = folder / f"{workload.name}.json"
     file.write_text(json.dumps(description))

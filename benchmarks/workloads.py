@@ -110,7 +110,7 @@ WORKLOADS = {
             peers=ALL,
         ),
         Workload(name="W3-200", meshes=CABINET, order=3, side=200),
-        Workload(name="W4", meshes=ROOM, order=5, side=100, samples=1_000_000, peers=("sionna",)),
+        Workload(name="W4", meshes=ROOM, order=5, side=100, samples=1_400_000, peers=("sionna",)),
         Workload(name="W5", meshes=DENSE, order=2, side=20, samples=1_000_000, peers=("sionna",)),
     )
 }
