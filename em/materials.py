@@ -155,7 +155,8 @@ def material(spec: str | Mapping[str, Any]) -> Material:
     Parameters
     ----------
     spec : str or mapping
-        A name of :func:`material_table` (``itu_`` before it is allowed); or
+        A name of :func:`material_table` (``itu_`` before it is allowed), or such a table written as
+        text, ``"name = concrete, thickness_m = 0.1"``, as bodies carry it; or
         ``{name=, thickness_m=}``; or ``{eps_r=, sigma_s_per_m=, thickness_m=}``, thickness [m] and
         conductivity [S/m] optional.
 
@@ -170,7 +171,7 @@ def material(spec: str | Mapping[str, Any]) -> Material:
         For an unknown name or key (the nearest right one is named) and for values out of range.
     """
     if isinstance(spec, str):
-        return _by_name(spec)
+        return material(_table_of(spec)) if "=" in spec else _by_name(spec)
     allowed = ("name", "eps_r", "sigma_s_per_m", "thickness_m")
     for key in spec:
         if key not in allowed:
@@ -193,6 +194,19 @@ def material(spec: str | Mapping[str, Any]) -> Material:
         msg = f"material {dict(spec)!r} gives sigma_s_per_m without eps_r; give both or neither."
         raise MaterialRangeError(msg)
     return replace(_by_name(str(spec["name"])), thickness_m=thickness)
+
+
+def _table_of(label: str) -> dict[str, str | float]:
+    """Return the keys and values of a label such as ``eps_r = 4.0, thickness_m = 0.1``."""
+    table: dict[str, str | float] = {}
+    for part in label.split(","):
+        key, _, value = (word.strip() for word in part.partition("="))
+        try:
+            table[key] = value if key == "name" else float(value)
+        except ValueError as exc:
+            msg = f"material {label!r} gives {key} as {value!r}, but a number is needed."
+            raise MaterialRangeError(msg) from exc
+    return table
 
 
 def _by_name(name: str) -> Material:

@@ -18,11 +18,13 @@ from octant.geometries._gltf_header import gltf_node_names
 from octant.geometries._obj_files import Part, read_obj, write_obj
 from octant.geometries.bodies import Body, place
 from octant.geometries.errors import GeometryError
+from octant.geometries.mitsuba_scene import read_mitsuba
 
 __all__ = [
     "METRES_PER_UNIT",
     "Body",
     "UpAxis",
+    "carries_materials",
     "load_bodies",
     "metres_per_unit",
     "place",
@@ -52,6 +54,7 @@ METRES_PER_UNIT: Mapping[str, float] = MappingProxyType(
 """Length of each unit that a mesh file may be given in [m]."""
 
 _GLTF = ("glb", "gltf")
+_SCENE = "xml"
 _NAMED_FORMATS = ("glb", "gltf", "3mf")  # keep several bodies apart when trimesh writes them
 _ONE_BODY_FORMATS = ("stl", "ply", "off")
 _NOT_SURFACES = ("xyz", "stl_ascii")  # points only; an internal name that no file carries
@@ -96,7 +99,23 @@ def readable_extensions() -> tuple[str, ...]:
     """
     from trimesh.exchange.load import mesh_formats
 
-    return tuple(sorted((mesh_formats() | {"obj"}) - set(_NOT_SURFACES)))
+    return tuple(sorted((mesh_formats() | {"obj", _SCENE}) - set(_NOT_SURFACES)))
+
+
+def carries_materials(path: str | Path) -> bool:
+    """Return whether files of this kind may name the material of their bodies [-].
+
+    Parameters
+    ----------
+    path : str or Path
+        A mesh file; it need not exist.
+
+    Returns
+    -------
+    bool
+        True for GLB, GLTF and Mitsuba XML.
+    """
+    return Path(path).suffix.lower().removeprefix(".") in (*_GLTF, _SCENE)
 
 
 def load_bodies(
@@ -112,12 +131,15 @@ def load_bodies(
     Parameters
     ----------
     path : str or Path
-        Any file that trimesh reads: STL, OBJ, PLY, OFF, GLB, GLTF, 3MF and more.
+        Any file that trimesh reads: STL, OBJ, PLY, OFF, GLB, GLTF, 3MF and more; or a scene of
+        Mitsuba or Sionna RT, XML (`octant.geometries.mitsuba_scene`).
     unit : str or None
         Unit of the file's coordinates, such as "m" or "mm" [-]. It may be left out for GLB and
-        GLTF, which are in metres by specification, and for 3MF, which declares its unit.
+        GLTF, which are in metres by specification, for 3MF, which declares its unit, and for XML
+        scenes, which are in metres unless told otherwise.
     material : str or None
-        Label for every body that `materials_by_name` does not name.
+        Label for every body that `materials_by_name` does not name. Without it, GLB, GLTF and XML
+        scenes keep the names of materials that they hold themselves.
     materials_by_name : mapping or None
         Label of each body by its exact name.
     up : "y", "z" or None
@@ -155,10 +177,15 @@ def load_bodies(
     """
     file = Path(path)
     kind = _kind_of(file)
+    own: dict[str, str] = {}
     if kind == "obj":
         parts, declared = read_obj(file), None
+    elif kind == _SCENE:
+        shapes = read_mitsuba(file)
+        parts, declared = [(s.name, s.vertices, s.faces) for s in shapes], "m"
+        own = {s.name: s.material for s in shapes if s.material}
     else:
-        parts, declared = _read_with_trimesh(file, kind)
+        parts, declared = _read_with_trimesh(file, kind, own)
     if not parts:
         msg = (
             f"{file} holds no triangles; it is empty, or not a {kind.upper()} mesh, or holds only "
@@ -166,7 +193,7 @@ def load_bodies(
         )
         raise GeometryError(msg)
     scale = _metres_per_file_unit(file, unit=unit, declared=declared)
-    labels = _materials(file, [p[0] for p in parts], material, materials_by_name)
+    labels = _materials(file, [p[0] for p in parts], material, materials_by_name, own)
     vertical = up if up is not None else ("y" if kind in _GLTF else "z")
     if vertical not in ("y", "z"):
         msg = f"up is {up!r} for {file}, but the vertical axis of a mesh file is 'y' or 'z'."
@@ -221,13 +248,14 @@ def _materials(
     names: Sequence[str],
     material: str | None,
     materials_by_name: Mapping[str, str] | None,
+    own: Mapping[str, str],
 ) -> dict[str, str]:
-    """Return the material label of every body."""
+    """Return the material label of every body: by name, for all, or the file's own."""
     by_name = dict(materials_by_name or {})
     refuse_unknown_keys(by_name, allowed=names, name=f"the material table of {file}")
     labels: dict[str, str] = {}
     for name in names:
-        label = by_name.get(name, material)
+        label = by_name.get(name, material) or own.get(name)
         if label is None:
             msg = (
                 f"body {name!r} of {file} has no material; name it in the material table, or give "
@@ -238,8 +266,8 @@ def _materials(
     return labels
 
 
-def _read_with_trimesh(file: Path, kind: str) -> tuple[list[Part], str | None]:
-    """Return the named meshes of a file with their placing applied, and the unit it declares."""
+def _read_with_trimesh(file: Path, kind: str, own: dict[str, str]) -> tuple[list[Part], str | None]:
+    """Return the named, placed meshes of a file and its unit; ``own`` gets the materials in it."""
     import trimesh
 
     node_names = gltf_node_names(file) if kind in _GLTF else None
@@ -271,7 +299,11 @@ def _read_with_trimesh(file: Path, kind: str) -> tuple[list[Part], str | None]:
             vertices = vertices @ matrix[:3, :3].T + matrix[:3, 3]
         if np.linalg.det(matrix[:3, :3]) < 0.0:  # a mirrored instance would turn inside out
             faces = faces[:, ::-1]
-        found.append((order[geometry_name], (unused_name(name, used), vertices, faces)))
+        name = unused_name(name, used)
+        found.append((order[geometry_name], (name, vertices, faces)))
+        label = getattr(getattr(mesh.visual, "material", None), "name", None)
+        if kind in _GLTF and label:
+            own[name] = str(label)
     return [part for _, part in sorted(found, key=lambda item: item[0])], declared
 
 

@@ -152,15 +152,21 @@ def _check_belongs(path: str, room: Room, kind: str) -> None:
         raise ConfigError(msg)
     for i, mesh in enumerate(room.mesh if isinstance(room.mesh, tuple) else ()):
         _check_mesh_material(f"{path}.mesh[{i}]", mesh, room)
-    if one_file and room.material is None and not room.materials:
+    if isinstance(room.mesh, str) and room.material is None and not room.materials:
+        _check_own_materials(path, room.mesh)
+
+
+def _check_own_materials(path: str, file: str) -> None:
+    from octant.geometries.mesh_files import carries_materials
+
+    if not carries_materials(file):
         msg = f"{path}.material is missing, but a mesh needs one (or materials by body name)."
         raise ConfigError(msg)
 
 
 def _check_mesh_material(path: str, mesh: RoomMesh, room: Room) -> None:
     if mesh.material is None and not mesh.materials and room.material is None:
-        msg = f"{path}.material is missing, but a mesh needs one (or materials by body name)."
-        raise ConfigError(msg)
+        _check_own_materials(path, mesh.file)
 
 
 def _check_surfaces(path: str, material: RoomMaterial, *, parametric: bool) -> None:
