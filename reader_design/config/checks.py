@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 
 import msgspec
 
@@ -21,6 +22,28 @@ from octant.reader_design.config.room import (
     RoomMesh,
 )
 from octant.reader_design.config.schema import Layout, Mission, Reader, Study, Sweep, Tag
+
+TAG_ANTENNAS = ("dipole", "monopole", "patch", "isotropic_theta")
+"""Antennas of tags and of the ends of paths that need no file."""
+
+
+def unknown_antenna(path: str, name: str) -> str:
+    """Return the sentence for an antenna that is neither known nor a pattern file.
+
+    Parameters
+    ----------
+    path : str
+        Where it is named.
+    name : str
+        What was given.
+
+    Returns
+    -------
+    str
+        One sentence, with the nearest name.
+    """
+    what = "antenna, and no such pattern file"
+    return unknown_name(path, name, TAG_ANTENNAS, what=what)
 
 
 def check_study(study: Study) -> None:
@@ -210,7 +233,9 @@ def _check_unique(table: str, key: str, names: Sequence[str]) -> None:
 def _check_tags(tags: Sequence[Tag]) -> None:
     _check_unique("tag", "id", [tag.id for tag in tags])
     for i, tag in enumerate(tags):
-        if math.hypot(*tag.axis) == 0.0:
+        if tag.antenna not in TAG_ANTENNAS and not Path(tag.antenna).suffix:
+            raise ConfigError(unknown_antenna(f"tag[{i}].antenna", tag.antenna))
+        if tag.axis is not None and math.hypot(*tag.axis) == 0.0:
             msg = (
                 f"tag[{i}].axis is {list(tag.axis)}, but an antenna needs a direction; "
                 "write for example [0, 0, 1] for a vertical one."

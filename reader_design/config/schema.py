@@ -20,7 +20,6 @@ from octant.reader_design.config.room import (
     Table,
 )
 
-AntennaKind = Literal["dipole", "monopole", "isotropic_theta"]
 ReaderAntenna = Literal["dipole", "monopole"]
 ReaderModel = Literal["fullwave", "rays", "isolated", "files"]
 
@@ -58,15 +57,22 @@ class Tag(Table, frozen=True, kw_only=True):
     position_m : (3,) tuple of float
         Place in the room's frame [m].
     antenna : str
-        ``dipole`` (half a wave), ``monopole`` (quarter wave) or ``isotropic_theta``.
-    axis : (3,) tuple of float
-        Direction of the antenna's axis [-], of any length but zero.
+        ``dipole`` (half a wave), ``monopole`` (quarter wave), ``patch`` (half a wave square) or
+        ``isotropic_theta``; or a pattern file over the full sphere (FEKO .ffe, HFSS .ffd, CST .ffs,
+        NEC output, MSI/Planet, CSV).
+    axis : (3,) tuple of float or None
+        Direction of the antenna's axis [-], of any length but zero: along the wire, where the patch
+        faces, the file's z axis. None: up, the patch down.
+    azimuth_deg : float
+        Turn of a patch or a file about the axis [deg]; at 0 the patch's resonant side and the
+        file's x axis point along +x, as far as that is across the axis.
     """
 
     id: Name
     position_m: Point
-    antenna: AntennaKind = "dipole"
-    axis: Point = (0.0, 0.0, 1.0)
+    antenna: Name = "dipole"
+    axis: Point | None = None
+    azimuth_deg: float = 0.0
 
 
 class Reader(Table, frozen=True, kw_only=True):

@@ -1,12 +1,11 @@
 """From a study to what the radio model computes with: scene, materials, tags in their places."""
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from octant.em.antennas import Antenna, make_antenna
+from octant.em.antennas import Antenna
 from octant.em.radio_scene import RadioScene, radio_scene
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import ConfigError, OctantError
@@ -14,6 +13,7 @@ from octant.geometries.scene import Scene, build_scene
 from octant.reader_design.config.checks import rooms_of
 from octant.reader_design.config.errors import unknown_name
 from octant.reader_design.config.schema import Layout, Radio, Study, Tag
+from octant.reader_design.rooms.antennas import named_antenna
 from octant.reader_design.rooms.bodies import object_bodies, room_bodies, study_materials
 
 FloatArray = npt.NDArray[np.float64]
@@ -196,7 +196,7 @@ def place_tags(study: Study, scene: Scene) -> tuple[tuple[PlacedTag, ...], tuple
                 id=tag.id,
                 position_m=position,
                 given_m=np.array(tag.position_m),
-                antennas=_tag_antennas(tag, study.radio),
+                antennas=_tag_antennas(tag, study.radio, key=f"tag[{i}].antenna"),
             )
         )
     return tuple(placed), tuple(notes)
@@ -255,14 +255,17 @@ def place_antenna(
     return np.asarray(points[0], dtype=np.float64), note
 
 
-def _tag_antennas(tag: Tag, radio: Radio) -> tuple[Antenna, ...]:
-    length = math.hypot(*tag.axis)
-    axis = [c / length for c in tag.axis]
-    cut = make_antenna(tag.antenna, radio.frequency_hz, axis=axis)
-    same = None if tag.antenna == "isotropic_theta" else cut.length_m
-    return tuple(
-        make_antenna(tag.antenna, f, length_m=same, axis=axis) for f in radio.frequencies_hz
-    )
+def _tag_antennas(tag: Tag, radio: Radio, *, key: str) -> tuple[Antenna, ...]:
+    antennas: list[Antenna] = []
+    cut = None
+    for f in (radio.frequency_hz, *radio.frequencies_hz):
+        antennas.append(
+            named_antenna(
+                tag.antenna, f, key=key, axis=tag.axis, azimuth_deg=tag.azimuth_deg, length_m=cut
+            )
+        )
+        cut = antennas[0].length_m or None  # the same metal at all frequencies
+    return tuple(antennas[1:])
 
 
 def _check_start(study: Study, scene: Scene, reader_z_m: float) -> None:

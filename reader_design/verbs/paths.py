@@ -16,7 +16,9 @@ from octant.reader_design.verbs.arguments import (
     PATH_KERNELS,
     POINT,
     POWER_KERNELS,
+    antenna_options,
     common_options,
+    end_antenna,
     kernels_for,
 )
 
@@ -44,7 +46,6 @@ PATH_COLUMNS = (
     "phase_deg",
     "vertices",
 )
-ANTENNAS = click.Choice(["dipole", "monopole", "isotropic_theta"])
 NANOSECONDS_PER_SECOND = 1e9
 RECEIVERS_PER_BLOCK = 512
 LISTED_RECEIVERS = 50
@@ -69,8 +70,7 @@ class _Link:
 @click.option(
     "--max-reflections", type=click.IntRange(0, 12), help="Highest order; default: the study's."
 )
-@click.option("--tx-antenna", type=ANTENNAS, default="dipole", show_default=True)
-@click.option("--rx-antenna", type=ANTENNAS, default="dipole", show_default=True)
+@antenna_options
 @click.option("--csv", "csv_file", help="Write one row a path here; - for stdout.")
 @common_options
 def paths(
@@ -81,18 +81,21 @@ def paths(
     rx_file: Path | None,
     max_reflections: int | None,
     tx_antenna: str,
+    tx_axis: tuple[float, float, float] | None,
+    tx_azimuth_deg: float,
     rx_antenna: str,
+    rx_axis: tuple[float, float, float] | None,
+    rx_azimuth_deg: float,
     csv_file: str | None,
     force: bool,
     quiet: bool,
 ) -> None:
     """Find every path from --tx to each --rx in the room of STUDY.
 
-    Antennas are vertical; the gain between them includes the free-space loss. Receivers are
-    numbered from 0 in the order given, --rx before --rx-file. One without any path is a result.
+    The gain between the two antennas includes the free-space loss. Receivers are numbered from 0 in
+    the order given, --rx before --rx-file. One without any path is a result.
     Coherent: |sum of the gains|^2; power sum: sum of |gain|^2.
     """
-    from octant.em.antennas import make_antenna
     from octant.em.image_search import search_images
     from octant.em.radio_scene import radio_scene
     from octant.reader_design.config.loading import load_study
@@ -126,8 +129,12 @@ def paths(
         radio=radio_scene(built.scene, frequency_hz, study_materials(loaded)),
         tree=search_images(built.scene, source, order, region_m=region),
         receivers_m=receivers,
-        transmitter=make_antenna(tx_antenna, frequency_hz),
-        receiver=make_antenna(rx_antenna, frequency_hz),
+        transmitter=end_antenna(
+            "tx", frequency_hz, name=tx_antenna, axis=tx_axis, azimuth_deg=tx_azimuth_deg
+        ),
+        receiver=end_antenna(
+            "rx", frequency_hz, name=rx_antenna, axis=rx_axis, azimuth_deg=rx_azimuth_deg
+        ),
     )
     sums = np.zeros((len(receivers), 3))
     blocks = _traced(link, sums)
