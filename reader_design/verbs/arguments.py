@@ -2,14 +2,9 @@
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 import click
-
-from octant.geometries.errors import ConfigError
-
-if TYPE_CHECKING:
-    from octant.em.antennas import Antenna
 
 Decorated = TypeVar("Decorated", bound=Callable[..., Any])
 
@@ -87,77 +82,6 @@ def kernels_for(model: str, *needed: str) -> tuple[str, ...]:
         For :meth:`octant.reader_design.progress.Progress.announce_compilation` [-].
     """
     return (*FULLWAVE_KERNELS, *needed) if model == "fullwave" else needed
-
-
-def antenna_options(command: Decorated) -> Decorated:
-    """Return a command that also takes the antennas at both ends of a path.
-
-    Parameters
-    ----------
-    command : callable
-        With the parameters ``tx_antenna``, ``tx_axis``, ``tx_azimuth_deg`` and those of ``rx`` [-].
-
-    Returns
-    -------
-    callable
-        The same, with six options [-].
-    """
-    known = "dipole, monopole, patch, isotropic_theta or a pattern file."
-    for end in ("rx", "tx"):
-        for option in (
-            click.option(
-                f"--{end}-azimuth-deg", type=float, default=0.0, help="Turn about the axis [deg]."
-            ),
-            click.option(
-                f"--{end}-axis", type=POINT, help="Its direction; default: up, a patch down."
-            ),
-            click.option(f"--{end}-antenna", default="dipole", show_default=True, help=f"{known}"),
-        ):
-            command = option(command)
-    return command
-
-
-def end_antenna(
-    end: str,
-    frequency_hz: float,
-    *,
-    name: str,
-    axis: tuple[float, float, float] | None,
-    azimuth_deg: float,
-) -> "Antenna":
-    """Return the antenna that the options of one end name.
-
-    Parameters
-    ----------
-    end : str
-        ``tx`` or ``rx``, for messages.
-    frequency_hz : float
-        Frequency [Hz].
-    name : str
-        Kind or pattern file.
-    axis : (3,) tuple of float or None
-        Direction [-].
-    azimuth_deg : float
-        Turn about the axis [deg].
-
-    Returns
-    -------
-    Antenna
-        In the room's frame.
-
-    Raises
-    ------
-    ConfigError
-        When there is no such antenna, or its angle is not finite.
-    """
-    from octant.reader_design.rooms.antennas import named_antenna
-
-    if not math.isfinite(azimuth_deg):
-        msg = f"--{end}-azimuth-deg is {azimuth_deg} degrees, but a finite number is needed."
-        raise ConfigError(msg)
-    return named_antenna(
-        name, frequency_hz, key=f"--{end}-antenna", axis=axis, azimuth_deg=azimuth_deg
-    )
 
 
 def common_options(command: Decorated) -> Decorated:
