@@ -59,7 +59,10 @@ def test_a_conductor_turns_te_by_half_a_turn_and_loses_nothing(octant, study_fil
 
 
 def test_no_path_is_a_result(octant, study_file):
-    cabinet = '[[room.object]]\nkind = "cabinet"\nsize_m = [1.5, 0.35, 1.0]\nposition_m = [1.75, 2.2, 0]\n'
+    cabinet = (
+        '[[room.object]]\nkind = "cabinet"\n'
+        "size_m = [1.5, 0.35, 1.0]\nposition_m = [1.75, 2.2, 0]\n"
+    )
     study = study_file("[room]\nbox_m = [5, 5, 3]\n" + cabinet)
     call = octant("explain", study, "--tx", "3.5,2,2.9", "--rx", "2.1,2.41,0.37")
     assert call.code == 0
