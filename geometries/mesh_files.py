@@ -15,6 +15,12 @@ import numpy as np
 
 from octant.geometries._checks import nearest_name, refuse_unknown_keys, unused_name
 from octant.geometries._gltf_header import gltf_node_names
+from octant.geometries._mesh_writing import (
+    GLTF,
+    NAMED_FORMATS,
+    ONE_BODY_FORMATS,
+    write_with_trimesh,
+)
 from octant.geometries._obj_files import Part, read_obj, write_obj
 from octant.geometries.bodies import Body, place
 from octant.geometries.errors import GeometryError
@@ -53,10 +59,7 @@ METRES_PER_UNIT: Mapping[str, float] = MappingProxyType(
 )
 """Length of each unit that a mesh file may be given in [m]."""
 
-_GLTF = ("glb", "gltf")
 _SCENE = "xml"
-_NAMED_FORMATS = ("glb", "gltf", "3mf")  # keep several bodies apart when trimesh writes them
-_ONE_BODY_FORMATS = ("stl", "ply", "off")
 _NOT_SURFACES = ("xyz", "stl_ascii")  # points only; an internal name that no file carries
 
 
@@ -115,7 +118,7 @@ def carries_materials(path: str | Path) -> bool:
     bool
         True for GLB, GLTF and Mitsuba XML.
     """
-    return Path(path).suffix.lower().removeprefix(".") in (*_GLTF, _SCENE)
+    return Path(path).suffix.lower().removeprefix(".") in (*GLTF, _SCENE)
 
 
 def load_bodies(
@@ -194,7 +197,7 @@ def load_bodies(
         raise GeometryError(msg)
     scale = _metres_per_file_unit(file, unit=unit, declared=declared)
     labels = _materials(file, [p[0] for p in parts], material, materials_by_name, own)
-    vertical = up if up is not None else ("y" if kind in _GLTF else "z")
+    vertical = up if up is not None else ("y" if kind in GLTF else "z")
     if vertical not in ("y", "z"):
         msg = f"up is {up!r} for {file}, but the vertical axis of a mesh file is 'y' or 'z'."
         raise GeometryError(msg)
@@ -270,7 +273,7 @@ def _read_with_trimesh(file: Path, kind: str, own: dict[str, str]) -> tuple[list
     """Return the named, placed meshes of a file and its unit; ``own`` gets the materials in it."""
     import trimesh
 
-    node_names = gltf_node_names(file) if kind in _GLTF else None
+    node_names = gltf_node_names(file) if kind in GLTF else None
     options: dict[str, Any] = {"postprocess": False} if kind == "3mf" else {}
     try:
         with warnings.catch_warnings():
@@ -284,7 +287,7 @@ def _read_with_trimesh(file: Path, kind: str, own: dict[str, str]) -> tuple[list
     order = {name: i for i, name in enumerate(scene.geometry)}
     found: list[tuple[int, Part]] = []
     used: set[str] = set()
-    declared = "m" if kind in _GLTF else None
+    declared = "m" if kind in GLTF else None
     for node in scene.graph.nodes_geometry:
         matrix, geometry_name = scene.graph[node]
         mesh = scene.geometry[geometry_name]
@@ -302,7 +305,7 @@ def _read_with_trimesh(file: Path, kind: str, own: dict[str, str]) -> tuple[list
         name = unused_name(name, used)
         found.append((order[geometry_name], (name, vertices, faces)))
         label = getattr(getattr(mesh.visual, "material", None), "name", None)
-        if kind in _GLTF and label:
+        if kind in GLTF and label:
             own[name] = str(label)
     return [part for _, part in sorted(found, key=lambda item: item[0])], declared
 
@@ -330,17 +333,22 @@ def _body_name(
     return node
 
 
-def save_bodies(bodies: Sequence[Body], path: str | Path) -> None:
+def save_bodies(
+    bodies: Sequence[Body], path: str | Path, *, opacity: Mapping[str, float] | None = None
+) -> None:
     """Write bodies to a mesh file that `load_bodies` reads back to the same place.
 
     Parameters
     ----------
     bodies : sequence of Body
-        What to write, in metres and z up. Names must differ. Material labels are not written.
+        What to write, in metres and z up. Names must differ. Material labels are written to GLB
+        and GLTF only, with colours to look at.
     path : str or Path
         GLB or GLTF (metres, turned to y up as their specification asks), 3MF (written in
         millimetres, as trimesh declares), OBJ (metres), or STL, PLY, OFF (metres; these hold no
         names, so that all bodies become one). An existing file is overwritten.
+    opacity : mapping of str to float or None
+        Opacity of bodies by name in GLB and GLTF [-], where it is not the material's own.
 
     Raises
     ------
@@ -354,7 +362,7 @@ def save_bodies(bodies: Sequence[Body], path: str | Path) -> None:
     """
     file = Path(path)
     kind = file.suffix.lower().removeprefix(".")
-    writable = sorted({"obj", *_NAMED_FORMATS, *_ONE_BODY_FORMATS})
+    writable = sorted({"obj", *NAMED_FORMATS, *ONE_BODY_FORMATS})
     if kind not in writable:
         listed = ", ".join(f".{k}" for k in writable)
         msg = f"{file} ends in '.{kind}', but only {listed} can be written."
@@ -370,27 +378,4 @@ def save_bodies(bodies: Sequence[Body], path: str | Path) -> None:
     if kind == "obj":
         write_obj([(b.name, b.vertices_m, b.faces) for b in bodies], file)
     else:
-        _write_with_trimesh(bodies, file, kind)
-
-
-def _write_with_trimesh(bodies: Sequence[Body], file: Path, kind: str) -> None:
-    """Write bodies in one of the formats that are left to trimesh."""
-    import trimesh
-
-    meshes = {}
-    for body in bodies:
-        vertices = body.vertices_m
-        if kind in _GLTF:
-            vertices = vertices[:, [0, 2, 1]] * (1.0, 1.0, -1.0)
-        elif kind == "3mf":
-            vertices = vertices * 1000.0
-        meshes[body.name] = trimesh.Trimesh(vertices, body.faces, process=False)
-    if kind in _ONE_BODY_FORMATS:
-        digits = {"digits": 15} if kind == "off" else {}
-        trimesh.util.concatenate(list(meshes.values())).export(str(file), **digits)
-        return
-    scene = trimesh.Scene()
-    for name, mesh in meshes.items():
-        scene.add_geometry(mesh, node_name=name, geom_name=name)
-    options = {"embed_buffers": True} if kind == "gltf" else {}
-    scene.export(str(file), **options)
+        write_with_trimesh(bodies, file, kind, opacity or {})

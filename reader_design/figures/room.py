@@ -112,7 +112,7 @@ def map_figure(
     with figure_style():
         figure, axes = new_figure(
             width_in=1.3 + 4.1 * columns,
-            height_in=0.6 + (0.85 + 3.35 * extent) * rows,
+            height_in=0.6 + 0.25 * title.count("\n") + (0.85 + 3.35 * extent) * rows,
             title=title,
             rows=rows,
             columns=columns,
