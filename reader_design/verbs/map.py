@@ -10,7 +10,6 @@ import numpy.typing as npt
 from octant.geometries.errors import ConfigError
 from octant.reader_design.config.schema import Study
 from octant.reader_design.progress import Progress
-from octant.reader_design.rooms.map_grid import LARGEST_MAP, map_axes_m
 from octant.reader_design.verbs.arguments import POWER_KERNELS, common_options, kernels_for
 
 if TYPE_CHECKING:
@@ -59,6 +58,7 @@ def radio_map(
     """
     from octant.em.disc_mean import DISC_PLACES
     from octant.reader_design.config.loading import load_study
+    from octant.reader_design.rooms.map_grid import map_axes_m
     from octant.reader_design.rooms.map_layers import (
         TagLayers,
         disc_map,
@@ -123,6 +123,8 @@ def radio_map(
 def _refuse_huge(
     study: Study, axes: tuple[FloatArray, FloatArray], *, tags: int, receivers: int
 ) -> None:
+    from octant.reader_design.rooms.map_grid import LARGEST_MAP
+
     values = axes[0].size * axes[1].size * tags * receivers
     if values > LARGEST_MAP:
         msg = (

@@ -75,6 +75,16 @@ def test_a_shape_that_looks_at_a_point_is_turned_as_in_mitsuba(scene):
     np.testing.assert_allclose(body.bounds_m, expected, atol=5e-6)
 
 
+def test_the_axes_of_lookat_are_left_up_and_ahead_as_in_mitsuba(scene):
+    body = placed(
+        scene, '<translate value="2 3 1"/><lookat origin="1,2,3" target="4,6,3.5" up="0,0,1"/>'
+    )
+    left, up = (-0.8, 0.6, 0.0), (-0.0597022, -0.079603, 0.995037)
+    ahead = (0.597022, 0.79603, 0.0995037)
+    centre = np.array([1, 2, 3]) + np.array([2, 3, 1]) @ np.array([left, up, ahead])  # Mitsuba 3.7
+    np.testing.assert_allclose(body.bounds_m.mean(axis=0), centre, atol=5e-6)
+
+
 def test_a_sphere_has_centre_and_radius_before_its_transform(scene):
     centre = '<point name="center" x="1" y="2" z="3"/><float name="radius" value="0.5"/>'
     body = shape(
