@@ -20,6 +20,8 @@ from octant.geometries.errors import GeometryError
 FloatArray = npt.NDArray[np.float64]
 ComplexArray = npt.NDArray[np.complex128]
 
+REFLECTION = "reflection"
+"""Kind of an interaction, and what its line is called."""
 NORMAL_INCIDENCE = 1e-9
 """Sine of the angle from the normal [-] below which a plane of incidence has no direction."""
 
@@ -162,8 +164,8 @@ def explain_path(
             detail=f"{length_m:.4f} m at {radio.frequency_hz / 1e9:g} GHz",
         )
     )
-    for number, (step, element) in enumerate(_interactions(paths, path), start=1):
-        wave, line = step(radio, wave, element, vertices[number])
+    for number, (kind, element) in enumerate(_interactions(paths, path), start=1):
+        wave, line = _STEPS[kind](radio, wave, element, vertices[number])
         lines.append(line)
     taken = _pattern(receiver, -wave.direction)
     voltage = complex(wave.field @ taken)
@@ -193,9 +195,9 @@ def explain_path(
     )
 
 
-def _interactions(paths: PathSet, path: int) -> list[tuple[_Step, int]]:
-    """Return what happens along a path: the function that explains it, and facet or edge."""
-    return [(_reflection, int(facet)) for facet in paths.facets[path, : paths.order[path]]]
+def _interactions(paths: PathSet, path: int) -> list[tuple[str, int]]:
+    """Return what happens along a path: a key of `_STEPS`, and the facet or edge it happens at."""
+    return [(REFLECTION, int(facet)) for facet in paths.facets[path, : paths.order[path]]]
 
 
 def _reflection(
@@ -226,7 +228,7 @@ def _reflection(
         share = min(float(abs(in_te)) ** 2 / before**2, 1.0) if before > 0.0 else None
     after = float(np.linalg.norm(field))
     line = BudgetLine(
-        step="reflection",
+        step=REFLECTION,
         change_db=_power_db((after / before) ** 2) if before > 0.0 else 0.0,
         detail=f"{wall_text(wall.name, wall.thickness_m)}, facet {facet}",
         place_m=_point(place_m),
@@ -238,6 +240,14 @@ def _reflection(
         te_share=share,
     )
     return _Wave(direction=outward, field=field), line
+
+
+_STEPS: dict[str, _Step] = {REFLECTION: _reflection}
+"""One function for each kind of interaction: the wave before it gives the wave after and a line.
+
+The field has its spreading taken out, that of a spherical wave over the whole unfolded length; what
+a kind spreads otherwise belongs into its own line.
+"""
 
 
 def wall_text(name: str, thickness_m: float | None) -> str:
