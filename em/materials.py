@@ -221,7 +221,8 @@ def material(spec: str | Mapping[str, Any]) -> Material:
     Parameters
     ----------
     spec : str or mapping
-        A name of :func:`material_table` (``itu_`` before it is allowed); or
+        A name of :func:`material_table` (``itu_`` before it is allowed), or such a table written as
+        text, ``"name = concrete, thickness_m = 0.1"``, as bodies carry it; or
         ``{name=, thickness_m=}``; or ``{eps_r=, sigma_s_per_m=, thickness_m=}``, thickness [m] and
         conductivity [S/m] optional; or ``{layers=[...]}`` of such mappings from front to back,
         where ``material=`` may stand for ``name=``.
@@ -237,7 +238,7 @@ def material(spec: str | Mapping[str, Any]) -> Material:
         For an unknown name or key (the nearest right one is named) and for values out of range.
     """
     if isinstance(spec, str):
-        return _by_name(spec)
+        return material(_table_of(spec)) if "=" in spec else _by_name(spec)
     allowed = ("name", "eps_r", "sigma_s_per_m", "thickness_m", "layers")
     for key in spec:
         if key not in allowed:
@@ -293,6 +294,19 @@ def _layer_label(layer: Material) -> str:
     if layer.thickness_m is None:
         return layer.name
     return f"{layer.name} {layer.thickness_m * 1e3:g} mm"
+
+
+def _table_of(label: str) -> dict[str, str | float]:
+    """Return the keys and values of a label such as ``eps_r = 4.0, thickness_m = 0.1``."""
+    table: dict[str, str | float] = {}
+    for part in label.split(","):
+        key, _, value = (word.strip() for word in part.partition("="))
+        try:
+            table[key] = value if key == "name" else float(value)
+        except ValueError as exc:
+            msg = f"material {label!r} gives {key} as {value!r}, but a number is needed."
+            raise MaterialRangeError(msg) from exc
+    return table
 
 
 def _by_name(name: str) -> Material:

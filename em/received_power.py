@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import partial
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -17,10 +17,12 @@ from octant.em._path_kernels import SceneArrays, TreeArrays
 from octant.em._response_kernels import ResponseArrays
 from octant.em.antennas import Antenna
 from octant.em.blocks import Progress, run_blocks
-from octant.em.edge_search import EdgeTree, search_edges
-from octant.em.image_search import ImageTree, search_images
+from octant.em.candidates import search_candidates
+from octant.em.edge_search import EdgeTree
+from octant.em.image_tree import ImageTree
 from octant.em.paths import checked_receivers, edge_arrays, scene_arrays, tree_arrays
 from octant.em.radio_scene import RadioScene
+from octant.em.ray_search import DEFAULT_RAYS
 from octant.em.reader_response import ReaderResponse
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import AntennaError, GeometryError, PhysicsWarning
@@ -256,6 +258,8 @@ def reader_link(
     reader_height_m: float,
     max_reflections: int,
     max_diffractions: int = 1,
+    search: Literal["complete", "rays"] = "complete",
+    rays: int = DEFAULT_RAYS,
 ) -> ReaderLink:
     """Return the link from a tag to a reader in a room, at one frequency.
 
@@ -278,6 +282,10 @@ def reader_link(
     max_diffractions : int
         Diffractions of a path [-], 1 or 2, at the radio scene's wedges; without any it counts for
         nothing.
+    search : str
+        How paths are searched: ``complete``, or ``rays`` for meshes of very many triangles.
+    rays : int
+        Rays launched [-] by ``rays``.
 
     Returns
     -------
@@ -322,17 +330,19 @@ def reader_link(
             f"across the reader only beyond 2 D^2/lambda = {limit_m:.2f} m"
         )
         warnings.warn(msg, PhysicsWarning, stacklevel=2)
-    tree = search_images(
-        radio.scene, tag, max_reflections, opaque_facets=radio.opaque_facets
+    found = search_candidates(
+        radio,
+        tag,
+        max_reflections,
+        max_diffractions=max_diffractions,
+        search=search,
+        rays=rays,
     )
-    edges = None
-    if len(radio.wedges):
-        edges = search_edges(radio.scene, radio.wedges, tree, max_diffractions=max_diffractions)
     channel = _Channel(
         scene_arrays(radio),
-        tree_arrays(radio, tree),
-        edge_arrays(radio, tree, edges),
-        tree,
+        tree_arrays(radio, found.images),
+        edge_arrays(radio, found.images, found.edges),
+        found.images,
         tag_antenna,
         response.kernel_arrays(),
     )

@@ -21,6 +21,8 @@ VERBS = {
     "study": ("verbs.study:study", "The main job: sweep, choice, map, missions, report."),
     "map": ("verbs.map:radio_map", "Received power over the floor of a room."),
     "paths": ("verbs.paths:paths", "Every path between a transmitter and receivers."),
+    "explain": ("verbs.explain:explain", "One path's budget in dB, interaction by interaction."),
+    "scene": ("verbs.scene:scene", "The room as a GLB file and as a picture, with paths drawn."),
     "rss": ("verbs.paths:rss", "What each antenna of the reader receives, pose by pose."),
     "reader": ("verbs.reader:reader", "The reader by itself: impedances, S-matrix, patterns."),
     "navigate": ("verbs.navigate:navigate", "Drive the robot through the tags of a study."),

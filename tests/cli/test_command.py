@@ -46,6 +46,18 @@ def test_help_imports_nothing_heavy():
     assert (done.returncode, done.stderr) == (0, "")
 
 
+def test_help_of_a_verb_imports_nothing_slow():
+    """numba alone takes a second; half a second is what a person waits for a help page."""
+    code = (
+        "import sys; from octant.reader_design.cli import VERBS, run;"
+        "[run([verb, '--help']) for verb in VERBS];"
+        "slow = {'numba', 'scipy', 'trimesh', 'xarray', 'matplotlib'};"
+        "sys.exit(','.join(slow & set(sys.modules)) or 0)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
 def test_version_is_on_stdout(octant):
     call = octant("--version")
     assert call.code == 0
