@@ -13,7 +13,6 @@ from numba import njit
 
 from octant.em._path_kernels import (
     INSIDE,
-    ON_RIM,
     corner_blocked,
     facet_at,
     find_paths,
@@ -49,9 +48,7 @@ class EdgeTreeArrays(NamedTuple):
 @njit(cache=True, error_model="numpy")
 def in_sector(wedge_frame, wedge, dx, dy, dz):
     """Return whether a direction away from the edge points into the wedge's air, faces included."""
-    across = (
-        dx * wedge_frame[wedge, 6] + dy * wedge_frame[wedge, 7] + dz * wedge_frame[wedge, 8]
-    )
+    across = dx * wedge_frame[wedge, 6] + dy * wedge_frame[wedge, 7] + dz * wedge_frame[wedge, 8]
     up = dx * wedge_frame[wedge, 9] + dy * wedge_frame[wedge, 10] + dz * wedge_frame[wedge, 11]
     angle = np.arctan2(up, across)
     if angle < 0.0:
@@ -132,9 +129,8 @@ def after_edge(
     into ``points[row, 1:]`` and ``facets[row]``. The second value tells if one lies on a rim.
     """
     on_rim = False
-    depth = 0
-    for k in range(end - 1, begin - 1, -1):
-        plane = sequence[k]
+    for depth in range(end - begin):
+        plane = sequence[end - 1 - depth]
         nx, ny, nz = planes[plane, 0], planes[plane, 1], planes[plane, 2]
         px, py, pz = points[row, depth, 0], points[row, depth, 1], points[row, depth, 2]
         edge_height = nx * ex + ny * ey + nz * ez - planes[plane, 3]
@@ -159,10 +155,9 @@ def after_edge(
             return False, False
         on_rim = on_rim or where != INSIDE
         facets[row, depth] = facet
-        depth += 1
-        points[row, depth, 0] = hx
-        points[row, depth, 1] = hy
-        points[row, depth, 2] = hz
+        points[row, depth + 1, 0] = hx
+        points[row, depth + 1, 1] = hy
+        points[row, depth + 1, 2] = hz
         ex, ey, ez = (
             ex - 2.0 * edge_height * nx,
             ey - 2.0 * edge_height * ny,
@@ -296,9 +291,7 @@ def find_edge_paths(
                 s = t
                 one = wedge
             else:
-                s, t, ok = two_points(
-                    wedge_frame, one, wedge, beside, place, distance, along
-                )
+                s, t, ok = two_points(wedge_frame, one, wedge, beside, place, distance, along)
                 if not ok or s < -tolerance or s > wedge_frame[one, 13] + tolerance:
                     continue
             if t < lit_from - tolerance or t > lit_to + tolerance:
@@ -350,7 +343,11 @@ def find_edge_paths(
             ):
                 continue
             if one != wedge:
-                px, py, pz = points[found, depth, 0], points[found, depth, 1], points[found, depth, 2]
+                px, py, pz = (
+                    points[found, depth, 0],
+                    points[found, depth, 1],
+                    points[found, depth, 2],
+                )
                 qx = wedge_frame[one, 0] + s * wedge_frame[one, 3]
                 qy = wedge_frame[one, 1] + s * wedge_frame[one, 4]
                 qz = wedge_frame[one, 2] + s * wedge_frame[one, 5]

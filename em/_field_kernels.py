@@ -11,11 +11,8 @@ from octant.em._transmission_kernels import TRANSMISSION
 
 
 @njit(cache=True, error_model="numpy")
-def wall_frame(nx, ny, nz, cosine, ix, iy, iz):
-    """Return the unit vector across the plane of incidence; along the normal any that is transverse.
-
-    The normal faces the wave, which travels along i.
-    """
+def wall_frame(nx, ny, nz, ix, iy, iz):
+    """Return the unit vector across the plane of incidence of a wave that travels along i."""
     sx, sy, sz = iy * nz - iz * ny, iz * nx - ix * nz, ix * ny - iy * nx
     sine = np.sqrt(sx * sx + sy * sy + sz * sz)
     if sine >= 1e-9:
@@ -41,7 +38,7 @@ def _reflect(permittivity, thickness, begin, end, front, nx, ny, nz, ix, iy, iz,
         nx, ny, nz, cosine = -nx, -ny, -nz, -cosine
     rx, ry, rz = ix + 2.0 * cosine * nx, iy + 2.0 * cosine * ny, iz + 2.0 * cosine * nz
     te, tm, _, _ = wall(permittivity, thickness, begin, end, cosine, from_front)
-    sx, sy, sz = wall_frame(nx, ny, nz, cosine, ix, iy, iz)
+    sx, sy, sz = wall_frame(nx, ny, nz, ix, iy, iz)
     # Parallel directions s x d, in and out.
     px, py, pz = sy * iz - sz * iy, sz * ix - sx * iz, sx * iy - sy * ix
     qx, qy, qz = sy * rz - sz * ry, sz * rx - sx * rz, sx * ry - sy * rx
@@ -53,8 +50,7 @@ def _reflect(permittivity, thickness, begin, end, front, nx, ny, nz, ix, iy, iz,
 
 @njit(cache=True, error_model="numpy")
 def _transmit(permittivity, thickness, begin, end, front, nx, ny, nz, ix, iy, iz, ex, ey, ez):
-    """Return the field behind a sheet: the slab's transmission in place of the air along its normal.
-    """
+    """Return the field behind a sheet, which stands in place of the air along its normal."""
     cosine = -(ix * nx + iy * ny + iz * nz)
     from_front = front == (cosine >= 0.0)
     if cosine < 0.0:
@@ -65,7 +61,7 @@ def _transmit(permittivity, thickness, begin, end, front, nx, ny, nz, ix, iy, iz
         depth += thickness[layer]
     turn = 2.0 * np.pi * depth * cosine
     air = complex(np.cos(turn), np.sin(turn))
-    sx, sy, sz = wall_frame(nx, ny, nz, cosine, ix, iy, iz)
+    sx, sy, sz = wall_frame(nx, ny, nz, ix, iy, iz)
     px, py, pz = sy * iz - sz * iy, sz * ix - sx * iz, sx * iy - sy * ix
     across = air * te * (ex * sx + ey * sy + ez * sz)
     along = air * tm * (ex * px + ey * py + ez * pz)
@@ -244,8 +240,7 @@ def path_fields(
 
 @njit(cache=True, error_model="numpy")
 def _towards(points, p, leg):
-    """Return the unit direction from an interaction to what comes next on the way to the receiver.
-    """
+    """Return the unit direction from an interaction to the next one towards the receiver."""
     ox = points[p, leg, 0] - points[p, leg + 1, 0]
     oy = points[p, leg, 1] - points[p, leg + 1, 1]
     oz = points[p, leg, 2] - points[p, leg + 1, 2]

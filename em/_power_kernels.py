@@ -15,9 +15,7 @@ def arrivals(scene, tree, edges, transmitter, x, y, z, place, scratch, field, di
     """Return the number of paths of one chunk and the place after it; fill fields, directions."""
     found, place = next_paths(scene, tree, edges, x, y, z, place, scratch)
     whole = scratch[0]
-    fields_in_scene(
-        scene, transmitter, found, whole[1], whole[2], whole[3], field, direction
-    )
+    fields_in_scene(scene, transmitter, found, whole[1], whole[2], whole[3], field, direction)
     return found, place
 
 

@@ -141,7 +141,9 @@ def insert_crossings(
         size = 0
         fits = True
         for leg in range(order + 1):
-            a, b = (-1, -1) if leg == 0 else _planes_of(facets[p, leg - 1], facet_plane, wedge_facets)
+            a, b = (
+                (-1, -1) if leg == 0 else _planes_of(facets[p, leg - 1], facet_plane, wedge_facets)
+            )
             c, d = (-1, -1)
             if leg < order:
                 c, d = _planes_of(facets[p, leg], facet_plane, wedge_facets)

@@ -181,9 +181,8 @@ def search_edges(
     images = _EdgeImages(scene, wedges, tree)
     for _ in range(max_order - 1):
         images.grow()
-    lit, source = _light(scene, wedges, tree)
     pairs = _pairs_over_a_facet(wedges) if max_diffractions > 1 else np.zeros((0, 2), np.int64)
-    return _combine(images, tree, lit, source, pairs, max_order)
+    return _combine(images, tree, _light(scene, wedges, tree), pairs, max_order)
 
 
 def _light(scene: Scene, wedges: Wedges, tree: ImageTree) -> tuple[FloatArray, FloatArray]:
@@ -321,12 +320,12 @@ def _mirrored(frame: FloatArray, normal: FloatArray, offset_m: FloatArray) -> Fl
 def _combine(
     images: _EdgeImages,
     tree: ImageTree,
-    lit: FloatArray,
-    source: FloatArray,
+    light: tuple[FloatArray, FloatArray],
     pairs: IntArray,
     max_order: int,
 ) -> EdgeTree:
     """Return the tree of all edge images with the source images that light them."""
+    lit, source = light
     sees = lit[:, :, 1] >= lit[:, :, 0]
     wedges = sees.shape[1]
     parts: list[tuple[IntArray, IntArray, IntArray, FloatArray, FloatArray]] = []

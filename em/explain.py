@@ -136,8 +136,9 @@ def explain_path(
     Transmitter and receiver: |F|^2 in the path's direction. Free space: (lambda / 4 pi L)^2 over
     the unfolded length L. An interaction: (|E after| / |E before|)^2, the loss of the field as it
     is polarised there, between the losses of TE and TM. A diffraction: the same, its own spreading
-    against that of the spherical wave included; two edges one after the other are one line. Polarisation: |F_r . E|^2 / (|F_r| |E|)^2.
-    Where a field vanishes its line is minus infinity and later ones, which would be 0/0, are 0 dB.
+    against that of the spherical wave included; two edges one after the other are one line.
+    Polarisation: |F_r . E|^2 / (|F_r| |E|)^2. Where a field vanishes its line is minus infinity and
+    later ones, which would be 0/0, are 0 dB.
     """
     if not 0 <= path < len(paths):
         msg = f"path {path} does not exist; the paths are numbered 0 to {len(paths) - 1}."
@@ -349,7 +350,7 @@ def _diffraction(radio: RadioScene, wave: _Wave, hop: _Hop) -> tuple[_Wave, Budg
             *wave.field,
         )
         spread = math.sqrt(hop.before_m * between * hop.after_m * total)
-    behind = np.array(field) * (total / spread)
+    behind = np.array(field, dtype=np.complex128) * (total / spread)
     before, after = wave.magnitude, float(np.linalg.norm(behind))
     angles = " and ".join(f"{math.degrees(wedges.exterior_rad[w]):.0f}°" for w in hop.elements)
     line = BudgetLine(

@@ -157,11 +157,10 @@ def scene_arrays(radio: RadioScene) -> SceneArrays:
         transmits=radio.transmits,
         wedge_frame=wedge_frames(wedges),
         wedge_facets=wedges.facets,
-        wedge_utd=np.column_stack(
-            (wedges.tangent, wedges.normal, wedges.exterior_rad / math.pi)
-        ),
+        wedge_utd=np.column_stack((wedges.tangent, wedges.normal, wedges.exterior_rad / math.pi)),
         wedge_permittivity=radio.layer_permittivity[radio.facet_layers[wedges.facets, 0]],
-        wedge_thickness=radio.layer_thickness_m[radio.facet_layers[wedges.facets, 0]]/ radio.wavelength_m,
+        wedge_thickness=radio.layer_thickness_m[radio.facet_layers[wedges.facets, 0]]
+        / radio.wavelength_m,
         wavelength=radio.wavelength_m,
     )
 

@@ -86,7 +86,11 @@ def antenna_power(
     places = checked_receivers(tree, places_m)
     m = len(places)
     coherent, mean, count = np.zeros(m), np.zeros(m), np.zeros(m, dtype=np.int64)
-    scene, images, ways = scene_arrays(radio), tree_arrays(radio, tree), edge_arrays(radio, tree, edges)
+    scene, images, ways = (
+        scene_arrays(radio),
+        tree_arrays(radio, tree),
+        edge_arrays(radio, tree, edges),
+    )
     sender, taker = transmitter.kernel_arrays(), receiver.kernel_arrays()
 
     def work(begin: int, end: int) -> None:

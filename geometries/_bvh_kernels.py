@@ -147,8 +147,8 @@ def segment_blocked(
 
     Triangles of the planes ``plane_a`` to ``plane_d`` do not count: a segment that ends on a plane
     (or on an edge, where two meet) cannot cross it again. A hit on a triangle's very rim counts, so
-    that no ray slips between two triangles. Arrays come one by one: a tuple of arrays passed in an inner loop costs more than the
-    search itself.
+    that no ray slips between two triangles. Arrays come one by one: a tuple of arrays passed in an
+    inner loop costs more than the search itself.
     """
     dx, dy, dz = qx - px, qy - py, qz - pz
     length = np.sqrt(dx * dx + dy * dy + dz * dz)

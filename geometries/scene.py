@@ -353,9 +353,7 @@ def build_scene(
     )
 
 
-def _facet_fronts(
-    facets: Facets, corners_m: FloatArray, facet: IntArray
-) -> npt.NDArray[np.bool_]:
+def _facet_fronts(facets: Facets, corners_m: FloatArray, facet: IntArray) -> npt.NDArray[np.bool_]:
     """Return (f,) bool, whether the triangles of each facet mostly turn as its plane's normal."""
     area = np.cross(corners_m[:, 1] - corners_m[:, 0], corners_m[:, 2] - corners_m[:, 0])
     along = np.sum(area * facets.plane_normal[facets.facet_plane[facet]], axis=1)

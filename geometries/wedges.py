@@ -213,15 +213,15 @@ def _facets_rested_on(facets: Facets, edges: Edges, tolerance_m: float) -> dict[
         for row, plane in np.argwhere(height <= tolerance_m):
             middle = ends[row].mean(axis=0)
             uv = np.array([middle @ facets.plane_u[plane], middle @ facets.plane_v[plane]])
-            for facet in range(facets.plane_facet_start[plane], facets.plane_facet_start[plane + 1]):
+            for facet in range(
+                facets.plane_facet_start[plane], facets.plane_facet_start[plane + 1]
+            ):
                 if _within(facets, facet, uv, tolerance_m):
                     found.setdefault(begin + int(row), []).append(facet)
     return found
 
 
-def _within(
-    facets: Facets, facet: int, uv_m: npt.NDArray[np.float64], tolerance_m: float
-) -> bool:
+def _within(facets: Facets, facet: int, uv_m: npt.NDArray[np.float64], tolerance_m: float) -> bool:
     """Return whether a point (2,) [m] of a facet's plane lies in it, and not on its rim."""
     u0, v0, u1, v1 = facets.outline_m[
         facets.outline_start[facet] : facets.outline_start[facet + 1]

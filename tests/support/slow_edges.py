@@ -22,7 +22,7 @@ def edges(scene):
             key = tuple(sorted((tuple(np.round(a, 6)), tuple(np.round(b, 6)))))
             found.setdefault(key, (a, b, set()))[2].add(plane)
     low, high = scene.bounds_m
-    on_room = [
+    return [
         (np.array(a), np.array(b), planes)
         for a, b, planes in found.values()
         if not (
@@ -34,7 +34,6 @@ def edges(scene):
             )
         )
     ]
-    return on_room
 
 
 def mirror(point, plane):
@@ -90,7 +89,9 @@ def paths(scene, source, receiver, max_order):
                             scene, faces, planes, (a, b, own), first, second, source, receiver
                         )
                         if path is not None:
-                            found.append((before + after + 1, path, before * "R" + "D" + after * "R"))
+                            found.append(
+                                (before + after + 1, path, before * "R" + "D" + after * "R")
+                            )
     return sorted(found)
 
 
@@ -137,9 +138,7 @@ def over_two_edges(scene, source, receiver):
 
         def length(t, a=a, b=b, c=c, d=d):
             p, q = a + t[0] * (b - a), c + t[1] * (d - c)
-            return (
-                np.linalg.norm(p - source) + np.linalg.norm(p - q) + np.linalg.norm(q - receiver)
-            )
+            return np.linalg.norm(p - source) + np.linalg.norm(p - q) + np.linalg.norm(q - receiver)
 
         best = minimize(
             length, (0.5, 0.5), method="Nelder-Mead", options={"xatol": 1e-9, "fatol": 1e-14}
