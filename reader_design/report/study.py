@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from octant.em.response_comparison import ResponseDifference
+from octant.reader_design.config.schema import Solver
 from octant.reader_design.report.approximations import approximation_table
 from octant.reader_design.report.html import Report, ReportFigure, ReportSection, ReportTable
 from octant.reader_design.report.score_tables import SCORE_MEANINGS, merit_table, score_table
