@@ -210,6 +210,42 @@ def test_nothing_that_can_carry_a_path_is_pruned(opaque, seed):
             assert any(_branch(tree, image, planes) for image in at)
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_a_facet_lit_through_several_windows_counts_whole(seed):
+    """Patches of one plane: the next facet is reached through each of them, to third order."""
+    rng = np.random.default_rng(seed)
+    patches = []
+    for axis, level in ((2, 0.0), (2, 2.0), (0, -3.0), (0, 3.0)):
+        for start in (-2.5, 0.3):
+            low, high = np.full(3, level), np.full(3, level)
+            across, along = (axis + 1) % 3, (axis + 2) % 3
+            low[across], high[across] = start, start + rng.uniform(0.5, 2.0)
+            low[along], high[along] = (-2.0, 2.0) if axis == 2 else (0.2, 1.8)
+            a, c = low, high
+            b, d = low.copy(), low.copy()
+            b[across], d[along] = high[across], high[along]
+            patches.append(
+                Body(
+                    name=f"patch{len(patches)}",
+                    vertices_m=[a, b, c, d],
+                    faces=[[0, 1, 2], [0, 2, 3]],
+                    material="metal",
+                )
+            )
+    scene = build_scene((), objects=patches)
+    assert len(scene.facets.plane_normal) == 4
+    assert len(scene.facets.facet_plane) == 8
+    source = rng.uniform((-2.0, -1.5, 0.3), (2.0, 1.5, 1.7))
+    tree = search_images(scene, source, 3)
+    found = 0
+    for receiver in rng.uniform((-2.5, -2.0, 0.2), (2.5, 2.0, 1.8), (20, 3)):
+        for planes, place, _ in slow_sequences(scene, source, receiver, 3):
+            at = np.flatnonzero(np.abs(tree.image_m - place).max(axis=1) < 1e-7)
+            assert any(_branch(tree, image, planes) for image in at)
+            found += len(planes) == 3
+    assert found > 0
+
+
 def test_solids_reflect_on_their_outer_side_only_where_nothing_passes_them():
     scene = build_scene((), objects=(box((1.0, 1.0, 1.0), material="metal"),))
     assert search_images(scene, (3.0, 3.0, 3.0), 1).kept.tolist() == [1, 3]
