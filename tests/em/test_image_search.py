@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from slow_images import paths as slow_paths
 from slow_images import sequences as slow_sequences
 
+from octant.em import image_search
 from octant.em.image_search import search_images
 from octant.em.paths import trace_paths
 from octant.em.radio_scene import radio_scene
@@ -287,12 +288,14 @@ def test_a_facet_seen_through_a_hole_is_kept():
     assert search_images(scene, (0.0, 0.0, 0.0), 1).kept.tolist() == [1, 2]
 
 
-def test_the_images_do_not_depend_on_the_number_of_threads():
+def test_the_images_depend_neither_on_threads_nor_on_blocks(monkeypatch):
     scene, _ = _random_scene(0)
     trees = []
-    for workers in (1, 3):
+    for workers, block in ((1, 64), (3, 64), (2, 7), (1, 10_000)):
+        monkeypatch.setattr(image_search, "IMAGES_PER_BLOCK", block)
         with ThreadPoolExecutor(workers) as pool:
             trees.append(search_images(scene, (3.1, 2.3, 1.9), 4, executor=pool))
     assert trees[0].kept[-1] > 256
-    for field in fields(trees[0]):
-        assert np.array_equal(getattr(trees[0], field.name), getattr(trees[1], field.name))
+    for other in trees[1:]:
+        for field in fields(other):
+            assert np.array_equal(getattr(trees[0], field.name), getattr(other, field.name))
