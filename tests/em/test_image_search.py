@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from slow_images import paths as slow_paths
 from slow_images import sequences as slow_sequences
 
+from octant.em import image_search
 from octant.em.image_search import search_images
 from octant.em.paths import trace_paths
 from octant.em.radio_scene import radio_scene
@@ -210,6 +211,42 @@ def test_nothing_that_can_carry_a_path_is_pruned(opaque, seed):
             assert any(_branch(tree, image, planes) for image in at)
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_a_facet_lit_through_several_windows_counts_whole(seed):
+    """Patches of one plane: the next facet is reached through each of them, to third order."""
+    rng = np.random.default_rng(seed)
+    patches = []
+    for axis, level in ((2, 0.0), (2, 2.0), (0, -3.0), (0, 3.0)):
+        for start in (-2.5, 0.3):
+            low, high = np.full(3, level), np.full(3, level)
+            across, along = (axis + 1) % 3, (axis + 2) % 3
+            low[across], high[across] = start, start + rng.uniform(0.5, 2.0)
+            low[along], high[along] = (-2.0, 2.0) if axis == 2 else (0.2, 1.8)
+            a, c = low, high
+            b, d = low.copy(), low.copy()
+            b[across], d[along] = high[across], high[along]
+            patches.append(
+                Body(
+                    name=f"patch{len(patches)}",
+                    vertices_m=[a, b, c, d],
+                    faces=[[0, 1, 2], [0, 2, 3]],
+                    material="metal",
+                )
+            )
+    scene = build_scene((), objects=patches)
+    assert len(scene.facets.plane_normal) == 4
+    assert len(scene.facets.facet_plane) == 8
+    source = rng.uniform((-2.0, -1.5, 0.3), (2.0, 1.5, 1.7))
+    tree = search_images(scene, source, 3)
+    found = 0
+    for receiver in rng.uniform((-2.5, -2.0, 0.2), (2.5, 2.0, 1.8), (20, 3)):
+        for planes, place, _ in slow_sequences(scene, source, receiver, 3):
+            at = np.flatnonzero(np.abs(tree.image_m - place).max(axis=1) < 1e-7)
+            assert any(_branch(tree, image, planes) for image in at)
+            found += len(planes) == 3
+    assert found > 0
+
+
 def test_solids_reflect_on_their_outer_side_only_where_nothing_passes_them():
     scene = build_scene((), objects=(box((1.0, 1.0, 1.0), material="metal"),))
     assert search_images(scene, (3.0, 3.0, 3.0), 1).kept.tolist() == [1, 3]
@@ -251,12 +288,14 @@ def test_a_facet_seen_through_a_hole_is_kept():
     assert search_images(scene, (0.0, 0.0, 0.0), 1).kept.tolist() == [1, 2]
 
 
-def test_the_images_do_not_depend_on_the_number_of_threads():
+def test_the_images_depend_neither_on_threads_nor_on_blocks(monkeypatch):
     scene, _ = _random_scene(0)
     trees = []
-    for workers in (1, 3):
+    for workers, block in ((1, 64), (3, 64), (2, 7), (1, 10_000)):
+        monkeypatch.setattr(image_search, "IMAGES_PER_BLOCK", block)
         with ThreadPoolExecutor(workers) as pool:
             trees.append(search_images(scene, (3.1, 2.3, 1.9), 4, executor=pool))
     assert trees[0].kept[-1] > 256
-    for field in fields(trees[0]):
-        assert np.array_equal(getattr(trees[0], field.name), getattr(trees[1], field.name))
+    for other in trees[1:]:
+        for field in fields(other):
+            assert np.array_equal(getattr(trees[0], field.name), getattr(other, field.name))
