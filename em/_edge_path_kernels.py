@@ -449,10 +449,8 @@ def search_edges(scene, tree, edges, x, y, z, first, before, points, facets, ord
     """Return the number of paths over some edge images from ``first`` on, and where to go on."""
     state, before_points, before_facets, before_orders = before
     bvh = scene.bvh
-    if inside_supporting_planes(
-        scene.planes, scene.supporting_side, x, y, z
-    ) and inside_supporting_planes(
-        scene.planes, scene.supporting_side, tree.image[0, 0], tree.image[0, 1], tree.image[0, 2]
+    if inside_supporting_planes(scene.supporting, x, y, z) and inside_supporting_planes(
+        scene.supporting, tree.image[0, 0], tree.image[0, 1], tree.image[0, 2]
     ):
         bvh = scene.inner_bvh
     return find_edge_paths(

@@ -42,7 +42,7 @@ class SceneArrays(NamedTuple):
 
     planes: np.ndarray  # (p, 10): normal, offset [m], axis u, axis v
     plane_facet_start: np.ndarray  # (p + 1,) int64
-    supporting_side: np.ndarray  # (p,) int64
+    supporting: np.ndarray  # (q, 4): inward normal, offset [m] of planes that bound the scene
     facet_box: np.ndarray  # (f, 4) [m]
     facet_outline: np.ndarray  # (f, 2) int64: begin, end of its outline; equal: fills its box
     facet_plane: np.ndarray  # (f,) int64
@@ -87,11 +87,11 @@ def winds_around(outline, begin, end, u, v, tolerance):
 
 
 @njit(cache=True, error_model="numpy")
-def inside_supporting_planes(planes, supporting_side, x, y, z):
+def inside_supporting_planes(supporting, x, y, z):
     """Return whether a point is on the inner side of every plane that bounds the whole scene."""
-    for plane in range(len(planes)):
-        height = planes[plane, 0] * x + planes[plane, 1] * y + planes[plane, 2] * z
-        if supporting_side[plane] * (height - planes[plane, 3]) < 0.0:
+    for i in range(len(supporting)):
+        height = supporting[i, 0] * x + supporting[i, 1] * y + supporting[i, 2] * z
+        if height < supporting[i, 3]:
             return False
     return True
 
@@ -392,10 +392,8 @@ def search_chunk(scene, tree, x, y, z, first, last, state, points, facets, order
     """Return the number of paths to x, y, z over the images from first to last, row by row."""
     bvh = scene.bvh
     image = tree.image
-    if inside_supporting_planes(
-        scene.planes, scene.supporting_side, x, y, z
-    ) and inside_supporting_planes(
-        scene.planes, scene.supporting_side, image[0, 0], image[0, 1], image[0, 2]
+    if inside_supporting_planes(scene.supporting, x, y, z) and inside_supporting_planes(
+        scene.supporting, image[0, 0], image[0, 1], image[0, 2]
     ):
         bvh = scene.inner_bvh
     return find_paths(

@@ -136,12 +136,13 @@ def scene_arrays(radio: RadioScene) -> SceneArrays:
         Scene with resolved materials.
     """
     scene, f, wedges = radio.scene, radio.scene.facets, radio.wedges
+    planes = np.column_stack((f.plane_normal, f.plane_offset_m, f.plane_u, f.plane_v))
     outline = np.column_stack((f.outline_start[:-1], f.outline_start[1:]))
     outline[f.facet_is_rectangle, 1] = outline[f.facet_is_rectangle, 0]
     return SceneArrays(
-        planes=np.column_stack((f.plane_normal, f.plane_offset_m, f.plane_u, f.plane_v)),
+        planes=planes,
         plane_facet_start=f.plane_facet_start,
-        supporting_side=scene.supporting_side,
+        supporting=(scene.supporting_side[:, None] * planes[:, :4])[scene.supporting_side != 0],
         facet_box=f.facet_bounds_m,
         facet_outline=outline,
         facet_plane=f.facet_plane,
