@@ -12,9 +12,8 @@ import numpy as np
 from numba import njit
 
 from octant.em._path_kernels import (
-    INSIDE,
-    corner_blocked,
-    facet_at,
+    ON_RIM,
+    RIM,
     find_paths,
     inside_supporting_planes,
     known_already,
@@ -106,113 +105,16 @@ def two_points(wedge_frame, first, last, distance_s, along_s, distance_r, along_
 
 
 @njit(cache=True, error_model="numpy")
-def after_edge(
-    planes,
-    plane_facet_start,
-    facet_box,
-    facet_outline,
-    outline,
-    tolerance,
-    sequence,
-    begin,
-    end,
-    ex,
-    ey,
-    ez,
-    points,
-    facets,
-    row,
-):
-    """Return whether the receiver sees the edge point over the planes between them, and a rim hit.
-
-    ``points[row, 0]`` is the receiver; ex, ey, ez is the mirrored edge point. Fills the reflections
-    into ``points[row, 1:]`` and ``facets[row]``. The second value tells if one lies on a rim.
-    """
-    on_rim = False
-    for depth in range(end - begin):
-        plane = sequence[end - 1 - depth]
+def unfold(planes, sequence, begin, end, x, y, z, chain_image):
+    """Fill the images of a point over the planes of a sequence, one after the other."""
+    chain_image[0, 0], chain_image[0, 1], chain_image[0, 2] = x, y, z
+    for k in range(begin, end):
+        plane = sequence[k]
         nx, ny, nz = planes[plane, 0], planes[plane, 1], planes[plane, 2]
-        px, py, pz = points[row, depth, 0], points[row, depth, 1], points[row, depth, 2]
-        edge_height = nx * ex + ny * ey + nz * ez - planes[plane, 3]
-        point_height = nx * px + ny * py + nz * pz - planes[plane, 3]
-        if abs(edge_height) <= tolerance or edge_height * point_height > 0.0:
-            return False, False
-        t = point_height / (point_height - edge_height)
-        hx, hy, hz = px + t * (ex - px), py + t * (ey - py), pz + t * (ez - pz)
-        facet, where = facet_at(
-            planes,
-            plane_facet_start,
-            facet_box,
-            facet_outline,
-            outline,
-            tolerance,
-            plane,
-            hx,
-            hy,
-            hz,
-        )
-        if facet < 0:
-            return False, False
-        on_rim = on_rim or where != INSIDE
-        facets[row, depth] = facet
-        points[row, depth + 1, 0] = hx
-        points[row, depth + 1, 1] = hy
-        points[row, depth + 1, 2] = hz
-        ex, ey, ez = (
-            ex - 2.0 * edge_height * nx,
-            ey - 2.0 * edge_height * ny,
-            ez - 2.0 * edge_height * nz,
-        )
-    return True, on_rim
-
-
-@njit(cache=True, error_model="numpy")
-def after_edge_is_free(
-    boxes,
-    links,
-    triangles,
-    triangle_planes,
-    margin,
-    facet_plane,
-    edge_plane_a,
-    edge_plane_b,
-    on_rim,
-    points,
-    facets,
-    row,
-    reflections,
-):
-    """Return whether the segments from the receiver to the edge point are free."""
-    for i in range(reflections + 1):
-        last = i == reflections
-        plane_b = edge_plane_a if last else facet_plane[facets[row, i]]
-        if segment_blocked(
-            boxes,
-            links,
-            triangles,
-            triangle_planes,
-            margin,
-            points[row, i, 0],
-            points[row, i, 1],
-            points[row, i, 2],
-            points[row, i + 1, 0],
-            points[row, i + 1, 1],
-            points[row, i + 1, 2],
-            facet_plane[facets[row, i - 1]] if i > 0 else -1,
-            plane_b,
-            edge_plane_b if last else -1,
-            -1,
-        ):
-            return False
-        if (
-            on_rim
-            and not last
-            and corner_blocked(
-                boxes, links, triangles, triangle_planes, margin, points, row, i, plane_b
-            )
-        ):
-            return False
-    return True
+        height = nx * x + ny * y + nz * z - planes[plane, 3]
+        x, y, z = x - 2.0 * height * nx, y - 2.0 * height * ny, z - 2.0 * height * nz
+        i = k - begin + 1
+        chain_image[i, 0], chain_image[i, 1], chain_image[i, 2] = x, y, z
 
 
 @njit(cache=True, error_model="numpy")
@@ -252,6 +154,9 @@ def find_edge_paths(
     first,
     last,
     state,
+    chain_image,
+    chain_order,
+    chain_branches,
     before_points,
     before_facets,
     before_orders,
@@ -298,50 +203,64 @@ def find_edge_paths(
                 continue
             if (along - t) ** 2 + distance * distance <= tolerance * tolerance:
                 continue  # the receiver stands on the edge itself
-            points[found, 0, 0] = x
-            points[found, 0, 1] = y
-            points[found, 0, 2] = z
-            seen, on_rim = after_edge(
+            plane_a = facet_plane[wedge_facets[wedge, 0]]
+            plane_b = facet_plane[wedge_facets[wedge, 1]]
+            # Behind the edge, the point on it is the source of a single sequence of images.
+            unfold(
+                planes,
+                edge_planes,
+                edge_plane_start[k],
+                edge_plane_start[k + 1],
+                wedge_frame[wedge, 0] + t * wedge_frame[wedge, 3],
+                wedge_frame[wedge, 1] + t * wedge_frame[wedge, 4],
+                wedge_frame[wedge, 2] + t * wedge_frame[wedge, 5],
+                chain_image,
+            )
+            for i in range(reflections):
+                chain_branches[i + 1, 0] = edge_planes[edge_plane_start[k] + i]
+            seen = find_paths(
+                chain_image,
+                chain_order,
+                chain_order,
+                chain_branches,
                 planes,
                 plane_facet_start,
                 facet_box,
                 facet_outline,
                 outline,
                 tolerance,
-                edge_planes,
-                edge_plane_start[k],
-                edge_plane_start[k + 1],
-                edge_frame[k, 0] + t * edge_frame[k, 3],
-                edge_frame[k, 1] + t * edge_frame[k, 4],
-                edge_frame[k, 2] + t * edge_frame[k, 5],
-                points,
-                facets,
-                found,
-            )
-            if not seen:
-                continue
-            depth = reflections + 1
-            for a in range(3):
-                points[found, depth, a] = wedge_frame[wedge, a] + t * wedge_frame[wedge, 3 + a]
-            facets[found, reflections] = -1 - wedge
-            plane_a = facet_plane[wedge_facets[wedge, 0]]
-            plane_b = facet_plane[wedge_facets[wedge, 1]]
-            if not after_edge_is_free(
                 boxes,
                 links,
                 triangles,
                 triangle_planes,
                 margin,
-                facet_plane,
+                x,
+                y,
+                z,
+                -1,
+                -1,
                 plane_a,
                 plane_b,
-                on_rim,
-                points,
-                facets,
-                found,
+                False,
                 reflections,
-            ):
+                reflections + 1,
+                state,
+                before_points,
+                before_facets,
+                before_orders,
+            )
+            if seen == 0:
                 continue
+            on_rim = several
+            for i in range(reflections):
+                on_rim = on_rim or state[i, RIM] == ON_RIM
+            depth = reflections + 1
+            for i in range(depth + 1):
+                for a in range(3):
+                    points[found, i, a] = before_points[0, i, a]
+                if i < reflections:
+                    facets[found, i] = before_facets[0, i]
+            facets[found, reflections] = -1 - wedge
             if one != wedge:
                 px, py, pz = (
                     points[found, depth, 0],
@@ -406,6 +325,8 @@ def find_edge_paths(
                 points[found, depth, 2],
                 plane_a,
                 plane_b,
+                -1,
+                -1,
                 several,
                 leaf,
                 leaf + 1,
@@ -447,7 +368,8 @@ def find_edge_paths(
 @njit(cache=True, error_model="numpy")
 def search_edges(scene, tree, edges, x, y, z, first, before, points, facets, orders):
     """Return the number of paths over some edge images from ``first`` on, and where to go on."""
-    state, before_points, before_facets, before_orders = before
+    state, chain_image, chain_order, chain_branches = before[:4]
+    before_points, before_facets, before_orders = before[4:]
     bvh = scene.bvh
     if inside_supporting_planes(scene.supporting, x, y, z) and inside_supporting_planes(
         scene.supporting, tree.image[0, 0], tree.image[0, 1], tree.image[0, 2]
@@ -489,6 +411,9 @@ def search_edges(scene, tree, edges, x, y, z, first, before, points, facets, ord
         first,
         len(edges.wedge),
         state,
+        chain_image,
+        chain_order,
+        chain_branches,
         before_points,
         before_facets,
         before_orders,

@@ -109,10 +109,12 @@ def path_is_free(
     order,
     start_plane_a,
     start_plane_b,
+    end_plane_a,
+    end_plane_b,
 ):
     """Return whether every segment of a path is free; each ignores the planes that it ends on."""
     for i in range(order + 1):
-        plane_b = state[i, PLANE] if i < order else -1
+        plane_b = state[i, PLANE] if i < order else end_plane_a
         if segment_blocked(
             boxes,
             links,
@@ -128,7 +130,7 @@ def path_is_free(
             state[i - 1, PLANE] if i > 0 else start_plane_a,
             plane_b,
             start_plane_b if i == 0 else -1,
-            -1,
+            end_plane_b if i == order else -1,
         ):
             return False
         on_rim = i < order and state[i, RIM] == ON_RIM
@@ -179,41 +181,6 @@ def corner_blocked(boxes, links, triangles, triangle_planes, margin, points, row
     )
 
 
-@njit(cache=True, error_model="numpy", inline="always")
-def facet_at(
-    planes, plane_facet_start, facet_box, facet_outline, outline, tolerance, plane, x, y, z
-):
-    """Return which facet of a plane a point of that plane lies in, -1 for none, and where."""
-    u = x * planes[plane, 4] + y * planes[plane, 5] + z * planes[plane, 6]
-    v = x * planes[plane, 7] + y * planes[plane, 8] + z * planes[plane, 9]
-    hit = -1
-    where = OUTSIDE
-    for facet in range(plane_facet_start[plane], plane_facet_start[plane + 1]):
-        if (
-            u < facet_box[facet, 0] - tolerance
-            or v < facet_box[facet, 1] - tolerance
-            or u > facet_box[facet, 2] + tolerance
-            or v > facet_box[facet, 3] + tolerance
-        ):
-            continue
-        outline_begin, outline_end = facet_outline[facet, 0], facet_outline[facet, 1]
-        if outline_begin < outline_end:
-            where = winds_around(outline, outline_begin, outline_end, u, v, tolerance)
-        elif (
-            u < facet_box[facet, 0] + tolerance
-            or v < facet_box[facet, 1] + tolerance
-            or u > facet_box[facet, 2] - tolerance
-            or v > facet_box[facet, 3] - tolerance
-        ):
-            where = ON_RIM
-        else:
-            where = INSIDE
-        if where != OUTSIDE:
-            hit = facet
-            break
-    return hit, where
-
-
 @njit(cache=True, error_model="numpy")
 def known_already(points, first, last, order, tolerance):
     """Return whether row ``last`` repeats one of the rows from ``first`` on, vertex by vertex."""
@@ -249,6 +216,8 @@ def find_paths(
     z,
     start_plane_a,
     start_plane_b,
+    end_plane_a,
+    end_plane_b,
     several,
     first,
     last,
@@ -262,7 +231,9 @@ def find_paths(
     The reflection points are found backwards, from the receiver towards the source: each is where
     the line from the last point to the image pierces the branch's plane, within one of its facets.
     Row by row, ``points`` receives receiver, reflections and source, ``facets`` the facet of each
-    reflection in the same sense, ``orders`` the number of reflections.
+    reflection in the same sense, ``orders`` the number of reflections. Where receiver or source is
+    a point of an edge, its planes are given: they do not block, nor reflect there. ``several`` asks
+    for every path of an image; else the first is the only one.
 
     A path exactly through the edge of two walls may be read as a reflection by either first. Which
     reading is taken must not depend on which end sends, or reciprocity would fail there: branches
@@ -298,6 +269,8 @@ def find_paths(
                     order,
                     start_plane_a,
                     start_plane_b,
+                    end_plane_a,
+                    end_plane_b,
                 ):
                     for k in range(order):
                         facets[found, k] = state[k, FACET]
@@ -339,18 +312,33 @@ def find_paths(
                 continue
             t = max(point_height / (point_height - image_height), 0.0)
             hx, hy, hz = px + t * (ix - px), py + t * (iy - py), pz + t * (iz - pz)
-            hit, where = facet_at(
-                planes,
-                plane_facet_start,
-                facet_box,
-                facet_outline,
-                outline,
-                tolerance,
-                plane,
-                hx,
-                hy,
-                hz,
-            )
+            u = hx * planes[plane, 4] + hy * planes[plane, 5] + hz * planes[plane, 6]
+            v = hx * planes[plane, 7] + hy * planes[plane, 8] + hz * planes[plane, 9]
+            hit = -1
+            where = OUTSIDE
+            for facet in range(plane_facet_start[plane], plane_facet_start[plane + 1]):
+                if (
+                    u < facet_box[facet, 0] - tolerance
+                    or v < facet_box[facet, 1] - tolerance
+                    or u > facet_box[facet, 2] + tolerance
+                    or v > facet_box[facet, 3] + tolerance
+                ):
+                    continue
+                begin, end = facet_outline[facet, 0], facet_outline[facet, 1]
+                if begin < end:
+                    where = winds_around(outline, begin, end, u, v, tolerance)
+                elif (
+                    u < facet_box[facet, 0] + tolerance
+                    or v < facet_box[facet, 1] + tolerance
+                    or u > facet_box[facet, 2] - tolerance
+                    or v > facet_box[facet, 3] - tolerance
+                ):
+                    where = ON_RIM
+                else:
+                    where = INSIDE
+                if where != OUTSIDE:
+                    hit = facet
+                    break
             if hit < 0:
                 continue
             state[depth, RIM] = where
@@ -415,6 +403,8 @@ def search_chunk(scene, tree, x, y, z, first, last, state, points, facets, order
         x,
         y,
         z,
+        -1,
+        -1,
         -1,
         -1,
         scene.transmits,

@@ -15,12 +15,20 @@ def tracing_scratch(scene, tree, edges):
     whole = make_scratch(
         max(tree.max_order, edges.max_order), tree.ways, scene.transmits, edges.rows
     )
-    # The way before an edge comes from one image, so from few paths.
-    rows = edges.ways + 1
+    # The way before an edge comes from one image, so from few paths; that behind it is one chain
+    # of images, each the parent of the next.
+    rows, longest = edges.ways + 1, max(tree.max_order, edges.max_order)
+    # Image i of the chain has i reflections, and its only branch has the number i.
+    chain_branches = np.empty((longest + 2, 2), dtype=np.int64)
+    chain_branches[:, 1] = np.arange(longest + 2) - 1
+    chain_order = np.arange(longest + 3)
     before = (
-        np.empty((tree.max_order + 2, 5), dtype=np.int64),
-        np.empty((rows, tree.max_order + 2, 3)),
-        np.empty((rows, tree.max_order + 1), dtype=np.int64),
+        np.empty((longest + 2, 5), dtype=np.int64),
+        np.empty((longest + 2, 3)),
+        chain_order,
+        chain_branches,
+        np.empty((rows, longest + 2, 3)),
+        np.empty((rows, longest + 1), dtype=np.int64),
         np.empty(rows, dtype=np.int64),
     )
     return whole, before

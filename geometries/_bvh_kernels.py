@@ -171,7 +171,7 @@ def segment_blocked(
             continue
         for i in range(links[node, 1], links[node, 1] + links[node, 2]):
             plane = planes[i]
-            if plane in (plane_a, plane_b, plane_c, plane_d):
+            if plane in (plane_a, plane_b):
                 continue
             ax, ay, az = triangles[i, 3], triangles[i, 4], triangles[i, 5]
             bx, by, bz = triangles[i, 6], triangles[i, 7], triangles[i, 8]
@@ -188,7 +188,7 @@ def segment_blocked(
             if v < -RIM or u + v > 1.0 + RIM:
                 continue
             t = (bx * cx + by * cy + bz * cz) / det
-            if near < t < far:
+            if near < t < far and plane not in (plane_c, plane_d):
                 return True
         node += 1
     return False
