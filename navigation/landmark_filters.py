@@ -274,7 +274,8 @@ class LandmarkFilter:
         Docking paper (8), (10), (24), (28); (28) prints B for the discrete G.
         """
         command = np.asarray(twist, dtype=np.float64)
-        period = checked_period(period_s) * np.any(command != 0.0, axis=-1)
+        moving = np.asarray(np.any(command != 0.0, axis=-1), dtype=np.float64)
+        period = np.asarray(checked_period(period_s) * moving)
         mean = track.belief.mean
         rate = command[..., 1] + mean[..., SPIN]
         motion = position_transition(rate, period)
@@ -370,15 +371,15 @@ class LandmarkFilter:
     ) -> Gaussian:
         """Return the belief with the pose taken from the measurement, slips kept."""
         seen = np.array([0, 1, ATTITUDE])
-        mean, covariance = np.array(belief.mean), np.array(belief.covariance)
+        mean, covariance = np.array(belief.mean), belief.covariance
         fresh_mean = mean[..., seen] + innovation.residual
         mean[..., seen] = np.where(restarted[..., None], fresh_mean, mean[..., seen])
-        fresh = np.zeros((5, 5))
-        fresh[np.ix_(seen, seen)] = self.noise.measurement
-        slip = np.ix_([SLIP, SPIN], [SLIP, SPIN])
-        fresh_all = np.array(np.broadcast_to(fresh, covariance.shape))
-        fresh_all[(..., *slip)] = covariance[(..., *slip)]
+        measured = np.zeros((5, 5))
+        measured[np.ix_(seen, seen)] = self.noise.measurement
+        slips = np.zeros((5, 5))
+        slips[np.ix_([SLIP, SPIN], [SLIP, SPIN])] = 1.0
+        fresh = measured + slips * covariance
         return Gaussian(
             mean=mean,
-            covariance=np.where(restarted[..., None, None], fresh_all, covariance),
+            covariance=np.where(restarted[..., None, None], fresh, covariance),
         )

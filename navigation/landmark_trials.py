@@ -1,4 +1,4 @@
-"""Trials of the landmark filters: a slipping robot drives a set manoeuvre past a landmark, often."""
+"""Trials of the landmark filters: a slipping robot drives past a landmark, many times."""
 
 from dataclasses import dataclass
 
@@ -153,7 +153,7 @@ class Drives:
                 "for less, or drive farther away."
             )
             raise NavigationError(msg)
-        return np.argmax(long, axis=0)
+        return np.asarray(np.argmax(long, axis=0))
 
 
 def drive(
@@ -202,7 +202,7 @@ def drive(
     rngs = [np.random.default_rng(child) for child in children[1:]]
     steps = len(periods)
     normal = np.stack([rng.standard_normal((steps, 5)) for rng in rngs], axis=1)
-    truth, poses = _truth(manoeuvre, filter_, periods, commands, normal, slips)
+    truth, poses = _truth(manoeuvre, filter_, periods, commands, normal=normal, slips=slips)
     detections = np.stack(
         [sensor.detect(poses[:, i], manoeuvre.landmark, rng) for i, rng in enumerate(rngs)],
         axis=1,
@@ -251,7 +251,7 @@ class Estimates:
         (n, s) float64
             Distance in the body frame [m].
         """
-        return np.linalg.norm((self.mean - drives.truth)[..., PLACE], axis=-1)
+        return np.asarray(np.linalg.norm((self.mean - drives.truth)[..., PLACE], axis=-1))
 
     def attitude_error_rad(self, drives: Drives) -> FloatArray:
         """Return the (n, s) errors of the attitude, in (-π, π] [rad].
@@ -316,6 +316,7 @@ def _truth(
     filter_: LandmarkFilter,
     periods: FloatArray,
     commands: FloatArray,
+    *,
     normal: FloatArray,
     slips: tuple[float, float],
 ) -> tuple[FloatArray, FloatArray]:

@@ -56,7 +56,7 @@ def test_the_gramian_has_its_closed_form_without_turning_and_is_regular_with_it(
     np.testing.assert_allclose(position_gramian([0.0, 0.0], [1.0, 2.0]), want, atol=1e-12)
     rates, periods = np.array([0.5, -0.2]), np.array([1.0, 2.0])
 
-    def grow(time, flat, rate):
+    def grow(_, flat, rate):
         phi = flat[:9].reshape(3, 3)
         a = np.array([[0, rate, -1], [-rate, 0, 0], [0, 0, 0.0]])
         return np.concatenate([(a @ phi).ravel(), (phi[:2].T @ phi[:2]).ravel()])

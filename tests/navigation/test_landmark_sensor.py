@@ -61,7 +61,7 @@ def test_detections_have_the_stated_errors_and_clutter_stays_in_the_field_of_vie
     np.testing.assert_allclose(error.mean(axis=0), 0.0, atol=0.003)
     np.testing.assert_allclose(error.std(axis=0), 0.1, rtol=0.02)
     away = LandmarkSensor(false_probability=1.0)
-    clutter = away.detect(poses + [0, 0, np.pi], LANDMARK, rng)
+    clutter = away.detect(poses + np.array([0, 0, np.pi]), LANDMARK, rng)
     azimuth = np.arctan2(clutter[:, 1] - 0.03, clutter[:, 0] - 0.09)
     assert np.abs(azimuth - 0.216).max() <= 0.5 * away.width_rad
     missed = LandmarkSensor(detection_probability=0.3).detect(poses, LANDMARK, rng)
