@@ -257,6 +257,38 @@ def stall_distance_m(law: DockingLaw, linear_slip_m_per_s: float) -> float:
     return abs(linear_slip_m_per_s) / law.gamma_per_s
 
 
+def faded(polar: npt.ArrayLike, *, radius_m: float, approach: Approach = "forward") -> FloatArray:
+    """Return a polar state in which the direction of the goal fades out near the goal.
+
+    Parameters
+    ----------
+    polar : (..., 3) array_like
+        e [m], α [rad], φ [rad], estimated.
+    radius_m : float
+        Distance within which it fades [m]: several standard deviations of the estimated place.
+    approach : {"forward", "reverse"}
+        Which end comes first.
+
+    Returns
+    -------
+    (..., 3) float64
+        e, α - (1 - w) φ and w φ with w = min(1, e²/radius²) [m], [rad]; in reverse φ is counted
+        from π.
+
+    Notes
+    -----
+    The direction of a goal that is as near as the estimate is uncertain is noise, and the law would
+    turn after it. At w = 0 the state left is the heading's error alone, α - φ = -θ, so the robot
+    keeps the goal's heading over the last centimetres. An ideal run is hardly changed: there φ has
+    gone before.
+    """
+    state = np.asarray(polar, dtype=np.float64)
+    e, alpha, phi = state[..., 0], state[..., 1], state[..., 2]
+    astray = _errors(state, approach)[2]
+    lost = (1.0 - np.minimum(1.0, (e / radius_m) ** 2)) * astray
+    return np.stack([e, alpha - lost, phi - lost], axis=-1)
+
+
 def latched(polar: npt.ArrayLike, *, radius_m: float, approach: Approach = "forward") -> bool:
     """Return whether the robot has arrived and should stop for good.
 

@@ -319,7 +319,7 @@ class LandmarkFilter:
             Belief after.
         """
         measured = np.asarray(detection, dtype=np.float64)
-        seen = np.isfinite(measured).all(axis=-1)
+        seen = np.asarray(np.isfinite(measured).all(axis=-1))
         if not seen.any():
             return track
         innovation = innovate(
