@@ -14,6 +14,7 @@ FloatArray = npt.NDArray[np.float64]
 
 _FLOOR_M = 0.01
 _SAME_M = 1e-9
+_LEVELS = (0.1, 0.5, 0.9)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,7 +37,7 @@ class Footprint:
     -----
     The segments are where the scene's triangles, cut to the heights that the robot fills, end in
     plan. A robot that moves in steps shorter than its radius cannot pass one unnoticed; a start
-    inside a large object is told from its solid, see `fits`.
+    inside a large object is told from its solid, see `RobotSpace`.
     """
 
     edges_m: FloatArray
@@ -124,34 +125,43 @@ def footprint(scene: Scene, *, radius_m: float, height_m: float) -> Footprint:
     return Footprint(edges_m=found, radius_m=radius_m)
 
 
-def fits(
-    robot: Footprint, scene: Scene, points_m: npt.ArrayLike, *, height_m: float
-) -> npt.NDArray[np.bool_]:
-    """Return at which places a robot can stand, far corners and insides of objects included.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RobotSpace:
+    """Return where on the floor a robot can stand, large objects and the outside included.
 
     Parameters
     ----------
-    robot : Footprint
-        Of the same scene.
+    footprint : Footprint
+        The robot among the scene's edges.
     scene : Scene
         Room and objects.
-    points_m : (m, 2) array_like
-        Places of its centre [m].
     height_m : float
         Height of the robot [m].
-
-    Returns
-    -------
-    (m,) bool
-        True inside the room, outside every solid and clear of the obstacles' edges.
     """
-    points = np.asarray(points_m, dtype=np.float64).reshape(-1, 2)
-    free = ~robot(points)
-    for share in (0.1, 0.5, 0.9):
-        z = np.full(len(points), scene.floor_height_m + share * height_m)
-        column = np.column_stack([points, z])
-        free &= scene.inside_room(column) & ~scene.inside_solid(column)
-    return free
+
+    footprint: Footprint
+    scene: Scene
+    height_m: float
+
+    def __call__(self, points_m: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
+        """Return at which points the robot can stand [-].
+
+        Parameters
+        ----------
+        points_m : (m, 2) float64
+            Places of its centre [m].
+
+        Returns
+        -------
+        (m,) bool
+            True inside the room, outside every solid and clear of the obstacles' edges.
+        """
+        free = ~self.footprint(points_m)
+        for share in _LEVELS:
+            z = np.full(len(free), self.scene.floor_height_m + share * self.height_m)
+            column = np.column_stack([points_m, z])
+            free &= self.scene.inside_room(column) & ~self.scene.inside_solid(column)
+        return free
 
 
 def _cut(polygon: FloatArray, height_m: float, *, above: bool) -> FloatArray:

@@ -14,7 +14,7 @@ from octant.navigation.polar import polar_state, pose_in_goal_frame
 FloatArray = npt.NDArray[np.float64]
 
 _STILL = np.zeros(2)
-_LOST_SD_M = 0.5
+_UNSURE_SD_M = 0.12
 _PROGRESS_M = 0.005
 _FULL_TURN_RAD = 2.3 * np.pi
 
@@ -85,6 +85,11 @@ class FineDrive:
                 break
             turn = float(np.clip(off_axis / fine.period_s, -limit, limit))
             track = self._step(track, np.array([0.0, turn]), "refine")[0]
+        return self._stand(track)
+
+    def _stand(self, track: LandmarkTrack) -> LandmarkTrack:
+        """Stand and look."""
+        fine = self._task.fine
         for _ in range(int(np.ceil(fine.look_s / fine.period_s))):
             track = self._step(track, _STILL, "refine")[0]
         return track
@@ -125,7 +130,7 @@ class FineDrive:
         fine = self._task.fine
         give_up_s = self._drive.time_s + fine.max_time_s
         nearest, since_s = np.inf, self._drive.time_s
-        polar = None
+        polar, looked = None, False
         while self._drive.time_s < give_up_s:
             polar = polar_state(self._pose_in_goal_frame(track), previous=polar)
             if latched(polar, radius_m=fine.latch_radius_m, approach=fine.law.approach):
@@ -134,8 +139,17 @@ class FineDrive:
                 nearest, since_s = polar[0], self._drive.time_s
             if self._drive.time_s - since_s > fine.stall_s:
                 return "stalled", f"the robot stalled {polar[0]:.3f} m before the dock"
-            if float(np.trace(track.belief.covariance[PLACE, PLACE])) > _LOST_SD_M**2:
-                return "missed", "the landmark was out of view for too long while docking"
+            if polar[0] < fine.last_look_m and not looked:
+                looked = True
+                track = self._stand(track)
+                since_s = self._drive.time_s
+                continue
+            if _spread_m(track) > _UNSURE_SD_M:
+                track = self._refine(track)
+                if _spread_m(track) > _UNSURE_SD_M:
+                    return "missed", "the landmark was lost from view while docking"
+                polar, since_s = None, self._drive.time_s
+                continue
             steered = faded(polar, radius_m=fine.fade_radius_m, approach=fine.law.approach)
             twist = fine.limits.apply(fine.law.twist(steered))
             if fine.compensate_slips:
@@ -165,3 +179,8 @@ class FineDrive:
             f"the robot stopped {away:.2f} m and {np.degrees(abs(heading)):.0f} degrees off, where "
             "the station makes no contact"
         )
+
+
+def _spread_m(track: LandmarkTrack) -> float:
+    """Return the standard deviation of the landmark's estimated place [m]."""
+    return float(np.sqrt(np.trace(track.belief.covariance[PLACE, PLACE])))

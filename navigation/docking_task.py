@@ -82,8 +82,15 @@ class CoarseStage:
             check_positive(getattr(self, name), name=name, unit=unit)
 
 
-def task_filter() -> LandmarkFilter:
+def task_filter(*, position_sd_m: float = 0.1, attitude_sd_rad: float = 0.1) -> LandmarkFilter:
     """Return the landmark filter of the docking task.
+
+    Parameters
+    ----------
+    position_sd_m : float
+        Standard deviation of each measured coordinate [m].
+    attitude_sd_rad : float
+        Standard deviation of the measured attitude [rad].
 
     Returns
     -------
@@ -93,7 +100,10 @@ def task_filter() -> LandmarkFilter:
         at 1 m/s.
     """
     noise = LandmarkNoise(
-        initial_linear_slip_m2_per_s2=2.5e-3, initial_angular_slip_rad2_per_s2=2.5e-3
+        measured_position_m2=position_sd_m**2,
+        measured_attitude_rad2=attitude_sd_rad**2,
+        initial_linear_slip_m2_per_s2=2.5e-3,
+        initial_angular_slip_rad2_per_s2=2.5e-3,
     )
     return LandmarkFilter(noise=noise)
 
@@ -118,6 +128,8 @@ class FineStage:
         Turn rate of the search [rad/s].
     look_s : float
         How long the robot stands and looks before it docks [s].
+    last_look_m : float
+        At this distance from the goal the robot stands and looks once more [m].
     confirmations : int
         Detections that must agree before a landmark is believed [-].
     latch_radius_m : float
@@ -132,27 +144,36 @@ class FineStage:
     Raises
     ------
     NavigationError
-        When a value is not positive and finite.
+        When a value is not positive and finite, or the law is one for driving backwards: the camera
+        looks ahead.
     """
 
     law: DockingLaw = field(default_factory=DockingLaw)
     limits: TwistLimits = field(default_factory=TwistLimits)
     filter: LandmarkFilter = field(default_factory=task_filter)
     compensate_slips: bool = True
-    period_s: float = 0.2
+    period_s: float = 0.1
     search_rate_rad_per_s: float = 0.5
-    look_s: float = 4.0
+    look_s: float = 6.0
+    last_look_m: float = 0.2
     confirmations: int = 5
     latch_radius_m: float = 0.02
-    fade_radius_m: float = 0.15
+    fade_radius_m: float = 0.08
     max_time_s: float = 180.0
     stall_s: float = 20.0
 
     def __post_init__(self) -> None:
         checked_period(self.period_s)
+        if self.law.approach != "forward":
+            msg = (
+                f"the law's approach is {self.law.approach!r}, but the docking task needs "
+                "'forward', as its camera looks ahead: change it."
+            )
+            raise NavigationError(msg)
         for name, unit in (
             ("search_rate_rad_per_s", "rad/s"),
             ("look_s", "s"),
+            ("last_look_m", "m"),
             ("confirmations", "detections"),
             ("latch_radius_m", "m"),
             ("fade_radius_m", "m"),

@@ -196,4 +196,8 @@ def _arc(turn_rad: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _matrix(rows: list[list[FloatArray]]) -> FloatArray:
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+    filled = np.empty((*rows[0][0].shape, len(rows), len(rows[0])))
+    for i, row in enumerate(rows):
+        for j, entry in enumerate(row):
+            filled[..., i, j] = entry
+    return filled
