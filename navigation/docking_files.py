@@ -42,7 +42,7 @@ TRAJECTORY_COLUMNS = (
     "angular_slip_rad_per_s",
     "seen",
 )
-"""Columns of trajectory.csv: true pose, command, estimated polar state and slips [m], [deg], [s]."""
+"""Columns of trajectory.csv: true pose, command, estimates [m], [deg], [s], and whether it saw."""
 
 
 def write_docking_csv(path: str | Path, results: Mapping[str, Sequence[DockingResult]]) -> None:

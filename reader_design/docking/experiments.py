@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from octant.navigation.batches import run_seeded
 from octant.navigation.closed_loop import ClosedLoop, integrate
-from octant.navigation.docking_law import DockingLaw
+from octant.navigation.docking_law import DockingLaw, GoalLaw
 from octant.navigation.docking_run import DockingJob
 from octant.navigation.docking_setting import DockingSetting, StartArea
 from octant.navigation.docking_task import DockingResult, DockingTask, FineStage
@@ -68,10 +68,10 @@ def regulator_loops() -> dict[str, tuple[ClosedLoop, ClosedLoop]]:
         By the regulator's name; from the two starts of the textbook's figures.
     """
     starts = ([-1.0, -1.0, 0.0], [1.0, 1.0, 0.0])
-    laws = {
+    laws: dict[str, tuple[GoalLaw, float]] = {
         "Cartesian regulator (Fig. 11.19)": (CartesianRegulator(), 8.0),
         "posture regulator (Fig. 11.20)": (posture_regulator(), 8.0),
-        "graceful law (Park and Kuipers)": (GracefulLaw(), 40.0),
+        "graceful law (Park and Kuipers)": (GracefulLaw(), 150.0),
     }
     loops = {}
     for name, (law, seconds) in laws.items():

@@ -110,6 +110,51 @@ def docking_task(table: Dock) -> DockingTask:
     )
 
 
+def docking_space(study: Study, built: StudyScene) -> RobotSpace:
+    """Return where the study's robot can stand in one of its rooms, once its station is checked.
+
+    Parameters
+    ----------
+    study : Study
+        With a table ``[dock]``.
+    built : StudyScene
+        The room [m].
+
+    Returns
+    -------
+    RobotSpace
+        The floor.
+
+    Raises
+    ------
+    ConfigError
+        When the study has no table ``[dock]``, the landmark is inside something, or the robot does
+        not fit into the dock.
+    """
+    table = dock_table(study)
+    task = docking_task(table)
+    try:
+        task.landmark.check(built.scene)
+    except NavigationError as exc:
+        msg = f"dock.landmark_position_m: {exc}"
+        raise ConfigError(msg) from exc
+    space = RobotSpace(
+        footprint=footprint(
+            built.scene, radius_m=table.robot_radius_m, height_m=table.robot_height_m
+        ),
+        scene=built.scene,
+        height_m=table.robot_height_m,
+    )
+    if not space(task.goal[None, :2])[0]:
+        x, y = task.goal[:2]
+        msg = (
+            f"dock.stand_off_m puts the dock at ({x:g}, {y:g}) m, where a robot of radius "
+            f"{table.robot_radius_m:g} m does not fit; give it more room."
+        )
+        raise ConfigError(msg)
+    return space
+
+
 def docking_job(study: Study, built: StudyScene, responses: Sequence[ReaderResponse]) -> DockingJob:
     """Return what makes one docking mission of a study from its seed, in one of its rooms.
 
@@ -130,28 +175,10 @@ def docking_job(study: Study, built: StudyScene, responses: Sequence[ReaderRespo
     Raises
     ------
     ConfigError
-        When the study has no table ``[dock]``, or the landmark or the dock is inside something.
+        As `docking_space`.
     """
     table = dock_table(study)
-    task = docking_task(table)
-    scene, robot = built.scene, DifferentialDrive()
-    try:
-        task.landmark.check(scene)
-    except NavigationError as exc:
-        msg = f"dock.landmark_position_m: {exc}"
-        raise ConfigError(msg) from exc
-    space = RobotSpace(
-        footprint=footprint(scene, radius_m=table.robot_radius_m, height_m=table.robot_height_m),
-        scene=scene,
-        height_m=table.robot_height_m,
-    )
-    if not space(task.goal[None, :2])[0]:
-        x, y = task.goal[:2]
-        msg = (
-            f"dock.stand_off_m puts the dock at ({x:g}, {y:g}) m, where a robot of radius "
-            f"{table.robot_radius_m:g} m does not fit; give it more room."
-        )
-        raise ConfigError(msg)
+    task, space = docking_task(table), docking_space(study, built)
     link = tag_link(study, built, built.tag(table.tag), responses)
     return DockingJob(
         task=task,
@@ -168,9 +195,9 @@ def docking_job(study: Study, built: StudyScene, responses: Sequence[ReaderRespo
                 attitude_sd_rad=math.radians(table.attitude_sd_deg),
                 detection_probability=table.detection_probability,
                 false_probability=table.false_probability,
-                scene=scene,
+                scene=built.scene,
             ),
-            robot=robot,
+            robot=DifferentialDrive(),
             blocked=space.footprint,
         ),
         starts=_starts(table, task, space),

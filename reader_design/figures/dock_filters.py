@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 FloatArray = npt.NDArray[np.float64]
 
 TRUTH, WITH, WITHOUT = "#222222", "#332288", "#cc6677"
+_MARGIN_M = 0.4
 _STATES = ((0, "e_x", "m"), (1, "e_y", "m"), (ATTITUDE, "ψ", "rad"))
 
 
@@ -54,7 +55,11 @@ def filter_path_figure(
         way = _way(drives.truth[:, run])
         ax.plot(*way[unseen].T, ".", color="#bbbbbb", markersize=3, label="landmark out of view")
         ax.plot(0.0, 0.0, "x", color="#222222", markersize=9, label="landmark")
-        ax.set_aspect("equal", adjustable="datalim")
+        ax.set_aspect("equal")
+        shown = np.vstack([way, [[0.0, 0.0]]])
+        low, high = shown.min(axis=0), shown.max(axis=0)
+        ax.set_xlim(low[0] - _MARGIN_M, high[0] + _MARGIN_M)  # a wrong start may lie far outside
+        ax.set_ylim(low[1] - _MARGIN_M, high[1] + _MARGIN_M)
         ax.set_xlabel("x in the landmark's frame [m]")
         ax.set_ylabel("y in the landmark's frame [m]")
         figure.legend(*ax.get_legend_handles_labels(), loc="outside right center")
@@ -171,7 +176,7 @@ def error_histogram_figure(
         figure, axes = new_figure(
             width_in=10.0,
             height_in=1.2 + 2.6 * len(estimates),
-            title=f"Errors of {runs} runs, {at_s:g} s after the start",
+            title=f"Errors of {runs} runs, {at_s:.0f} s after the start (Fig. 10)",
             rows=len(estimates),
             columns=3,
         )

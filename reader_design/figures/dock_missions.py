@@ -1,5 +1,6 @@
 """Figures of docking missions: ways through the rooms, one docking over time, where runs end."""
 
+import itertools
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
@@ -13,6 +14,7 @@ from octant.reader_design.figures.common import figure_style, new_figure
 from octant.reader_design.rooms.plan import Plan, draw_plan, draw_tags, plan_shape
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 FloatArray = npt.NDArray[np.float64]
@@ -214,28 +216,28 @@ def docking_errors_figure(rooms: Mapping[str, Sequence[DockingResult]]) -> "Figu
     return figure
 
 
-def _draw_way(axes: object, result: DockingResult) -> None:
+def _draw_way(axes: "Axes", result: DockingResult) -> None:
     phases = np.array(result.phases)
     xy = result.poses[:, :2]
     begins = np.concatenate([[0], np.flatnonzero(phases[1:] != phases[:-1]) + 1, [len(phases) - 1]])
-    for begin, end in zip(begins[:-1], begins[1:], strict=True):
+    for begin, end in itertools.pairwise(begins):
         phase = str(phases[begin])
-        axes.plot(  # type: ignore[attr-defined]
+        axes.plot(
             *xy[begin : end + 1].T,
             color=PHASE_COLOURS[phase],
             linewidth=0.9,
             label=phase,
             zorder=4,
         )
-    axes.plot(*xy[0], "o", color="#555555", markersize=3, label="start", zorder=5)  # type: ignore[attr-defined]
+    axes.plot(*xy[0], "o", color="#555555", markersize=3, label="start", zorder=5)
     if not result.success:
-        axes.plot(*xy[-1], "x", color="#cc0000", label="failed", zorder=7)  # type: ignore[attr-defined]
+        axes.plot(*xy[-1], "x", color="#cc0000", label="failed", zorder=7)
 
 
 def _last_docking(result: DockingResult) -> npt.NDArray[np.int64]:
-    """Return the rows of the last try's docking, at least two."""
+    """Return the rows in which the last try that got so far followed the law, at least two."""
     docking = np.isfinite(result.polar[:, 0])
-    pauses = np.array([phase in ("back off", "search") for phase in result.phases])
-    last = np.flatnonzero(pauses).max(initial=-1)
-    rows = np.flatnonzero(docking & (np.arange(len(docking)) > last))
-    return rows if len(rows) > 1 else np.flatnonzero(np.ones(len(docking)))[-2:]
+    between = np.array([phase in {"back off", "search"} for phase in result.phases])
+    tries = np.cumsum(between)
+    rows = np.flatnonzero(docking & (tries == tries[docking].max(initial=-1)))
+    return rows if len(rows) > 1 else np.arange(len(docking))[-2:]

@@ -116,9 +116,11 @@ def _missions_section(
     return ReportSection(
         heading="Missions from random starts",
         paragraphs=(
-            "The reader's bearings from many places and odometry find the station's tag, over the "
-            "staging place. There the robot turns until its camera sees the landmark, looks, and "
-            "follows the docking law on the filter's estimate; a failed try goes back to staging.",
+            (
+                "The reader's bearings from many places and odometry find the station's tag, over the "
+                "staging place. There the robot turns until its camera sees the landmark, looks, and "
+                "follows the docking law on the filter's estimate; a failed try goes back to staging."
+            ),
         ),
         tables=(
             ReportTable(
@@ -159,8 +161,10 @@ def _docking_section(
     return ReportSection(
         heading="Docking on estimated states",
         paragraphs=(
-            "One try from beside the staging place. Without compensation a slip against the motion "
-            "stops the law at |b|/γ before the dock.",
+            (
+                "One try from beside the staging place. Without compensation a slip against the motion "
+                "stops the law at |b|/γ before the dock."
+            ),
         ),
         tables=(
             ReportTable(
@@ -216,10 +220,12 @@ def _filter_section(experiment: FilterExperiment, figures: Mapping[str, Path]) -
     return ReportSection(
         heading="Landmark filters",
         paragraphs=(
-            f"{len(runs)} drives with slips b = {b:g} m/s and s = {s:g} rad/s; the landmark is "
-            f"lost after some 23 s. A wrong start is off by ({dx:g}, {dy:g}) m and {turn:g} rad. "
-            "Truth carries the process noise that the filters assume, so their consistency can be "
-            f"judged: the mean NEES of five states belongs between {low:.2f} and {high:.2f}.",
+            (
+                f"{len(runs)} drives with slips b = {b:g} m/s and s = {s:g} rad/s; the landmark is "
+                f"lost after some 23 s. A wrong start is off by ({dx:g}, {dy:g}) m and {turn:g} rad. "
+                "Truth carries the process noise that the filters assume, so their consistency can be "
+                f"judged: the mean NEES of five states belongs between {low:.2f} and {high:.2f}."
+            ),
         ),
         tables=(
             ReportTable(

@@ -7,6 +7,9 @@ import click
 from octant.reader_design.progress import Progress
 from octant.reader_design.verbs.arguments import POWER_KERNELS, common_options, kernels_for
 
+LEAST_REPETITIONS = 20
+"""Repetitions of the filter experiments below which errors cannot be tested for a Gaussian [-]."""
+
 
 @click.command()
 @click.argument("study", type=click.Path(path_type=Path), required=False)
@@ -45,7 +48,12 @@ def dock(
         mission_figures,
         save_figures,
     )
-    from octant.reader_design.docking.missions import dock_table, docking_job, run_dockings
+    from octant.reader_design.docking.missions import (
+        dock_table,
+        docking_job,
+        docking_space,
+        run_dockings,
+    )
     from octant.reader_design.report.dock import docking_report, summary_lines
     from octant.reader_design.report.html import render_report
     from octant.reader_design.rooms.study_scene import build_study_scene
@@ -58,6 +66,8 @@ def dock(
     files = {name: out / name for name in names}
     refuse_overwrite(*files.values(), force=force)
     scenes = [build_study_scene(loaded, layout) for layout in (None, *loaded.layouts)]
+    for scene in scenes:
+        docking_space(loaded, scene)  # a bad station is refused before anything is computed
     progress = Progress(quiet=quiet)
     for note in dict.fromkeys(note for scene in scenes for note in scene.notes):
         progress.say(note)
@@ -74,7 +84,8 @@ def dock(
     dockings = docking_experiment(
         first.task, first.setting.camera, seed=loaded.seed, runs=min(number, 100), workers=workers
     )
-    experiment = filter_experiment(seed=loaded.seed)
+    repetitions = min(max(number, LEAST_REPETITIONS), 100)
+    experiment = filter_experiment(seed=loaded.seed, repetitions=repetitions)
     figures = {
         **mission_figures(
             {scene.name: (scene, results[scene.name]) for scene in scenes},
