@@ -117,9 +117,10 @@ def _missions_section(
         heading="Missions from random starts",
         paragraphs=(
             (
-                "The reader's bearings from many places and odometry find the station's tag, over the "
-                "staging place. There the robot turns until its camera sees the landmark, looks, and "
-                "follows the docking law on the filter's estimate; a failed try goes back to staging."
+                "The reader's bearings from many places and odometry find the station's tag, over "
+                "the staging place. There the robot turns until its camera sees the landmark, "
+                "looks, and follows the docking law on the filter's estimate; a failed try goes "
+                "back to staging."
             ),
         ),
         tables=(
@@ -162,8 +163,8 @@ def _docking_section(
         heading="Docking on estimated states",
         paragraphs=(
             (
-                "One try from beside the staging place. Without compensation a slip against the motion "
-                "stops the law at |b|/γ before the dock."
+                "One try from beside the staging place. Without compensation a slip against the "
+                "motion stops the law at |b|/γ before the dock."
             ),
         ),
         tables=(
@@ -221,10 +222,11 @@ def _filter_section(experiment: FilterExperiment, figures: Mapping[str, Path]) -
         heading="Landmark filters",
         paragraphs=(
             (
-                f"{len(runs)} drives with slips b = {b:g} m/s and s = {s:g} rad/s; the landmark is "
-                f"lost after some 23 s. A wrong start is off by ({dx:g}, {dy:g}) m and {turn:g} rad. "
-                "Truth carries the process noise that the filters assume, so their consistency can be "
-                f"judged: the mean NEES of five states belongs between {low:.2f} and {high:.2f}."
+                f"{len(runs)} drives with slips b = {b:g} m/s and s = {s:g} rad/s; the landmark "
+                f"is lost after some 23 s. A wrong start is off by ({dx:g}, {dy:g}) m and "
+                f"{turn:g} rad. Truth carries the process noise that the filters assume, so their "
+                "consistency can be judged: the mean NEES of five states belongs between "
+                f"{low:.2f} and {high:.2f}."
             ),
         ),
         tables=(
