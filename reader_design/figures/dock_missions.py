@@ -50,7 +50,7 @@ def docking_ways_figure(
     Returns
     -------
     Figure
-        Up to 20 runs in each, coloured by phase; starts as dots, failed runs end in a red cross.
+        Up to 20 runs in each, coloured by phase; starts as dots, failed runs end in a black cross.
     """
     reach = [np.concatenate([r.poses[:, :2] for r in runs[:_MOST_WAYS]]) for _, runs, _ in rooms]
     shape = max(
@@ -231,7 +231,7 @@ def _draw_way(axes: "Axes", result: DockingResult) -> None:
         )
     axes.plot(*xy[0], "o", color="#555555", markersize=3, label="start", zorder=5)
     if not result.success:
-        axes.plot(*xy[-1], "x", color="#cc0000", label="failed", zorder=7)
+        axes.plot(*xy[-1], "X", color="#000000", label="failed", zorder=7)
 
 
 def _last_docking(result: DockingResult) -> npt.NDArray[np.int64]:

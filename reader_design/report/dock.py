@@ -214,6 +214,7 @@ def _filter_section(experiment: FilterExperiment, figures: Mapping[str, Path]) -
                 _pair(error[at_20]),
                 _pair(error[end, runs]),
                 "-" if np.isnan(mean).any() else f"{mean.mean():.2f} ({100 * inside:.0f} %)",
+                f"{np.nanmean(made.nis[settled]):.2f}",
             )
         )
     b, s = SLIPS
@@ -233,9 +234,15 @@ def _filter_section(experiment: FilterExperiment, figures: Mapping[str, Path]) -
             ReportTable(
                 caption=(
                     "Error of the landmark's place, median / 90 % in m; mean NEES after 10 s and "
-                    "the share of time in the 95 % band."
+                    "the share of time in the 95 % band; mean NIS, 3 for a consistent filter."
                 ),
-                header=("filter", "after 20 s [m]", f"{BLACKOUT_S:g} s unseen [m]", "NEES [-]"),
+                header=(
+                    "filter",
+                    "after 20 s [m]",
+                    f"{BLACKOUT_S:g} s unseen [m]",
+                    "NEES [-]",
+                    "NIS [-]",
+                ),
                 rows=tuple(rows),
             ),
         ),

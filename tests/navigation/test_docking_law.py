@@ -10,6 +10,7 @@ from octant.navigation.closed_loop import integrate
 from octant.navigation.docking_law import (
     DockingLaw,
     TwistLimits,
+    faded,
     latched,
     slip_compensated,
     stall_distance_m,
@@ -136,6 +137,17 @@ def test_the_latch_closes_at_the_radius_and_after_passing_the_goal():
     assert latched([0.05, 3.0, 3.0], radius_m=0.02)
     assert not latched([0.5, 3.0, 3.0], radius_m=0.02)
     assert not latched([0.05, 3.0, 3.0], radius_m=0.02, approach="reverse")
+
+
+def test_near_the_goal_its_direction_fades_and_the_heading_stays():
+    far, near = np.array([0.3, 0.4, 0.6]), np.array([0.0, 0.4, 0.6])
+    np.testing.assert_array_equal(faded(far, radius_m=0.2), far)
+    # At the goal only the heading's error is left: -θ = α - φ.
+    np.testing.assert_allclose(faded(near, radius_m=0.2), [0.0, -0.2, 0.0], atol=1e-15)
+    half = faded([0.1, 0.4, 0.6], radius_m=0.2)
+    np.testing.assert_allclose(half, [0.1, 0.4 - 0.75 * 0.6, 0.25 * 0.6], atol=1e-15)
+    behind = faded([0.0, np.pi + 0.4, np.pi + 0.6], radius_m=0.2, approach="reverse")
+    np.testing.assert_allclose(behind, [0.0, np.pi - 0.2, np.pi], atol=1e-15)
 
 
 def test_polar_states_continue_through_half_a_turn():

@@ -88,6 +88,7 @@ def test_docking_on_estimates_with_slip_compensation_ends_in_the_dock():
     assert np.quantile(position, 0.9) <= 0.06
     assert np.median(lateral) <= 0.01
     assert np.quantile(lateral, 0.9) <= 0.02
+    assert np.quantile([abs(r.final[2]) for r in docked], 0.9) <= 0.07
 
 
 def test_without_compensation_a_slip_stalls_the_robot_at_b_over_gamma():
