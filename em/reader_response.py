@@ -18,7 +18,7 @@ from octant.em.antennas import Antenna, make_antenna
 from octant.em.blocks import run_blocks
 from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
 from octant.em.image_search import search_images
-from octant.em.paths import scene_arrays
+from octant.em.paths import edge_arrays, scene_arrays
 from octant.em.radio_scene import RadioScene, radio_scene
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import AntennaError
@@ -257,9 +257,10 @@ def _ray_pattern(
     tree = search_images(radio.scene, place_m, max_reflections)
     field = np.zeros(places.shape, dtype=np.complex128)
     scene, images, element = scene_arrays(radio), tree.kernel_arrays(), antenna.kernel_arrays()
+    ways = edge_arrays(radio, tree, None)
 
     def work(begin: int, end: int) -> None:
-        _power_kernels.sum_fields(scene, images, element, places, begin, end, field)
+        _power_kernels.sum_fields(scene, images, ways, element, places, begin, end, field)
 
     run_blocks(work, len(places))
     wavelength_m = antenna.wavelength_m

@@ -13,7 +13,7 @@ from octant.geometries.errors import ConfigError
 from octant.reader_design.config.schema import Study
 from octant.reader_design.progress import Progress
 from octant.reader_design.rooms.map_grid import LARGEST_MAP, map_axes_m
-from octant.reader_design.verbs.arguments import POWER_KERNELS, common_options, kernels_for
+from octant.reader_design.verbs.arguments import common_options
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -76,8 +76,6 @@ def radio_map(
     progress = Progress(quiet=quiet)
     for note in built.notes:
         progress.say(note)
-    model = "isotropic" if isotropic else loaded.reader.response
-    progress.announce_compilation(kernels_for(model, *POWER_KERNELS))
     responses = () if isotropic else study_responses(loaded)
     maps = []
     for tag in tags:

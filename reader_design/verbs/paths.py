@@ -13,11 +13,8 @@ import numpy.typing as npt
 from octant.geometries.errors import ConfigError
 from octant.reader_design.progress import Progress
 from octant.reader_design.verbs.arguments import (
-    PATH_KERNELS,
     POINT,
-    POWER_KERNELS,
     common_options,
-    kernels_for,
 )
 
 if TYPE_CHECKING:
@@ -118,7 +115,6 @@ def paths(
     _refuse_same_place(source, receivers)
     for line in filter(None, (note, *notes)):
         progress.say(line)
-    progress.announce_compilation(PATH_KERNELS)
     order = loaded.solver.max_reflections if max_reflections is None else max_reflections
     region = _region(built.scene, source, receivers)
     frequency_hz = loaded.radio.frequency_hz
@@ -290,7 +286,6 @@ def rss(
     progress = Progress(quiet=quiet)
     for note in built.notes:
         progress.say(note)
-    progress.announce_compilation(kernels_for(loaded.reader.response, *POWER_KERNELS))
     link = tag_link(loaded, built, tag, study_responses(loaded))
     radians = given * (1.0, 1.0, np.pi / 180.0)
     header = ["x_m", "y_m", "heading_deg", *(f"rss_{i + 1}_w" for i in range(link.antennas))]
