@@ -192,7 +192,7 @@ def _docking_section(
     )
 
 
-def _filter_section(experiment: FilterExperiment, figures: Mapping[str, Path]) -> ReportSection:
+def _filter_rows(experiment: FilterExperiment) -> tuple[tuple[str, ...], ...]:
     drives = experiment.drives
     end, runs = drives.blackout_end(BLACKOUT_S), np.arange(drives.truth.shape[1])
     at_20 = int(np.searchsorted(drives.time_s, 20.0))
@@ -217,13 +217,19 @@ def _filter_section(experiment: FilterExperiment, figures: Mapping[str, Path]) -
                 f"{np.nanmean(made.nis[settled]):.2f}",
             )
         )
+    return tuple(rows)
+
+
+def _filter_section(experiment: FilterExperiment, figures: Mapping[str, Path]) -> ReportSection:
+    runs = experiment.drives.truth.shape[1]
+    low, high = consistency_band(degrees=5, samples=runs)
     b, s = SLIPS
     dx, dy, turn = WRONG_START
     return ReportSection(
         heading="Landmark filters",
         paragraphs=(
             (
-                f"{len(runs)} drives with slips b = {b:g} m/s and s = {s:g} rad/s; the landmark "
+                f"{runs} drives with slips b = {b:g} m/s and s = {s:g} rad/s; the landmark "
                 f"is lost after some 23 s. A wrong start is off by ({dx:g}, {dy:g}) m and "
                 f"{turn:g} rad. Truth carries the process noise that the filters assume, so their "
                 "consistency can be judged: the mean NEES of five states belongs between "
@@ -243,7 +249,7 @@ def _filter_section(experiment: FilterExperiment, figures: Mapping[str, Path]) -
                     "NEES [-]",
                     "NIS [-]",
                 ),
-                rows=tuple(rows),
+                rows=_filter_rows(experiment),
             ),
         ),
         figures=(

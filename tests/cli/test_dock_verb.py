@@ -1,8 +1,13 @@
 """``octant dock``: what it writes, that it repeats itself, and what it refuses."""
 
 import csv
+from pathlib import Path
 
 import pytest
+
+from octant.reader_design.config.loading import load_study
+from octant.reader_design.docking.missions import docking_task
+from octant.reader_design.docking.run import docking_rooms
 
 STUDY = """
 name = "station"
@@ -65,6 +70,7 @@ def test_a_study_leaves_tables_figures_and_a_report(octant, study_file, tmp_path
     assert {p.stem for p in (out / "figures").iterdir()} == {f"dock_{name}" for name in FIGURES}
     page = (out / "report.html").read_text()
     assert page.count("<img") == len(FIGURES)
+    assert load_study(out / "study.toml") == load_study(study)
     assert "exists" in octant("dock", study, "--out", out, "-q").refused()
 
 
@@ -89,6 +95,22 @@ def test_bad_docks_are_refused_in_one_sentence(octant, study_file, tmp_path, old
     study = study_file(STUDY.replace(old, new))
     assert part in octant("dock", study, "--out", tmp_path / "out").refused()
     assert not (tmp_path / "out").exists()
+
+
+def test_the_built_in_study_has_the_papers_station_in_a_room_and_in_free_space():
+    study = load_study(built_in="dock_study")
+    assert [room.name for room in docking_rooms(study)] == ["docking-station", "free-space"]
+    task = docking_task(study.dock)
+    law, limits = task.fine.law, task.fine.limits
+    assert (law.gamma_per_s, law.h, law.k_per_s) == (0.125, 20.0, 1.0)
+    assert limits.max_speed_m_per_s == pytest.approx(limits.max_turn_rate_rad_per_s) == 0.2
+    assert task.goal == pytest.approx([5.5, 2.5, 0.0])
+
+
+def test_the_example_in_the_furnished_office_fits_its_room():
+    example = Path(__file__).parents[2] / "examples" / "docking_office.toml"
+    (room,) = docking_rooms(load_study(example))
+    assert room.scene.has_room
 
 
 def test_a_study_without_a_dock_is_refused(octant, study_file, tmp_path):
