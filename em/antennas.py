@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Literal, get_args
 
 import numpy as np
@@ -161,6 +162,7 @@ class Antenna:
         return np.stack(parts, axis=-1)
 
 
+@lru_cache(maxsize=256)  # asked again for every block of receivers
 def _radiation_integral(half_length_rad: float) -> float:
     """Return the integral of (cos(h cos t) - cos h)^2 / sin t over t from 0 to pi.
 

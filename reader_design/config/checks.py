@@ -7,6 +7,7 @@ from pathlib import Path
 import msgspec
 
 from octant.geometries.errors import ConfigError, GeometryError
+from octant.reader_design.config.dock import Dock
 from octant.reader_design.config.errors import unknown_name
 from octant.reader_design.config.materials import (
     SURFACES,
@@ -70,6 +71,8 @@ def check_study(study: Study) -> None:
     _check_surroundings(study.reader)
     if study.mission is not None:
         _check_mission(study.mission, study.tags)
+    if study.dock is not None:
+        _check_dock(study.dock, study.tags)
     for path, spec in material_specs(study):
         check_material(path, spec, study.radio.frequencies_hz)
     for path, unit in _units(study):
@@ -303,3 +306,30 @@ def _check_mission(mission: Mission, tags: Sequence[Tag]) -> None:
             f"sample of {mission.sample_time_s:g} s."
         )
         raise ConfigError(msg)
+
+
+def _check_dock(dock: Dock, tags: Sequence[Tag]) -> None:
+    known = [tag.id for tag in tags]
+    if dock.tag not in known:
+        raise ConfigError(unknown_name("dock.tag", dock.tag, known, what="[[tag]]"))
+    if dock.staging_m <= dock.stand_off_m:
+        msg = (
+            f"dock.staging_m is {dock.staging_m:g} m and dock.stand_off_m {dock.stand_off_m:g} m, "
+            "but the robot must stage farther from the landmark than it docks; raise staging_m."
+        )
+        raise ConfigError(msg)
+    if (dock.start_low_m is None) != (dock.start_high_m is None):
+        msg = (
+            "dock.start_low_m and dock.start_high_m are the two corners of one area, but only one "
+            "is given; give both, or none."
+        )
+        raise ConfigError(msg)
+    if dock.start_low_m is not None and dock.start_high_m is not None:
+        for low, high in zip(dock.start_low_m, dock.start_high_m, strict=True):
+            if low >= high:
+                msg = (
+                    f"dock.start_low_m is {list(dock.start_low_m)} m and dock.start_high_m "
+                    f"{list(dock.start_high_m)} m, but the first must be the lower corner; "
+                    "exchange them."
+                )
+                raise ConfigError(msg)

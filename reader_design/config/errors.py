@@ -12,6 +12,9 @@ Path = tuple[str | int, ...]
 
 _UNITS = {
     "_s_per_m": "S/m",
+    "_m_per_s": "m/s",
+    "_deg_per_s": "degrees/s",
+    "_per_s": "1/s",
     "_m": "m",
     "_hz": "Hz",
     "_w": "W",

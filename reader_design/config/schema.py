@@ -9,6 +9,7 @@ from typing import Annotated, Literal
 import msgspec
 from msgspec import Meta
 
+from octant.reader_design.config.dock import Dock
 from octant.reader_design.config.room import (
     Name,
     NotNegative,
@@ -295,6 +296,8 @@ class Study(Table, frozen=True, kw_only=True):
         The tables ``[[tag]]``.
     mission : Mission or None
         None: the study drives no robot.
+    dock : Dock or None
+        Docking at a tagged station; None: the study has none.
     layouts : tuple of Layout
         The tables ``[[layout]]``.
     """
@@ -309,4 +312,5 @@ class Study(Table, frozen=True, kw_only=True):
     solver: Solver = Solver()
     map: Map = Map()
     mission: Mission | None = None
+    dock: Dock | None = None
     layouts: tuple[Layout, ...] = msgspec.field(default=(), name="layout")

@@ -25,7 +25,7 @@ def test_help_lists_every_verb_on_stdout(octant, argument):
     call = octant(*([argument] if argument else []))
     assert call.code == 0
     assert call.err == ""
-    for verb in ("study", "map", "paths", "rss", "audit", "materials", "navigate"):
+    for verb in ("study", "map", "paths", "rss", "audit", "materials", "navigate", "dock"):
         assert f"\n  {verb} " in call.out
 
 

@@ -1,0 +1,1 @@
+"""State estimators: Kalman filters and what judges them."""
