@@ -13,12 +13,14 @@ from numba import njit
 
 from octant.em._path_kernels import (
     ON_RIM,
+    RECEIVER,
     RIM,
+    SOURCE,
     find_paths,
     inside_supporting_planes,
     known_already,
 )
-from octant.geometries._bvh_kernels import segment_blocked
+from octant.geometries._bvh_kernels import segment_blocked, two_planes
 
 SECTOR_TOLERANCE = 1e-7
 """Angle [rad] by which a ray may leave a wedge's sector of air: rays along a face have rounding."""
@@ -170,6 +172,7 @@ def find_edge_paths(
     :func:`octant.em._path_kernels.find_paths`; in ``facets`` a diffraction at wedge w is -1 - w.
     """
     found = 0
+    ends = len(state) - 1
     for k in range(first, last):
         if found + (node_start[k + 1] - node_start[k]) * ways_per_node > len(orders):
             return found, k
@@ -203,8 +206,9 @@ def find_edge_paths(
                 continue
             if (along - t) ** 2 + distance * distance <= tolerance * tolerance:
                 continue  # the receiver stands on the edge itself
-            plane_a = facet_plane[wedge_facets[wedge, 0]]
-            plane_b = facet_plane[wedge_facets[wedge, 1]]
+            own_planes = two_planes(
+                facet_plane[wedge_facets[wedge, 0]], facet_plane[wedge_facets[wedge, 1]]
+            )
             # Behind the edge, the point on it is the source of a single sequence of images.
             unfold(
                 planes,
@@ -218,6 +222,7 @@ def find_edge_paths(
             )
             for i in range(reflections):
                 chain_branches[i + 1, 0] = edge_planes[edge_plane_start[k] + i]
+            state[ends, RECEIVER], state[ends, SOURCE] = -1, own_planes
             seen = find_paths(
                 chain_image,
                 chain_order,
@@ -237,10 +242,6 @@ def find_edge_paths(
                 x,
                 y,
                 z,
-                -1,
-                -1,
-                plane_a,
-                plane_b,
                 False,
                 reflections,
                 reflections + 1,
@@ -277,8 +278,9 @@ def find_edge_paths(
                     or not in_sector(wedge_frame, one, px - qx, py - qy, pz - qz)
                 ):
                     continue
-                plane_c = facet_plane[wedge_facets[one, 0]]
-                plane_d = facet_plane[wedge_facets[one, 1]]
+                first_planes = two_planes(
+                    facet_plane[wedge_facets[one, 0]], facet_plane[wedge_facets[one, 1]]
+                )
                 if segment_blocked(
                     boxes,
                     links,
@@ -291,19 +293,18 @@ def find_edge_paths(
                     qx,
                     qy,
                     qz,
-                    plane_a,
-                    plane_b,
-                    plane_c,
-                    plane_d,
+                    own_planes,
+                    first_planes,
                 ):
                     continue
-                plane_a, plane_b = plane_c, plane_d
+                own_planes = first_planes
                 facets[found, depth] = -1 - one
                 depth += 1
                 points[found, depth, 0] = qx
                 points[found, depth, 1] = qy
                 points[found, depth, 2] = qz
             leaf = node_leaf[node]
+            state[ends, RECEIVER], state[ends, SOURCE] = own_planes, -1
             ways = find_paths(
                 image,
                 order_of,
@@ -323,10 +324,6 @@ def find_edge_paths(
                 points[found, depth, 0],
                 points[found, depth, 1],
                 points[found, depth, 2],
-                plane_a,
-                plane_b,
-                -1,
-                -1,
                 several,
                 leaf,
                 leaf + 1,

@@ -248,7 +248,7 @@ def _towards(points, p, leg):
     return ox / size, oy / size, oz / size
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", forceinline=True)
 def fields_in_scene(scene, antenna, count, points, facets, orders, field, direction):
     """Fill the fields of ``count`` paths in a scene, see :func:`path_fields`."""
     path_fields(

@@ -19,6 +19,9 @@ CHUNK = 256
 FACET, PLANE, NODE, CURSOR, RIM = 0, 1, 2, 3, 4
 """Columns of the search state, one row per reflection counted from the receiver."""
 
+RECEIVER, SOURCE = 0, 1
+"""Columns of its last row: where an end is a point of an edge, its two planes, packed; else -1."""
+
 OUTSIDE, INSIDE, ON_RIM = 0, 1, 2
 """Where a point of its plane lies with respect to a facet."""
 
@@ -86,7 +89,7 @@ def winds_around(outline, begin, end, u, v, tolerance):
     return INSIDE if winding != 0 else OUTSIDE
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", forceinline=True)
 def inside_supporting_planes(supporting, x, y, z):
     """Return whether a point is on the inner side of every plane that bounds the whole scene."""
     for i in range(len(supporting)):
@@ -96,25 +99,12 @@ def inside_supporting_planes(supporting, x, y, z):
     return True
 
 
-@njit(cache=True, error_model="numpy")
-def path_is_free(
-    boxes,
-    links,
-    triangles,
-    triangle_planes,
-    margin,
-    points,
-    state,
-    row,
-    order,
-    start_plane_a,
-    start_plane_b,
-    end_plane_a,
-    end_plane_b,
-):
+@njit(cache=True, error_model="numpy", forceinline=True)
+def path_is_free(boxes, links, triangles, triangle_planes, margin, points, state, row, order):
     """Return whether every segment of a path is free; each ignores the planes that it ends on."""
+    ends = len(state) - 1
     for i in range(order + 1):
-        plane_b = state[i, PLANE] if i < order else end_plane_a
+        plane_b = state[i, PLANE] if i < order else state[ends, SOURCE]
         if segment_blocked(
             boxes,
             links,
@@ -127,10 +117,8 @@ def path_is_free(
             points[row, i + 1, 0],
             points[row, i + 1, 1],
             points[row, i + 1, 2],
-            state[i - 1, PLANE] if i > 0 else start_plane_a,
+            state[i - 1, PLANE] if i > 0 else state[ends, RECEIVER],
             plane_b,
-            start_plane_b if i == 0 else -1,
-            end_plane_b if i == order else -1,
         ):
             return False
         on_rim = i < order and state[i, RIM] == ON_RIM
@@ -176,8 +164,6 @@ def corner_blocked(boxes, links, triangles, triangle_planes, margin, points, row
         ends[5],
         plane,
         -1,
-        -1,
-        -1,
     )
 
 
@@ -214,10 +200,6 @@ def find_paths(
     x,
     y,
     z,
-    start_plane_a,
-    start_plane_b,
-    end_plane_a,
-    end_plane_b,
     several,
     first,
     last,
@@ -232,7 +214,8 @@ def find_paths(
     the line from the last point to the image pierces the branch's plane, within one of its facets.
     Row by row, ``points`` receives receiver, reflections and source, ``facets`` the facet of each
     reflection in the same sense, ``orders`` the number of reflections. Where receiver or source is
-    a point of an edge, its planes are given: they do not block, nor reflect there. ``several`` asks
+    a point of an edge, the last row of the state names its planes, which do not block or reflect
+    there. ``several`` asks
     for every path of an image; else the first is the only one.
 
     A path exactly through the edge of two walls may be read as a reflection by either first. Which
@@ -240,6 +223,7 @@ def find_paths(
     are sorted by plane, and tried in rising or falling order by which end comes first in space.
     """
     found = 0
+    ends = len(state) - 1
     falling = x < image[0, 0] or (
         x == image[0, 0] and (y < image[0, 1] or (y == image[0, 1] and z < image[0, 2]))
     )
@@ -258,19 +242,7 @@ def find_paths(
                 for a in range(3):
                     points[found, depth + 1, a] = image[0, a]
                 if len(links) == 0 or path_is_free(
-                    boxes,
-                    links,
-                    triangles,
-                    triangle_planes,
-                    margin,
-                    points,
-                    state,
-                    found,
-                    order,
-                    start_plane_a,
-                    start_plane_b,
-                    end_plane_a,
-                    end_plane_b,
+                    boxes, links, triangles, triangle_planes, margin, points, state, found, order
                 ):
                     for k in range(order):
                         facets[found, k] = state[k, FACET]
@@ -298,7 +270,7 @@ def find_paths(
             if depth > 0:
                 if plane == state[depth - 1, PLANE]:
                     continue
-            elif plane in (start_plane_a, start_plane_b):
+            elif plane in (state[ends, RECEIVER] & 0xFFFFFFFF, state[ends, RECEIVER] >> 32):
                 continue
             nx, ny, nz = planes[plane, 0], planes[plane, 1], planes[plane, 2]
             ix, iy, iz = image[here, 0], image[here, 1], image[here, 2]
@@ -362,24 +334,19 @@ def make_scratch(max_order, ways, transmits, rows):
     width = max_order + (MAX_CROSSINGS if transmits else 0)
     rows = max(rows, CHUNK, ways) + 1
     return (
-        np.empty((max_order + 2, 5), dtype=np.int64),
+        np.empty((max_order + 3, 5), dtype=np.int64),
         np.empty((rows, width + 2, 3)),
         np.empty((rows, width + 1), dtype=np.int64),
         np.empty(rows, dtype=np.int64),
     )
 
 
-@njit(cache=True, error_model="numpy")
-def images_per_chunk(scene, tree):
-    """Return how many images are worked through at a time, so that their paths fit the scratch."""
-    return max(1, CHUNK // tree.ways) if scene.transmits else CHUNK
-
-
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", forceinline=True)
 def search_chunk(scene, tree, x, y, z, first, last, state, points, facets, orders):
     """Return the number of paths to x, y, z over the images from first to last, row by row."""
     bvh = scene.bvh
     image = tree.image
+    state[len(state) - 1, :] = -1
     if inside_supporting_planes(scene.supporting, x, y, z) and inside_supporting_planes(
         scene.supporting, image[0, 0], image[0, 1], image[0, 2]
     ):
@@ -403,10 +370,6 @@ def search_chunk(scene, tree, x, y, z, first, last, state, points, facets, order
         x,
         y,
         z,
-        -1,
-        -1,
-        -1,
-        -1,
         scene.transmits,
         first,
         last,

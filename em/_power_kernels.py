@@ -7,16 +7,7 @@ from numba import njit
 from octant.em._antenna_kernels import far_field
 from octant.em._field_kernels import fields_in_scene
 from octant.em._response_kernels import far_fields
-from octant.em._tracing_kernels import chunks_in_all, next_paths, tracing_scratch
-
-
-@njit(cache=True, error_model="numpy")
-def arrivals(scene, tree, edges, transmitter, x, y, z, place, scratch, field, direction):
-    """Return the number of paths of one chunk and the place after it; fill fields, directions."""
-    found, place = next_paths(scene, tree, edges, x, y, z, place, scratch)
-    whole = scratch[0]
-    fields_in_scene(scene, transmitter, found, whole[1], whole[2], whole[3], field, direction)
-    return found, place
+from octant.em._tracing_kernels import next_paths, tracing_scratch, tracing_steps
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -27,16 +18,17 @@ def antenna_power(
     scratch = tracing_scratch(scene, tree, edges)
     field = np.empty((len(scratch[0][3]), 3), dtype=np.complex128)
     direction = np.empty((len(scratch[0][3]), 3))
+    points, facets, orders = scratch[0][1], scratch[0][2], scratch[0][3]
+    step, images, everything = tracing_steps(scene, tree, edges)
     for i in range(begin, end):
         x, y, z = places[i, 0], places[i, 1], places[i, 2]
         total = complex(0.0)
         power = 0.0
         count[i] = 0
         place = 0
-        while place < chunks_in_all(tree, edges):
-            found, place = arrivals(
-                scene, tree, edges, transmitter, x, y, z, place, scratch, field, direction
-            )
+        while place < everything:
+            found, place = next_paths(scene, tree, edges, x, y, z, place, step, images, scratch)
+            fields_in_scene(scene, transmitter, found, points, facets, orders, field, direction)
             count[i] += found
             for p in range(found):
                 dx, dy, dz = direction[p, 0], direction[p, 1], direction[p, 2]
@@ -59,6 +51,8 @@ def reader_power(
     scratch = tracing_scratch(scene, tree, edges)
     field = np.empty((len(scratch[0][3]), 3), dtype=np.complex128)
     direction = np.empty((len(scratch[0][3]), 3))
+    points, facets, orders = scratch[0][1], scratch[0][2], scratch[0][3]
+    step, images, everything = tracing_steps(scene, tree, edges)
     table, centre = response.table, response.centre_rad
     n = table.shape[2]
     weight = np.empty((2, 4))
@@ -71,10 +65,9 @@ def reader_power(
             mean[i, k] = 0.0
         count[i] = 0
         place = 0
-        while place < chunks_in_all(tree, edges):
-            found, place = arrivals(
-                scene, tree, edges, transmitter, x, y, z, place, scratch, field, direction
-            )
+        while place < everything:
+            found, place = next_paths(scene, tree, edges, x, y, z, place, step, images, scratch)
+            fields_in_scene(scene, transmitter, found, points, facets, orders, field, direction)
             count[i] += found
             for p in range(found):
                 # Where the wave comes from: theta, phi and their unit vectors in the room.
@@ -109,15 +102,16 @@ def sum_fields(scene, tree, edges, transmitter, places, begin, end, total):
     scratch = tracing_scratch(scene, tree, edges)
     field = np.empty((len(scratch[0][3]), 3), dtype=np.complex128)
     direction = np.empty((len(scratch[0][3]), 3))
+    points, facets, orders = scratch[0][1], scratch[0][2], scratch[0][3]
+    step, images, everything = tracing_steps(scene, tree, edges)
     for i in range(begin, end):
         x, y, z = places[i, 0], places[i, 1], places[i, 2]
         for a in range(3):
             total[i, a] = 0.0
         place = 0
-        while place < chunks_in_all(tree, edges):
-            found, place = arrivals(
-                scene, tree, edges, transmitter, x, y, z, place, scratch, field, direction
-            )
+        while place < everything:
+            found, place = next_paths(scene, tree, edges, x, y, z, place, step, images, scratch)
+            fields_in_scene(scene, transmitter, found, points, facets, orders, field, direction)
             for p in range(found):
                 for a in range(3):
                     total[i, a] += field[p, a]

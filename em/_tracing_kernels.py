@@ -5,7 +5,7 @@ import numpy as np
 from numba import njit
 
 from octant.em._edge_path_kernels import search_edges
-from octant.em._path_kernels import images_per_chunk, make_scratch, search_chunk
+from octant.em._path_kernels import CHUNK, make_scratch, search_chunk
 from octant.em._transmission_kernels import insert_crossings
 
 
@@ -23,7 +23,7 @@ def tracing_scratch(scene, tree, edges):
     chain_branches[:, 1] = np.arange(longest + 2) - 1
     chain_order = np.arange(longest + 3)
     before = (
-        np.empty((longest + 2, 5), dtype=np.int64),
+        np.empty((longest + 3, 5), dtype=np.int64),
         np.empty((longest + 2, 3)),
         chain_order,
         chain_branches,
@@ -35,22 +35,22 @@ def tracing_scratch(scene, tree, edges):
 
 
 @njit(cache=True, error_model="numpy")
-def chunks_in_all(tree, edges):
-    """Return the place at which a receiver's paths are all found."""
-    return len(tree.order) + len(edges.wedge)
+def tracing_steps(scene, tree, edges):
+    """Return images per chunk, images, and the place at which a receiver's paths are all found."""
+    step = max(1, CHUNK // tree.ways) if scene.transmits else CHUNK
+    return step, len(tree.order), len(tree.order) + len(edges.wedge)
 
 
-@njit(cache=True, error_model="numpy")
-def next_paths(scene, tree, edges, x, y, z, place, scratch):
+@njit(cache=True, error_model="numpy", forceinline=True)
+def next_paths(scene, tree, edges, x, y, z, place, step, images, scratch):
     """Return the number of paths of one more chunk from ``place`` on, and the place after it.
 
-    Images of the source come first, those of the edges behind them.
+    Images of the source come first, ``step`` at a time, those of the edges behind them.
     """
     whole, before = scratch
     state, points, facets, orders = whole
-    images = len(tree.order)
     if place < images:
-        last = min(place + images_per_chunk(scene, tree), images)
+        last = min(place + step, images)
         found = search_chunk(scene, tree, x, y, z, place, last, state, points, facets, orders)
         place = last
     else:
@@ -86,13 +86,16 @@ def record_paths(scene, tree, edges, receivers, start, order, vertices, codes, c
     """
     scratch = tracing_scratch(scene, tree, edges)
     points, facets, orders = scratch[0][1], scratch[0][2], scratch[0][3]
+    step, images, everything = tracing_steps(scene, tree, edges)
     longest = 0
     for i in range(len(receivers)):
         x, y, z = receivers[i, 0], receivers[i, 1], receivers[i, 2]
         counts[i] = 0
         place = 0
-        while place < chunks_in_all(tree, edges):
-            found, place = next_paths(scene, tree, edges, x, y, z, place, scratch)
+        while place < everything:
+            found, place = next_paths(
+                scene, tree, edges, x, y, z, place, step, images, scratch
+            )
             for p in range(found):
                 row = start[i] + counts[i]
                 counts[i] += 1

@@ -126,30 +126,25 @@ def build(lo, hi):
 
 
 @njit(cache=True, error_model="numpy")
+def two_planes(first, second):
+    """Return one number for the two planes that meet at a segment's end, for segment_blocked."""
+    return (first & 0xFFFFFFFF) | (second << 32)
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
 def segment_blocked(
-    boxes,
-    links,
-    triangles,
-    planes,
-    margin,
-    px,
-    py,
-    pz,
-    qx,
-    qy,
-    qz,
-    plane_a,
-    plane_b,
-    plane_c,
-    plane_d,
+    boxes, links, triangles, planes, margin, px, py, pz, qx, qy, qz, plane_p, plane_q
 ):
     """Return whether a triangle stands strictly between p and q [m].
 
-    Triangles of the planes ``plane_a`` to ``plane_d`` do not count: a segment that ends on a plane
-    (or on an edge, where two meet) cannot cross it again. A hit on a triangle's very rim counts, so
-    that no ray slips between two triangles. Arrays come one by one: a tuple of arrays passed in an
-    inner loop costs more than the search itself.
+    Triangles of the planes ``plane_p`` and ``plane_q`` do not count: a segment that ends on a plane
+    cannot cross it again. Where it ends on an edge, both of its planes come as one number, packed
+    by :func:`two_planes`. A hit on a triangle's very rim counts, so that no ray slips between two
+    triangles. Arrays come one by one, and few of anything: a tuple of arrays passed in an inner
+    loop, or one argument too many to be inlined, costs more than the search itself.
     """
+    at_p, also_p = plane_p & 0xFFFFFFFF, plane_p >> 32
+    at_q, also_q = plane_q & 0xFFFFFFFF, plane_q >> 32
     dx, dy, dz = qx - px, qy - py, qz - pz
     length = np.sqrt(dx * dx + dy * dy + dz * dz)
     if length == 0.0:
@@ -171,7 +166,7 @@ def segment_blocked(
             continue
         for i in range(links[node, 1], links[node, 1] + links[node, 2]):
             plane = planes[i]
-            if plane in (plane_a, plane_b):
+            if plane in (at_p, at_q):
                 continue
             ax, ay, az = triangles[i, 3], triangles[i, 4], triangles[i, 5]
             bx, by, bz = triangles[i, 6], triangles[i, 7], triangles[i, 8]
@@ -188,7 +183,7 @@ def segment_blocked(
             if v < -RIM or u + v > 1.0 + RIM:
                 continue
             t = (bx * cx + by * cy + bz * cz) / det
-            if near < t < far and plane not in (plane_c, plane_d):
+            if near < t < far and plane not in (also_p, also_q):
                 return True
         node += 1
     return False
@@ -216,8 +211,6 @@ def segments_blocked(bvh, starts, ends, plane_a, plane_b, blocked):
             ends[i, 2],
             plane_a[i],
             plane_b[i],
-            -1,
-            -1,
         )
 
 
