@@ -1,0 +1,1 @@
+"""Estimators of the robot's pose: Kalman filters, particle filter, fingerprints, SLAM."""
