@@ -1,1 +1,1 @@
-"""Estimators of the robot's pose: Kalman filters, particle filter, fingerprints, SLAM."""
+"""State estimators: Kalman filters and what judges them."""

@@ -275,3 +275,42 @@ def ilqr(
         if (better and gain <= tolerance * cost) or damping > 1e6:
             break
     return done
+
+
+@njit(cache=True, error_model="numpy")
+def plan_first_rates(
+    wanted,
+    starts,
+    reference,
+    q_weight,
+    p_weight,
+    r_weight,
+    step_s,
+    radius,
+    axle,
+    limit,
+    iterations,
+    first_rates,
+):
+    """Plan from every start, beginning with the wanted rates; keep the first of each plan."""
+    poses, costs = np.empty(reference.shape), np.empty(iterations)
+    for i in range(starts.shape[0]):
+        rates = wanted.copy()
+        ilqr(
+            rates,
+            wanted,
+            starts[i],
+            reference,
+            q_weight,
+            p_weight,
+            r_weight,
+            step_s,
+            1,
+            radius,
+            axle,
+            limit,
+            1e-6,
+            poses,
+            costs,
+        )
+        first_rates[i] = rates[0]

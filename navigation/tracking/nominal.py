@@ -8,13 +8,15 @@ import numpy.typing as npt
 
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import NavigationError
-from octant.navigation.tracking import _optimal_kernels
+from octant.navigation.tracking import _ilqr_kernels, _optimal_kernels
 from octant.navigation.tracking.problem import TrackingProblem
 
 FloatArray = npt.NDArray[np.float64]
 
 FIRST_GAIN = 1e-6
 """Every entry of K before the first iteration, thesis 7.5.1 [rad/s per m, rad/s per rad]."""
+FIRST_RATES_RAD_PER_S = ((0.1, 0.1), (3.0, 3.0), (-3.0, -3.0), (1.0, -1.0), (-1.0, 1.0))
+"""First guesses: standing, forwards, backwards, left and right [rad/s]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -152,25 +154,92 @@ def gain_cost(
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class InputSearch:
-    """Return the modern solver: L-BFGS-B on the inputs with the adjoint gradient.
+class BoundedIlqr:
+    """Return the quickest solver: iterative LQR whose inputs keep within the wheels' limits.
 
     Parameters
     ----------
     iterations : int
         At most so many from each first guess [-].
-    first_rates_rad_per_s : tuple of float
+    tolerance : float
+        Stop when an iteration lowers the cost by less than this share [-].
+    first_rates_rad_per_s : tuple of (float, float)
         Constant wheel rates from which the search begins, one search for each; the best one
         counts [rad/s].
 
     Notes
     -----
-    The cost has several valleys when the robot must turn round (forwards or backwards, left or
-    right): further first guesses cost one search each. The limits of the wheels are bounds.
+    Differential dynamic programming with the Gauss-Newton Hessian and a box-constrained step in
+    each interval (Tassa, Mansard and Todorov, ICRA 2014): tens of iterations of a millisecond. The
+    cost has several valleys when the robot must turn round (forwards or backwards, left or right),
+    hence the five first guesses.
+    """
+
+    iterations: int = 500
+    tolerance: float = 1e-10
+    first_rates_rad_per_s: tuple[tuple[float, float], ...] = FIRST_RATES_RAD_PER_S
+
+    def solve(self, problem: TrackingProblem) -> NominalSolution:
+        """Return the best inputs found.
+
+        Parameters
+        ----------
+        problem : TrackingProblem
+            What to follow, from where, with which weights.
+        """
+        found = [self._search(problem, np.array(first)) for first in self.first_rates_rad_per_s]
+        return min(found, key=lambda solution: solution.cost)
+
+    def _search(self, problem: TrackingProblem, first: FloatArray) -> NominalSolution:
+        limit = problem.robot.max_wheel_rate_rad_per_s
+        rates = np.tile(np.clip(first, -limit, limit), (problem.intervals, 1))
+        costs = np.empty(self.iterations)
+        poses = np.empty((problem.desired.steps + 1, 3))
+        done = _ilqr_kernels.ilqr(
+            rates,
+            np.zeros_like(rates),
+            problem.start,
+            problem.desired.poses,
+            problem.weights.state,
+            problem.weights.final,
+            np.zeros((2, 2)),
+            problem.desired.period_s,
+            problem.substeps,
+            problem.robot.wheel_radius_m,
+            problem.robot.axle_length_m,
+            limit,
+            self.tolerance,
+            poses,
+            costs,
+        )
+        return NominalSolution(
+            wheel_rates=np.repeat(rates, problem.substeps, axis=0),
+            poses=poses,
+            cost=float(costs[done - 1]),
+            costs=costs[:done],
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class InputSearch:
+    """Return a general-purpose solver: L-BFGS-B on the inputs with the adjoint gradient.
+
+    Parameters
+    ----------
+    iterations : int
+        At most so many from each first guess [-].
+    first_rates_rad_per_s : tuple of (float, float)
+        Constant wheel rates from which the search begins, one search for each; the best one
+        counts [rad/s].
+
+    Notes
+    -----
+    Hundreds to thousands of iterations; the limits of the wheels are bounds. It checks
+    `BoundedIlqr` by other means: both reach the same cost.
     """
 
     iterations: int = 3000
-    first_rates_rad_per_s: tuple[tuple[float, float], ...] = ((0.1, 0.1),)
+    first_rates_rad_per_s: tuple[tuple[float, float], ...] = FIRST_RATES_RAD_PER_S
 
     def solve(self, problem: TrackingProblem) -> NominalSolution:
         """Return the best inputs found.
@@ -248,7 +317,7 @@ class GainDescent:
     |q|² is the mean over the interval, so that ε acts on the inputs. And ε is not constant: it
     grows by 2 % after every iteration that lowers the cost, and after one that does not it is
     halved and the descent goes on from the best gains without momentum: the cost never rises. It
-    still needs thousands of iterations where `InputSearch` needs hundreds.
+    still needs thousands of iterations where `BoundedIlqr` needs tens.
     """
 
     iterations: int = 20000

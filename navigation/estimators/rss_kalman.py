@@ -1,0 +1,410 @@
+"""Kalman filters on RSS: extended (discrete), Kalman-Bucy (thesis 7.3.2), and unscented."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.geometries.errors import NavigationError
+from octant.navigation.estimators.kalman import Gaussian, innovate, predict, update
+from octant.navigation.estimators.pose_filters import RssModel, SmoothRssModel, WheelMotion
+from octant.navigation.tracking.neighbouring import linear_model
+
+FloatArray = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RssAssumptions:
+    """Return what a filter assumes of the noise on RSS readings.
+
+    Parameters
+    ----------
+    sigma_db : float
+        Standard deviation of each reading [dB].
+    mean_sigma_db : float
+        How uncertain the noise's common mean is at the start [dB]; 0: it is taken for zero, as the
+        thesis' filter does.
+
+    Raises
+    ------
+    NavigationError
+        When the covariance of the readings is zero, or a value is negative or not finite.
+    """
+
+    sigma_db: float = 50.0
+    mean_sigma_db: float = 50.0
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.sigma_db) and self.sigma_db > 0.0):
+            msg = (
+                f"the readings' standard deviation is {self.sigma_db} dB, but a filter divides by "
+                "their covariance, which must not be zero: give a positive deviation."
+            )
+            raise NavigationError(msg)
+        if not (np.isfinite(self.mean_sigma_db) and self.mean_sigma_db >= 0.0):
+            msg = (
+                f"mean_sigma_db is {self.mean_sigma_db} dB, but it must be finite and not "
+                "negative: 0 leaves the mean out."
+            )
+            raise NavigationError(msg)
+
+    def begin(self, poses: FloatArray, covariance: FloatArray) -> Gaussian:
+        """Return the first belief: the pose, and the mean where it is estimated.
+
+        Parameters
+        ----------
+        poses : (r, 3) float64
+            x [m], y [m], heading [rad].
+        covariance : (3, 3) float64
+            Of the pose [m², rad²].
+        """
+        states = 4 if self.mean_sigma_db > 0.0 else 3
+        mean = np.zeros((len(poses), states))
+        mean[:, :3] = poses
+        whole = np.zeros((states, states))
+        whole[:3, :3] = covariance
+        whole[3:, 3:] = self.mean_sigma_db**2
+        return Gaussian(mean=mean, covariance=np.tile(whole, (len(poses), 1, 1)))
+
+
+def _augmented(states: int, matrix: FloatArray) -> FloatArray:
+    """Return (r, 3, c) rows with zero rows for the further states, which stay as they are."""
+    out = np.zeros((len(matrix), states, matrix.shape[2]))
+    out[:, :3] = matrix
+    return out
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ExtendedKalman:
+    """Return the discrete extended Kalman filter, in Joseph form.
+
+    Parameters
+    ----------
+    motion : WheelMotion
+        How the wheels move the robot.
+    sensor : SmoothRssModel
+        RSS against place.
+    noise : RssAssumptions
+        Of the readings.
+    """
+
+    motion: WheelMotion
+    sensor: SmoothRssModel
+    noise: RssAssumptions
+
+    def begin(
+        self, poses: FloatArray, covariance: FloatArray, rngs: Sequence[np.random.Generator]
+    ) -> Gaussian:
+        """Return what is believed at the start: (r, 3 or 4) means, the fourth the noise's mean.
+
+        Parameters
+        ----------
+        poses : (r, 3) float64
+            x [m], y [m], heading [rad].
+        covariance : (3, 3) float64
+            Of the pose [m², rad²].
+        rngs : sequence of numpy.random.Generator
+            Not used.
+        """
+        del rngs
+        return self.noise.begin(poses, covariance)
+
+    def step(
+        self,
+        belief: Gaussian,
+        wheel_rates: FloatArray,
+        rss_dbm: FloatArray | None,
+        rngs: Sequence[np.random.Generator],
+    ) -> Gaussian:
+        """Return what is believed one period later.
+
+        Parameters
+        ----------
+        belief : Gaussian
+            Before.
+        wheel_rates : (r, 2) float64
+            Right and left [rad/s].
+        rss_dbm : (r, s) float64 or None
+            Readings at the period's end [dBm].
+        rngs : sequence of numpy.random.Generator
+            Not used.
+        """
+        del rngs
+        moved = predict_motion(self.motion, belief, wheel_rates)
+        if rss_dbm is None:
+            return moved
+        predicted, slopes = _expected(self.sensor, moved)
+        innovation = innovate(
+            moved,
+            rss_dbm,
+            observation=slopes,
+            measurement_noise=self.noise.sigma_db**2 * np.eye(rss_dbm.shape[1]),
+            predicted=predicted,
+        )
+        return update(moved, innovation)
+
+    def poses(self, belief: Gaussian) -> FloatArray:
+        """Return the estimated poses, (r, 3) [m, rad].
+
+        Parameters
+        ----------
+        belief : Gaussian
+            What `step` returned.
+        """
+        return belief.mean[:, :3]
+
+
+def predict_motion(motion: WheelMotion, belief: Gaussian, wheel_rates: FloatArray) -> Gaussian:
+    """Return a Gaussian belief after one period of wheel motion, before any reading.
+
+    Parameters
+    ----------
+    motion : WheelMotion
+        The motion and its noise.
+    belief : Gaussian
+        The first three states are the pose [m, rad]; further ones do not change.
+    wheel_rates : (r, 2) float64
+        Right and left [rad/s].
+    """
+    by_pose, by_rates = motion.jacobians(belief.mean[:, :3], wheel_rates)
+    states = belief.mean.shape[1]
+    transition = np.tile(np.eye(states), (len(by_pose), 1, 1))
+    transition[:, :3, :3] = by_pose
+    spread = motion.rate_sigma_rad_per_s * _augmented(states, by_rates)
+    mean = belief.mean.copy()
+    mean[:, :3] = motion.moved(belief.mean[:, :3], wheel_rates)
+    return predict(
+        belief,
+        transition=transition,
+        process_noise=spread @ np.swapaxes(spread, 1, 2),
+        moved_mean=mean,
+    )
+
+
+def _expected(sensor: SmoothRssModel, belief: Gaussian) -> tuple[FloatArray, FloatArray]:
+    """Return the expected readings (r, s) and their slopes (r, s, n) by all states."""
+    mean = belief.mean
+    predicted = sensor.rss_dbm(mean[:, :2])
+    slopes = np.zeros((*predicted.shape, mean.shape[1]))
+    slopes[:, :, :2] = sensor.slopes_db_per_m(mean[:, :2])
+    if mean.shape[1] == 4:
+        predicted = predicted + mean[:, 3:]
+        slopes[:, :, 3] = 1.0
+    return predicted, slopes
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class KalmanBucy:
+    """Return the continuous-time filter of thesis (7.43)-(7.45), readings held over a period.
+
+    Parameters
+    ----------
+    motion : WheelMotion
+        How the wheels move the robot; its period and noise.
+    sensor : SmoothRssModel
+        RSS against place.
+    noise : RssAssumptions
+        Of the readings.
+    substeps : int
+        Integration steps in a period [-].
+
+    Notes
+    -----
+    Samples with covariance σ² every T have the density N_C = σ² T, and wheel rates held over T the
+    density W_C = σ_u² T: with σ² and σ_u² themselves, as (7.41) invites, the filter would believe
+    its readings ten times too little at T = 0.1 s.
+
+    Each integration step moves first, then hears: dS/dt = -S HᵀN⁻¹H S has the exact solution
+    S (I + t HᵀN⁻¹H S)⁻¹, which stays positive where the explicit form of (7.44) explodes, as it
+    does while the noise's mean is still unknown. The splitting is of first order in the step.
+    """
+
+    motion: WheelMotion
+    sensor: SmoothRssModel
+    noise: RssAssumptions
+    substeps: int = 4
+
+    def begin(
+        self, poses: FloatArray, covariance: FloatArray, rngs: Sequence[np.random.Generator]
+    ) -> Gaussian:
+        """Return what is believed at the start: (r, 3 or 4) means, the fourth the noise's mean.
+
+        Parameters
+        ----------
+        poses : (r, 3) float64
+            x [m], y [m], heading [rad].
+        covariance : (3, 3) float64
+            Of the pose [m², rad²].
+        rngs : sequence of numpy.random.Generator
+            Not used.
+        """
+        del rngs
+        return self.noise.begin(poses, covariance)
+
+    def step(
+        self,
+        belief: Gaussian,
+        wheel_rates: FloatArray,
+        rss_dbm: FloatArray | None,
+        rngs: Sequence[np.random.Generator],
+    ) -> Gaussian:
+        """Return what is believed one period later.
+
+        Parameters
+        ----------
+        belief : Gaussian
+            Before.
+        wheel_rates : (r, 2) float64
+            Right and left [rad/s].
+        rss_dbm : (r, s) float64 or None
+            Readings of the period [dBm].
+        rngs : sequence of numpy.random.Generator
+            Not used.
+        """
+        del rngs
+        length = self.motion.period_s / self.substeps
+        for _ in range(self.substeps):
+            belief = self._drifted(belief, wheel_rates, length)
+            if rss_dbm is not None:
+                belief = self._corrected(belief, rss_dbm, length)
+        return belief
+
+    def _drifted(self, belief: Gaussian, wheel_rates: FloatArray, length_s: float) -> Gaussian:
+        """Return the belief after f of (7.45) and the first three terms of (7.44)."""
+        mean, spread = belief.mean, belief.covariance
+        motion, states = self.motion, mean.shape[1]
+        pose_rate = motion.robot.pose_rate(mean[:, :3], wheel_rates)
+        middle = mean[:, :3] + 0.5 * length_s * pose_rate
+        pose_rate = motion.robot.pose_rate(middle, wheel_rates)
+        f, g = linear_model(middle, wheel_rates, motion.robot)
+        moved = mean.copy()
+        moved[:, :3] += length_s * pose_rate
+        transition = np.tile(np.eye(states), (len(mean), 1, 1))
+        transition[:, :3, :3] += length_s * f
+        density = motion.rate_sigma_rad_per_s**2 * motion.period_s
+        wide = _augmented(states, g)
+        return predict(
+            belief,
+            transition=transition,
+            process_noise=length_s * density * wide @ np.swapaxes(wide, 1, 2),
+            moved_mean=moved,
+        )
+
+    def _corrected(self, belief: Gaussian, rss_dbm: FloatArray, length_s: float) -> Gaussian:
+        """Return the belief after the last terms of (7.44), solved exactly, and of (7.45)."""
+        predicted, slopes = _expected(self.sensor, belief)
+        density = self.noise.sigma_db**2 * self.motion.period_s
+        heard = np.swapaxes(slopes, 1, 2) / density
+        growth = np.eye(belief.mean.shape[1]) + length_s * (heard @ slopes) @ belief.covariance
+        spread = np.swapaxes(np.linalg.solve(np.swapaxes(growth, 1, 2), belief.covariance), 1, 2)
+        spread = 0.5 * (spread + np.swapaxes(spread, 1, 2))
+        step = (spread @ heard @ (rss_dbm - predicted)[..., None])[..., 0]
+        return Gaussian(mean=belief.mean + length_s * step, covariance=spread)
+
+    def poses(self, belief: Gaussian) -> FloatArray:
+        """Return the estimated poses, (r, 3) [m, rad].
+
+        Parameters
+        ----------
+        belief : Gaussian
+            What `step` returned.
+        """
+        return belief.mean[:, :3]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class UnscentedKalman:
+    """Return the unscented Kalman filter: sigma points in place of slopes.
+
+    Parameters
+    ----------
+    motion : WheelMotion
+        How the wheels move the robot.
+    sensor : RssModel
+        RSS against place; it need not be smooth.
+    noise : RssAssumptions
+        Of the readings.
+
+    Notes
+    -----
+    The symmetric set of 2 n points with equal weights (Julier and Uhlmann with κ = 0, the cubature
+    rule of third degree), for the readings; the motion is nearly linear over a period and is
+    predicted as in the extended filter.
+    """
+
+    motion: WheelMotion
+    sensor: RssModel
+    noise: RssAssumptions
+
+    def begin(
+        self, poses: FloatArray, covariance: FloatArray, rngs: Sequence[np.random.Generator]
+    ) -> Gaussian:
+        """Return what is believed at the start: (r, 3 or 4) means, the fourth the noise's mean.
+
+        Parameters
+        ----------
+        poses : (r, 3) float64
+            x [m], y [m], heading [rad].
+        covariance : (3, 3) float64
+            Of the pose [m², rad²].
+        rngs : sequence of numpy.random.Generator
+            Not used.
+        """
+        del rngs
+        return self.noise.begin(poses, covariance)
+
+    def step(
+        self,
+        belief: Gaussian,
+        wheel_rates: FloatArray,
+        rss_dbm: FloatArray | None,
+        rngs: Sequence[np.random.Generator],
+    ) -> Gaussian:
+        """Return what is believed one period later.
+
+        Parameters
+        ----------
+        belief : Gaussian
+            Before.
+        wheel_rates : (r, 2) float64
+            Right and left [rad/s].
+        rss_dbm : (r, s) float64 or None
+            Readings at the period's end [dBm].
+        rngs : sequence of numpy.random.Generator
+            Not used.
+        """
+        del rngs
+        moved = predict_motion(self.motion, belief, wheel_rates)
+        return moved if rss_dbm is None else self._corrected(moved, rss_dbm)
+
+    def _corrected(self, belief: Gaussian, rss_dbm: FloatArray) -> Gaussian:
+        runs, states = belief.mean.shape
+        root = np.swapaxes(np.linalg.cholesky(states * belief.covariance), 1, 2)
+        points = belief.mean[:, None] + np.concatenate([root, -root], axis=1)
+        flat = points.reshape(-1, states)
+        read = self.sensor.rss_dbm(flat[:, :2])
+        if states == 4:
+            read = read + flat[:, 3:]
+        read = read.reshape(runs, 2 * states, -1)
+        predicted = read.mean(axis=1)
+        spread = (read - predicted[:, None]) / np.sqrt(2 * states)
+        offset = (points - belief.mean[:, None]) / np.sqrt(2 * states)
+        cross = np.swapaxes(offset, 1, 2) @ spread
+        whole = np.swapaxes(spread, 1, 2) @ spread
+        whole += self.noise.sigma_db**2 * np.eye(rss_dbm.shape[1])
+        gain = np.swapaxes(np.linalg.solve(whole, np.swapaxes(cross, 1, 2)), 1, 2)
+        mean = belief.mean + (gain @ (rss_dbm - predicted)[..., None])[..., 0]
+        covariance = belief.covariance - gain @ whole @ np.swapaxes(gain, 1, 2)
+        covariance = 0.5 * (covariance + np.swapaxes(covariance, 1, 2))
+        return Gaussian(mean=mean, covariance=covariance)
+
+    def poses(self, belief: Gaussian) -> FloatArray:
+        """Return the estimated poses, (r, 3) [m, rad].
+
+        Parameters
+        ----------
+        belief : Gaussian
+            What `step` returned.
+        """
+        return belief.mean[:, :3]
