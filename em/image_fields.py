@@ -240,10 +240,11 @@ def trace_image_field(
         gains = path_gains(radio, found, transmitter=antenna, receiver=receiver)
         length = found.length_m
         image = _image_points(found.vertices_m, found.order, length, places[found.receiver])
-        # Two walls in either order have one image; the offset keeps walls at round places apart
-        # from the rounding's own edges.
-        keys = np.floor(image / _SAME_IMAGE_M + 0.12345)
-        _, one, path = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+        # Two walls in either order have one image; the offset keeps images at round places apart
+        # from the rounding's own edges. One number for each image sorts faster than three.
+        cells = np.floor(image / _SAME_IMAGE_M + 0.12345).astype(np.int64)
+        keys = cells @ np.array([1, 100_000_007, 10_000_000_019_000_033])
+        _, one, path = np.unique(keys, return_index=True, return_inverse=True)
         part = np.zeros((len(places), len(one)), dtype=np.complex128)
         np.add.at(
             part, (found.receiver, path.ravel()), gains.gain * np.exp(1j * wavenumber * length)

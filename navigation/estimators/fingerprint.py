@@ -26,7 +26,7 @@ class FingerprintFilter:
     survey : RssMap
         RSS at surveyed places.
     sigma_m : float
-        Standard deviation of each coordinate of such a fix [m]; `calibrated` measures it.
+        Standard deviation of each coordinate of such a fix [m]; measure it at known places.
     neighbours : int
         How many places k are averaged [-].
 

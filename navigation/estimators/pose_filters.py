@@ -176,3 +176,66 @@ class WheelMotion:
             by_rates[:, 1, wheel] = half * sin + sign * 0.5 * spin * distance * cos
             by_rates[:, 2, wheel] = sign * spin
         return by_pose, by_rates
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DeadReckoning:
+    """Return the estimator that only adds up the wheels' motion: what any other must beat.
+
+    Parameters
+    ----------
+    motion : WheelMotion
+        How the wheels move the robot.
+    """
+
+    motion: WheelMotion
+
+    def begin(
+        self, poses: FloatArray, covariance: FloatArray, rngs: Sequence[np.random.Generator]
+    ) -> FloatArray:
+        """Return the assumed poses, (r, 3) [m, rad].
+
+        Parameters
+        ----------
+        poses : (r, 3) float64
+            x [m], y [m], heading [rad].
+        covariance : (3, 3) float64
+            Not used [m², rad²].
+        rngs : sequence of numpy.random.Generator
+            Not used.
+        """
+        del covariance, rngs
+        return poses
+
+    def step(
+        self,
+        belief: FloatArray,
+        wheel_rates: FloatArray,
+        rss_dbm: FloatArray | None,
+        rngs: Sequence[np.random.Generator],
+    ) -> FloatArray:
+        """Return the poses one period later, (r, 3) [m, rad].
+
+        Parameters
+        ----------
+        belief : (r, 3) float64
+            Before [m, rad].
+        wheel_rates : (r, 2) float64
+            Right and left [rad/s].
+        rss_dbm : (r, s) float64 or None
+            Not used [dBm].
+        rngs : sequence of numpy.random.Generator
+            Not used.
+        """
+        del rss_dbm, rngs
+        return self.motion.moved(belief, wheel_rates)
+
+    def poses(self, belief: FloatArray) -> FloatArray:
+        """Return the belief itself, (r, 3) [m, rad].
+
+        Parameters
+        ----------
+        belief : (r, 3) float64
+            What `step` returned [m, rad].
+        """
+        return belief

@@ -6,7 +6,12 @@ import math
 import numpy as np
 from numba import njit
 
-from octant.navigation.tracking._optimal_kernels import _forward, _pull_back, _running_cost
+from octant.navigation.tracking._optimal_kernels import (
+    _forward,
+    _pull_back,
+    _running_cost,
+    descend_step,
+)
 
 
 @njit(cache=True, error_model="numpy")
@@ -76,3 +81,126 @@ def feedback_cost(
         _running_cost(poses[k, 0], poses[k, 1], poses[k, 2], reference[k], q_weight, slope)
         costate += period_s * slope
     return cost
+
+
+@njit(cache=True, error_model="numpy")
+def _mean_cost(
+    gains,
+    noise,
+    tags,
+    alpha,
+    beta,
+    start,
+    reference,
+    q_weight,
+    p_weight,
+    period_s,
+    radius,
+    axle,
+    limit,
+    poses,
+    rates,
+    read,
+    gradient,
+    square,
+):
+    """Return the cost averaged over noise records; fill the gradient and mean |z|² likewise."""
+    records = noise.shape[0]
+    gradient[:] = 0.0
+    square[:] = 0.0
+    cost = 0.0
+    for i in range(records):
+        cost += feedback_cost(
+            gains,
+            noise[i],
+            tags,
+            alpha,
+            beta,
+            start,
+            reference,
+            q_weight,
+            p_weight,
+            period_s,
+            radius,
+            axle,
+            limit,
+            poses,
+            rates,
+            read,
+            gradient,
+        )
+        for k in range(square.size):
+            for j in range(read.shape[1]):
+                square[k] += read[k, j] * read[k, j] / records
+    gradient /= records
+    return cost / records
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def train(
+    gains,
+    noise,
+    tags,
+    alpha,
+    beta,
+    start,
+    reference,
+    q_weight,
+    p_weight,
+    period_s,
+    radius,
+    axle,
+    limit,
+    momentum,
+    first_step,
+    tolerance,
+    costs,
+):
+    """Return the iterations done on noise records (R, n, s); ``gains`` become the best found."""
+    steps = gains.shape[0]
+    poses, rates = np.empty((steps + 1, 3)), np.empty((steps, 2))
+    read = np.empty((steps, gains.shape[2]))
+    gradient, kept = np.empty(gains.shape), np.empty(gains.shape)
+    square, kept_square = np.empty(steps), np.empty(steps)
+    best, previous = gains.copy(), gains.copy()
+    lowest, step = np.inf, first_step
+    done = 0
+    for i in range(costs.size):
+        cost = _mean_cost(
+            gains,
+            noise,
+            tags,
+            alpha,
+            beta,
+            start,
+            reference,
+            q_weight,
+            p_weight,
+            period_s,
+            radius,
+            axle,
+            limit,
+            poses,
+            rates,
+            read,
+            gradient,
+            square,
+        )
+        costs[i] = cost
+        done = i + 1
+        if cost < lowest:
+            lowest = cost
+            best[:] = gains
+            kept[:] = gradient
+            kept_square[:] = square
+            step *= 1.02
+            if lowest <= tolerance or np.sum(gradient * gradient) <= tolerance:
+                break
+            descend_step(gains, previous, gradient, square, step, momentum)
+        else:
+            step *= 0.5
+            gains[:] = best
+            previous[:] = best
+            descend_step(gains, previous, kept, kept_square, step, 0.0)
+    gains[:] = best
+    return done

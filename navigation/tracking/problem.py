@@ -30,9 +30,10 @@ def weight_matrix(value: npt.ArrayLike, *, name: str, size: int) -> FloatArray:
     NavigationError
         When it is not symmetric, or singular or indefinite: (6.5) needs a positive definite one.
     """
-    given = np.array(value, dtype=np.float64)
+    rows = np.ndim(np.array(value, dtype=object))
+    given = frozen_array(value, name=name, shape=(None,) * max(rows, 1), error=NavigationError)
     matrix = frozen_array(
-        np.diag(given) if given.ndim == 1 else given,
+        np.diag(given) if rows == 1 else given,
         name=name,
         shape=(size, size),
         error=NavigationError,

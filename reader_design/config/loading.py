@@ -21,13 +21,15 @@ from octant.reader_design.config.toml import toml_text
 replace = msgspec.structs.replace
 
 
-def load_study(path: str | Path | None = None) -> Study:
+def load_study(path: str | Path | None = None, *, built_in: str = "thesis_study") -> Study:
     """Return the study of a file, checked, with every default and every path resolved.
 
     Parameters
     ----------
     path : str, Path or None
-        A TOML file; None: the built-in thesis study.
+        A TOML file; None: a built-in study.
+    built_in : str
+        Which: ``thesis_study``, or ``track_study`` of ``octant track``.
 
     Returns
     -------
@@ -40,8 +42,9 @@ def load_study(path: str | Path | None = None) -> Study:
         When the file is missing or not TOML, or a key is unknown, wrong or contradicts another.
     """
     if path is None:
-        text = resources.files(__package__).joinpath("thesis_study.toml").read_text("utf-8")
-        return parse_study(text, source="thesis_study.toml", directory=Path.cwd())
+        name = f"{built_in}.toml"
+        text = resources.files(__package__).joinpath(name).read_text("utf-8")
+        return parse_study(text, source=name, directory=Path.cwd())
     file = Path(path)
     try:
         text = file.read_text("utf-8")
@@ -125,6 +128,8 @@ def to_toml(study: Study, *, relative_to: Path | None = None) -> str:
     for room in [tables["room"], *(e["room"] for e in tables["layout"] if e["room"])]:
         _tidy_room(room)
     tables["reader"]["object"] = tables["reader"]["object"] or None
+    if tables["track"]:
+        tables["track"]["trajectory"] = tables["track"]["trajectory"] or None
     empty = [key for key in ("tag", "layout") if not tables[key]]
     return toml_text({key: value for key, value in tables.items() if key not in empty})
 

@@ -19,6 +19,7 @@ from octant.reader_design.config.room import (
     RoomObject,
     Table,
 )
+from octant.reader_design.config.track import Track
 
 AntennaKind = Literal["dipole", "monopole", "isotropic_theta"]
 ReaderAntenna = Literal["dipole", "monopole"]
@@ -276,6 +277,8 @@ class Study(Table, frozen=True, kw_only=True):
         The tables ``[[tag]]``.
     mission : Mission or None
         None: the study drives no robot.
+    track : Track or None
+        Trajectory tracking from RSS; None: the study has none.
     layouts : tuple of Layout
         The tables ``[[layout]]``.
     """
@@ -290,4 +293,5 @@ class Study(Table, frozen=True, kw_only=True):
     solver: Solver = Solver()
     map: Map = Map()
     mission: Mission | None = None
+    track: Track | None = None
     layouts: tuple[Layout, ...] = msgspec.field(default=(), name="layout")
