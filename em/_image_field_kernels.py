@@ -42,7 +42,11 @@ def image_power(
             real[:] = 0.0
             imag[:] = 0.0
             for p in range(first_image[t], first_image[t + 1]):
-                dx, dy, dz = places[m, 0] - images[p, 0], places[m, 1] - images[p, 1], z - images[p, 2]
+                dx, dy, dz = (
+                    places[m, 0] - images[p, 0],
+                    places[m, 1] - images[p, 1],
+                    z - images[p, 2],
+                )
                 length = math.sqrt(dx * dx + dy * dy + dz * dz)
                 a = (
                     w00 * amplitude[i, j, p]

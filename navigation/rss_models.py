@@ -232,9 +232,7 @@ def fit_log_distance(
 
 def _samples(distance_m: npt.ArrayLike, rss_dbm: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
     distance = frozen_array(distance_m, name="distance_m", shape=(None,), error=NavigationError)
-    rss = frozen_array(
-        rss_dbm, name="rss_dbm", shape=(len(distance),), error=NavigationError
-    )
+    rss = frozen_array(rss_dbm, name="rss_dbm", shape=(len(distance),), error=NavigationError)
     if len(distance) < 2 or not (distance > 0.0).all():
         msg = (
             f"{len(distance)} samples are given, but a law of distance needs at least two at "

@@ -67,7 +67,9 @@ class World:
             error=NavigationError,
         )
         object.__setattr__(self, "start_covariance", covariance)
-        if not (self.period_s > 0.0 and self.rate_sigma_rad_per_s >= 0.0 and self.reading_every > 0):
+        if not (
+            self.period_s > 0.0 and self.rate_sigma_rad_per_s >= 0.0 and self.reading_every > 0
+        ):
             msg = (
                 f"period_s is {self.period_s} s, rate_sigma {self.rate_sigma_rad_per_s} rad/s and "
                 f"reading_every {self.reading_every}, but they must be positive, not negative and "
@@ -238,9 +240,7 @@ def drive(
         belief = estimator.step(belief, told, rss if heard else None, own)
         poses[:, k + 1], estimates[:, k + 1] = true, estimator.poses(belief)
         commanded[:, k] = rates
-    return TrackingRecord(
-        desired=desired, poses=poses, estimates=estimates, wheel_rates=commanded
-    )
+    return TrackingRecord(desired=desired, poses=poses, estimates=estimates, wheel_rates=commanded)
 
 
 def _children(seed: np.random.SeedSequence) -> list[np.random.SeedSequence]:
@@ -251,9 +251,7 @@ def _children(seed: np.random.SeedSequence) -> list[np.random.SeedSequence]:
     ]
 
 
-def _read(
-    world: World, true: FloatArray, rngs: Sequence[np.random.Generator]
-) -> FloatArray:
+def _read(world: World, true: FloatArray, rngs: Sequence[np.random.Generator]) -> FloatArray:
     clean = world.sensor.rss_dbm(true[:, :2])
     return clean + np.array([world.noise.draw((clean.shape[1],), rng) for rng in rngs])
 

@@ -180,9 +180,7 @@ def stability_report(
     observed, reached, transition = np.zeros((3, 3)), np.zeros((3, 3)), np.eye(3)
     for k, step in enumerate(closed):
         after = step.T @ riccati.cost_to_go[k + 1] @ step
-        decay = min(
-            decay, 1.0 - float(eigh(after, riccati.cost_to_go[k], eigvals_only=True)[-1])
-        )
+        decay = min(decay, 1.0 - float(eigh(after, riccati.cost_to_go[k], eigvals_only=True)[-1]))
         observed += period_s * transition.T @ weights.state @ transition
         transition = step @ transition
         reached = a[k] @ reached @ a[k].T + b[k] @ b[k].T

@@ -86,8 +86,11 @@ class Weights:
 
 def tracking_weights() -> Weights:
     """Return the weights of thesis 6.5 and of its trajectories in 7.5 [-]; R is not printed."""
-    return Weights(state=np.array([1.0, 1.0, 2.0]), final=np.array([0.5, 0.5, 1.0]),
-                   inputs=np.array([0.01, 0.01]))
+    return Weights(
+        state=np.array([1.0, 1.0, 2.0]),
+        final=np.array([0.5, 0.5, 1.0]),
+        inputs=np.array([0.01, 0.01]),
+    )
 
 
 def stabilisation_weights() -> Weights:

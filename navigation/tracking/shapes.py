@@ -143,9 +143,7 @@ def parabola(*, duration_s: float = 60.0) -> Curve:
     return graph("parabola", along, x_range_m=(-5.0, 5.0), duration_s=duration_s)
 
 
-def _harmonic(
-    name: str, terms: Sequence[tuple[float, int, float]], *, duration_s: float
-) -> Curve:
+def _harmonic(name: str, terms: Sequence[tuple[float, int, float]], *, duration_s: float) -> Curve:
     """Return x and y as A sin(n w t + phase), w one turn over the duration: (A, n, phase) each."""
     base = 2.0 * math.pi / duration_s
 
@@ -279,9 +277,7 @@ def spline(
     """
     from scipy.interpolate import CubicSpline
 
-    points = frozen_array(
-        waypoints_m, name="waypoints_m", shape=(None, 2), error=NavigationError
-    )
+    points = frozen_array(waypoints_m, name="waypoints_m", shape=(None, 2), error=NavigationError)
     way = np.vstack([points, points[:1]]) if closed else np.array(points)
     chords = np.linalg.norm(np.diff(way, axis=0), axis=1)
     if len(points) < 2 + closed or not (chords > 1e-9).all():

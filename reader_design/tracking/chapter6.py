@@ -108,7 +108,9 @@ def fit_samples(settings: Settings) -> RssFits:
     )
 
 
-def feedback_task(settings: Settings, curve: Curve, start: tuple[float, float, float]) -> FeedbackTask:
+def feedback_task(
+    settings: Settings, curve: Curve, start: tuple[float, float, float]
+) -> FeedbackTask:
     """Return the task of measurement feedback along a curve.
 
     Parameters

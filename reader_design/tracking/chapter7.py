@@ -246,9 +246,7 @@ def neighbouring_setup(
     return NeighbouringSetup(
         desired=desired,
         start=start,
-        control=NeighbouringControl(
-            nominal_poses=poses, nominal_rates=rates, gains=riccati.gains
-        ),
+        control=NeighbouringControl(nominal_poses=poses, nominal_rates=rates, gains=riccati.gains),
         stability=stability_report(
             poses, rates, settings.robot, riccati=riccati, weights=weights, period_s=period_s
         ),
@@ -313,9 +311,7 @@ def _replaced(settings: Settings, wheel_sigma: float) -> Settings:
 
 
 def _ekf(settings: Settings) -> ExtendedKalman:
-    return ExtendedKalman(
-        motion=settings.motion, sensor=settings.mesh, noise=settings.assumptions
-    )
+    return ExtendedKalman(motion=settings.motion, sensor=settings.mesh, noise=settings.assumptions)
 
 
 def _methods(

@@ -46,12 +46,14 @@ SURVEY_SPACING_M = 0.2
 """Grid of a site survey by hand, on which laws and local means are fitted [m]."""
 FADED_FLOOR_DBM = -150.0
 """RSS in a field's zero [dBm]."""
-REFLECTION_ERROR_DB = 1.0
+MISPLACED_M = 0.02
+"""The wrong map has brick walls, and tags this far from where they hang (each coordinate) [m]."""
+INTERPOLATION_DB = 1.0
 """What a filter adds to its readings' noise for a map's interpolation [dB]."""
 PARTICLE, UKF_MAP = "particle filter, computed map", "UKF, computed map"
 LOCAL_MEAN, LOG_DISTANCE = "UKF, local-mean map", "EKF, log-distance law"
 FINGERPRINT, DEAD = "fingerprints of a survey + odometry", "dead reckoning"
-WRONG_MAP = "particle filter, map of brick walls"
+WRONG_MAP = "particle filter, map that is wrong"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -116,7 +118,7 @@ class _Knowledge:
     mesh: TagMesh
     law: LogDistanceLaw
     law_rms_db: float
-    brick: RssMap | None
+    wrong: RssMap | None
 
 
 def room_results(settings: Settings) -> RoomResults:
@@ -143,7 +145,7 @@ def room_results(settings: Settings) -> RoomResults:
     outcomes, facts, shown = [], [], None
     for number, (side, spacing) in enumerate(meshes):
         field, tags_m = _field(settings, side, spacing)
-        known = _known(settings, field, tags_m, brick=number == 0)
+        known = _known(settings, field, tags_m, imagine_wrong=number == 0)
         shown = shown or known.computed
         world = settings.world(
             FieldRss(field=field),
@@ -172,7 +174,7 @@ def room_results(settings: Settings) -> RoomResults:
 
 
 def _field(
-    settings: Settings, side: int, spacing_m: float, *, walls: str | None = None
+    settings: Settings, side: int, spacing_m: float, *, wrong: bool = False
 ) -> tuple[ImageField, FloatArray]:
     """Return the tags' fields and the tags' places (s, 3), heights above the antenna [m]."""
     study = settings.study
@@ -191,8 +193,10 @@ def _field(
         raise ConfigError(msg)
     carrier = study.radio.frequency_hz
     materials = study_materials(study)
-    if walls is not None:
-        materials = dict.fromkeys(materials, material(walls))
+    if wrong:
+        materials = dict.fromkeys(materials, material("brick"))
+        rng = np.random.default_rng([study.seed, 9])
+        tags = tags + rng.normal(0.0, MISPLACED_M, tags.shape) * (1.0, 1.0, 0.0)
     axis = grid_axis_m(-REACH_M - 0.5, REACH_M + 0.5, spacing_m=TRACE_SPACING_M)
     field = trace_image_field(
         built.scene,
@@ -224,7 +228,7 @@ def _sampled(rss: FloatArray, axis_m: FloatArray) -> RssMap:
 
 
 def _known(
-    settings: Settings, field: ImageField, tags_m: FloatArray, *, brick: bool
+    settings: Settings, field: ImageField, tags_m: FloatArray, *, imagine_wrong: bool
 ) -> _Knowledge:
     axis = grid_axis_m(-REACH_M, REACH_M, spacing_m=SURVEY_SPACING_M)
     places = _grid(axis)
@@ -236,9 +240,9 @@ def _known(
     distance = np.sqrt(np.sum(offset**2, axis=2) + tags_m[:, 2] ** 2)
     law, rms = fit_log_distance(distance.ravel(), coherent.ravel())
     wrong = None
-    if brick:
+    if imagine_wrong:
         side = round(len(tags_m) ** 0.5)
-        other, _ = _field(settings, side, settings.track.tag_spacing_m, walls="brick")
+        other, _ = _field(settings, side, settings.track.tag_spacing_m, wrong=True)
         wrong = _computed_map(settings, other)
     return _Knowledge(
         computed=_computed_map(settings, field),
@@ -247,7 +251,7 @@ def _known(
         mesh=TagMesh(tags_m=tags_m, law=law),
         law=law,
         law_rms_db=rms,
-        brick=wrong,
+        wrong=wrong,
     )
 
 
@@ -267,7 +271,7 @@ def _estimators(
         y_m=known.computed.y_m[::step],
         rss=known.computed.rss[::step, ::step],
     )
-    close = noise(REFLECTION_ERROR_DB)
+    close = noise(INTERPOLATION_DB)
 
     def particles(sensor: RssMap, sigma_db: float) -> ParticleFilter:
         return ParticleFilter(
@@ -279,9 +283,7 @@ def _estimators(
         (UKF_MAP, UnscentedKalman(motion=motion, sensor=known.computed, noise=close)),
         (
             LOCAL_MEAN,
-            UnscentedKalman(
-                motion=motion, sensor=known.local_mean, noise=noise(known.mean_rms_db)
-            ),
+            UnscentedKalman(motion=motion, sensor=known.local_mean, noise=noise(known.mean_rms_db)),
         ),
         (
             LOG_DISTANCE,
@@ -290,9 +292,9 @@ def _estimators(
         (FINGERPRINT, _fingerprints(settings, survey, known.computed)),
         (DEAD, DeadReckoning(motion=motion)),
     ]
-    if known.brick is not None:
-        difference = float(np.std(known.brick.rss - known.computed.rss))
-        rows.insert(1, (WRONG_MAP, particles(known.brick, noise(difference).sigma_db)))
+    if known.wrong is not None:
+        difference = float(np.std(known.wrong.rss - known.computed.rss))
+        rows.insert(1, (WRONG_MAP, particles(known.wrong, noise(difference).sigma_db)))
     return tuple(rows)
 
 
