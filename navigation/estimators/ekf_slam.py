@@ -172,20 +172,23 @@ class SlamRecord:
     @property
     def final_error_m(self) -> FloatArray:
         """Return the (r,) errors of the place at the end [m]."""
-        return np.linalg.norm(self.poses[:, -1, :2] - self.true_poses[:, -1, :2], axis=1)
+        offset = self.poses[:, -1, :2] - self.true_poses[:, -1, :2]
+        errors: FloatArray = np.linalg.norm(offset, axis=1)
+        return errors
 
     @property
     def reckoned_error_m(self) -> FloatArray:
         """Return the (r,) errors of dead reckoning at the end [m]."""
-        return np.linalg.norm(self.reckoned[-1, :2] - self.true_poses[:, -1, :2], axis=1)
+        offset = self.reckoned[-1, :2] - self.true_poses[:, -1, :2]
+        errors: FloatArray = np.linalg.norm(offset, axis=1)
+        return errors
 
     @property
     def diverged(self) -> npt.NDArray[np.bool_]:
-        """Return for each run, (r,), whether the pose is out by more than five of its sigmas [-]."""
+        """Return for each run, (r,), whether the pose is out by over five of its sigmas [-]."""
         error = np.abs(self.poses[:, -1] - self.true_poses[:, -1])
         error[:, 2] = np.abs(wrap_angle(error[:, 2]))
-        away: npt.NDArray[np.bool_] = (error > 5.0 * self.sigmas[:, -1]).any(axis=1)
-        return away
+        return np.asarray((error > 5.0 * self.sigmas[:, -1]).any(axis=1))
 
 
 def run_slam(task: SlamTask, seeds: Sequence[np.random.SeedSequence]) -> SlamRecord:
@@ -241,7 +244,7 @@ def run_slam(task: SlamTask, seeds: Sequence[np.random.SeedSequence]) -> SlamRec
     for k in range(task.steps):
         reckoned[k + 1] = task.motion.moved(reckoned[k], task.wheel_rates_rad_per_s)
     return SlamRecord(
-        time_s=task.motion.period_s * np.arange(task.steps + 1),
+        time_s=task.motion.period_s * np.arange(task.steps + 1, dtype=np.float64),
         true_poses=true_poses,
         poses=poses,
         reckoned=reckoned,

@@ -142,7 +142,7 @@ class ParticleFilter:
         log_weights = belief.log_weights - belief.log_weights.max(axis=1, keepdims=True)
         n = self.particles
         jitter = np.array([self.jitter_m, self.jitter_m, self.jitter_rad])
-        for run in np.flatnonzero(1.0 / np.sum(weights**2, axis=1) < 0.5 * n):
+        for run in np.flatnonzero(1.0 / np.sum(weights**2, axis=1) < 0.5 * n).tolist():
             marks = (np.arange(n) + rngs[run].uniform()) / n
             total = np.cumsum(weights[run])
             drawn = np.minimum(np.searchsorted(total, marks * total[-1]), n - 1)

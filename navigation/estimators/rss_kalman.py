@@ -77,7 +77,7 @@ def _augmented(states: int, matrix: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ExtendedKalman:
-    """Return the discrete extended Kalman filter, in Joseph form.
+    """Return the discrete extended Kalman filter, in Joseph form, with a step of O(n² s).
 
     Parameters
     ----------
@@ -87,6 +87,12 @@ class ExtendedKalman:
         RSS against place.
     noise : RssAssumptions
         Of the readings.
+
+    Notes
+    -----
+    All s readings have the same independent noise, so that an orthogonal transform may turn them:
+    with H = Q R, the n numbers Qᵀ (z - h) hold all that is heard of the n states, and their
+    Jacobian is R. The update by them is the same, in systems of n instead of s.
     """
 
     motion: WheelMotion
@@ -135,12 +141,14 @@ class ExtendedKalman:
         if rss_dbm is None:
             return moved
         predicted, slopes = _expected(self.sensor, moved)
+        turned, small = np.linalg.qr(slopes)
+        heard = np.swapaxes(turned, 1, 2) @ (rss_dbm - predicted)[..., None]
         innovation = innovate(
             moved,
-            rss_dbm,
-            observation=slopes,
-            measurement_noise=self.noise.sigma_db**2 * np.eye(rss_dbm.shape[1]),
-            predicted=predicted,
+            heard[..., 0],
+            observation=small,
+            measurement_noise=self.noise.sigma_db**2 * np.eye(small.shape[1]),
+            predicted=np.zeros(small.shape[:2]),
         )
         return update(moved, innovation)
 
@@ -272,7 +280,7 @@ class KalmanBucy:
 
     def _drifted(self, belief: Gaussian, wheel_rates: FloatArray, length_s: float) -> Gaussian:
         """Return the belief after f of (7.45) and the first three terms of (7.44)."""
-        mean, spread = belief.mean, belief.covariance
+        mean, _spread = belief.mean, belief.covariance
         motion, states = self.motion, mean.shape[1]
         pose_rate = motion.robot.pose_rate(mean[:, :3], wheel_rates)
         middle = mean[:, :3] + 0.5 * length_s * pose_rate
@@ -330,7 +338,8 @@ class UnscentedKalman:
     -----
     The symmetric set of 2 n points with equal weights (Julier and Uhlmann with κ = 0, the cubature
     rule of third degree), for the readings; the motion is nearly linear over a period and is
-    predicted as in the extended filter.
+    predicted as in the extended filter. The gain P_xz (P_zz + σ² I)⁻¹ is solved among the 2 n
+    points, not among the s readings.
     """
 
     motion: WheelMotion
@@ -390,13 +399,13 @@ class UnscentedKalman:
         predicted = read.mean(axis=1)
         spread = (read - predicted[:, None]) / np.sqrt(2 * states)
         offset = (points - belief.mean[:, None]) / np.sqrt(2 * states)
-        cross = np.swapaxes(offset, 1, 2) @ spread
-        whole = np.swapaxes(spread, 1, 2) @ spread
-        whole += self.noise.sigma_db**2 * np.eye(rss_dbm.shape[1])
-        gain = np.swapaxes(np.linalg.solve(whole, np.swapaxes(cross, 1, 2)), 1, 2)
-        mean = belief.mean + (gain @ (rss_dbm - predicted)[..., None])[..., 0]
-        covariance = belief.covariance - gain @ whole @ np.swapaxes(gain, 1, 2)
-        covariance = 0.5 * (covariance + np.swapaxes(covariance, 1, 2))
+        heard = (spread @ (rss_dbm - predicted)[..., None])[..., 0]
+        gram = spread @ np.swapaxes(spread, 1, 2)
+        noisy = gram + self.noise.sigma_db**2 * np.eye(2 * states)
+        # K = X (Y'Y + s² I)^-1 Y' with X the points' and Y' the readings' offsets.
+        mean = belief.mean + np.sum(offset * np.linalg.solve(noisy, heard[..., None]), axis=1)
+        shrunk = np.swapaxes(offset, 1, 2) @ np.linalg.solve(noisy, gram @ offset)
+        covariance = belief.covariance - 0.5 * (shrunk + np.swapaxes(shrunk, 1, 2))
         return Gaussian(mean=mean, covariance=covariance)
 
     def poses(self, belief: Gaussian) -> FloatArray:

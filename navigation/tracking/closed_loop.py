@@ -113,7 +113,8 @@ class TrackingRecord:
     def errors_m(self) -> FloatArray:
         """Return the (r, k + 1) distances to the desired place at the same time [m]."""
         offset = self.poses[..., :2] - self.desired.poses[:, :2]
-        return np.linalg.norm(offset, axis=-1)
+        errors: FloatArray = np.linalg.norm(offset, axis=-1)
+        return errors
 
     @property
     def average_error_m(self) -> FloatArray:
@@ -134,7 +135,9 @@ class TrackingRecord:
     @property
     def estimation_errors_m(self) -> FloatArray:
         """Return the (r, k + 1) distances of the estimated from the true place [m]."""
-        return np.linalg.norm(self.poses[..., :2] - self.estimates[..., :2], axis=-1)
+        offset = self.poses[..., :2] - self.estimates[..., :2]
+        errors: FloatArray = np.linalg.norm(offset, axis=-1)
+        return errors
 
     def share_within_m(self, share: float) -> FloatArray:
         """Return the (r,) errors that are not exceeded for a share of the time [m].
@@ -253,7 +256,8 @@ def _children(seed: np.random.SeedSequence) -> list[np.random.SeedSequence]:
 
 def _read(world: World, true: FloatArray, rngs: Sequence[np.random.Generator]) -> FloatArray:
     clean = world.sensor.rss_dbm(true[:, :2])
-    return clean + np.array([world.noise.draw((clean.shape[1],), rng) for rng in rngs])
+    noisy: FloatArray = clean + np.array([world.noise.draw((clean.shape[1],), rng) for rng in rngs])
+    return noisy
 
 
 def _told(

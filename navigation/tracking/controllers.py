@@ -21,7 +21,7 @@ FloatArray = npt.NDArray[np.float64]
 
 
 class TrackingController(Protocol):
-    """What decides the wheel rates of the next period, for all runs of a Monte-Carlo set at once."""
+    """What decides the wheel rates of the next period, for all runs of a set at once."""
 
     def wheel_rates(self, step: int, poses: FloatArray, rss_dbm: FloatArray) -> FloatArray:
         """Return the wanted rates of the right and the left wheel, (r, 2) [rad/s].

@@ -1,4 +1,4 @@
-"""Optimal measurement feedback, thesis chapter 6: wheel rates straight from RSS, trained offline."""
+"""Optimal measurement feedback, thesis chapter 6: wheel rates straight from RSS, by training."""
 
 from dataclasses import dataclass
 
@@ -84,7 +84,9 @@ class FeedbackRun:
         problem : TrackingProblem
             With the desired trajectory.
         """
-        return np.linalg.norm(self.poses[:, :2] - problem.desired.poses[:, :2], axis=1)
+        offset = self.poses[:, :2] - problem.desired.poses[:, :2]
+        errors: FloatArray = np.linalg.norm(offset, axis=1)
+        return errors
 
 
 def run_feedback(task: FeedbackTask, gains: FloatArray, noise_db: FloatArray) -> FeedbackRun:

@@ -275,7 +275,7 @@ class InputSearch:
             options={
                 "maxiter": self.iterations,
                 "maxfun": 3 * self.iterations,
-                "maxcor": 30,
+                "maxcor": 10,
                 "ftol": 1e-13,
                 "gtol": 1e-9,
             },

@@ -146,7 +146,7 @@ def desired_trajectory(curve: Curve, *, period_s: float) -> DesiredTrajectory:
             "must be a multiple of it: choose another period."
         )
         raise NavigationError(msg)
-    time = period_s * np.arange(steps + 1)
+    time: FloatArray = period_s * np.arange(steps + 1, dtype=np.float64)
     place, velocity, acceleration = curve.motion(time)
     speed = np.hypot(velocity[:, 0], velocity[:, 1])
     moving = speed > _STILL_M_PER_S

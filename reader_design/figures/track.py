@@ -219,6 +219,7 @@ def eight_poses_figure(outcome: Outcome) -> "Figure":
                 outcome.desired.time_s, np.maximum(errors, 1e-4), color=colour, linestyle=dash
             )
         _arrow(axes[0], outcome.desired.poses[-1], colour="#222222", face="#222222")
+        axes[0].margins(0.12)
         axes[0].set_aspect("equal", adjustable="datalim")
         axes[0].set_title("way; hollow: start, solid: goal")
         axes[0].set_xlabel("x [m]")

@@ -67,7 +67,7 @@ def slam_figure(record: SlamRecord, tags_m: FloatArray, *, wheel_sigma: float) -
         plan.set_title("plan (run 0)")
         plan.set_xlabel("x [m]")
         plan.set_ylabel("y [m]")
-        plan.legend(loc="center")
+        plan.legend(loc="upper center", bbox_to_anchor=(0.5, -0.11), ncols=3)
         error = record.poses - record.true_poses
         error[..., 2] = wrap_angle(error[..., 2])
         names = (("x", 1000.0, "mm"), ("y", 1000.0, "mm"), ("heading", np.degrees(1.0), "°"))
@@ -149,10 +149,12 @@ def _draw_averages(
                 median = float(np.median(average))
                 ax.barh(row, median, height=0.9 * width, color=COLOURS[t], alpha=0.75, label=label)
                 ax.plot(average, np.full(len(average), row), ".", color="#222222", markersize=2)
-                ax.text(median * 1.05, row, f"{median:.3f}", va="center", fontsize=7.5)
+                right = 1.08 * float(average.max())
+                ax.text(right, row, f"{median:.3f}", va="center", fontsize=7.5)
     ax.set_yticks(np.arange(len(methods))[::-1], methods)
     ax.set_xscale("log")
-    ax.set_title("error averaged over time: median (bar) and every run (dots)")
+    ax.margins(x=0.12)
+    ax.set_title("average error: median (bar), every run (dots)")
     ax.set_xlabel("average distance to the desired place [m]")
     ax.legend(loc="lower right", frameon=True)
 

@@ -1,4 +1,4 @@
-"""What a tracking study's report says: figures and numbers against the thesis, chapter by chapter."""
+"""What a tracking study's report says: figures and numbers beside those of the thesis."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -276,10 +276,12 @@ def tracking_report(content: TrackingContent, figures: FigureFiles) -> Report:
         title=f"{study.name}: trajectory tracking from RSS",
         subtitle="Thesis chapters 6 and 7, recomputed by Octant",
         summary=(
-            "Measurement feedback follows its way only when the noise that it was trained on comes "
-            "again; the neighbouring control does so with any noise, once the noise's mean is "
-            "estimated; and in a reverberant room it is the pattern of fades, not the distance to "
-            "the tags, that tells the robot where it is.",
+            (
+                "Measurement feedback follows its way only when the noise that it was trained on "
+                "comes again; the neighbouring control does so with any noise, once the noise's "
+                "mean is estimated; and in a reverberant room it is the pattern of fades, not the "
+                "distance to the tags, that tells the robot where it is."
+            ),
         ),
         warnings=(),
         facts=(
@@ -310,16 +312,21 @@ def _rss_section(content: TrackingContent, figures: FigureFiles) -> ReportSectio
     return ReportSection(
         heading="RSS of a tag (thesis 6.5.1)",
         paragraphs=(
-            f"Least squares of (6.2) on the seven samples of Table 6.1 gives "
-            f"{fits.exponential.alpha_dbm:.2f} dBm and {fits.exponential.beta_per_m:.4f} 1/m, rms "
-            f"{fits.exponential_rms_db:.2f} dB; the printed -35.5 and 0.1071 leave "
-            f"{fits.published_rms_db:.2f} dB. The log-distance law fits better, "
-            f"{fits.distance_rms_db:.2f} dB, but with an exponent of {fits.distance.exponent:.1f}, "
-            "far from free space.",
-            f"Fits to noisy records have the median ({alpha:.0f} dBm, {beta:.3f} 1/m). The printed "
-            "(-60, 0.2) lies so far from the mean of the noisy signal that only "
-            f"{fits.noisy_share:.1%} of the records give a fit that is as far out: an unlucky "
-            "record, not the signal. Chapters 6 and 7 use it all the same, and so does this study.",
+            (
+                "Least squares of (6.2) on the seven samples of Table 6.1 gives "
+                f"{fits.exponential.alpha_dbm:.2f} dBm and {fits.exponential.beta_per_m:.4f} 1/m, "
+                f"rms {fits.exponential_rms_db:.2f} dB; the printed -35.5 and 0.1071 leave "
+                f"{fits.published_rms_db:.2f} dB. The log-distance law fits better, "
+                f"{fits.distance_rms_db:.2f} dB, but with an exponent of "
+                f"{fits.distance.exponent:.1f}, far from free space."
+            ),
+            (
+                f"Fits to noisy records have the median ({alpha:.0f} dBm, {beta:.3f} 1/m). The "
+                "printed (-60, 0.2) lies so far from the mean of the noisy signal that only "
+                f"{fits.noisy_share:.1%} of the records give a fit that is as far out: an unlucky "
+                "record, not the signal. Chapters 6 and 7 use it all the same, and so does this "
+                "study."
+            ),
         ),
         figures=embedded_figures(figures, "rss"),
     )
@@ -331,10 +338,12 @@ def _feedback_section(content: TrackingContent, figures: FigureFiles) -> ReportS
     return ReportSection(
         heading="Measurement feedback (chapter 6)",
         paragraphs=(
-            "The gains are trained by the five steps of thesis 6.4 with a unit-free step. The "
-            "published figures belong to the noise record of the training; on fresh noise the "
-            "same gains do much worse. Trained over many records they do better there, and worse "
-            "than the published figures.",
+            (
+                "The gains are trained by the five steps of thesis 6.4 with a unit-free step. The "
+                "published figures belong to the noise record of the training; on fresh noise the "
+                "same gains do much worse. Trained over many records they do better there, and "
+                "worse than the published figures."
+            ),
         ),
         tables=(_outcome_table(content.feedback, "Median / 90 % over the runs."),),
         figures=embedded_figures(figures, "feedback"),
@@ -404,14 +413,15 @@ def _slam_section(content: TrackingContent, figures: FigureFiles) -> ReportSecti
     if not content.slam:
         return None
     rows = tuple(
-        tuple(f"{v:.4g}" for v in slam_row(sigma, record))
-        for sigma, record in content.slam  # type: ignore[str-format]
+        tuple(f"{v:.4g}" for v in slam_row(sigma, record)) for sigma, record in content.slam
     )
     return ReportSection(
         heading="EKF SLAM (7.4, 7.7)",
         paragraphs=(
-            "With the printed sensor noise (1.5 m, 0.9 rad) SLAM is hardly better than dead "
-            "reckoning; it is consistent, and it does not fail at ten times the wheel noise.",
+            (
+                "With the printed sensor noise (1.5 m, 0.9 rad) SLAM is hardly better than dead "
+                "reckoning; it is consistent, and it does not fail at ten times the wheel noise."
+            ),
         ),
         tables=(
             ReportTable(
@@ -436,14 +446,19 @@ def _room_section(content: TrackingContent, figures: FigureFiles) -> ReportSecti
     return ReportSection(
         heading="RSS from the room solver",
         paragraphs=(
-            f"The field is the coherent sum of paths of up to {study.solver.max_reflections} "
-            f"reflections at the robot's true place, {channels}, read every "
-            f"{track.room_reading_every_s:g} s with {track.room_noise_db:g} dB of noise.",
-            "A law of distance and a map of local means do not help: between concrete walls the "
-            "mean level hardly depends on the place. What does are the fades, some centimetres "
-            "wide. A filter that carries the computed map of them keeps the way; the particle "
-            "filter does so from any start, the unscented one sometimes follows a wrong fade. That "
-            "map is as good as the room's plan: one with brick walls and tags 2 cm off is worse.",
+            (
+                f"The field is the coherent sum of paths of up to {study.solver.max_reflections} "
+                f"reflections at the robot's true place, {channels}, read every "
+                f"{track.room_reading_every_s:g} s with {track.room_noise_db:g} dB of noise."
+            ),
+            (
+                "A law of distance and a map of local means do not help: between concrete walls "
+                "the mean level hardly depends on the place. What does are the fades, some "
+                "centimetres wide. A filter that carries the computed map of them keeps the way; "
+                "the particle filter does so from any start, the unscented one sometimes follows "
+                "a wrong fade. That map is as good as the room's plan: one with brick walls and "
+                "tags 2 cm off is worse."
+            ),
         ),
         points=room.facts,
         tables=(_outcome_table(room.outcomes, "The lemniscate; median / 90 % over the runs."),),
@@ -469,9 +484,11 @@ def _cost_section(content: TrackingContent, figures: FigureFiles) -> ReportSecti
     return ReportSection(
         heading="Table 8.1, measured",
         paragraphs=(
-            "Times are those of this machine, one robot at a time; they differ from run to run and "
-            "stand in costs.csv only. The extended filter's update solves a system of s readings, "
-            "so that with many tags its step grows faster than the O(n s) of Table 8.1.",
+            (
+                "Times are those of this machine, one robot at a time; they differ from run to "
+                "run and stand in costs.csv only. Below some tens of tags the calls cost more than "
+                "the arithmetic, so that the measured exponents lie below one."
+            ),
         ),
         tables=(
             ReportTable(

@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -215,7 +216,7 @@ def _loop_step(
 
 def _fuzzy_step(settings: Settings) -> Callable[[], object]:
     controller = FuzzyController()
-    azimuths = 0.25 * np.pi * np.arange(8)
+    azimuths: FloatArray = 0.25 * np.pi * np.arange(8, dtype=np.float64)
     rss = np.linspace(1e-9, 2e-9, 8)
     return lambda: controller.wheel_rates(
         rss, azimuths_rad=azimuths, cruise_speed_m_per_s=0.09, robot=settings.robot
@@ -259,9 +260,7 @@ def _step_scaling(settings: Settings) -> CostScaling:
         mesh = TagMesh(tags_m=tag_grid(side, spacing_m=spacing_m, height_m=3.0), law=settings.law)
         feedback = MeasurementFeedback(gains=np.zeros((1, 2, side**2)))
         readings, pose = np.zeros((1, side**2)), np.zeros((1, 3))
-        times["feedback"].append(
-            _seconds(lambda f=feedback, r=readings: f.wheel_rates(0, pose, r))  # type: ignore[misc]
-        )
+        times["feedback"].append(_seconds(partial(feedback.wheel_rates, 0, pose, readings)))
         for name, kind in (("EKF", ExtendedKalman), ("UKF", UnscentedKalman)):
             step = _loop_step(setup.control, kind(motion=motion, sensor=mesh, noise=noise), mesh)
             times[name].append(_seconds(step))
@@ -287,7 +286,9 @@ def _training_by_tags(settings: Settings) -> CostScaling:
 
 
 def _training_by_steps(settings: Settings) -> CostScaling:
-    feedback, printed, ilqr = [], [], []
+    feedback: list[float] = []
+    printed: list[float] = []
+    ilqr: list[float] = []
     for steps in STEP_COUNTS:
         task = _feedback_task(settings, 9, steps)
         feedback.append(_iteration_us(settings, task))
@@ -296,7 +297,7 @@ def _training_by_steps(settings: Settings) -> CostScaling:
             (BoundedIlqr(iterations=5, tolerance=0.0, first_rates_rad_per_s=((1.0, 1.0),)), ilqr),
         ):
             done = solver.solve(task.problem).iterations
-            times.append(1e6 * _seconds(lambda s=solver, t=task: s.solve(t.problem)) / done)  # type: ignore[misc]
+            times.append(1e6 * _seconds(partial(solver.solve, task.problem)) / done)
     return CostScaling(
         what="one training iteration",
         quantity="number of steps k_f",
