@@ -1,4 +1,4 @@
-"""Kalman filters on RSS: extended (discrete), Kalman-Bucy (thesis 7.3.2), and unscented."""
+"""Discrete Kalman filters on RSS: extended and unscented."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,7 +9,6 @@ import numpy.typing as npt
 from octant.geometries.errors import NavigationError
 from octant.navigation.estimators.kalman import Gaussian, innovate, predict, update
 from octant.navigation.estimators.pose_filters import RssModel, SmoothRssModel, WheelMotion
-from octant.navigation.tracking.neighbouring import linear_model
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -68,35 +67,34 @@ class RssAssumptions:
         return Gaussian(mean=mean, covariance=np.tile(whole, (len(poses), 1, 1)))
 
 
-def _augmented(states: int, matrix: FloatArray) -> FloatArray:
-    """Return (r, 3, c) rows with zero rows for the further states, which stay as they are."""
+def with_zero_rows(states: int, matrix: FloatArray) -> FloatArray:
+    """Return Jacobians of the pose, (r, 3, c), with zero rows for further states, (r, n, c).
+
+    Parameters
+    ----------
+    states : int
+        Number n of states [-].
+    matrix : (r, 3, c) float64
+        Derivatives of the pose [m, rad per unit of the columns].
+    """
     out = np.zeros((len(matrix), states, matrix.shape[2]))
     out[:, :3] = matrix
     return out
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ExtendedKalman:
-    """Return the discrete extended Kalman filter, in Joseph form, with a step of O(n² s).
+class RssFilter:
+    """Return what the Kalman filters on RSS share: motion, noise, first belief, pose.
 
     Parameters
     ----------
     motion : WheelMotion
         How the wheels move the robot.
-    sensor : SmoothRssModel
-        RSS against place.
     noise : RssAssumptions
         Of the readings.
-
-    Notes
-    -----
-    All s readings have the same independent noise, so that an orthogonal transform may turn them:
-    with H = Q R, the n numbers Qᵀ (z - h) hold all that is heard of the n states, and their
-    Jacobian is R. The update by them is the same, in systems of n instead of s.
     """
 
     motion: WheelMotion
-    sensor: SmoothRssModel
     noise: RssAssumptions
 
     def begin(
@@ -115,6 +113,39 @@ class ExtendedKalman:
         """
         del rngs
         return self.noise.begin(poses, covariance)
+
+    def poses(self, belief: Gaussian) -> FloatArray:
+        """Return the estimated poses, (r, 3) [m, rad].
+
+        Parameters
+        ----------
+        belief : Gaussian
+            What `step` returned.
+        """
+        return belief.mean[:, :3]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ExtendedKalman(RssFilter):
+    """Return the discrete extended Kalman filter, in Joseph form, with a step of O(n² s).
+
+    Parameters
+    ----------
+    motion : WheelMotion
+        How the wheels move the robot.
+    sensor : SmoothRssModel
+        RSS against place.
+    noise : RssAssumptions
+        Of the readings.
+
+    Notes
+    -----
+    All s readings have the same independent noise, so that an orthogonal transform may turn them:
+    with H = Q R, the n numbers Qᵀ (z - h) hold all that is heard of the n states, and their
+    Jacobian is R. The update by them is the same, in systems of n instead of s.
+    """
+
+    sensor: SmoothRssModel
 
     def step(
         self,
@@ -140,7 +171,7 @@ class ExtendedKalman:
         moved = predict_motion(self.motion, belief, wheel_rates)
         if rss_dbm is None:
             return moved
-        predicted, slopes = _expected(self.sensor, moved)
+        predicted, slopes = expected_readings(self.sensor, moved)
         turned, small = np.linalg.qr(slopes)
         heard = np.swapaxes(turned, 1, 2) @ (rss_dbm - predicted)[..., None]
         innovation = innovate(
@@ -151,16 +182,6 @@ class ExtendedKalman:
             predicted=np.zeros(small.shape[:2]),
         )
         return update(moved, innovation)
-
-    def poses(self, belief: Gaussian) -> FloatArray:
-        """Return the estimated poses, (r, 3) [m, rad].
-
-        Parameters
-        ----------
-        belief : Gaussian
-            What `step` returned.
-        """
-        return belief.mean[:, :3]
 
 
 def predict_motion(motion: WheelMotion, belief: Gaussian, wheel_rates: FloatArray) -> Gaussian:
@@ -179,7 +200,7 @@ def predict_motion(motion: WheelMotion, belief: Gaussian, wheel_rates: FloatArra
     states = belief.mean.shape[1]
     transition = np.tile(np.eye(states), (len(by_pose), 1, 1))
     transition[:, :3, :3] = by_pose
-    spread = motion.rate_sigma_rad_per_s * _augmented(states, by_rates)
+    spread = motion.rate_sigma_rad_per_s * with_zero_rows(states, by_rates)
     mean = belief.mean.copy()
     mean[:, :3] = motion.moved(belief.mean[:, :3], wheel_rates)
     return predict(
@@ -190,8 +211,16 @@ def predict_motion(motion: WheelMotion, belief: Gaussian, wheel_rates: FloatArra
     )
 
 
-def _expected(sensor: SmoothRssModel, belief: Gaussian) -> tuple[FloatArray, FloatArray]:
-    """Return the expected readings (r, s) and their slopes (r, s, n) by all states."""
+def expected_readings(sensor: SmoothRssModel, belief: Gaussian) -> tuple[FloatArray, FloatArray]:
+    """Return the expected readings (r, s) [dBm] and their slopes (r, s, n) by all states.
+
+    Parameters
+    ----------
+    sensor : SmoothRssModel
+        RSS against place.
+    belief : Gaussian
+        Pose [m, rad], and the noise's mean [dB] where there is a fourth state.
+    """
     mean = belief.mean
     predicted = sensor.rss_dbm(mean[:, :2])
     slopes = np.zeros((*predicted.shape, mean.shape[1]))
@@ -203,126 +232,7 @@ def _expected(sensor: SmoothRssModel, belief: Gaussian) -> tuple[FloatArray, Flo
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class KalmanBucy:
-    """Return the continuous-time filter of thesis (7.43)-(7.45), readings held over a period.
-
-    Parameters
-    ----------
-    motion : WheelMotion
-        How the wheels move the robot; its period and noise.
-    sensor : SmoothRssModel
-        RSS against place.
-    noise : RssAssumptions
-        Of the readings.
-    substeps : int
-        Integration steps in a period [-].
-
-    Notes
-    -----
-    Samples with covariance σ² every T have the density N_C = σ² T, and wheel rates held over T the
-    density W_C = σ_u² T: with σ² and σ_u² themselves, as (7.41) invites, the filter would believe
-    its readings ten times too little at T = 0.1 s.
-
-    Each integration step moves first, then hears: dS/dt = -S HᵀN⁻¹H S has the exact solution
-    S (I + t HᵀN⁻¹H S)⁻¹, which stays positive where the explicit form of (7.44) explodes, as it
-    does while the noise's mean is still unknown. The splitting is of first order in the step.
-    """
-
-    motion: WheelMotion
-    sensor: SmoothRssModel
-    noise: RssAssumptions
-    substeps: int = 4
-
-    def begin(
-        self, poses: FloatArray, covariance: FloatArray, rngs: Sequence[np.random.Generator]
-    ) -> Gaussian:
-        """Return what is believed at the start: (r, 3 or 4) means, the fourth the noise's mean.
-
-        Parameters
-        ----------
-        poses : (r, 3) float64
-            x [m], y [m], heading [rad].
-        covariance : (3, 3) float64
-            Of the pose [m², rad²].
-        rngs : sequence of numpy.random.Generator
-            Not used.
-        """
-        del rngs
-        return self.noise.begin(poses, covariance)
-
-    def step(
-        self,
-        belief: Gaussian,
-        wheel_rates: FloatArray,
-        rss_dbm: FloatArray | None,
-        rngs: Sequence[np.random.Generator],
-    ) -> Gaussian:
-        """Return what is believed one period later.
-
-        Parameters
-        ----------
-        belief : Gaussian
-            Before.
-        wheel_rates : (r, 2) float64
-            Right and left [rad/s].
-        rss_dbm : (r, s) float64 or None
-            Readings of the period [dBm].
-        rngs : sequence of numpy.random.Generator
-            Not used.
-        """
-        del rngs
-        length = self.motion.period_s / self.substeps
-        for _ in range(self.substeps):
-            belief = self._drifted(belief, wheel_rates, length)
-            if rss_dbm is not None:
-                belief = self._corrected(belief, rss_dbm, length)
-        return belief
-
-    def _drifted(self, belief: Gaussian, wheel_rates: FloatArray, length_s: float) -> Gaussian:
-        """Return the belief after f of (7.45) and the first three terms of (7.44)."""
-        mean, _spread = belief.mean, belief.covariance
-        motion, states = self.motion, mean.shape[1]
-        pose_rate = motion.robot.pose_rate(mean[:, :3], wheel_rates)
-        middle = mean[:, :3] + 0.5 * length_s * pose_rate
-        pose_rate = motion.robot.pose_rate(middle, wheel_rates)
-        f, g = linear_model(middle, wheel_rates, motion.robot)
-        moved = mean.copy()
-        moved[:, :3] += length_s * pose_rate
-        transition = np.tile(np.eye(states), (len(mean), 1, 1))
-        transition[:, :3, :3] += length_s * f
-        density = motion.rate_sigma_rad_per_s**2 * motion.period_s
-        wide = _augmented(states, g)
-        return predict(
-            belief,
-            transition=transition,
-            process_noise=length_s * density * wide @ np.swapaxes(wide, 1, 2),
-            moved_mean=moved,
-        )
-
-    def _corrected(self, belief: Gaussian, rss_dbm: FloatArray, length_s: float) -> Gaussian:
-        """Return the belief after the last terms of (7.44), solved exactly, and of (7.45)."""
-        predicted, slopes = _expected(self.sensor, belief)
-        density = self.noise.sigma_db**2 * self.motion.period_s
-        heard = np.swapaxes(slopes, 1, 2) / density
-        growth = np.eye(belief.mean.shape[1]) + length_s * (heard @ slopes) @ belief.covariance
-        spread = np.swapaxes(np.linalg.solve(np.swapaxes(growth, 1, 2), belief.covariance), 1, 2)
-        spread = 0.5 * (spread + np.swapaxes(spread, 1, 2))
-        step = (spread @ heard @ (rss_dbm - predicted)[..., None])[..., 0]
-        return Gaussian(mean=belief.mean + length_s * step, covariance=spread)
-
-    def poses(self, belief: Gaussian) -> FloatArray:
-        """Return the estimated poses, (r, 3) [m, rad].
-
-        Parameters
-        ----------
-        belief : Gaussian
-            What `step` returned.
-        """
-        return belief.mean[:, :3]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class UnscentedKalman:
+class UnscentedKalman(RssFilter):
     """Return the unscented Kalman filter: sigma points in place of slopes.
 
     Parameters
@@ -342,26 +252,7 @@ class UnscentedKalman:
     points, not among the s readings.
     """
 
-    motion: WheelMotion
     sensor: RssModel
-    noise: RssAssumptions
-
-    def begin(
-        self, poses: FloatArray, covariance: FloatArray, rngs: Sequence[np.random.Generator]
-    ) -> Gaussian:
-        """Return what is believed at the start: (r, 3 or 4) means, the fourth the noise's mean.
-
-        Parameters
-        ----------
-        poses : (r, 3) float64
-            x [m], y [m], heading [rad].
-        covariance : (3, 3) float64
-            Of the pose [m², rad²].
-        rngs : sequence of numpy.random.Generator
-            Not used.
-        """
-        del rngs
-        return self.noise.begin(poses, covariance)
 
     def step(
         self,
@@ -407,13 +298,3 @@ class UnscentedKalman:
         shrunk = np.swapaxes(offset, 1, 2) @ np.linalg.solve(noisy, gram @ offset)
         covariance = belief.covariance - 0.5 * (shrunk + np.swapaxes(shrunk, 1, 2))
         return Gaussian(mean=mean, covariance=covariance)
-
-    def poses(self, belief: Gaussian) -> FloatArray:
-        """Return the estimated poses, (r, 3) [m, rad].
-
-        Parameters
-        ----------
-        belief : Gaussian
-            What `step` returned.
-        """
-        return belief.mean[:, :3]

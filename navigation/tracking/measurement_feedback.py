@@ -64,7 +64,7 @@ class FeedbackRun:
     cost : float
         J of (6.5) [-].
     gradient : (k, 2, s) float64
-        dJ/dK, the period times the Hamiltonian's gradient (6.23).
+        dJ/dK, the period times the Hamiltonian's gradient (6.23) [dBm s/rad].
     poses : (k + 1, 3) float64
         x [m], y [m], heading [rad].
     wheel_rates : (k, 2) float64
