@@ -187,7 +187,9 @@ def fit_log_exponential(
         return float(np.sum((alpha * shape - rss) ** 2)), alpha
 
     scan = np.linspace(-2.0, 2.0, 401)
-    start = int(np.argmin([best(b)[0] for b in scan]))
+    shapes = np.exp(np.outer(scan, distance - distance.mean()))
+    alphas = np.minimum(shapes @ rss / np.sum(shapes**2, axis=1), -1e-9)
+    start = int(np.argmin(np.sum((alphas[:, None] * shapes - rss) ** 2, axis=1)))
     bracket = scan[max(start - 1, 0)], scan[min(start + 1, len(scan) - 1)]
     found = minimize_scalar(
         lambda b: best(b)[0], bounds=bracket, method="bounded", options={"xatol": 1e-10}
