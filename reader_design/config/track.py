@@ -141,5 +141,5 @@ class Track(Table, frozen=True, kw_only=True):
     room_reading_every_s: Positive = 0.5
     room_tag_spacing_m: Positive = 2.5
     room_map_spacing_m: Positive = 0.04
-    room_particles: PositiveCount = 300
+    room_particles: PositiveCount = 500
     trajectories: tuple[Trajectory, ...] = msgspec.field(default=(), name="trajectory")

@@ -156,7 +156,7 @@ def _draw_averages(
     ax.margins(x=0.12)
     ax.set_title("average error: median (bar), every run (dots)")
     ax.set_xlabel("average distance to the desired place [m]")
-    ax.legend(loc="lower right", frameon=True)
+    ax.legend(loc="upper center", bbox_to_anchor=(0.35, -0.12), ncols=2)
 
 
 def cost_figure(scalings: Sequence[CostScaling]) -> "Figure":

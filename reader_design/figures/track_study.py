@@ -80,7 +80,7 @@ def tracking_figures(content: TrackingContent) -> Iterator[NamedFigure]:
             section="costs",
             title="Measured cost (Table 8.1)",
             caption="How the time of a control step and of a training iteration grows; the "
-            "exponent is measured between the two largest sizes.",
+            "exponent is fitted to the three largest sizes.",
             figure=cost_figure(content.scalings),
         )
 
@@ -114,8 +114,12 @@ def _nominal(content: TrackingContent) -> Iterator[NamedFigure]:
             file=file,
             section="nominal",
             title=f"Nominal control: {task} (thesis Fig. {number})",
-            caption="Without noise and with the whole state known; the printed update has not "
-            "arrived after 20 000 iterations where iLQR needs tens.",
+            caption="Without noise and with the whole state known."
+            + (
+                " The printed update has had 20 000 iterations, iLQR some tens."
+                if len(shown) > 1
+                else ""
+            ),
             figure=tracking_figure(shown, title=f"Nominal optimal control: {task}"),
         )
         if task == "ellipse":

@@ -21,6 +21,7 @@ from octant.reader_design.tracking.chapter6 import FRESH, MANY, REPLAY
 from octant.reader_design.tracking.chapter7 import EKF, IGNORED, ILQR
 from octant.reader_design.tracking.room import PARTICLE
 from octant.reader_design.tracking.run import TrackingContent
+from octant.reader_design.tracking.settings import RESERVED_NAMES
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -219,6 +220,15 @@ def summary_lines(content: TrackingContent) -> Iterator[str]:
     """
     for figure, text in _found(content):
         yield f"{figure.chapter:<13} {figure.words:<44} {text:<18} thesis: {figure.published}"
+    named = {(f.chapter, f.task, f.method) for f in _FIGURES}
+    for outcome in content.outcomes:
+        own = outcome.chapter == "neighbouring" and outcome.task not in RESERVED_NAMES
+        key = (outcome.chapter, outcome.task, outcome.method)
+        if own or (outcome.chapter == "room" and key not in named):
+            average = outcome.measures()["average_m"]
+            words = f"{outcome.task}, {outcome.method}"
+            text = f"{np.median(average):.3f} / {np.quantile(average, 0.9):.3f} m"
+            yield f"{outcome.chapter:<13} {words:<44} {text}"
     if content.fits is not None:
         fit, published = content.fits.exponential, content.fits.noisy_share
         yield (

@@ -62,7 +62,7 @@ class CostScaling:
     times_us: dict[str, tuple[float, ...]]
 
     def exponent(self, name: str) -> float:
-        """Return the power of the size with which the cost grows, from the two largest sizes [-].
+        """Return the power of the size with which the cost grows, fitted to the larger sizes [-].
 
         Parameters
         ----------
@@ -70,8 +70,7 @@ class CostScaling:
             A method.
         """
         times = self.times_us[name]
-        ratio = np.log(times[-1] / times[-2]) / np.log(self.sizes[-1] / self.sizes[-2])
-        return float(ratio)
+        return float(np.polyfit(np.log(self.sizes[-3:]), np.log(times[-3:]), 1)[0])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

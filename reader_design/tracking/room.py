@@ -44,6 +44,8 @@ TRACE_SPACING_M = 0.25
 """Grid on which paths are traced [m]."""
 SURVEY_SPACING_M = 0.2
 """Grid of a site survey by hand, on which laws and local means are fitted [m]."""
+KEPT_M = 0.15
+"""A run whose average error is at most this kept the way [m]."""
 FADED_FLOOR_DBM = -150.0
 """RSS in a field's zero [dBm]."""
 MISPLACED_M = 0.02
@@ -163,6 +165,10 @@ def room_results(settings: Settings) -> RoomResults:
                 setup.control, estimator, world, setup.desired, start=setup.start, seeds=seeds
             )
             outcomes.append(outcome_of(record, chapter="room", task=task, method=method))
+            kept = int((record.average_error_m <= KEPT_M).sum())
+            facts.append(
+                f"{task}, {method}: {kept} of {len(seeds)} runs average {KEPT_M:g} m or less"
+            )
     assert shown is not None  # noqa: S101  there are two meshes
     middle = shown.rss.shape[2] // 2
     return RoomResults(

@@ -32,6 +32,10 @@ POINT_GOAL = (3.0, 8.0, 0.5 * math.pi)
 """Its goal [m, rad]."""
 
 
+RESERVED_NAMES = ("point", "lemniscate")
+"""Names of the thesis' own tasks of chapter 7.3, which no other trajectory may have."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OwnTask:
     """Return a trajectory of the study's own.
@@ -160,6 +164,7 @@ def settings_of(study: Study) -> Settings:
     if track is None:
         msg = "the study has no [track], so there is nothing to follow; add the table, even empty."
         raise ConfigError(msg)
+    _check_names([one.name for one in track.trajectories])
     feedback_robot = _scout(track.feedback_wheel_rate_rad_per_s)
     robot = _scout(track.wheel_rate_rad_per_s)
     settings = Settings(
@@ -184,6 +189,16 @@ def settings_of(study: Study) -> Settings:
         check_feasible(desired_trajectory(curve, period_s=track.period_s), feedback_robot)
     _ = settings.motion
     return settings
+
+
+def _check_names(names: list[str]) -> None:
+    for i, name in enumerate(names):
+        if name in RESERVED_NAMES or name in names[:i]:
+            msg = (
+                f"track.trajectory[{i}].name is {name!r}, which another trajectory has (the "
+                f"thesis' are {' and '.join(RESERVED_NAMES)}); give every one its own name."
+            )
+            raise ConfigError(msg)
 
 
 def _scout(wheel_rate_rad_per_s: float) -> DifferentialDrive:

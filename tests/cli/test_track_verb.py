@@ -16,7 +16,7 @@ origin_m = [-6.0, -6.0, 0.0]
 material = "concrete"
 [track]
 chapters = ["rss", "neighbouring", "slam"]
-runs = 2
+runs = 1
 slam_runs = 3
 [[track.trajectory]]
 name = "my loop"
@@ -34,6 +34,7 @@ def test_a_small_study_leaves_tables_figures_and_a_report(octant, study_file, tm
     assert done.code == 0, done.err
     assert "lemniscate, average error" in done.out
     assert "NEES(3)" in done.out
+    assert "my loop, neighbouring + EKF" in done.out
     rows = list(csv.DictReader((out / "tracking.csv").read_text().splitlines()))
     assert tuple(rows[0]) == COLUMNS
     assert {"point", "lemniscate", "my loop"} == {row["task"] for row in rows}
@@ -68,6 +69,10 @@ def test_the_built_in_study_is_a_round_trip_with_every_default_written(tmp_path)
     [
         ("", "the study has no [track]"),
         ("[track]\nrun = 3\n", "did you mean 'runs'?"),
+        (
+            '[track]\n[[track.trajectory]]\nname = "lemniscate"\nshape = "sine"\n',
+            "give every one its own name",
+        ),
         ('[track]\nchapters = ["slamm"]\n', "did you mean 'slam'"),
         ("[track]\nstate_weight = [1.0, 1.0, 0.0]\n", "singular"),
         (

@@ -45,6 +45,7 @@ def test_the_true_field_is_coherent_and_finer_than_the_map(in_the_room):
     assert in_the_room.map_dbm.shape[0] == len(in_the_room.map_x_m)
     assert np.std(in_the_room.map_dbm) > 2.0
     assert "rms" in in_the_room.facts[0]
+    assert in_the_room.facts[1].startswith("9 tags, particle filter, computed map: 6 of 6 runs")
 
 
 def test_feedback_outcomes_do_not_depend_on_the_number_of_runs():
