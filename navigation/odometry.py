@@ -90,6 +90,33 @@ def wheel_travel(
     return travel[..., 0], travel[..., 1]
 
 
+def counted_rotation(turned_rad: npt.ArrayLike, *, tick_rad: float) -> FloatArray:
+    """Return how far an incremental encoder says that a wheel has turned since it was zeroed.
+
+    Parameters
+    ----------
+    turned_rad : (...) float64
+        How far it has turned [rad].
+    tick_rad : float
+        Rotation that one count stands for [rad].
+
+    Returns
+    -------
+    (...) float64
+        The whole counts [rad].
+
+    Raises
+    ------
+    NavigationError
+        When ``tick_rad`` is not positive and finite.
+    """
+    if not (np.isfinite(tick_rad) and tick_rad > 0.0):
+        msg = f"tick_rad is {tick_rad} rad, but it must be positive and finite: give one count."
+        raise NavigationError(msg)
+    counted: FloatArray = tick_rad * np.floor(np.asarray(turned_rad) / tick_rad)
+    return counted
+
+
 def encoder_increments(
     wheel_rates_rad_per_s: npt.ArrayLike, *, period_s: float, tick_rad: float
 ) -> FloatArray:
@@ -115,13 +142,9 @@ def encoder_increments(
     NavigationError
         When ``tick_rad`` is not positive and finite.
     """
-    if not (np.isfinite(tick_rad) and tick_rad > 0.0):
-        msg = f"tick_rad is {tick_rad} rad, but it must be positive and finite: give one count."
-        raise NavigationError(msg)
     turned = np.cumsum(period_s * np.asarray(wheel_rates_rad_per_s, dtype=np.float64), axis=0)
-    counts = np.floor(np.vstack([np.zeros((1, 2)), turned]) / tick_rad)
-    increments: FloatArray = tick_rad * np.diff(counts, axis=0)
-    return increments
+    counted = counted_rotation(np.vstack([np.zeros((1, 2)), turned]), tick_rad=tick_rad)
+    return np.diff(counted, axis=0)
 
 
 def dead_reckon(

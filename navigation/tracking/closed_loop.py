@@ -11,6 +11,7 @@ from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import NavigationError
 from octant.navigation.bearing import wrap_angle
 from octant.navigation.estimators.pose_filters import PoseEstimator, RssModel
+from octant.navigation.odometry import counted_rotation
 from octant.navigation.robot import DifferentialDrive
 from octant.navigation.rss_models import RssNoise
 from octant.navigation.tracking.controllers import TrackingController
@@ -267,7 +268,7 @@ def _told(
     if world.encoder_tick_rad is None:
         return commanded, turned
     after = turned + world.period_s * real
-    counted = world.encoder_tick_rad * (
-        np.floor(after / world.encoder_tick_rad) - np.floor(turned / world.encoder_tick_rad)
+    before_count, count = (
+        counted_rotation(angle, tick_rad=world.encoder_tick_rad) for angle in (turned, after)
     )
-    return counted / world.period_s, after
+    return (count - before_count) / world.period_s, after

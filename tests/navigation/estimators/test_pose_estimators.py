@@ -191,6 +191,13 @@ def test_the_slam_step_is_the_reference_to_its_digits():
     assert np.diagonal(after.covariance[0]) == pytest.approx(REFERENCE["S_new_diag"], abs=1e-8)
 
 
+def test_a_tag_behind_the_robot_gives_a_small_wrapped_innovation():
+    belief = Gaussian(mean=np.array([[0.0, 0.0, 0.0, -2.0, 0.1]]), covariance=np.eye(5)[None])
+    measured = np.array([[2.0, -math.pi + 0.05]])  # the tag really stands on the other side of -x
+    found = tag_innovation(belief, 0, measured, np.eye(2))
+    assert abs(found.residual[0, 1]) < 0.2
+
+
 def slam_task(**changes):
     given = {
         "motion": WheelMotion(robot=ROBOT, period_s=0.1, rate_sigma_rad_per_s=0.01),
