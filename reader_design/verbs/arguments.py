@@ -62,6 +62,16 @@ POWER_KERNELS = ("em._power_kernels", "em._response_kernels")
 """Kernels that received power needs."""
 DRIVE_KERNELS = (*POWER_KERNELS, "navigation._fuzzy_kernels")
 """Kernels that missions need."""
+TRACK_KERNELS = (
+    *PATH_KERNELS,
+    "em._image_field_kernels",
+    "navigation._fuzzy_kernels",
+    "navigation._rss_map_kernels",
+    "navigation.tracking._feedback_kernels",
+    "navigation.tracking._ilqr_kernels",
+    "navigation.tracking._optimal_kernels",
+)
+"""Kernels that trajectory tracking needs."""
 FULLWAVE_KERNELS = ("em.fullwave._rwg_kernels", "em.fullwave._far_kernels")
 """Kernels that the full-wave response of the reader needs."""
 
