@@ -10,7 +10,7 @@ from octant.navigation.tracking._optimal_kernels import (
     _forward,
     _pull_back,
     _running_cost,
-    descend_step,
+    descend,
 )
 
 
@@ -188,19 +188,22 @@ def train(
         )
         costs[i] = cost
         done = i + 1
-        if cost < lowest:
-            lowest = cost
-            best[:] = gains
-            kept[:] = gradient
-            kept_square[:] = square
-            step *= 1.02
-            if lowest <= tolerance or np.sum(gradient * gradient) <= tolerance:
-                break
-            descend_step(gains, previous, gradient, square, step, momentum)
-        else:
-            step *= 0.5
-            gains[:] = best
-            previous[:] = best
-            descend_step(gains, previous, kept, kept_square, step, 0.0)
+        if cost <= tolerance or np.sum(gradient * gradient) <= tolerance:
+            if cost < lowest:
+                best[:] = gains
+            break
+        lowest, step = descend(
+            cost,
+            lowest,
+            step,
+            momentum,
+            gains,
+            best,
+            previous,
+            gradient,
+            kept,
+            square,
+            kept_square,
+        )
     gains[:] = best
     return done

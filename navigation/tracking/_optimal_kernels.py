@@ -120,7 +120,7 @@ def gain_cost(
 
 
 @njit(cache=True, error_model="numpy")
-def descend_step(gains, previous, gradient, square, step, momentum):
+def _descend_step(gains, previous, gradient, square, step, momentum):
     """Take one step K - step dJ/dK / |z|² + momentum (K - K_before); arrays (n, 2, s), (n,)."""
     for k in range(gains.shape[0]):
         scale = step / max(square[k], 1e-300)
@@ -131,6 +131,35 @@ def descend_step(gains, previous, gradient, square, step, momentum):
                     now - scale * gradient[k, w, i] + momentum * (now - previous[k, w, i])
                 )
                 previous[k, w, i] = now
+
+
+@njit(cache=True, error_model="numpy")
+def descend(
+    cost,
+    lowest,
+    step,
+    momentum,
+    gains,
+    best,
+    previous,
+    gradient,
+    kept,
+    square,
+    kept_square,
+):
+    """Step on from a lower cost, else half as far from the best gains; return lowest and step."""
+    if cost < lowest:
+        best[:] = gains
+        kept[:] = gradient
+        kept_square[:] = square
+        step *= 1.02
+        _descend_step(gains, previous, gradient, square, step, momentum)
+        return cost, step
+    step *= 0.5
+    gains[:] = best
+    previous[:] = best
+    _descend_step(gains, previous, kept, kept_square, step, 0.0)
+    return lowest, step
 
 
 @njit(cache=True, error_model="numpy")
@@ -176,24 +205,27 @@ def descend_gains(
         )
         costs[i] = cost
         done = i + 1
-        if cost < lowest:
-            lowest = cost
-            best[:] = gains
-            for k in range(gains.shape[0]):
-                square[k] = 0.0
-                for j in range(k * substeps, (k + 1) * substeps):
-                    for c in range(3):
-                        square[k] += poses[j, c] ** 2 / substeps
-            kept[:] = gradient
-            kept_square[:] = square
-            step *= 1.02
-            if lowest <= tolerance or np.sum(gradient * gradient) <= tolerance:
-                break
-            descend_step(gains, previous, gradient, square, step, momentum)
-        else:
-            step *= 0.5
-            gains[:] = best
-            previous[:] = best
-            descend_step(gains, previous, kept, kept_square, step, 0.0)
+        for k in range(gains.shape[0]):
+            square[k] = 0.0
+            for j in range(k * substeps, (k + 1) * substeps):
+                for c in range(3):
+                    square[k] += poses[j, c] ** 2 / substeps
+        if cost <= tolerance or np.sum(gradient * gradient) <= tolerance:
+            if cost < lowest:
+                best[:] = gains
+            break
+        lowest, step = descend(
+            cost,
+            lowest,
+            step,
+            momentum,
+            gains,
+            best,
+            previous,
+            gradient,
+            kept,
+            square,
+            kept_square,
+        )
     gains[:] = best
     return done

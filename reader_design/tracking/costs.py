@@ -131,28 +131,16 @@ def cost_rows(settings: Settings, outcomes: tuple[Outcome, ...]) -> tuple[CostRo
     outcomes : tuple of Outcome
         Of chapters 6 and 7 [m].
     """
-    setup = neighbouring_setup(settings, shapes.lemniscate(), LEMNISCATE_START)
-    plan_s = _once(lambda: neighbouring_setup(settings, shapes.lemniscate(), LEMNISCATE_START))
-    mesh, motion, noise = settings.mesh, settings.motion, settings.assumptions
-    predictive = PredictiveControl(
-        desired=setup.desired, robot=settings.robot, weights=setup.weights
-    )
-    ekf = ExtendedKalman(motion=motion, sensor=mesh, noise=noise)
-    task = _feedback_task(settings, len(settings.feedback_tags_m), setup.desired.steps)
+    steps = desired_trajectory(shapes.lemniscate(), period_s=settings.track.period_s).steps
+    task = _feedback_task(settings, len(settings.feedback_tags_m), steps)
     record = settings.noise.draw(task.record_shape, np.random.default_rng(0))[None]
     training = FeedbackTraining(iterations=20)
-    trained_s = (
-        _once(lambda: training.train(task, record)) / 20 * settings.track.training_iterations
-    )
-    gains = np.zeros((setup.desired.steps, 2, len(settings.feedback_tags_m)))
+    iteration_s = _seconds(lambda: training.train(task, record)) / training.iterations
+    trained_s = iteration_s * settings.track.training_iterations
+    gains = np.zeros((1, 2, len(settings.feedback_tags_m)))
     feedback = MeasurementFeedback(gains=gains)
     readings = np.full((1, len(settings.feedback_tags_m)), -100.0)
-    pose = np.array([setup.start])
-    loops: tuple[tuple[str, TrackingController, PoseEstimator[Any], float], ...] = (
-        (EKF, setup.control, ekf, plan_s),
-        (BUCY, setup.control, KalmanBucy(motion=motion, sensor=mesh, noise=noise), plan_s),
-        (MPC, predictive, UnscentedKalman(motion=motion, sensor=mesh, noise=noise), 0.0),
-    )
+    pose = np.array([LEMNISCATE_START])
     return (
         CostRow(
             method="bearing-sensitive, fuzzy (chapter 5)",
@@ -177,13 +165,31 @@ def cost_rows(settings: Settings, outcomes: tuple[Outcome, ...]) -> tuple[CostRo
                 method=method,
                 claimed="O(n² k_f N + n s k_f)" if method != MPC else "not in the thesis",
                 offline_s=offline_s,
-                step_us=1e6 * _seconds(_loop_step(controller, estimator, mesh)),
+                step_us=1e6 * _seconds(_loop_step(controller, estimator, settings.mesh)),
                 line_m="–",
                 lemniscate_m=_told(outcomes, "lemniscate", (method,)),
                 knows_tags=True,
             )
-            for method, controller, estimator, offline_s in loops
+            for method, controller, estimator, offline_s in _loops(settings)
         ),
+    )
+
+
+def _loops(
+    settings: Settings,
+) -> tuple[tuple[str, TrackingController, PoseEstimator[Any], float], ...]:
+    """Return controllers with estimators, and the time to plan them offline [s]."""
+    setup = neighbouring_setup(settings, shapes.lemniscate(), LEMNISCATE_START)
+    plan_s = _once(lambda: neighbouring_setup(settings, shapes.lemniscate(), LEMNISCATE_START))
+    mesh, motion, noise = settings.mesh, settings.motion, settings.assumptions
+    predictive = PredictiveControl(
+        desired=setup.desired, robot=settings.robot, weights=setup.weights
+    )
+    ekf = ExtendedKalman(motion=motion, sensor=mesh, noise=noise)
+    return (
+        (EKF, setup.control, ekf, plan_s),
+        (BUCY, setup.control, KalmanBucy(motion=motion, sensor=mesh, noise=noise), plan_s),
+        (MPC, predictive, UnscentedKalman(motion=motion, sensor=mesh, noise=noise), 0.0),
     )
 
 
