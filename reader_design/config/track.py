@@ -136,7 +136,7 @@ class Track(Table, frozen=True, kw_only=True):
     final_weight: Weight = (0.5, 0.5, 1.0)
     input_weight: Weight = (0.01, 0.01)
     training_iterations: PositiveCount = 4000
-    training_records: PositiveCount = 20
+    training_records: PositiveCount = 10
     room_noise_db: NotNegative = 2.0
     room_reading_every_s: Positive = 0.5
     room_tag_spacing_m: Positive = 2.5

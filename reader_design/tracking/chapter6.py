@@ -1,6 +1,6 @@
 """Chapter 6: the RSS law fitted to samples, and measurement feedback on a line and a sine."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
@@ -151,34 +151,34 @@ def feedback_outcomes(
     """
     track, outcomes, done = settings.track, [], 0
     training = FeedbackTraining(iterations=track.training_iterations)
-    for number, (make, start) in enumerate(FEEDBACK_TASKS):
-        task = feedback_task(settings, make(), start)
-        seeds = run_seeds(settings.study.seed, track.runs)
-        if number < 2:
+    tasks = [feedback_task(settings, make(), start) for make, start in FEEDBACK_TASKS]
+    seeds = run_seeds(settings.study.seed, track.runs)
+    with ThreadPoolExecutor(max_workers=2) as pool:
+        trained = pool.map(partial(_trained_over_many, settings, training, seeds), tasks)
+        for task in tasks[:2]:
             one = partial(replay_and_fresh_m, task, settings.noise, training)
             replays, fresh = [], []
-            with ThreadPoolExecutor(max_workers=2) as pool:
-                for _, replayed, unseen in pool.map(one, seeds):
-                    replays.append(replayed)
-                    fresh.append(unseen)
-                    done += 1
-                    if progress is not None:
-                        progress(done)
+            for _, replayed, unseen in pool.map(one, seeds):
+                replays.append(replayed)
+                fresh.append(unseen)
+                done += 1
+                if progress is not None:
+                    progress(done)
             for method, found in ((REPLAY, replays), (FRESH, fresh)):
                 outcomes.append(_outcome(task, method, found))
-        outcomes.append(_trained_over_many(settings, task, seeds))
+        outcomes += trained
     return tuple(outcomes)
 
 
 def _trained_over_many(
-    settings: Settings, task: FeedbackTask, seeds: list[np.random.SeedSequence]
+    settings: Settings,
+    training: FeedbackTraining,
+    seeds: Sequence[np.random.SeedSequence],
+    task: FeedbackTask,
 ) -> Outcome:
-    track = settings.track
     rng = np.random.default_rng([settings.study.seed, 7])
-    records = settings.noise.draw((track.training_records, *task.record_shape), rng)
-    # Fewer iterations: with many records the cost stops falling long before.
-    training = FeedbackTraining(iterations=max(track.training_iterations // 5, 1), momentum=0.98)
-    gains, _ = training.train(task, records)
+    shape = (settings.track.training_records, *task.record_shape)
+    gains, _ = training.train(task, settings.noise.draw(shape, rng))
     runs = [
         run_feedback(
             task, gains, settings.noise.draw(task.record_shape, np.random.default_rng(seed))
