@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from octant.em._transmission_kernels import MAX_CROSSINGS
 from octant.geometries._bvh_kernels import BvhArrays, segment_blocked
 
 CHUNK = 256
@@ -32,24 +33,34 @@ class TreeArrays(NamedTuple):
     order: np.ndarray  # (n,) int64
     branch_start: np.ndarray  # (n + 1,) int64
     branches: np.ndarray  # (b, 2) int64: plane, parent image
+    ways: int  # greatest number of sequences that lead to one image
     max_order: int
 
 
 class SceneArrays(NamedTuple):
-    """Planes, facets and hierarchies of a scene, and the facets' electrical properties."""
+    """Planes, facets, edges and hierarchies of a scene, and their electrical properties."""
 
     planes: np.ndarray  # (p, 10): normal, offset [m], axis u, axis v
     plane_facet_start: np.ndarray  # (p + 1,) int64
-    supporting_side: np.ndarray  # (p,) int64
+    supporting: np.ndarray  # (q, 4): inward normal, offset [m] of planes that bound the scene
     facet_box: np.ndarray  # (f, 4) [m]
     facet_outline: np.ndarray  # (f, 2) int64: begin, end of its outline; equal: fills its box
     facet_plane: np.ndarray  # (f,) int64
     outline: np.ndarray  # (e, 4) [m]
-    bvh: BvhArrays
-    inner_bvh: BvhArrays
+    bvh: BvhArrays  # of what blocks
+    inner_bvh: BvhArrays  # of what blocks between points on the inner side of supporting planes
+    sheet_bvh: BvhArrays  # of what lets waves through, triangles numbered by facet
     tolerance: float  # [m]
-    facet_permittivity: np.ndarray  # (f,) complex128
-    facet_thickness: np.ndarray  # (f,) in wavelengths, infinite for a half-space
+    facet_layers: np.ndarray  # (f, 2) int64: begin, end of its layers
+    facet_front: np.ndarray  # (f,) bool: whether the first layer is where the normal points
+    layer_permittivity: np.ndarray  # (l,) complex128
+    layer_thickness: np.ndarray  # (l,) in wavelengths, infinite for all that lies behind
+    transmits: bool  # whether any facet lets waves through
+    wedge_frame: np.ndarray  # (w, 14): origin [m], axis, tangent, normal, air [rad], length [m]
+    wedge_facets: np.ndarray  # (w, 2) int64: face 0, face n
+    wedge_utd: np.ndarray  # (w, 7): tangent, normal, air over pi
+    wedge_permittivity: np.ndarray  # (w, 2) complex128 of face 0 and face n
+    wedge_thickness: np.ndarray  # (w, 2) in wavelengths
     wavelength: float  # [m]
 
 
@@ -76,21 +87,34 @@ def winds_around(outline, begin, end, u, v, tolerance):
 
 
 @njit(cache=True, error_model="numpy")
-def inside_supporting_planes(planes, supporting_side, x, y, z):
+def inside_supporting_planes(supporting, x, y, z):
     """Return whether a point is on the inner side of every plane that bounds the whole scene."""
-    for plane in range(len(planes)):
-        height = planes[plane, 0] * x + planes[plane, 1] * y + planes[plane, 2] * z
-        if supporting_side[plane] * (height - planes[plane, 3]) < 0.0:
+    for i in range(len(supporting)):
+        height = supporting[i, 0] * x + supporting[i, 1] * y + supporting[i, 2] * z
+        if height < supporting[i, 3]:
             return False
     return True
 
 
 @njit(cache=True, error_model="numpy")
-def path_is_free(boxes, links, triangles, triangle_planes, margin, points, state, row, order):
+def path_is_free(
+    boxes,
+    links,
+    triangles,
+    triangle_planes,
+    margin,
+    points,
+    state,
+    row,
+    order,
+    start_plane_a,
+    start_plane_b,
+    end_plane_a,
+    end_plane_b,
+):
     """Return whether every segment of a path is free; each ignores the planes that it ends on."""
     for i in range(order + 1):
-        plane_a = state[i - 1, PLANE] if i > 0 else -1
-        plane_b = state[i, PLANE] if i < order else -1
+        plane_b = state[i, PLANE] if i < order else end_plane_a
         if segment_blocked(
             boxes,
             links,
@@ -103,8 +127,10 @@ def path_is_free(boxes, links, triangles, triangle_planes, margin, points, state
             points[row, i + 1, 0],
             points[row, i + 1, 1],
             points[row, i + 1, 2],
-            plane_a,
+            state[i - 1, PLANE] if i > 0 else start_plane_a,
             plane_b,
+            start_plane_b if i == 0 else -1,
+            end_plane_b if i == order else -1,
         ):
             return False
         on_rim = i < order and state[i, RIM] == ON_RIM
@@ -150,7 +176,22 @@ def corner_blocked(boxes, links, triangles, triangle_planes, margin, points, row
         ends[5],
         plane,
         -1,
+        -1,
+        -1,
     )
+
+
+@njit(cache=True, error_model="numpy")
+def known_already(points, first, last, order, tolerance):
+    """Return whether row ``last`` repeats one of the rows from ``first`` on, vertex by vertex."""
+    for row in range(first, last):
+        distance = 0.0
+        for k in range(order + 2):
+            for a in range(3):
+                distance = max(distance, abs(points[row, k, a] - points[last, k, a]))
+        if distance <= tolerance:
+            return True
+    return False
 
 
 @njit(cache=True, error_model="numpy")
@@ -173,6 +214,11 @@ def find_paths(
     x,
     y,
     z,
+    start_plane_a,
+    start_plane_b,
+    end_plane_a,
+    end_plane_b,
+    several,
     first,
     last,
     state,
@@ -180,12 +226,14 @@ def find_paths(
     facets,
     orders,
 ):
-    """Return how many of the images ``first`` to ``last`` give a path to the receiver x, y, z.
+    """Return how many paths the images ``first`` to ``last`` give to the receiver x, y, z.
 
     The reflection points are found backwards, from the receiver towards the source: each is where
     the line from the last point to the image pierces the branch's plane, within one of its facets.
     Row by row, ``points`` receives receiver, reflections and source, ``facets`` the facet of each
-    reflection in the same sense, ``orders`` the number of reflections.
+    reflection in the same sense, ``orders`` the number of reflections. Where receiver or source is
+    a point of an edge, its planes are given: they do not block, nor reflect there. ``several`` asks
+    for every path of an image; else the first is the only one.
 
     A path exactly through the edge of two walls may be read as a reflection by either first. Which
     reading is taken must not depend on which end sends, or reciprocity would fail there: branches
@@ -198,6 +246,7 @@ def find_paths(
     for leaf in range(first, last):
         order = order_of[leaf]
         depth = 0
+        found_before = found
         points[found, 0, 0] = x
         points[found, 0, 1] = y
         points[found, 0, 2] = z
@@ -209,13 +258,31 @@ def find_paths(
                 for a in range(3):
                     points[found, depth + 1, a] = image[0, a]
                 if len(links) == 0 or path_is_free(
-                    boxes, links, triangles, triangle_planes, margin, points, state, found, order
+                    boxes,
+                    links,
+                    triangles,
+                    triangle_planes,
+                    margin,
+                    points,
+                    state,
+                    found,
+                    order,
+                    start_plane_a,
+                    start_plane_b,
+                    end_plane_a,
+                    end_plane_b,
                 ):
                     for k in range(order):
                         facets[found, k] = state[k, FACET]
                     orders[found] = order
-                    found += 1
-                    break
+                    if not several:
+                        found += 1
+                        break
+                    if not known_already(points, found_before, found, order, 10.0 * tolerance):
+                        found += 1
+                        for k in range(order + 1):
+                            for a in range(3):
+                                points[found, k, a] = points[found - 1, k, a]
                 depth -= 1
                 continue
             tried = state[depth, CURSOR]
@@ -226,8 +293,12 @@ def find_paths(
             state[depth, CURSOR] = tried + 1
             branch = end - 1 - tried if falling else begin + tried
             plane = branches[branch, 0]
-            # Merged images join branches of which some repeat the plane just used.
-            if depth > 0 and plane == state[depth - 1, PLANE]:
+            # Merged images join branches of which some repeat the plane just used, and an edge
+            # cannot be seen in the planes that it lies in.
+            if depth > 0:
+                if plane == state[depth - 1, PLANE]:
+                    continue
+            elif plane in (start_plane_a, start_plane_b):
                 continue
             nx, ny, nz = planes[plane, 0], planes[plane, 1], planes[plane, 2]
             ix, iy, iz = image[here, 0], image[here, 1], image[here, 2]
@@ -283,14 +354,34 @@ def find_paths(
 
 
 @njit(cache=True, error_model="numpy")
-def search_chunk(scene, tree, x, y, z, first, state, points, facets, orders):
-    """Return the number of paths to x, y, z among one chunk of images, filled in row by row."""
+def make_scratch(max_order, ways, transmits, rows):
+    """Return state, points, facets and orders for chunks of paths of up to ``max_order`` bends.
+
+    Each row has room for the sheets that a path may pass through besides.
+    """
+    width = max_order + (MAX_CROSSINGS if transmits else 0)
+    rows = max(rows, CHUNK, ways) + 1
+    return (
+        np.empty((max_order + 2, 5), dtype=np.int64),
+        np.empty((rows, width + 2, 3)),
+        np.empty((rows, width + 1), dtype=np.int64),
+        np.empty(rows, dtype=np.int64),
+    )
+
+
+@njit(cache=True, error_model="numpy")
+def images_per_chunk(scene, tree):
+    """Return how many images are worked through at a time, so that their paths fit the scratch."""
+    return max(1, CHUNK // tree.ways) if scene.transmits else CHUNK
+
+
+@njit(cache=True, error_model="numpy")
+def search_chunk(scene, tree, x, y, z, first, last, state, points, facets, orders):
+    """Return the number of paths to x, y, z over the images from first to last, row by row."""
     bvh = scene.bvh
     image = tree.image
-    if inside_supporting_planes(
-        scene.planes, scene.supporting_side, x, y, z
-    ) and inside_supporting_planes(
-        scene.planes, scene.supporting_side, image[0, 0], image[0, 1], image[0, 2]
+    if inside_supporting_planes(scene.supporting, x, y, z) and inside_supporting_planes(
+        scene.supporting, image[0, 0], image[0, 1], image[0, 2]
     ):
         bvh = scene.inner_bvh
     return find_paths(
@@ -312,48 +403,15 @@ def search_chunk(scene, tree, x, y, z, first, state, points, facets, orders):
         x,
         y,
         z,
+        -1,
+        -1,
+        -1,
+        -1,
+        scene.transmits,
         first,
-        min(first + CHUNK, len(tree.order)),
+        last,
         state,
         points,
         facets,
         orders,
     )
-
-
-@njit(cache=True, error_model="numpy")
-def make_scratch(max_order):
-    """Return state, points, facets and orders for chunks of paths of up to ``max_order``."""
-    return (
-        np.empty((max_order + 2, 5), dtype=np.int64),
-        np.empty((CHUNK + 1, max_order + 2, 3)),
-        np.empty((CHUNK + 1, max_order + 1), dtype=np.int64),
-        np.empty(CHUNK + 1, dtype=np.int64),
-    )
-
-
-@njit(cache=True, error_model="numpy", nogil=True)
-def record_paths(scene, tree, receivers, start, order, vertices, facets, counts):
-    """Count the paths of each receiver, and record those that fit between start[i] and start[i+1].
-
-    Vertices run from source to receiver. Those that a short path does not need repeat the receiver,
-    facets that it does not need are -1.
-    """
-    state, points, hit, orders = make_scratch(tree.max_order)
-    for i in range(len(receivers)):
-        x, y, z = receivers[i, 0], receivers[i, 1], receivers[i, 2]
-        counts[i] = 0
-        for first in range(0, len(tree.order), CHUNK):
-            found = search_chunk(scene, tree, x, y, z, first, state, points, hit, orders)
-            for p in range(found):
-                row = start[i] + counts[i]
-                counts[i] += 1
-                if row >= start[i + 1]:
-                    continue
-                n = orders[p]
-                order[row] = n
-                for k in range(vertices.shape[1]):
-                    for a in range(3):
-                        vertices[row, k, a] = points[p, max(n + 1 - k, 0), a]
-                for k in range(facets.shape[1]):
-                    facets[row, k] = hit[p, n - 1 - k] if k < n else -1

@@ -5,46 +5,38 @@ import numpy as np
 from numba import njit
 
 from octant.em._antenna_kernels import far_field
-from octant.em._field_kernels import path_fields
-from octant.em._path_kernels import CHUNK, make_scratch, search_chunk
+from octant.em._field_kernels import fields_in_scene
 from octant.em._response_kernels import far_fields
+from octant.em._tracing_kernels import chunks_in_all, next_paths, tracing_scratch
 
 
 @njit(cache=True, error_model="numpy")
-def arrivals(scene, tree, transmitter, x, y, z, first, scratch, field, direction):
-    """Return the number of paths among one chunk of images; fill their fields and directions."""
-    state, points, facets, orders = scratch
-    found = search_chunk(scene, tree, x, y, z, first, state, points, facets, orders)
-    path_fields(
-        transmitter,
-        scene.planes,
-        scene.facet_plane,
-        scene.facet_permittivity,
-        scene.facet_thickness,
-        scene.wavelength,
-        found,
-        points,
-        facets,
-        orders,
-        field,
-        direction,
-    )
-    return found
+def arrivals(scene, tree, edges, transmitter, x, y, z, place, scratch, field, direction):
+    """Return the number of paths of one chunk and the place after it; fill fields, directions."""
+    found, place = next_paths(scene, tree, edges, x, y, z, place, scratch)
+    whole = scratch[0]
+    fields_in_scene(scene, transmitter, found, whole[1], whole[2], whole[3], field, direction)
+    return found, place
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def antenna_power(scene, tree, transmitter, receiver, places, begin, end, coherent, mean, count):
+def antenna_power(
+    scene, tree, edges, transmitter, receiver, places, begin, end, coherent, mean, count
+):
     """Fill coherent gain, sum of the paths' gains and number of paths, rows begin to end."""
-    scratch = make_scratch(tree.max_order)
-    field = np.empty((CHUNK, 3), dtype=np.complex128)
-    direction = np.empty((CHUNK, 3))
+    scratch = tracing_scratch(scene, tree, edges)
+    field = np.empty((len(scratch[0][3]), 3), dtype=np.complex128)
+    direction = np.empty((len(scratch[0][3]), 3))
     for i in range(begin, end):
         x, y, z = places[i, 0], places[i, 1], places[i, 2]
         total = complex(0.0)
         power = 0.0
         count[i] = 0
-        for first in range(0, len(tree.order), CHUNK):
-            found = arrivals(scene, tree, transmitter, x, y, z, first, scratch, field, direction)
+        place = 0
+        while place < chunks_in_all(tree, edges):
+            found, place = arrivals(
+                scene, tree, edges, transmitter, x, y, z, place, scratch, field, direction
+            )
             count[i] += found
             for p in range(found):
                 dx, dy, dz = direction[p, 0], direction[p, 1], direction[p, 2]
@@ -58,15 +50,15 @@ def antenna_power(scene, tree, transmitter, receiver, places, begin, end, cohere
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def reader_power(
-    scene, tree, transmitter, response, places, turns, begin, end, coherent, mean, count
+    scene, tree, edges, transmitter, response, places, turns, begin, end, coherent, mean, count
 ):
     """Fill (m, n) gains of every antenna of the reader at each place, rows begin to end.
 
     ``turns`` [rad] is the room azimuth of the reader's x' axis.
     """
-    scratch = make_scratch(tree.max_order)
-    field = np.empty((CHUNK, 3), dtype=np.complex128)
-    direction = np.empty((CHUNK, 3))
+    scratch = tracing_scratch(scene, tree, edges)
+    field = np.empty((len(scratch[0][3]), 3), dtype=np.complex128)
+    direction = np.empty((len(scratch[0][3]), 3))
     table, centre = response.table, response.centre_rad
     n = table.shape[2]
     weight = np.empty((2, 4))
@@ -78,8 +70,11 @@ def reader_power(
             total[k] = 0.0
             mean[i, k] = 0.0
         count[i] = 0
-        for first in range(0, len(tree.order), CHUNK):
-            found = arrivals(scene, tree, transmitter, x, y, z, first, scratch, field, direction)
+        place = 0
+        while place < chunks_in_all(tree, edges):
+            found, place = arrivals(
+                scene, tree, edges, transmitter, x, y, z, place, scratch, field, direction
+            )
             count[i] += found
             for p in range(found):
                 # Where the wave comes from: theta, phi and their unit vectors in the room.
@@ -109,17 +104,20 @@ def reader_power(
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def sum_fields(scene, tree, transmitter, places, begin, end, total):
+def sum_fields(scene, tree, edges, transmitter, places, begin, end, total):
     """Fill (m, 3) the coherent sum of the field vectors that arrive, rows begin to end."""
-    scratch = make_scratch(tree.max_order)
-    field = np.empty((CHUNK, 3), dtype=np.complex128)
-    direction = np.empty((CHUNK, 3))
+    scratch = tracing_scratch(scene, tree, edges)
+    field = np.empty((len(scratch[0][3]), 3), dtype=np.complex128)
+    direction = np.empty((len(scratch[0][3]), 3))
     for i in range(begin, end):
         x, y, z = places[i, 0], places[i, 1], places[i, 2]
         for a in range(3):
             total[i, a] = 0.0
-        for first in range(0, len(tree.order), CHUNK):
-            found = arrivals(scene, tree, transmitter, x, y, z, first, scratch, field, direction)
+        place = 0
+        while place < chunks_in_all(tree, edges):
+            found, place = arrivals(
+                scene, tree, edges, transmitter, x, y, z, place, scratch, field, direction
+            )
             for p in range(found):
                 for a in range(3):
                     total[i, a] += field[p, a]

@@ -1,49 +1,124 @@
 # mypy: allow-untyped-defs
-"""Compiled Fresnel coefficients, inlined into the path kernels."""
+"""Compiled coefficients of walls: half-spaces, slabs and stacks of layers, for the path kernels.
+
+TE waves match across an interface by k_z, TM waves (by their magnetic field) by k_z / eps: with
+these admittances p, scaled by the wave number of air, both reflect (p - p') / (p + p').
+"""
 
 import numpy as np
 from numba import njit
 
 
 @njit(cache=True, error_model="numpy")
-def half_space(eps_r, cos_incidence):
+def _interface(near, far):
+    """Return the reflection where a wave of admittance ``near`` meets one of admittance ``far``."""
+    if near == far:  # also where both vanish: grazing along two layers of air
+        return complex(0.0, 0.0)
+    return (near - far) / (near + far)
+
+
+@njit(cache=True, error_model="numpy")
+def _normal_wavenumber(eps_r, cosine):
+    """Return k_z within a layer, over the wave number of air; it decays into the layer."""
+    # eps - sin^2, written so that air is matched to air exactly, however grazing.
+    return np.sqrt((eps_r - 1.0) + cosine * cosine)
+
+
+@njit(cache=True, error_model="numpy")
+def half_space(eps_r, cosine):
     """Return the TE and TM reflection coefficients of a half-space; an infinite |eps_r| is PEC."""
     if np.isinf(eps_r.imag):
         return complex(-1.0, 0.0), complex(1.0, 0.0)
-    root = np.sqrt(eps_r - (1.0 - cos_incidence * cos_incidence))
-    te = (cos_incidence - root) / (cos_incidence + root)
-    tm = (eps_r * cos_incidence - root) / (eps_r * cos_incidence + root)
-    return te, tm
+    root = _normal_wavenumber(eps_r, cosine)
+    return _interface(complex(cosine), root), _interface(eps_r * cosine, root)
 
 
 @njit(cache=True, error_model="numpy")
-def slab(eps_r, cos_incidence, thickness_wavelengths):
-    """Return reflection TE, TM and transmission TE, TM of a slab of finite thickness."""
-    te, tm = half_space(eps_r, cos_incidence)
+def slab(eps_r, cosine, thickness):
+    """Return reflection TE, TM and transmission TE, TM of a slab; thickness in wavelengths."""
     if np.isinf(eps_r.imag):
-        return te, tm, complex(0.0, 0.0), complex(0.0, 0.0)
-    sin2 = 1.0 - cos_incidence * cos_incidence
-    q = 2.0 * np.pi * thickness_wavelengths * np.sqrt(eps_r - sin2)
-    once = np.exp(-1j * q)
+        return complex(-1.0, 0.0), complex(1.0, 0.0), complex(0.0, 0.0), complex(0.0, 0.0)
+    root = _normal_wavenumber(eps_r, cosine)
+    te, tm = _interface(complex(cosine), root), _interface(eps_r * cosine, root)
+    once = np.exp(-2j * np.pi * thickness * root)
     twice = once * once
-    te_out = (1.0 - te * te) * once / (1.0 - te * te * twice)
-    tm_out = (1.0 - tm * tm) * once / (1.0 - tm * tm * twice)
-    te_back = te * (1.0 - twice) / (1.0 - te * te * twice)
-    tm_back = tm * (1.0 - twice) / (1.0 - tm * tm * twice)
-    return te_back, tm_back, te_out, tm_out
+    te2, tm2 = te * te, tm * tm
+    te_sum, tm_sum = 1.0 / (1.0 - te2 * twice), 1.0 / (1.0 - tm2 * twice)
+    te_back, tm_back = te * (1.0 - twice) * te_sum, tm * (1.0 - twice) * tm_sum
+    return te_back, tm_back, (1.0 - te2) * once * te_sum, (1.0 - tm2) * once * tm_sum
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def wall(permittivity, thickness, begin, end, cosine, from_front):
+    """Return reflection TE, TM and transmission TE, TM of layers ``begin`` to ``end`` of a table.
+
+    Thicknesses are in wavelengths; a last layer of infinite thickness is all that lies behind, and
+    such a wall is seen from its front whichever side is hit. ``from_front`` says whether the wave
+    comes from the side of the first layer.
+    """
+    # Inlined, so that a wall of one layer, the usual case, costs no count for the two arrays.
+    if end - begin == 1:
+        if np.isinf(thickness[begin]):
+            te, tm = half_space(permittivity[begin], cosine)
+            return te, tm, complex(0.0, 0.0), complex(0.0, 0.0)
+        return slab(permittivity[begin], cosine, thickness[begin])
+    return _stack(permittivity, thickness, begin, end, cosine, from_front)
 
 
 @njit(cache=True, error_model="numpy")
-def fill_half_space(eps_r, cos_incidence, te, tm):
+def _stack(permittivity, thickness, begin, end, cosine, from_front):
+    """Return what ``wall`` does, for any number of layers.
+
+    Layer by layer from the far side, ``back`` and ``out`` are what a wave meets that stands just
+    inside the nearest layer done so far, whose admittances are ``p``. Only decaying exponentials
+    appear, so no thickness and no loss overflows.
+    """
+    p_te, p_tm = complex(cosine), complex(cosine)
+    back_te, back_tm = complex(0.0, 0.0), complex(0.0, 0.0)
+    out_te, out_tm = complex(1.0, 0.0), complex(1.0, 0.0)
+    closed = np.isinf(thickness[end - 1])
+    for i in range(end - begin):
+        layer = end - 1 - i if from_front or closed else begin + i
+        eps_r = permittivity[layer]
+        if np.isinf(eps_r.imag):  # whatever p_te > 0 and p_tm = 0 stand for, all is sent back
+            p_te, p_tm = complex(1.0, 0.0), complex(0.0, 0.0)
+            back_te, back_tm = complex(-1.0, 0.0), complex(1.0, 0.0)
+            out_te, out_tm = complex(0.0, 0.0), complex(0.0, 0.0)
+            continue
+        root = _normal_wavenumber(eps_r, cosine)
+        if np.isinf(thickness[layer]):
+            p_te, p_tm = root, root / eps_r
+            out_te, out_tm = complex(0.0, 0.0), complex(0.0, 0.0)
+            continue
+        once = np.exp(-2j * np.pi * thickness[layer] * root)
+        back_te, out_te = _before(root, p_te, back_te, out_te, once)
+        back_tm, out_tm = _before(root / eps_r, p_tm, back_tm, out_tm, once)
+        p_te, p_tm = root, root / eps_r
+    one = complex(1.0, 0.0)
+    back_te, out_te = _before(complex(cosine), p_te, back_te, out_te, one)
+    back_tm, out_tm = _before(complex(cosine), p_tm, back_tm, out_tm, one)
+    return back_te, back_tm, out_te, out_tm
+
+
+@njit(cache=True, error_model="numpy")
+def _before(near, far, back, out, once):
+    """Return ``back`` and ``out`` with one more interface and the way through a layer before it."""
+    face = _interface(near, far)
+    total = once / (1.0 + face * back)
+    return (face + back) * total * once, (1.0 + face) * out * total
+
+
+@njit(cache=True, error_model="numpy")
+def fill_half_space(eps_r, cosine, te, tm):
     """Fill (n,) coefficients of a half-space."""
-    for i in range(len(cos_incidence)):
-        te[i], tm[i] = half_space(eps_r, cos_incidence[i])
+    for i in range(len(cosine)):
+        te[i], tm[i] = half_space(eps_r, cosine[i])
 
 
 @njit(cache=True, error_model="numpy")
-def fill_slab(eps_r, cos_incidence, thickness_wavelengths, out):
-    """Fill (4, n) coefficients of a slab."""
-    for i in range(len(cos_incidence)):
-        out[0, i], out[1, i], out[2, i], out[3, i] = slab(
-            eps_r, cos_incidence[i], thickness_wavelengths
+def fill_wall(permittivity, thickness, cosine, from_front, out):
+    """Fill (4, n) coefficients of a wall."""
+    for i in range(len(cosine)):
+        out[0, i], out[1, i], out[2, i], out[3, i] = wall(
+            permittivity, thickness, 0, len(thickness), cosine[i], from_front
         )

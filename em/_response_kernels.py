@@ -20,12 +20,20 @@ class ResponseArrays(NamedTuple):
 
 
 @njit(cache=True, error_model="numpy")
+def cubic_weights(t):
+    """Return the four Lagrange weights at -1, 0, 1, 2 for a place t between 0 and 1."""
+    return (
+        -t * (t - 1.0) * (t - 2.0) / 6.0,
+        (t + 1.0) * (t - 1.0) * (t - 2.0) / 2.0,
+        -(t + 1.0) * t * (t - 2.0) / 2.0,
+        (t + 1.0) * t * (t - 1.0) / 6.0,
+    )
+
+
+@njit(cache=True, error_model="numpy")
 def _cubic(t, weight, row):
-    """Fill the four Lagrange weights at -1, 0, 1, 2 for a place t between 0 and 1."""
-    weight[row, 0] = -t * (t - 1.0) * (t - 2.0) / 6.0
-    weight[row, 1] = (t + 1.0) * (t - 1.0) * (t - 2.0) / 2.0
-    weight[row, 2] = -(t + 1.0) * t * (t - 2.0) / 2.0
-    weight[row, 3] = (t + 1.0) * t * (t - 1.0) / 6.0
+    """Fill the four Lagrange weights of a place t between 0 and 1."""
+    weight[row, 0], weight[row, 1], weight[row, 2], weight[row, 3] = cubic_weights(t)
 
 
 @njit(cache=True, error_model="numpy")

@@ -1,25 +1,28 @@
-"""Antennas with exact closed-form patterns: thin dipole, monopole, isotropic in theta."""
+"""Antennas: closed-form patterns (thin dipole, monopole, patch, isotropic in theta) and tables."""
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Literal, get_args
 
 import numpy as np
 import numpy.typing as npt
 
 from octant.em import _antenna_kernels
-from octant.em._antenna_kernels import AntennaArrays
+from octant.em._antenna_kernels import AntennaArrays, PatternArrays
+from octant.em._pattern_grid import padded_table
 from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import AntennaError
 
-AntennaKind = Literal["dipole", "monopole", "isotropic_theta"]
+AntennaKind = Literal["dipole", "monopole", "patch", "isotropic_theta"]
 """Kinds of antenna with a closed-form pattern."""
 
 _KERNEL_KINDS = {
     "isotropic_theta": _antenna_kernels.ISOTROPIC_THETA,
     "dipole": _antenna_kernels.DIPOLE,
     "monopole": _antenna_kernels.MONOPOLE,
+    "patch": _antenna_kernels.PATCH,
 }
 
 
@@ -29,22 +32,32 @@ class Antenna:
 
     Parameters
     ----------
-    kind : {"dipole", "monopole", "isotropic_theta"}
+    kind : {"dipole", "monopole", "patch", "isotropic_theta", "pattern"}
         A centre-fed thin dipole with sinusoidal current; half of it on an infinite perfectly
-        conducting plane, which gives nothing below the plane; or unit gain everywhere, polarised
-        along theta.
+        conducting plane, which gives nothing below the plane; a square microstrip patch on such a
+        plane; unit gain everywhere, polarised along theta; or a table.
     length_m : float
-        Tip to tip for the dipole, height for the monopole [m]; 0 for ``isotropic_theta``.
+        Tip to tip for the dipole, height for the monopole, side of the patch [m]; 0 for the others.
     frequency_hz : float
         Frequency [Hz].
     axis : (3,) float64
-        Unit vector [-] along the antenna, in the room's frame.
+        Unit vector [-] in the room's frame: along the wire, the direction that the patch faces, the
+        z axis of the table.
+    azimuth_rad : float
+        Turn about the axis [rad]. At 0 azimuth counts from +x, as far as that is across the axis
+        (from +y where the axis is along x): there the patch's resonant side points, and the
+        table's x axis. Wires and ``isotropic_theta`` do not change with it.
+    pattern : (2, T, P) complex128 or None
+        F_theta and F_phi [-] of a table, |F|^2 = gain: theta over T values from 0 to pi, phi over P
+        values, an even number, from 0 up to, not including, 2 pi.
     """
 
-    kind: AntennaKind
+    kind: str
     length_m: float
     frequency_hz: float
     axis: npt.NDArray[np.float64]
+    azimuth_rad: float = 0.0
+    pattern: npt.NDArray[np.complex128] | None = None
 
     def __post_init__(self) -> None:
         axis = frozen_array(self.axis, name="axis", shape=(3,), error=AntennaError)
@@ -54,22 +67,58 @@ class Antenna:
             raise AntennaError(msg)
         unit = frozen_array(axis / norm, name="axis", shape=(3,))
         object.__setattr__(self, "axis", unit)
+        if not math.isfinite(self.azimuth_rad):
+            msg = f"azimuth_rad = {self.azimuth_rad} is not an angle; give a finite number of rad."
+            raise AntennaError(msg)
+        if (self.kind == "pattern") != (self.pattern is not None):
+            msg = f"antenna {self.kind!r} and its table do not fit; only 'pattern' has one."
+            raise AntennaError(msg)
+        if self.pattern is not None:
+            object.__setattr__(self, "pattern", _checked_pattern(self.pattern))
 
     @property
     def wavelength_m(self) -> float:
         """Wavelength in air [m]."""
         return SPEED_OF_LIGHT_M_PER_S / self.frequency_hz
 
-    def kernel_arrays(self) -> AntennaArrays:
+    @property
+    def side(self) -> npt.NDArray[np.float64]:
+        """Unit vector [-] across the axis from which azimuth counts, (3,), in the room's frame."""
+        along = np.array([1.0, 0.0, 0.0])
+        if abs(self.axis[0]) > 1.0 - 1e-9:
+            along = np.array([0.0, 1.0, 0.0])
+        x = along - (along @ self.axis) * self.axis
+        x = x / np.linalg.norm(x)
+        side: npt.NDArray[np.float64] = math.cos(self.azimuth_rad) * x + math.sin(
+            self.azimuth_rad
+        ) * np.cross(self.axis, x)
+        return side
+
+    def kernel_arrays(self) -> AntennaArrays | PatternArrays:
         """Return the antenna as the kernels take it, lengths in radians [rad]."""
-        half_length_rad, amplitude = 0.0, 1.0
-        if self.kind != "isotropic_theta":
-            height_m = self.length_m if self.kind == "monopole" else 0.5 * self.length_m
-            half_length_rad = 2.0 * math.pi * height_m / self.wavelength_m
+        if self.pattern is not None:
+            return PatternArrays(
+                padded_table(self.pattern[None]),
+                math.pi / (self.pattern.shape[1] - 1),
+                2.0 * math.pi / self.pattern.shape[2],
+                *self.axis,
+                *self.side,
+            )
+        half_length_rad = math.pi * self.length_m / self.wavelength_m
+        half_width_rad, amplitude = 0.0, 1.0
+        if self.kind == "patch":
+            half_width_rad = half_length_rad
+            amplitude = _patch_amplitude(half_length_rad, half_width_rad)
+        elif self.kind != "isotropic_theta":
+            if self.kind == "monopole":  # the image makes it a dipole of twice its height
+                half_length_rad *= 2.0
             amplitude = math.sqrt(2.0 / _radiation_integral(half_length_rad))
             if self.kind == "monopole":  # the same field, half the power
                 amplitude *= math.sqrt(2.0)
-        return AntennaArrays(_KERNEL_KINDS[self.kind], half_length_rad, amplitude, *self.axis)
+        kind = _KERNEL_KINDS[self.kind]
+        return AntennaArrays(
+            kind, half_length_rad, half_width_rad, amplitude, *self.axis, *self.side
+        )
 
     def far_field(
         self, theta_rad: npt.ArrayLike, phi_rad: npt.ArrayLike
@@ -84,26 +133,36 @@ class Antenna:
         Returns
         -------
         (..., 2) complex128
-            F_theta and F_phi [-], phase referred to the dipole's centre (the monopole's foot).
+            F_theta and F_phi [-], phase referred to the dipole's or the patch's centre, the
+            monopole's foot, the origin of the table.
+
+        Notes
+        -----
+        The patch is the cavity model's dominant mode on a thin substrate of air and an infinite
+        ground plane: two in-phase magnetic currents of its width, its length apart. A real one on
+        a dielectric is smaller, its beam wider, its gain lower. Between the points of a table by
+        cubic Lagrange interpolation.
 
         References
         ----------
-        .. [1] C. A. Balanis, Antenna Theory, 3rd ed. (2005), equations 4-62 and 4-68.
+        .. [1] C. A. Balanis, Antenna Theory, 3rd ed. (2005), equations 4-62, 4-68, and 14-43 with
+           14-44 for a substrate of height zero.
         """
         theta, phi = np.broadcast_arrays(
             np.asarray(theta_rad, dtype=np.float64), np.asarray(phi_rad, dtype=np.float64)
         )
         st, ct, sp, cp = np.sin(theta), np.cos(theta), np.sin(phi), np.cos(phi)
         direction = np.stack((st * cp, st * sp, ct), axis=-1).reshape(-1, 3)
-        vector = np.empty_like(direction)
+        vector = np.empty(direction.shape, dtype=np.complex128)
         _antenna_kernels.fill_far_field(self.kernel_arrays(), direction, vector)
         vector = vector.reshape(*theta.shape, 3)
         theta_hat = np.stack((ct * cp, ct * sp, -st), axis=-1)
         phi_hat = np.stack((-sp, cp, np.zeros_like(sp)), axis=-1)
         parts = (np.sum(vector * theta_hat, axis=-1), np.sum(vector * phi_hat, axis=-1))
-        return np.stack(parts, axis=-1).astype(np.complex128)
+        return np.stack(parts, axis=-1)
 
 
+@lru_cache(maxsize=256)  # asked again for every block of receivers
 def _radiation_integral(half_length_rad: float) -> float:
     """Return the integral of (cos(h cos t) - cos h)^2 / sin t over t from 0 to pi.
 
@@ -116,25 +175,59 @@ def _radiation_integral(half_length_rad: float) -> float:
     return float(weights @ (4.0 * plus**2 * minus**2 / (1.0 - nodes**2)))
 
 
+def _patch_amplitude(half_length_rad: float, half_width_rad: float) -> float:
+    """Return what makes the patch's gain average 1 over the sphere, by quadrature.
+
+    Gauss-Legendre in the cosine to the axis and the trapezoidal rule around it: both converge
+    faster than any power, the pattern being entire.
+    """
+    cosine, weights = np.polynomial.legendre.leggauss(32)
+    cosine, weights = 0.5 * (cosine + 1.0)[:, None], 0.5 * weights
+    sine = np.sqrt(1.0 - cosine**2)
+    phi = np.arange(64) * (2.0 * math.pi / 64)
+    along, across = sine * np.cos(phi), sine * np.sin(phi)
+    slot = np.sinc(half_width_rad * across / math.pi)
+    gain = (1.0 - across**2) * (slot * np.cos(half_length_rad * along)) ** 2
+    return math.sqrt(2.0 / float(weights @ gain.mean(axis=1)))
+
+
+def _checked_pattern(pattern: npt.NDArray[np.complex128]) -> npt.NDArray[np.complex128]:
+    """Return a table as a read-only array, once it can be interpolated."""
+    table = frozen_array(
+        pattern, name="pattern", shape=(2, None, None), dtype=np.complex128, error=AntennaError
+    )
+    _, rows, columns = table.shape
+    if rows < 4 or columns < 4 or columns % 2:
+        msg = (
+            f"pattern has shape {table.shape}, but at least four values of theta and an even "
+            "number of at least four values of phi are needed."
+        )
+        raise AntennaError(msg)
+    return table
+
+
 def make_antenna(
     kind: str,
     frequency_hz: float,
     *,
     length_m: float | None = None,
-    axis: npt.ArrayLike = (0.0, 0.0, 1.0),
+    axis: npt.ArrayLike | None = None,
+    azimuth_rad: float = 0.0,
 ) -> Antenna:
-    """Return an antenna, half a wavelength (dipole) or a quarter (monopole) long unless told.
+    """Return an antenna, half a wavelength (dipole, patch) or a quarter (monopole) unless told.
 
     Parameters
     ----------
     kind : str
-        ``dipole``, ``monopole`` or ``isotropic_theta``.
+        ``dipole``, ``monopole``, ``patch`` or ``isotropic_theta``.
     frequency_hz : float
         Frequency [Hz].
     length_m : float, optional
         Length [m], > 0.
-    axis : (3,) float
-        Direction of the antenna [-], of any length; vertical by default.
+    axis : (3,) float, optional
+        Direction of the antenna [-], of any length; by default up, the patch down.
+    azimuth_rad : float
+        Turn about the axis [rad], see `Antenna`.
 
     Returns
     -------
@@ -156,13 +249,16 @@ def make_antenna(
     if kind == "isotropic_theta":
         length_m = 0.0
     elif length_m is None:
-        length_m = wavelength_m / (2.0 if kind == "dipole" else 4.0)
+        length_m = wavelength_m / (4.0 if kind == "monopole" else 2.0)
     elif not (math.isfinite(length_m) and length_m > 0.0):
         msg = f"length_m = {length_m} is not a length; give a number above 0 m."
         raise AntennaError(msg)
+    if axis is None:
+        axis = (0.0, 0.0, -1.0 if kind == "patch" else 1.0)
     return Antenna(
-        kind=kind,  # type: ignore[arg-type]  # checked against the Literal above
+        kind=kind,
         length_m=length_m,
         frequency_hz=frequency_hz,
         axis=np.asarray(axis, dtype=np.float64),
+        azimuth_rad=azimuth_rad,
     )

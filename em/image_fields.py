@@ -218,6 +218,11 @@ def trace_image_field(
     ------
     GeometryError
         When the grid has fewer than two lines, or no path of a tag arrives anywhere.
+
+    Notes
+    -----
+    Walls reflect, and sheets let through where the radio scene says so; nothing diffracts, since a
+    path over an edge has no image point that stands still.
     """
     x = frozen_array(x_m, name="x_m", shape=(None,))
     y = frozen_array(y_m, name="y_m", shape=(None,))
@@ -229,7 +234,7 @@ def trace_image_field(
     wavenumber = 2.0 * np.pi / radio.wavelength_m
     parts, images, first = [], [], [0]
     for position, antenna in tags:
-        tree = search_images(scene, position, max_reflections)
+        tree = search_images(scene, position, max_reflections, opaque_facets=radio.opaque_facets)
         found = trace_paths(radio, tree, places)
         if len(found) == 0:
             msg = (
@@ -239,7 +244,7 @@ def trace_image_field(
             raise GeometryError(msg)
         gains = path_gains(radio, found, transmitter=antenna, receiver=receiver)
         length = found.length_m
-        image = _image_points(found.vertices_m, found.order, length, places[found.receiver])
+        image = places[found.receiver] + length[:, None] * gains.arrival
         # Two walls in either order have one image; the offset keeps images at round places apart
         # from the rounding's own edges. One number for each image sorts faster than three.
         cells = np.floor(image / _SAME_IMAGE_M + 0.12345).astype(np.int64)
@@ -263,15 +268,3 @@ def trace_image_field(
         channels_hz=frozen_array(channels_hz, name="channels_hz", shape=(None,)),
         power_w=power_w,
     )
-
-
-def _image_points(
-    vertices_m: FloatArray,
-    order: npt.NDArray[np.int64],
-    length_m: FloatArray,
-    places_m: FloatArray,
-) -> FloatArray:
-    """Return the (k, 3) points [m] from which paths seem to come, as the receivers see it."""
-    away = vertices_m[np.arange(len(order)), order] - places_m
-    points: FloatArray = places_m + away * (length_m / np.linalg.norm(away, axis=1))[:, None]
-    return points

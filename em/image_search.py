@@ -5,8 +5,13 @@ Images are built per plane, order by order. A sequence is dropped only when no p
 * the plane was the last one reflected by, or the image lies on it;
 * every body, the source and all receivers lie on one side of the plane (a wall of the room), and
   the image is on the other: the reflection would come from outside;
+* the facet belongs to a closed opaque part of the scene, and its reflection would run on the side
+  of that part on which the source is not;
 * the beam from the image through the part of the last facets that it can reach misses every facet
-  of the plane. Beams are cut by convex hulls and never too tightly.
+  of the plane. Beams are cut by convex hulls and never too tightly;
+* all of the facet that the beam reaches is hidden behind one convex opaque facet.
+
+docs/completeness.md proves that nothing else is lost.
 
 Sequences of one order that lead to the same point (two walls at right angles, either way round) are
 one image with several branches. For a receiver at most one branch carries a path, because all of
@@ -14,82 +19,27 @@ them leave the receiver in the same direction, where the first facet met decides
 """
 
 import math
-from dataclasses import dataclass
+from concurrent.futures import Executor
 
 import numpy as np
 import numpy.typing as npt
 
 from octant.em import _image_kernels
-from octant.em._path_kernels import TreeArrays
-from octant.em.blocks import Progress
+from octant.em.blocks import Progress, run_blocks
+from octant.em.image_tree import ImageTree, TreeBuilder
+from octant.em.search_facets import SearchFacets, search_facets
 from octant.geometries._arrays import frozen_array
-from octant.geometries._plane_geometry import weld
 from octant.geometries.errors import GeometryError
-from octant.geometries.facets import Facets
 from octant.geometries.scene import Scene
+
+__all__ = ["ImageTree", "checked_source", "opaque_mask", "search_images"]
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
+BoolArray = npt.NDArray[np.bool_]
 
-PAIRS_PER_CALL = 1_000_000
-"""Pairs of image and plane [-] that one call of the kernel works through."""
-
-MAX_IMAGES = 20_000_000
-"""Images beyond which a search stops with an error instead of filling the memory."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ImageTree:
-    """All images of a source up to an order, and how many sequences it took to find them.
-
-    Parameters
-    ----------
-    source_m : (3,) float64
-        The source [m]; it is image 0, of order 0.
-    image_m : (n, 3) float64
-        Position of each image [m], by ascending order.
-    order : (n,) int64
-        Number of reflections [-].
-    branch_start : (n + 1,) int64
-        Branches of image i are ``branch_start[i]`` up to ``branch_start[i + 1]`` [-], by ascending
-        plane.
-    branch_plane : (b,) int64
-        Plane of a branch's last reflection [-].
-    branch_parent : (b,) int64
-        Image before that reflection [-].
-    considered, pruned, merged, kept : (orders + 1,) int64
-        Per order [-]: sequences looked at, dropped because no path can use them, found to lead to
-        the same point as another, and images left. considered = pruned + merged + kept.
-    region_m : (2, 3) float64
-        Box [m] that receivers must lie in; infinite when they may be anywhere.
-    """
-
-    source_m: FloatArray
-    image_m: FloatArray
-    order: IntArray
-    branch_start: IntArray
-    branch_plane: IntArray
-    branch_parent: IntArray
-    considered: IntArray
-    pruned: IntArray
-    merged: IntArray
-    kept: IntArray
-    region_m: FloatArray
-
-    @property
-    def max_order(self) -> int:
-        """Greatest number of reflections that was searched [-]."""
-        return len(self.kept) - 1
-
-    def kernel_arrays(self) -> TreeArrays:
-        """Return the tree as the path kernels take it [m]."""
-        return TreeArrays(
-            image=self.image_m,
-            order=self.order,
-            branch_start=self.branch_start,
-            branches=np.column_stack((self.branch_plane, self.branch_parent)),
-            max_order=self.max_order,
-        )
+IMAGES_PER_BLOCK = 64
+"""Images [-] whose beams one call of the kernel follows."""
 
 
 def search_images(
@@ -98,6 +48,8 @@ def search_images(
     max_reflections: int,
     *,
     region_m: npt.ArrayLike | None = None,
+    opaque_facets: npt.ArrayLike | None = None,
+    executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> ImageTree:
     """Return every image of a source that a path of up to so many reflections can use.
@@ -114,6 +66,12 @@ def search_images(
         Least and greatest corner [m] of the box that all receivers lie in. Default: the scene's
         bounds when the source is in a room, else everywhere. A smaller region prunes more; the
         images of a box seen from inside are 1, 6, 18, 38, 66, 102 ... (4 n^2 + 2).
+    opaque_facets : (f,) bool, optional
+        Facets that let nothing through [-]. Default: all. Only those hide others, and only a closed
+        part whose facets are all opaque reflects on one side alone.
+    executor : Executor, optional
+        Runs the blocks of images, sharing memory; by default one thread per core. The images are
+        the same, bit by bit, whatever runs them.
     progress : callable, optional
         Told (images done, images in all) of each order as it grows.
 
@@ -129,18 +87,56 @@ def search_images(
 
     Notes
     -----
-    Cost grows with the product of images and planes per order. For meshes of thousands of planes
-    low orders stay tractable; high ones do not.
+    Each image asks a hierarchy of facets what its beam reaches, so that cost grows with the number
+    of images, not with the product of images and planes. For meshes of thousands of planes low
+    orders stay tractable; high ones do not.
     """
-    source = frozen_array(source_m, name="source_m", shape=(3,))
+    source = checked_source(source_m, max_reflections)
+    region = _region(scene, source, region_m)
+    opaque = opaque_mask(scene, opaque_facets)
+    facets = search_facets(scene, source, region, opaque)
+    search = _Search(
+        scene, facets, source=source, region=region, executor=executor, progress=progress
+    )
+    for order in range(1, max_reflections + 1):
+        search.grow(keep_windows=order < max_reflections)
+    return search.tree.finish(region_m=region, opaque_facets=opaque)
+
+
+def checked_source(source_m: npt.ArrayLike, max_reflections: int) -> FloatArray:
+    """Return the source as a (3,) array [m], if it and the order can be searched.
+
+    Parameters
+    ----------
+    source_m : (3,) float
+        Place of the antenna [m].
+    max_reflections : int
+        Greatest order [-].
+
+    Raises
+    ------
+    GeometryError
+        For a source that is not three finite numbers, or a negative order.
+    """
     if max_reflections < 0:
         msg = f"max_reflections = {max_reflections} is negative; give 0 or more."
         raise GeometryError(msg)
-    region = _region(scene, source, region_m)
-    search = _Search(scene, source, region, progress)
-    for _ in range(max_reflections):
-        search.grow(keep_windows=search.order_reached + 1 < max_reflections)
-    return search.finish()
+    return frozen_array(source_m, name="source_m", shape=(3,))
+
+
+def opaque_mask(scene: Scene, opaque_facets: npt.ArrayLike | None) -> BoolArray:
+    """Return (f,) bool, which facets let nothing through [-]: all when nothing is said.
+
+    Parameters
+    ----------
+    scene : Scene
+        Geometry.
+    opaque_facets : (f,) bool or None
+        What the caller was given [-].
+    """
+    count = len(scene.facets.facet_plane)
+    given = np.ones(count) if opaque_facets is None else opaque_facets
+    return frozen_array(given, name="opaque_facets", shape=(count,), dtype=np.bool_)
 
 
 def _region(scene: Scene, source: FloatArray, region_m: npt.ArrayLike | None) -> FloatArray:
@@ -154,136 +150,83 @@ def _region(scene: Scene, source: FloatArray, region_m: npt.ArrayLike | None) ->
     return frozen_array(everywhere, name="region_m", shape=(2, 3), finite=False)
 
 
-def _inner_sides(scene: Scene, source: FloatArray, region: FloatArray) -> IntArray:
-    """Return +1, -1 or 0 per plane: the one side on which everything lies, receivers included."""
-    sides = scene.supporting_side.copy()
-    for plane in np.flatnonzero(sides):
-        normal = sides[plane] * scene.facets.plane_normal[plane]
-        offset = sides[plane] * scene.facets.plane_offset_m[plane]
-        # The corner of the region that lies farthest out; 0 * inf must not become NaN.
-        corner = np.where(normal > 0.0, region[0], region[1])
-        used = normal != 0.0
-        lowest = float(normal[used] @ corner[used])
-        if min(lowest, float(normal @ source)) - offset < -scene.tolerance_m:
-            sides[plane] = 0
-    return sides
-
-
 class _Search:
     """The images found so far, order by order."""
 
     def __init__(
-        self, scene: Scene, source: FloatArray, region: FloatArray, progress: Progress | None
+        self,
+        scene: Scene,
+        facets: SearchFacets,
+        *,
+        source: FloatArray,
+        region: FloatArray,
+        executor: Executor | None,
+        progress: Progress | None,
     ) -> None:
-        self.source, self.region, self.progress = source, region, progress
-        self.facets = scene.facets
-        self.inner_side = _inner_sides(scene, source, region)
-        self.hull_start, self.hulls = _facet_hulls(self.facets)
+        self.region, self.executor, self.progress = region, executor, progress
+        self.planes, self.facets = scene.facets, facets
         self.slack = scene.tolerance_m
-        self.level_m = source[None, :]
-        self.level_first = 0
+        self.tree = TreeBuilder(scene, source)
         self.windows = (
             np.zeros(2, np.int64),
             np.zeros(0, np.int64),
             np.zeros(1, np.int64),
             np.zeros((0, 3)),
         )
-        self.images = [source[None, :]]
-        self.branches: list[IntArray] = []  # image, plane, parent
-        self.counts = [(1, 0, 0, 1)]
-
-    @property
-    def order_reached(self) -> int:
-        return len(self.images) - 1
 
     def grow(self, *, keep_windows: bool) -> None:
         """Add the images of the next order."""
-        f = self.facets
-        planes = len(f.plane_normal)
+        considered = len(self.tree.level_m) * len(self.planes.plane_normal)
         children, windows, corners = self._expand(keep_windows=keep_windows)
-        considered = len(self.level_m) * planes
-        normal, offset = f.plane_normal[children[:, 1]], f.plane_offset_m[children[:, 1]]
-        parent_m = self.level_m[children[:, 0]]
-        height = np.sum(parent_m * normal, axis=1) - offset
-        place_m = parent_m - 2.0 * height[:, None] * normal
-        representative = weld(place_m, self.slack) if len(place_m) else np.zeros(0, np.int64)
-        kept, image_of = np.unique(representative, return_inverse=True)
-        first = self.level_first + len(self.level_m)
-        if first + len(kept) > MAX_IMAGES:
-            msg = (
-                f"{first + len(kept)} images at order {self.order_reached + 1} are more than "
-                f"{MAX_IMAGES}; lower max_reflections, or simplify the mesh."
-            )
-            raise GeometryError(msg)
-        parents = self.level_first + children[:, 0]
-        self.branches.append(np.column_stack((first + image_of, children[:, 1], parents)))
-        self.images.append(place_m[kept])
-        self.counts.append(
-            (considered, considered - len(children), len(children) - len(kept), len(kept))
+        image_of = self.tree.add_level(
+            children, considered=considered, pruned=considered - len(children)
         )
-        self.level_m, self.level_first = place_m[kept], first
-        self.windows = _windows_by_image(windows, corners, image_of, len(kept))
+        self.windows = _windows_by_image(windows, corners, image_of, len(self.tree.level_m))
 
     def _expand(self, *, keep_windows: bool) -> tuple[IntArray, IntArray, FloatArray]:
-        """Return children, windows and corners of the level, worked through in short calls.
-
-        Each call does about as many pairs of image and plane as take a tenth of a second, so that
-        an interrupt is heard and progress is told.
-        """
-        f = self.facets
+        """Return children, windows and corners of the level, found block by block."""
+        p, f = self.planes, self.facets
         start, plane, corner_start, window_corners = self.windows
-        images = np.ascontiguousarray(self.level_m)
-        step = max(1, PAIRS_PER_CALL // max(1, len(f.plane_normal)))
-        parts: list[tuple[IntArray, IntArray, FloatArray]] = []
-        children_before = 0
-        for begin in range(0, max(1, len(images)), step):
-            end = min(begin + step, len(images))
-            children, windows, corners = _image_kernels.expand(
+        images = np.ascontiguousarray(self.tree.level_m)
+        found: dict[int, tuple[IntArray, IntArray, FloatArray]] = {}
+
+        def work(begin: int, end: int) -> None:
+            found[begin] = _image_kernels.expand(
                 images[begin:end],
                 start[begin : end + 1],
                 plane,
                 corner_start,
                 window_corners,
-                f.plane_normal,
-                f.plane_offset_m,
-                f.plane_facet_start,
-                self.inner_side,
-                self.hull_start,
-                self.hulls,
+                p.plane_normal,
+                p.plane_offset_m,
+                p.facet_plane,
+                f.side,
+                f.occluder_area_m2,
+                f.hull_start,
+                f.hulls_m,
+                f.boxes,
+                f.links,
+                f.order,
                 self.slack,
+                f.margin_m,
                 keep_windows,
             )
-            children[:, 0] += begin
-            windows[:, 0] += children_before
-            children_before += len(children)
-            parts.append((children, windows, corners))
-            if self.progress is not None:
-                self.progress(end, len(images))
+
+        run_blocks(
+            work,
+            len(images),
+            block_size=IMAGES_PER_BLOCK,
+            executor=self.executor,
+            progress=self.progress,
+        )
+        none = np.zeros((0, 2), np.int64), np.zeros((0, 3), np.int64), np.zeros((0, 3))
+        parts = [none, *(found[begin] for begin in sorted(found))]
+        sizes = np.cumsum([0, *(len(children) for children, _, _ in parts)])
+        for begin, part, before in zip([0, *sorted(found)], parts, sizes, strict=False):
+            part[0][:, 0] += begin
+            part[1][:, 0] += before
         first, second, third = zip(*parts, strict=True)
         return np.concatenate(first), np.concatenate(second), np.concatenate(third)
-
-    def finish(self) -> ImageTree:
-        """Return the tree."""
-        image = np.concatenate(self.images)
-        order = np.repeat(np.arange(len(self.images)), [len(level) for level in self.images])
-        none = np.zeros((0, 3), dtype=np.int64)
-        branches = np.concatenate(self.branches) if self.branches else none
-        branches = branches[np.lexsort((branches[:, 1], branches[:, 0]))]
-        start = np.searchsorted(branches[:, 0], np.arange(len(image) + 1))
-        considered, pruned, merged, kept = np.array(self.counts, dtype=np.int64).T
-        return ImageTree(
-            source_m=self.source,
-            image_m=frozen_array(image, name="image_m", shape=(None, 3)),
-            order=order.astype(np.int64),
-            branch_start=start.astype(np.int64),
-            branch_plane=np.ascontiguousarray(branches[:, 1]),
-            branch_parent=np.ascontiguousarray(branches[:, 2]),
-            considered=considered,
-            pruned=pruned,
-            merged=merged,
-            kept=kept,
-            region_m=self.region,
-        )
 
 
 def _windows_by_image(
@@ -298,43 +241,3 @@ def _windows_by_image(
     moved = np.repeat(old_start[order] - corner_start[:-1], size) + np.arange(corner_start[-1])
     start = np.searchsorted(image[order], np.arange(images + 1)).astype(np.int64)
     return start, np.ascontiguousarray(windows[order, 1]), corner_start, corners[moved]
-
-
-def _facet_hulls(facets: Facets) -> tuple[IntArray, FloatArray]:
-    """Return the convex hull of each facet in room coordinates: start per facet, (v, 3) corners.
-
-    A hull of many corners (a disc) is replaced by its bounding rectangle: a hull may be too large,
-    never too small.
-    """
-    start, hulls = [0], []
-    for facet, plane in enumerate(facets.facet_plane):
-        edges = facets.outline_m[facets.outline_start[facet] : facets.outline_start[facet + 1]]
-        uv = _convex_hull(edges.reshape(-1, 2))
-        if len(uv) > _image_kernels.MAX_CORNERS // 2:
-            (u0, v0), (u1, v1) = uv.min(axis=0), uv.max(axis=0)
-            uv = np.array([[u0, v0], [u1, v0], [u1, v1], [u0, v1]])
-        origin = facets.plane_normal[plane] * facets.plane_offset_m[plane]
-        hulls.append(origin + uv[:, :1] * facets.plane_u[plane] + uv[:, 1:] * facets.plane_v[plane])
-        start.append(start[-1] + len(uv))
-    corners = np.concatenate(hulls) if hulls else np.zeros((0, 3))
-    return np.array(start, dtype=np.int64), np.ascontiguousarray(corners)
-
-
-def _convex_hull(points: FloatArray) -> FloatArray:
-    """Return the corners of the convex hull of (n, 2) points, counter-clockwise.
-
-    Andrew's monotone chain (1979).
-    """
-    ordered = sorted(set(map(tuple, points.tolist())))
-    chains: list[list[tuple[float, float]]] = []
-    for sequence in (ordered, ordered[::-1]):
-        chain: list[tuple[float, float]] = []
-        for p in sequence:
-            while len(chain) > 1:
-                (ax, ay), (bx, by) = chain[-2], chain[-1]
-                if (bx - ax) * (p[1] - ay) - (by - ay) * (p[0] - ax) > 0.0:
-                    break
-                chain.pop()
-            chain.append(p)
-        chains.append(chain[:-1])
-    return np.array(chains[0] + chains[1])

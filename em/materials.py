@@ -1,10 +1,13 @@
-"""Building materials after ITU-R P.2040, perfect conductors, and materials of one's own."""
+"""Building materials after ITU-R P.2040, perfect conductors, layered walls, and one's own."""
 
 import difflib
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
+
+import numpy as np
+import numpy.typing as npt
 
 from octant.em.constants import VACUUM_PERMITTIVITY_F_PER_M
 from octant.geometries.errors import MaterialRangeError
@@ -29,10 +32,14 @@ class Material:
     is_pec : bool
         Whether the material is a perfect electric conductor [-]; the numbers above then do not
         count.
+    layers : tuple of Material
+        Layers of a wall from its front to its back [-]: two or more, each with a thickness but for
+        the last, which may fill all that lies behind; the numbers above then do not count. Empty
+        for a wall of one material. The front is the side that the mesh's outward normal points to.
 
     References
     ----------
-    .. [1] ITU-R P.2040-3 (2023), equations 28, 29 and Table 3.
+    .. [1] ITU-R P.2040-4 (2025), equations 57, 58 and Table 3.
     """
 
     name: str
@@ -43,6 +50,7 @@ class Material:
     frequency_range_hz: tuple[float, float] = (0.0, math.inf)
     thickness_m: float | None = None
     is_pec: bool = False
+    layers: tuple["Material", ...] = ()
 
     def __post_init__(self) -> None:
         numbers = (self.eps_r_a, self.eps_r_b, self.sigma_c_s_per_m, self.sigma_d)
@@ -64,6 +72,56 @@ class Material:
                 "thickness above 0 m; leave it out for a half-space."
             )
             raise MaterialRangeError(msg)
+        if self.layers:
+            self._check_layers()
+
+    def _check_layers(self) -> None:
+        if len(self.layers) == 1 or self.thickness_m is not None:
+            msg = (
+                f"material {self.name!r} has {len(self.layers)} layer(s) and thickness_m = "
+                f"{self.thickness_m}, but a layered wall needs two layers or more, each with its "
+                "own thickness_m; write a single slab without layers."
+            )
+            raise MaterialRangeError(msg)
+        for i, layer in enumerate(self.layers):
+            if layer.layers:
+                msg = f"layer {i} of material {self.name!r} has layers itself; write one list."
+                raise MaterialRangeError(msg)
+            open_ended = layer.thickness_m is None and not layer.is_pec
+            if open_ended and i < len(self.layers) - 1:
+                msg = (
+                    f"layer {i} ({layer.name}) of material {self.name!r} has no thickness_m, but "
+                    "only the last layer may fill all that lies behind; give its thickness [m]."
+                )
+                raise MaterialRangeError(msg)
+
+    def layer_stack(
+        self, frequency_hz: float
+    ) -> tuple[npt.NDArray[np.complex128], npt.NDArray[np.float64]]:
+        """Return the permittivity [-] and thickness [m] of each layer, front first.
+
+        Parameters
+        ----------
+        frequency_hz : float
+            Frequency [Hz] within the range of every layer.
+
+        Returns
+        -------
+        permittivity : (l,) complex128
+            Relative permittivity [-], as :meth:`relative_permittivity` gives it; one layer for a
+            wall of one material.
+        thickness_m : (l,) float64
+            Thickness [m]; infinity where the material fills all that lies behind.
+
+        Raises
+        ------
+        MaterialRangeError
+            When the frequency is outside the range of a layer.
+        """
+        layers = self.layers or (self,)
+        permittivity = np.array([m.relative_permittivity(frequency_hz) for m in layers])
+        thickness_m = [math.inf if m.thickness_m is None else m.thickness_m for m in layers]
+        return permittivity, np.array(thickness_m)
 
     def relative_permittivity(self, frequency_hz: float) -> complex:
         """Return the complex relative permittivity eps' - j sigma / (omega eps_0) [-].
@@ -82,12 +140,19 @@ class Material:
         Raises
         ------
         MaterialRangeError
-            When the frequency is outside the range of the model.
+            When the frequency is outside the range of the model, or for a wall of several layers,
+            which has no permittivity of its own.
 
         References
         ----------
-        .. [1] ITU-R P.2040-3 (2023), equations 9, 28 and 29.
+        .. [1] ITU-R P.2040-4 (2025), equations 9, 57 and 58.
         """
+        if self.layers:
+            msg = (
+                f"material {self.name!r} has {len(self.layers)} layers and no permittivity of its "
+                "own; ask for layer_stack."
+            )
+            raise MaterialRangeError(msg)
         low, high = self.frequency_range_hz
         if not (math.isfinite(frequency_hz) and frequency_hz > 0 and low <= frequency_hz <= high):
             msg = (
@@ -120,6 +185,7 @@ def _itu(
 
 
 _TABLE = (
+    _itu("air", (1.0, 0.0, 0.0, 0.0), 0.001, 100),
     _itu("concrete", (5.24, 0.0, 0.0462, 0.7822), 1, 100),
     _itu("brick", (3.91, 0.0, 0.0238, 0.16), 1, 40),
     _itu("plasterboard", (2.73, 0.0, 0.0085, 0.9395), 1, 100),
@@ -139,7 +205,7 @@ _TABLE = (
 
 
 def material_table() -> tuple[Material, ...]:
-    """Return every material known by name, ITU-R P.2040-3 Table 3 first, then ``pec``.
+    """Return every material known by name, ITU-R P.2040-4 Table 3 first, then ``pec``.
 
     Returns
     -------
@@ -155,9 +221,11 @@ def material(spec: str | Mapping[str, Any]) -> Material:
     Parameters
     ----------
     spec : str or mapping
-        A name of :func:`material_table` (``itu_`` before it is allowed); or
+        A name of :func:`material_table` (``itu_`` before it is allowed), or such a table written as
+        text, ``"name = concrete, thickness_m = 0.1"``, as bodies carry it; or
         ``{name=, thickness_m=}``; or ``{eps_r=, sigma_s_per_m=, thickness_m=}``, thickness [m] and
-        conductivity [S/m] optional.
+        conductivity [S/m] optional; or ``{layers=[...]}`` of such mappings from front to back,
+        where ``material=`` may stand for ``name=``.
 
     Returns
     -------
@@ -170,12 +238,14 @@ def material(spec: str | Mapping[str, Any]) -> Material:
         For an unknown name or key (the nearest right one is named) and for values out of range.
     """
     if isinstance(spec, str):
-        return _by_name(spec)
-    allowed = ("name", "eps_r", "sigma_s_per_m", "thickness_m")
+        return material(_table_of(spec)) if "=" in spec else _by_name(spec)
+    allowed = ("name", "eps_r", "sigma_s_per_m", "thickness_m", "layers")
     for key in spec:
         if key not in allowed:
             msg = f"material key {key!r} is unknown; allowed are {', '.join(allowed)}."
             raise MaterialRangeError(msg)
+    if "layers" in spec:
+        return _layered(spec)
     thickness = spec.get("thickness_m")
     thickness = None if thickness is None else float(thickness)
     if "eps_r" in spec:
@@ -193,6 +263,50 @@ def material(spec: str | Mapping[str, Any]) -> Material:
         msg = f"material {dict(spec)!r} gives sigma_s_per_m without eps_r; give both or neither."
         raise MaterialRangeError(msg)
     return replace(_by_name(str(spec["name"])), thickness_m=thickness)
+
+
+def _layered(spec: Mapping[str, Any]) -> Material:
+    if set(spec) - {"name", "layers"}:
+        msg = (
+            f"material {dict(spec)!r} gives {', '.join(sorted(set(spec) - {'name', 'layers'}))} "
+            "beside layers; give these in each layer instead."
+        )
+        raise MaterialRangeError(msg)
+    layers = tuple(material(_named(layer)) for layer in spec["layers"])
+    if not layers:
+        msg = "a material has an empty list of layers; give two or more, or a single material."
+        raise MaterialRangeError(msg)
+    name = str(spec.get("name", " | ".join(_layer_label(layer) for layer in layers)))
+    return Material(name=name, layers=layers)
+
+
+def _named(layer: str | Mapping[str, Any]) -> str | Mapping[str, Any]:
+    """Return a layer with ``name`` in place of ``material``."""
+    if isinstance(layer, str) or "material" not in layer:
+        return layer
+    if "name" in layer:
+        msg = f"layer {dict(layer)!r} gives material and name, which mean the same; give one."
+        raise MaterialRangeError(msg)
+    return {"name" if key == "material" else key: value for key, value in layer.items()}
+
+
+def _layer_label(layer: Material) -> str:
+    if layer.thickness_m is None:
+        return layer.name
+    return f"{layer.name} {layer.thickness_m * 1e3:g} mm"
+
+
+def _table_of(label: str) -> dict[str, str | float]:
+    """Return the keys and values of a label such as ``eps_r = 4.0, thickness_m = 0.1``."""
+    table: dict[str, str | float] = {}
+    for part in label.split(","):
+        key, _, value = (word.strip() for word in part.partition("="))
+        try:
+            table[key] = value if key == "name" else float(value)
+        except ValueError as exc:
+            msg = f"material {label!r} gives {key} as {value!r}, but a number is needed."
+            raise MaterialRangeError(msg) from exc
+    return table
 
 
 def _by_name(name: str) -> Material:

@@ -1,14 +1,18 @@
-"""Exact specular paths: the image method on every candidate sequence, each segment free."""
+"""Exact paths over walls, through sheets and over edges, each segment free, and their gains."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from octant.em import _field_kernels, _path_kernels
-from octant.em._path_kernels import SceneArrays
+from octant.em import _field_kernels, _tracing_kernels
+from octant.em._edge_path_kernels import EdgeTreeArrays
+from octant.em._path_kernels import SceneArrays, TreeArrays
+from octant.em._transmission_kernels import TRANSMISSION
 from octant.em.antennas import Antenna
 from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
+from octant.em.edge_search import EdgeTree, no_edges, wedge_frames
 from octant.em.image_search import ImageTree
 from octant.em.radio_scene import RadioScene
 from octant.geometries._arrays import frozen_array
@@ -18,9 +22,16 @@ FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 
 
+NOTHING, REFLECTION, TRANSMITTED, DIFFRACTION = 0, 1, 2, 3
+"""Kinds of interaction, in ``PathSet.kind``."""
+
+LETTERS = ("", "R", "T", "D")
+"""Their letters, as path tables write them."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PathSet:
-    """Paths to a number of receivers, one row a path, sorted by receiver and order.
+    """Paths to a number of receivers, one row a path; those of one receiver stand together.
 
     Parameters
     ----------
@@ -30,33 +41,57 @@ class PathSet:
         Places of the receivers [m].
     receiver : (k,) int64
         Receiver of each path [-].
-    order : (k,) int64
-        Number of reflections [-].
-    vertices_m : (k, order + 2, 3) float64
-        Source, reflection points, receiver [m]; short paths repeat the receiver.
-    facets : (k, order) int64
-        Facet of each reflection [-]; -1 beyond a path's order.
+    kind : (k, w) int8
+        What happens along each path, from the source on [-]: 1 reflection, 2 transmission through a
+        sheet, 3 diffraction at an edge, 0 nothing more.
+    element : (k, w) int64
+        Facet of a reflection or transmission, wedge of a diffraction [-]; -1 where nothing is.
+    vertices_m : (k, w + 2, 3) float64
+        Source, interactions, receiver [m]; short paths repeat the receiver.
     """
 
     source_m: FloatArray
     receivers_m: FloatArray
     receiver: IntArray
-    order: IntArray
+    kind: npt.NDArray[np.int8]
+    element: IntArray
     vertices_m: FloatArray
-    facets: IntArray
 
     def __len__(self) -> int:
-        return len(self.order)
+        return len(self.receiver)
 
-    def vertices_of(self, path: int) -> FloatArray:
-        """Return the (order + 2, 3) vertices [m] of one path, source first.
+    @property
+    def interactions(self) -> IntArray:
+        """Number of interactions of each path [-], (k,): bends and transmissions."""
+        count: IntArray = (self.kind != NOTHING).sum(axis=1)
+        return count
+
+    @property
+    def order(self) -> IntArray:
+        """Number of bends of each path [-], (k,): reflections and diffractions."""
+        bends = (self.kind == REFLECTION) | (self.kind == DIFFRACTION)
+        count: IntArray = bends.sum(axis=1)
+        return count
+
+    def letters_of(self, path: int) -> tuple[str, ...]:
+        """Return the kinds of one path's interactions as letters [-]: R, T and D.
 
         Parameters
         ----------
         path : int
             Row of the path [-].
         """
-        return self.vertices_m[path, : self.order[path] + 2]
+        return tuple(LETTERS[kind] for kind in self.kind[path] if kind != NOTHING)
+
+    def vertices_of(self, path: int) -> FloatArray:
+        """Return the (interactions + 2, 3) vertices [m] of one path, source first.
+
+        Parameters
+        ----------
+        path : int
+            Row of the path [-].
+        """
+        return self.vertices_m[path, : int(np.count_nonzero(self.kind[path])) + 2]
 
     @property
     def length_m(self) -> FloatArray:
@@ -100,22 +135,33 @@ def scene_arrays(radio: RadioScene) -> SceneArrays:
     radio : RadioScene
         Scene with resolved materials.
     """
-    scene, f = radio.scene, radio.scene.facets
+    scene, f, wedges = radio.scene, radio.scene.facets, radio.wedges
+    planes = np.column_stack((f.plane_normal, f.plane_offset_m, f.plane_u, f.plane_v))
     outline = np.column_stack((f.outline_start[:-1], f.outline_start[1:]))
     outline[f.facet_is_rectangle, 1] = outline[f.facet_is_rectangle, 0]
     return SceneArrays(
-        planes=np.column_stack((f.plane_normal, f.plane_offset_m, f.plane_u, f.plane_v)),
+        planes=planes,
         plane_facet_start=f.plane_facet_start,
-        supporting_side=scene.supporting_side,
+        supporting=(scene.supporting_side[:, None] * planes[:, :4])[scene.supporting_side != 0],
         facet_box=f.facet_bounds_m,
         facet_outline=outline,
         facet_plane=f.facet_plane,
         outline=f.outline_m,
-        bvh=scene.bvh,
-        inner_bvh=scene.inner_bvh,
+        bvh=radio.opaque_bvh,
+        inner_bvh=radio.opaque_inner_bvh,
+        sheet_bvh=radio.sheet_bvh,
         tolerance=scene.tolerance_m,
-        facet_permittivity=radio.facet_permittivity,
-        facet_thickness=radio.facet_thickness_m / radio.wavelength_m,
+        facet_layers=radio.facet_layers,
+        facet_front=scene.facet_front,
+        layer_permittivity=radio.layer_permittivity,
+        layer_thickness=radio.layer_thickness_m / radio.wavelength_m,
+        transmits=radio.transmits,
+        wedge_frame=wedge_frames(wedges),
+        wedge_facets=wedges.facets,
+        wedge_utd=np.column_stack((wedges.tangent, wedges.normal, wedges.exterior_rad / math.pi)),
+        wedge_permittivity=radio.layer_permittivity[radio.facet_layers[wedges.facets, 0]],
+        wedge_thickness=radio.layer_thickness_m[radio.facet_layers[wedges.facets, 0]]
+        / radio.wavelength_m,
         wavelength=radio.wavelength_m,
     )
 
@@ -149,8 +195,69 @@ def checked_receivers(tree: ImageTree, receivers_m: npt.ArrayLike) -> FloatArray
     return receivers
 
 
-def trace_paths(radio: RadioScene, tree: ImageTree, receivers_m: npt.ArrayLike) -> PathSet:
-    """Return every specular path to each receiver, up to the order of the image tree.
+def tree_arrays(radio: RadioScene, tree: ImageTree) -> TreeArrays:
+    """Return the images as the path kernels take them [m], if they are complete for the scene.
+
+    Parameters
+    ----------
+    radio : RadioScene
+        Scene that the tree was searched in.
+    tree : ImageTree
+        Images of the source.
+
+    Raises
+    ------
+    GeometryError
+        When the search counted on facets that let waves through here.
+    """
+    if bool((tree.opaque_facets & radio.facet_transmits).any()):
+        msg = (
+            "the images were searched as if every facet were opaque, but some let waves through; "
+            "give search_images opaque_facets = radio.opaque_facets."
+        )
+        raise GeometryError(msg)
+    return tree.kernel_arrays()
+
+
+def edge_arrays(radio: RadioScene, tree: ImageTree, edges: EdgeTree | None) -> EdgeTreeArrays:
+    """Return the ways over edges as the path kernels take them, lengths in metres [m].
+
+    Parameters
+    ----------
+    radio : RadioScene
+        Scene whose wedges the search was given.
+    tree : ImageTree
+        Images of the source.
+    edges : EdgeTree or None
+        Ways over the edges; None: nothing diffracts.
+
+    Raises
+    ------
+    GeometryError
+        When the ways are not those of this source, or the scene has no wedges.
+    """
+    if edges is None:
+        return no_edges().kernel_arrays(1)
+    if len(radio.wedges) <= int(edges.wedge.max(initial=-1)):
+        msg = (
+            "the ways over edges belong to wedges that this radio scene does not have; give "
+            "radio_scene the wedges that search_edges was given."
+        )
+        raise GeometryError(msg)
+    if len(tree.image_m) <= int(edges.leaf.max(initial=-1)):
+        msg = "the ways over edges belong to another image tree; search them with this one."
+        raise GeometryError(msg)
+    return edges.kernel_arrays(tree.kernel_arrays().ways if radio.transmits else 1)
+
+
+def trace_paths(
+    radio: RadioScene,
+    tree: ImageTree,
+    receivers_m: npt.ArrayLike,
+    *,
+    edges: EdgeTree | None = None,
+) -> PathSet:
+    """Return every path to each receiver: over walls, through sheets, over edges.
 
     Parameters
     ----------
@@ -160,6 +267,8 @@ def trace_paths(radio: RadioScene, tree: ImageTree, receivers_m: npt.ArrayLike) 
         Images of the source.
     receivers_m : (m, 3) float
         Places of the receivers [m].
+    edges : EdgeTree, optional
+        Ways over edges, from :func:`octant.em.edge_search.search_edges`. Default: none diffract.
 
     Returns
     -------
@@ -173,32 +282,37 @@ def trace_paths(radio: RadioScene, tree: ImageTree, receivers_m: npt.ArrayLike) 
 
     Notes
     -----
-    Reflection points lie inside their facets (rims included) and no other facet stands in the way.
-    A path that runs exactly through the shared edge of two facets is counted once.
+    Reflection points lie inside their facets (rims included) and no other facet stands in the way,
+    but those that let waves through. A path that runs exactly through the shared edge of two facets
+    is counted once. Paths that would pass through more than 128 sheets are left out.
     """
     receivers = checked_receivers(tree, receivers_m)
-    arrays, images = scene_arrays(radio), tree.kernel_arrays()
-    m, n = len(receivers), tree.max_order
-    counts = np.zeros(m, dtype=np.int64)
+    arrays, images = scene_arrays(radio), tree_arrays(radio, tree)
+    ways = edge_arrays(radio, tree, edges)
+    counts = np.zeros(len(receivers), dtype=np.int64)
+    width = tree.max_order
     room_for = 0
     while True:  # once to count, once to record
         start = np.concatenate(([0], np.cumsum(counts)))
-        order = np.zeros(room_for, dtype=np.int64)
-        vertices = np.zeros((room_for, n + 2, 3))
-        facets = np.zeros((room_for, n), dtype=np.int64)
-        _path_kernels.record_paths(
-            arrays, images, receivers, start, order, vertices, facets, counts
+        number = np.zeros(room_for, dtype=np.int64)
+        vertices = np.zeros((room_for, width + 2, 3))
+        codes = np.zeros((room_for, width), dtype=np.int64)
+        longest = _tracing_kernels.record_paths(
+            arrays, images, ways, receivers, start, number, vertices, codes, counts
         )
         if room_for == int(counts.sum()):
             break
-        room_for = int(counts.sum())
+        room_for, width = int(counts.sum()), max(width, longest)
+    used = np.arange(width) < number[:, None]
+    kind = np.where(codes < 0, DIFFRACTION, np.where(codes < TRANSMISSION, REFLECTION, TRANSMITTED))
+    element = np.where(codes < 0, -1 - codes, codes % TRANSMISSION)
     return PathSet(
         source_m=tree.source_m,
         receivers_m=receivers,
         receiver=np.repeat(np.arange(len(receivers)), counts),
-        order=order,
+        kind=np.where(used, kind, NOTHING).astype(np.int8),
+        element=np.where(used, element, -1),
         vertices_m=vertices,
-        facets=facets,
     )
 
 
@@ -220,22 +334,27 @@ def path_gains(
     -------
     PathGains
         Gain F_r . T . F_t lambda / (4 pi L) e^{-jkL} [-]; T carries the polarisation through every
-        reflection.
+        interaction, and over edges 1 / L becomes 1 / sqrt(s' s (s' + s)).
 
     Notes
     -----
-    Far field: antennas and reflection points should be more than a wavelength apart.
+    Far field: antennas and interactions should be more than a wavelength apart.
     """
     k = len(paths)
+    codes = np.select(
+        [paths.kind == REFLECTION, paths.kind == TRANSMITTED, paths.kind == DIFFRACTION],
+        [paths.element, paths.element + TRANSMISSION, -1 - paths.element],
+        -1,
+    )
     gain = np.zeros(k, dtype=np.complex128)
     directions = np.zeros((k, 2, 3))
     _field_kernels.path_gains(
         scene_arrays(radio),
         transmitter.kernel_arrays(),
         receiver.kernel_arrays(),
-        paths.order,
+        paths.interactions,
         paths.vertices_m,
-        paths.facets,
+        codes,
         gain,
         directions,
     )

@@ -8,6 +8,7 @@ import numpy.typing as npt
 
 from octant.em.antennas import Antenna
 from octant.em.blocks import Progress
+from octant.em.edge_search import EdgeTree
 from octant.em.image_search import ImageTree
 from octant.em.radio_scene import RadioScene
 from octant.em.received_power import ReaderLink, ReceivedPower, antenna_power
@@ -84,6 +85,7 @@ def map_antenna(
     transmitter: Antenna,
     receiver: Antenna,
     power_w: float,
+    edges: EdgeTree | None = None,
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> RadioMap:
@@ -103,6 +105,8 @@ def map_antenna(
         Antennas in the room's frame.
     power_w : float
         Transmitted power [W].
+    edges : EdgeTree, optional
+        Ways over edges. Default: none diffract.
     executor : Executor, optional
         Runs the blocks, sharing memory; by default one thread per core.
     progress : callable, optional
@@ -126,6 +130,7 @@ def map_antenna(
         transmitter=transmitter,
         receiver=receiver,
         power_w=power_w,
+        edges=edges,
         executor=executor,
         progress=progress,
     )

@@ -13,12 +13,13 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.em import _power_kernels, _response_kernels
-from octant.em._response_kernels import PAD, ResponseArrays
+from octant.em._pattern_grid import padded_table
+from octant.em._response_kernels import ResponseArrays
 from octant.em.antennas import Antenna, make_antenna
 from octant.em.blocks import run_blocks
 from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
 from octant.em.image_search import search_images
-from octant.em.paths import scene_arrays
+from octant.em.paths import edge_arrays, scene_arrays
 from octant.em.radio_scene import RadioScene, radio_scene
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import AntennaError
@@ -118,20 +119,10 @@ class ReaderResponse:
         return phi
 
     def kernel_arrays(self) -> ResponseArrays:
-        """Return the padded table as the kernels take it, steps in radians [rad].
-
-        Beyond a pole the grid goes on at the opposite azimuth, where both unit vectors point the
-        other way.
-        """
-        table = np.ascontiguousarray(np.moveaxis(self.pattern, (0, 1), (2, 3)))
-        half = table.shape[1] // 2
-        opposite = -np.roll(table, half, axis=1)
-        above, below = opposite[PAD:0:-1], opposite[-2 : -2 - PAD : -1]
-        table = np.concatenate((above, table, below))
-        table = np.concatenate((table[:, -PAD:], table, table[:, :PAD]), axis=1)
+        """Return the padded table as the kernels take it, steps in radians [rad]."""
         wavenumber = 2.0 * math.pi * self.frequency_hz / SPEED_OF_LIGHT_M_PER_S
         return ResponseArrays(
-            table=np.ascontiguousarray(table),
+            table=padded_table(self.pattern),
             step_theta=math.pi / (self.pattern.shape[2] - 1),
             step_phi=2.0 * math.pi / self.pattern.shape[3],
             centre_rad=np.ascontiguousarray(wavenumber * self.phase_centres_m),
@@ -257,9 +248,10 @@ def _ray_pattern(
     tree = search_images(radio.scene, place_m, max_reflections)
     field = np.zeros(places.shape, dtype=np.complex128)
     scene, images, element = scene_arrays(radio), tree.kernel_arrays(), antenna.kernel_arrays()
+    ways = edge_arrays(radio, tree, None)
 
     def work(begin: int, end: int) -> None:
-        _power_kernels.sum_fields(scene, images, element, places, begin, end, field)
+        _power_kernels.sum_fields(scene, images, ways, element, places, begin, end, field)
 
     run_blocks(work, len(places))
     wavelength_m = antenna.wavelength_m

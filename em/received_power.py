@@ -6,19 +6,23 @@ from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import partial
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from octant.em import _power_kernels
+from octant.em._edge_path_kernels import EdgeTreeArrays
 from octant.em._path_kernels import SceneArrays, TreeArrays
 from octant.em._response_kernels import ResponseArrays
 from octant.em.antennas import Antenna
 from octant.em.blocks import Progress, run_blocks
-from octant.em.image_search import ImageTree, search_images
-from octant.em.paths import checked_receivers, scene_arrays
+from octant.em.candidates import search_candidates
+from octant.em.edge_search import EdgeTree
+from octant.em.image_tree import ImageTree
+from octant.em.paths import checked_receivers, edge_arrays, scene_arrays, tree_arrays
 from octant.em.radio_scene import RadioScene
+from octant.em.ray_search import DEFAULT_RAYS
 from octant.em.reader_response import ReaderResponse
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import AntennaError, GeometryError, PhysicsWarning
@@ -43,6 +47,7 @@ def antenna_power(
     transmitter: Antenna,
     receiver: Antenna,
     power_w: float,
+    edges: EdgeTree | None = None,
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> ReceivedPower:
@@ -60,6 +65,8 @@ def antenna_power(
         Antennas in the room's frame.
     power_w : float
         Transmitted power [W].
+    edges : EdgeTree, optional
+        Ways over edges. Default: none diffract.
     executor : Executor, optional
         Runs the blocks, sharing memory; by default one thread per core.
     progress : callable, optional
@@ -79,12 +86,16 @@ def antenna_power(
     places = checked_receivers(tree, places_m)
     m = len(places)
     coherent, mean, count = np.zeros(m), np.zeros(m), np.zeros(m, dtype=np.int64)
-    scene, images = scene_arrays(radio), tree.kernel_arrays()
+    scene, images, ways = (
+        scene_arrays(radio),
+        tree_arrays(radio, tree),
+        edge_arrays(radio, tree, edges),
+    )
     sender, taker = transmitter.kernel_arrays(), receiver.kernel_arrays()
 
     def work(begin: int, end: int) -> None:
         _power_kernels.antenna_power(
-            scene, images, sender, taker, places, begin, end, coherent, mean, count
+            scene, images, ways, sender, taker, places, begin, end, coherent, mean, count
         )
 
     run_blocks(work, m, executor=executor, progress=progress)
@@ -96,6 +107,7 @@ class _Channel(NamedTuple):
 
     scene: SceneArrays
     images: TreeArrays
+    ways: EdgeTreeArrays
     tree: ImageTree
     tag: Antenna
     response: ResponseArrays
@@ -112,6 +124,7 @@ def _reader_block(
     _power_kernels.reader_power(
         channel.scene,
         channel.images,
+        channel.ways,
         channel.tag.kernel_arrays(),
         channel.response,
         *poses,
@@ -248,6 +261,9 @@ def reader_link(
     response: ReaderResponse,
     reader_height_m: float,
     max_reflections: int,
+    max_diffractions: int = 1,
+    search: Literal["complete", "rays"] = "complete",
+    rays: int = DEFAULT_RAYS,
 ) -> ReaderLink:
     """Return the link from a tag to a reader in a room, at one frequency.
 
@@ -266,7 +282,14 @@ def reader_link(
     reader_height_m : float
         Height of the reader's ground plane above the floor [m].
     max_reflections : int
-        Greatest order of the room's reflections [-].
+        Greatest order of the room's paths [-].
+    max_diffractions : int
+        Diffractions of a path [-], 1 or 2, at the radio scene's wedges; without any it counts for
+        nothing.
+    search : str
+        How paths are searched: ``complete``, or ``rays`` for meshes of very many triangles.
+    rays : int
+        Rays launched [-] by ``rays``.
 
     Returns
     -------
@@ -311,9 +334,21 @@ def reader_link(
             f"across the reader only beyond 2 D^2/lambda = {limit_m:.2f} m"
         )
         warnings.warn(msg, PhysicsWarning, stacklevel=2)
-    tree = search_images(radio.scene, tag, max_reflections)
+    found = search_candidates(
+        radio,
+        tag,
+        max_reflections,
+        max_diffractions=max_diffractions,
+        search=search,
+        rays=rays,
+    )
     channel = _Channel(
-        scene_arrays(radio), tree.kernel_arrays(), tree, tag_antenna, response.kernel_arrays()
+        scene_arrays(radio),
+        tree_arrays(radio, found.images),
+        edge_arrays(radio, found.images, found.edges),
+        found.images,
+        tag_antenna,
+        response.kernel_arrays(),
     )
     return ReaderLink(
         channels=(channel,),

@@ -1,4 +1,4 @@
-"""Fresnel reflection at half-spaces, and reflection and transmission of finite slabs."""
+"""Fresnel reflection at half-spaces; reflection and transmission of slabs and layered walls."""
 
 from typing import NamedTuple
 
@@ -51,9 +51,9 @@ def half_space_reflection(
 
     References
     ----------
-    .. [1] ITU-R P.2040-3 (2023), equations 31a and 31b with air on the near side.
+    .. [1] ITU-R P.2040-4 (2025), section 2.2.1, with air on the near side.
     """
-    cosine = np.atleast_1d(np.cos(np.asarray(incidence_rad, dtype=np.float64)))
+    cosine = _cosine(incidence_rad)
     te, tm = np.empty(len(cosine), np.complex128), np.empty(len(cosine), np.complex128)
     eps_r = material.relative_permittivity(frequency_hz)
     _reflection_kernels.fill_half_space(eps_r, cosine, te, tm)
@@ -61,40 +61,57 @@ def half_space_reflection(
 
 
 def wall_coefficients(
-    material: Material, frequency_hz: float, incidence_rad: npt.ArrayLike
+    material: Material,
+    frequency_hz: float,
+    incidence_rad: npt.ArrayLike,
+    *,
+    from_front: bool = True,
 ) -> WallCoefficients:
-    """Return what a wall reflects and lets through, as its material says: slab or half-space.
+    """Return what a wall reflects and lets through, as its material says.
 
     Parameters
     ----------
     material : Material
-        The wall. Without a thickness it is a half-space, which lets nothing through.
+        The wall: half-space, slab, or layers. One that fills all that lies behind lets nothing
+        through.
     frequency_hz : float
         Frequency [Hz].
     incidence_rad : (n,) float64
         Angle from the wall's normal [rad], 0 to pi/2.
+    from_front : bool
+        Whether the wave comes from the side of the first layer [-]. A wall whose last layer fills
+        all that lies behind is seen from its front in either case.
 
     Returns
     -------
     WallCoefficients
-        All multiple reflections inside the slab included; the transmission carries the phase of
-        the slab in place of the air that it displaces, from face to face along the normal.
+        All multiple reflections between the layers' faces included; the transmission carries the
+        phase of the wall in place of the air that it displaces, from face to face along the normal.
 
     Raises
     ------
     MaterialRangeError
-        When the frequency is outside the material's range.
+        When the frequency is outside the range of a layer.
+
+    Notes
+    -----
+    Each layer is put before what stands behind it: with r the Fresnel coefficient of its face, and
+    R, T what a wave meets just inside, (r + R) / (1 + r R) and (1 + r) T / (1 + r R). This equals
+    the recommendation's recursion and its ABCD matrices, and never overflows. It holds for plane
+    faces much wider than a wavelength, and does not move the wave along the wall.
 
     References
     ----------
-    .. [1] ITU-R P.2040-3 (2023), equations 43 and 44.
+    .. [1] ITU-R P.2040-4 (2025), section 2.2.2 (equations 43 and 44 for one layer) and Attachment 1
+       to Annex 1.
     """
-    cosine = np.atleast_1d(np.cos(np.asarray(incidence_rad, dtype=np.float64)))
-    if material.thickness_m is None:
-        te, tm = half_space_reflection(material, frequency_hz, incidence_rad)
-        return WallCoefficients(te, tm, np.zeros_like(te), np.zeros_like(te))
+    cosine = _cosine(incidence_rad)
     out = np.empty((4, len(cosine)), np.complex128)
-    thickness_wavelengths = material.thickness_m * frequency_hz / SPEED_OF_LIGHT_M_PER_S
-    eps_r = material.relative_permittivity(frequency_hz)
-    _reflection_kernels.fill_slab(eps_r, cosine, thickness_wavelengths, out)
+    permittivity, thickness_m = material.layer_stack(frequency_hz)
+    thickness_wavelengths = thickness_m * (frequency_hz / SPEED_OF_LIGHT_M_PER_S)
+    _reflection_kernels.fill_wall(permittivity, thickness_wavelengths, cosine, from_front, out)
     return WallCoefficients(*out)
+
+
+def _cosine(incidence_rad: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    return np.atleast_1d(np.cos(np.asarray(incidence_rad, dtype=np.float64)))

@@ -127,14 +127,28 @@ def build(lo, hi):
 
 @njit(cache=True, error_model="numpy")
 def segment_blocked(
-    boxes, links, triangles, planes, margin, px, py, pz, qx, qy, qz, plane_a, plane_b
+    boxes,
+    links,
+    triangles,
+    planes,
+    margin,
+    px,
+    py,
+    pz,
+    qx,
+    qy,
+    qz,
+    plane_a,
+    plane_b,
+    plane_c,
+    plane_d,
 ):
     """Return whether a triangle stands strictly between p and q [m].
 
-    Triangles of the planes ``plane_a`` and ``plane_b`` do not count: a segment that ends on a plane
-    cannot cross it again. A hit on a triangle's very rim counts, so that no ray slips between two
-    triangles. Arrays come one by one: a tuple of arrays passed in an inner loop costs more than the
-    search itself.
+    Triangles of the planes ``plane_a`` to ``plane_d`` do not count: a segment that ends on a plane
+    (or on an edge, where two meet) cannot cross it again. A hit on a triangle's very rim counts, so
+    that no ray slips between two triangles. Arrays come one by one: a tuple of arrays passed in an
+    inner loop costs more than the search itself.
     """
     dx, dy, dz = qx - px, qy - py, qz - pz
     length = np.sqrt(dx * dx + dy * dy + dz * dz)
@@ -174,7 +188,7 @@ def segment_blocked(
             if v < -RIM or u + v > 1.0 + RIM:
                 continue
             t = (bx * cx + by * cy + bz * cz) / det
-            if near < t < far:
+            if near < t < far and plane not in (plane_c, plane_d):
                 return True
         node += 1
     return False
@@ -202,6 +216,8 @@ def segments_blocked(bvh, starts, ends, plane_a, plane_b, blocked):
             ends[i, 2],
             plane_a[i],
             plane_b[i],
+            -1,
+            -1,
         )
 
 

@@ -3,21 +3,19 @@
 import numpy as np
 import numpy.typing as npt
 
+from octant.geometries import _plane_kernels
+
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
+
+ODD_DIRECTION = np.array([0.7548776662466927, 0.5698402909980532, 0.3247179572447461])
+"""A direction whose components no whole numbers relate: powers of the inverse plastic number."""
 
 
 def triangle_area_vectors(vertices_m: FloatArray, faces: IntArray) -> FloatArray:
     """Return (m, 3) area vectors [m^2]: normal by the right-hand rule times the triangle's area."""
     a, b, c = (vertices_m[faces[:, k]] for k in range(3))
     return 0.5 * np.cross(b - a, c - a)
-
-
-def plane_basis(normal: FloatArray, direction: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return unit vectors u [-] along ``direction`` within the plane and v = normal x u [-]."""
-    u = direction - normal * float(normal @ direction)
-    u = u / np.linalg.norm(u)
-    return u, np.cross(normal, u)
 
 
 def connected_labels(count: int, pairs: IntArray) -> IntArray:
@@ -31,19 +29,48 @@ def connected_labels(count: int, pairs: IntArray) -> IntArray:
     return labels
 
 
+def row_numbers(rows: IntArray) -> tuple[IntArray, IntArray, IntArray]:
+    """Return the number of each distinct row, and which rows have it.
+
+    Parameters
+    ----------
+    rows : (n, k) int64
+        Rows of whole numbers, each >= 0 [-].
+
+    Returns
+    -------
+    number : (n,) int64
+        Number of each row [-]; equal rows share one, in the order of their values.
+    start, member : (d + 1,) and (n,) int64
+        The rows with number i are ``member[start[i] : start[i + 1]]``, ascending [-].
+    """
+    key, span = np.zeros(len(rows), dtype=np.int64), 1
+    for column in rows.T:  # whole numbers sort far quicker than rows
+        width = int(column.max(initial=0)) + 1
+        if span * width >= 2**62:
+            key = np.unique(key, return_inverse=True)[1].reshape(-1)
+            span = len(rows)
+        key, span = key * width + column, span * width
+    member = np.argsort(key, kind="stable")
+    first = np.ones(len(rows), dtype=np.bool_)
+    first[1:] = key[member][1:] != key[member][:-1]
+    number = np.empty(len(rows), dtype=np.int64)
+    number[member] = np.cumsum(first) - 1
+    return number, np.append(np.flatnonzero(first), len(rows)), member
+
+
 def weld(vertices_m: FloatArray, tolerance_m: float) -> IntArray:
     """Return (n,) index of the representative of each vertex.
 
-    Vertices nearer than ``tolerance_m`` [m] to one another share one representative; no vertex
-    moves, so exact coordinates stay exact.
+    Vertices nearer than ``tolerance_m`` [m] to one another share one representative, the first of
+    them; no vertex moves, so exact coordinates stay exact. Only vertices of nearly the same height
+    along an odd direction are compared, in which no two corners of a regular mesh agree.
     """
-    from scipy.spatial import cKDTree
-
-    _, first, inverse = np.unique(vertices_m, axis=0, return_index=True, return_inverse=True)
-    unique = vertices_m[first]
-    pairs = cKDTree(unique).query_pairs(tolerance_m, output_type="ndarray")
-    labels = connected_labels(len(unique), pairs.astype(np.int64))
-    representative = np.full(labels.max() + 1, len(vertices_m), dtype=np.int64)
-    np.minimum.at(representative, labels, first.astype(np.int64))
-    welded: IntArray = representative[labels][inverse.reshape(-1)]
-    return welded
+    points = np.ascontiguousarray(vertices_m, dtype=np.float64)
+    representative: IntArray = np.arange(len(points), dtype=np.int64)
+    if len(points):
+        height = points @ ODD_DIRECTION
+        slack = 4e-15 * float(np.abs(points).max())
+        order = np.argsort(height, kind="stable")
+        _plane_kernels.weld(points, order, height, tolerance_m, slack, representative)
+    return representative

@@ -9,22 +9,19 @@ when the outline winds around it or passes within the tolerance.
 """
 
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
 
+from octant.geometries import _outline_kernels
 from octant.geometries._arrays import frozen_array
 from octant.geometries._plane_geometry import (
     FloatArray,
     IntArray,
-    connected_labels,
-    plane_basis,
+    row_numbers,
     triangle_area_vectors,
 )
-
-SLIVER_ASPECT = 1e-4
-"""Height over longest side [-] below which a triangle's own normal is not trusted."""
+from octant.geometries.planes import group_planes
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -124,58 +121,13 @@ class Facets:
         return float(0.5 * np.sum(uv[:, 0] * uv[:, 3] - uv[:, 2] * uv[:, 1]))
 
 
-def group_planes(vertices_m: FloatArray, faces: IntArray, tolerance_m: float) -> IntArray:
-    """Return the (t,) plane label [-] of each triangle, -1 for triangles without area.
-
-    The largest triangle not yet placed opens a plane; every triangle of like direction whose three
-    corners lie within the tolerance joins it.
-
-    Parameters
-    ----------
-    vertices_m : (n, 3) float64
-        Vertices [m].
-    faces : (t, 3) int64
-        Triangles as vertex indices [-].
-    tolerance_m : float
-        Greatest distance [m] of a corner from the plane.
-    """
-    from scipy.spatial import cKDTree
-
-    area = triangle_area_vectors(vertices_m, faces)
-    size = np.linalg.norm(area, axis=1)
-    corners = vertices_m[faces]
-    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
-    flat = size > 0.5 * tolerance_m * longest
-    label = np.full(len(faces), -1, dtype=np.int64)
-    if not flat.any():
-        return label
-    normal = np.divide(area, size[:, None], out=np.zeros_like(area), where=size[:, None] > 0)
-    sliver = 2 * size < SLIVER_ASPECT * longest**2
-    trusted = np.flatnonzero(flat & ~sliver)
-    untrusted = np.flatnonzero(flat & sliver)
-    tree = cKDTree(np.vstack((normal[trusted], -normal[trusted]))) if len(trusted) else None
-    count = 0
-    for seed in sorted(np.flatnonzero(flat), key=lambda i: (-size[i], i)):
-        if label[seed] >= 0:
-            continue
-        near = untrusted
-        if tree is not None:
-            found = np.asarray(tree.query_ball_point(normal[seed], 0.02), dtype=np.int64)
-            near = np.concatenate((trusted[found % len(trusted)], untrusted))
-        near = near[label[near] < 0]
-        distance = np.abs((corners[near] - corners[seed, 0]) @ normal[seed]).max(axis=1)
-        label[near[distance <= tolerance_m]] = count
-        label[seed] = count
-        count += 1
-    return label
-
-
 def build_facets(
     vertices_m: FloatArray,
     faces: IntArray,
     material: IntArray,
     *,
     tolerance_m: float,
+    rounding_m: FloatArray | float | None = None,
 ) -> Facets:
     """Return the facets of a welded triangle mesh.
 
@@ -188,186 +140,164 @@ def build_facets(
     material : (t,) int64
         Material index of each triangle [-].
     tolerance_m : float
-        Coplanarity and T-junction tolerance [m].
+        T-junction tolerance [m]: how near a corner stands to an edge that it lies on.
+    rounding_m : (n,) float64, float or None
+        How far [m] rounding may have moved each vertex off its plane; None takes ``tolerance_m``.
 
     Returns
     -------
     Facets
         Ordered by plane, material and first triangle, so that the order of the mesh decides ties.
     """
-    plane_of = group_planes(vertices_m, faces, tolerance_m)
-    builder = _FacetBuilder(vertices_m, faces, material, tolerance_m)
-    for plane in range(int(plane_of.max(initial=-1)) + 1):
-        builder.add_plane(np.flatnonzero(plane_of == plane))
-    return builder.finish()
+    rounding = tolerance_m if rounding_m is None else rounding_m
+    label = group_planes(vertices_m, faces, rounding)
+    used = np.flatnonzero(label >= 0)
+    normal, offset, turned = _fitted_planes(vertices_m, faces[used], label[used])
+    group_of, _, _ = row_numbers(np.column_stack((label, material))[used])
+    edges, piece = _outlines(vertices_m, turned, group_of, tolerance_m)
+    # Pieces by plane, material and first triangle; those whose edges all cancelled are no facets.
+    has_edges = np.zeros(len(used), dtype=np.bool_)
+    has_edges[edges[:, 0]] = True
+    heads = np.flatnonzero(has_edges)
+    heads = heads[np.lexsort((heads, group_of[heads]))]
+    facet_of_head = np.full(len(used), -1, dtype=np.int64)
+    facet_of_head[heads] = np.arange(len(heads))
+    triangle_facet = np.full(len(faces), -1, dtype=np.int64)
+    triangle_facet[used] = facet_of_head[piece]
+    kept, facet_plane = np.unique(label[used[heads]], return_inverse=True)
+    outline_facet = facet_of_head[edges[:, 0]]
+    order = np.argsort(outline_facet, kind="stable")
+    return _assembled(
+        ends_m=vertices_m[edges[order, 1:]],
+        outline_facet=outline_facet[order],
+        facet_plane=facet_plane.reshape(-1).astype(np.int64),
+        facet_material=material[used[heads]],
+        normal=normal[kept],
+        offset=offset[kept],
+        triangle_facet=triangle_facet,
+    )
 
 
-class _FacetBuilder:
-    """Collects planes and their facets one after the other."""
-
-    def __init__(
-        self, vertices_m: FloatArray, faces: IntArray, material: IntArray, tolerance_m: float
-    ) -> None:
-        self.vertices_m, self.faces, self.material = vertices_m, faces, material
-        self.tolerance_m = tolerance_m
-        self.planes: list[tuple[FloatArray, float, FloatArray, FloatArray]] = []
-        self.plane_facet_start = [0]
-        self.facet_plane: list[int] = []
-        self.facet_material: list[int] = []
-        self.outlines: list[FloatArray] = []
-        self.triangle_facet = np.full(len(faces), -1, dtype=np.int64)
-
-    def add_plane(self, triangles: IntArray) -> None:
-        """Add one plane with all the facets that its triangles make."""
-        area = triangle_area_vectors(self.vertices_m, self.faces[triangles])
-        largest = area[np.argmax(np.linalg.norm(area, axis=1))]
-        same_side = np.sign(area @ largest)
-        total = (area * same_side[:, None]).sum(axis=0)
-        normal = total / np.linalg.norm(total)
-        # -0.0 would print as such and compare oddly; + 0.0 turns it into 0.0.
-        normal = np.where(np.abs(normal) < 1e-15, 0.0, normal) + 0.0
-        offset = float(np.median(self.vertices_m[self.faces[triangles]] @ normal))
-        pieces: list[tuple[int, list[tuple[int, int]], IntArray]] = []
-        for material in np.unique(self.material[triangles]):
-            chosen = self.material[triangles] == material
-            turned = np.where(
-                (same_side[chosen] < 0)[:, None],
-                self.faces[triangles[chosen]][:, ::-1],
-                self.faces[triangles[chosen]],
-            )
-            pieces += [
-                (int(material), edges, triangles[chosen][members])
-                for edges, members in _outlines(self.vertices_m, turned, self.tolerance_m)
-            ]
-        ends = np.array([edge for _, edges, _ in pieces for edge in edges], dtype=np.int64)
-        if len(ends) == 0:  # two triangles back to back cancel out: nothing is left to hit
-            return
-        span = self.vertices_m[ends[:, 1]] - self.vertices_m[ends[:, 0]]
-        u, v = plane_basis(normal, span[np.argmax(np.linalg.norm(span, axis=1))])
-        plane = len(self.planes)
-        self.planes.append((normal, offset, u, v))
-        for kind, edges, members in pieces:
-            if not edges:
-                continue
-            corners = self.vertices_m[np.array(edges)]
-            self.triangle_facet[members] = len(self.facet_plane)
-            self.facet_plane.append(plane)
-            self.facet_material.append(kind)
-            uv = np.stack((corners @ u, corners @ v), axis=-1)
-            self.outlines.append(uv.reshape(-1, 4))
-        self.plane_facet_start.append(len(self.facet_plane))
-
-    def finish(self) -> Facets:
-        """Return what was collected."""
-        starts = np.concatenate(([0], np.cumsum([len(o) for o in self.outlines], dtype=np.int64)))
-        corners = [outline.reshape(-1, 2) for outline in self.outlines]
-        bounds = [np.concatenate((c.min(axis=0), c.max(axis=0))) for c in corners]
-        area = [0.5 * np.sum(o[:, 0] * o[:, 3] - o[:, 2] * o[:, 1]) for o in self.outlines]
-        rectangle = [
-            len(o) == 4 and abs(a - (b[2] - b[0]) * (b[3] - b[1])) <= 1e-12 * (1.0 + abs(a))
-            for o, a, b in zip(self.outlines, area, bounds, strict=True)
-        ]
-        return Facets(
-            plane_normal=np.array([p[0] for p in self.planes]).reshape(-1, 3),
-            plane_offset_m=np.array([p[1] for p in self.planes], dtype=np.float64),
-            plane_u=np.array([p[2] for p in self.planes]).reshape(-1, 3),
-            plane_v=np.array([p[3] for p in self.planes]).reshape(-1, 3),
-            plane_facet_start=np.array(self.plane_facet_start, dtype=np.int64),
-            facet_plane=np.array(self.facet_plane, dtype=np.int64),
-            facet_material=np.array(self.facet_material, dtype=np.int64),
-            facet_bounds_m=np.array(bounds).reshape(-1, 4),
-            facet_is_rectangle=np.array(rectangle, dtype=np.bool_),
-            outline_start=starts.astype(np.int64),
-            outline_m=np.concatenate(self.outlines) if self.outlines else np.zeros((0, 4)),
-            triangle_facet=self.triangle_facet,
-        )
+def _fitted_planes(
+    vertices_m: FloatArray, faces: IntArray, label: IntArray
+) -> tuple[FloatArray, FloatArray, IntArray]:
+    """Return the normal and offset [m] of each plane, and the faces wound about its normal."""
+    planes = int(label.max(initial=-1)) + 1
+    area = triangle_area_vectors(vertices_m, faces)
+    by_size = np.lexsort((np.arange(len(faces)), -np.linalg.norm(area, axis=1), label))
+    largest = by_size[np.searchsorted(label[by_size], np.arange(planes))]
+    same_side = np.sign(np.sum(area * area[largest][label], axis=1))
+    total = np.zeros((planes, 3))
+    np.add.at(total, label, area * same_side[:, None])
+    normal = total / np.linalg.norm(total, axis=1)[:, None]
+    # -0.0 would print as such and compare oddly; + 0.0 turns it into 0.0.
+    normal = np.where(np.abs(normal) < 1e-15, 0.0, normal) + 0.0
+    height = np.einsum("tka,ta->tk", vertices_m[faces], normal[label]).reshape(-1)
+    corner_label = np.repeat(label, 3)
+    ordered = height[np.lexsort((height, corner_label))]
+    size = np.bincount(label, minlength=planes) * 3
+    start = np.cumsum(size) - size
+    offset = 0.5 * (ordered[start + (size - 1) // 2] + ordered[start + size // 2])
+    turned = np.where((same_side < 0)[:, None], faces[:, ::-1], faces)
+    return normal, offset, turned
 
 
 def _outlines(
-    vertices_m: FloatArray, faces: IntArray, tolerance_m: float
-) -> list[tuple[list[tuple[int, int]], IntArray]]:
-    """Return, per connected piece, its directed outline edges and the triangles it is made of.
+    vertices_m: FloatArray, faces: IntArray, group_of: IntArray, tolerance_m: float
+) -> tuple[IntArray, IntArray]:
+    """Return (k, 3) outline edges as piece, start and end, and the (t,) piece of each triangle.
 
-    Directed edges that run in opposite senses cancel. Where a corner of one triangle stands on the
-    side of another (a T-junction) the side is split there first, so that seams cancel as well.
+    Pieces are the connected parts of a group, numbered by their first triangle. Directed edges that
+    run in opposite senses cancel. Where a corner of one triangle stands on the side of another (a
+    T-junction) the side is split there first, so that seams cancel as well.
     """
-    if len(faces) == 1:  # every triangle of a curved surface: nothing to cancel or to join
-        a, b, c = faces[0].tolist()
-        return [([(a, b), (b, c), (c, a)], np.zeros(1, dtype=np.int64))]
-    net: dict[tuple[int, int], int] = {}
-    for a, b in np.concatenate((faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]])).tolist():
-        _count_edge(net, a, b, 1)
-    links = [(a, b) for a, b in faces[:, [0, 1]].tolist()] + faces[:, [1, 2]].tolist()
-    split: dict[tuple[int, int], int] = {}
-    corners = np.array(sorted({vertex for edge in net for vertex in edge}), dtype=np.int64)
-    for (a, b), times in net.items():
-        chain = [a, *_corners_on_edge(vertices_m, corners, a, b, tolerance_m), b]
-        links += list(pairwise(chain))
-        for p, q in pairwise(chain):
-            _count_edge(split, p, q, times)
-    used, index = np.unique(np.concatenate((faces.ravel(), np.ravel(links))), return_inverse=True)
-    label = connected_labels(len(used), index[faces.size :].reshape(-1, 2))
-    piece_of_triangle = label[index[: faces.size].reshape(-1, 3)[:, 0]]
-    place = {int(vertex): int(label[i]) for i, vertex in enumerate(used)}
-    by_piece: dict[int, list[tuple[int, int]]] = {}
-    for (a, b), times in split.items():
-        by_piece.setdefault(place[a], []).extend([(a, b)] * times)
-    order = dict.fromkeys(piece_of_triangle.tolist())
-    return [
+    start, end = faces.reshape(-1), np.roll(faces, -1, axis=1).reshape(-1)
+    group, start, end = _net_edges(np.repeat(group_of, 3), start, end)
+    groups = int(group_of.max(initial=-1)) + 1
+    group_start = np.searchsorted(group, np.arange(groups + 1))
+    cut = _outline_kernels.split_edges(group_start, start, end, vertices_m, tolerance_m)
+    # A vertex counts apart in every group that uses it.
+    rows = np.concatenate(
         (
-            _merge_straight(vertices_m, by_piece.get(piece, []), tolerance_m),
-            np.flatnonzero(piece_of_triangle == piece),
+            np.column_stack((np.repeat(group_of, 3), faces.reshape(-1))),
+            np.column_stack((np.repeat(group[cut[:, 0]], 2), cut[:, 1:].reshape(-1))),
         )
-        for piece in order
-    ]
+    )
+    number, _, member = row_numbers(rows)
+    local_faces = number[: faces.size].reshape(-1, 3)
+    local_cut = number[faces.size :].reshape(-1, 2)
+    corners = int(number.max(initial=-1)) + 1
+    root = _outline_kernels.connected(corners, local_faces, local_cut)
+    first_triangle = np.full(corners, len(faces), dtype=np.int64)
+    np.minimum.at(first_triangle, root[local_faces[:, 0]], np.arange(len(faces)))
+    vertex_of = np.empty(corners, dtype=np.int64)
+    vertex_of[number[member]] = rows[member, 1]
+    piece, start, end = _net_edges(
+        first_triangle[root[local_cut[:, 0]]], local_cut[:, 0], local_cut[:, 1]
+    )
+    stays = _outline_kernels.merge_straight(start, end, vertices_m[vertex_of], tolerance_m)
+    edges = np.column_stack((piece, vertex_of[start], vertex_of[end]))[stays]
+    return edges, first_triangle[root[local_faces[:, 0]]]
 
 
-def _count_edge(net: dict[tuple[int, int], int], a: int, b: int, times: int) -> None:
-    """Add a directed edge, cancelling it against its reverse; counts stay positive."""
-    for _ in range(times):
-        if net.get((b, a), 0) > 0:
-            net[b, a] -= 1
-            if net[b, a] == 0:
-                del net[b, a]
-        else:
-            net[a, b] = net.get((a, b), 0) + 1
+def _net_edges(
+    group: IntArray, start: IntArray, end: IntArray
+) -> tuple[IntArray, IntArray, IntArray]:
+    """Return the directed edges (group, start, end) that opposite ones do not cancel, by group."""
+    low, high = np.minimum(start, end), np.maximum(start, end)
+    _, first, member = row_numbers(np.column_stack((group, low, high)))
+    sign = np.where(start < end, 1, -1)[member]
+    net = np.add.reduceat(sign, first[:-1]) if len(member) else np.zeros(0, dtype=np.int64)
+    row = np.repeat(member[first[:-1]], np.abs(net))
+    forward = np.repeat(net > 0, np.abs(net))
+    return (
+        group[row],
+        np.where(forward, low[row], high[row]),
+        np.where(forward, high[row], low[row]),
+    )
 
 
-def _corners_on_edge(
-    vertices_m: FloatArray, corners: IntArray, a: int, b: int, tolerance_m: float
-) -> list[int]:
-    """Return those of the outline's corners that stand on the edge between a and b, in order."""
-    start, span = vertices_m[a], vertices_m[b] - vertices_m[a]
-    length = float(np.linalg.norm(span))
-    along = (vertices_m[corners] - start) @ span / length
-    aside = np.linalg.norm(vertices_m[corners] - start - along[:, None] * span / length, axis=1)
-    on = (aside <= tolerance_m) & (along > tolerance_m) & (along < length - tolerance_m)
-    hits = corners[on][np.argsort(along[on])]
-    return [int(v) for v in hits]
-
-
-def _merge_straight(
-    vertices_m: FloatArray, edges: list[tuple[int, int]], tolerance_m: float
-) -> list[tuple[int, int]]:
-    """Return the outline with straight runs of edges joined into single edges."""
-    following: dict[int, list[int]] = {}
-    leading: dict[int, list[int]] = {}
-    for a, b in edges:
-        following.setdefault(a, []).append(b)
-        leading.setdefault(b, []).append(a)
-    for vertex in list(following):
-        if len(following[vertex]) != 1 or len(leading.get(vertex, [])) != 1:
-            continue
-        before, after = leading[vertex][0], following[vertex][0]
-        span = vertices_m[after] - vertices_m[before]
-        length = float(np.linalg.norm(span))
-        if length == 0.0 or before == vertex:
-            continue
-        offset = vertices_m[vertex] - vertices_m[before]
-        along = float(offset @ span) / length
-        aside = float(np.linalg.norm(offset - along * span / length))
-        if aside <= tolerance_m and 0.0 < along < length:
-            following[before][following[before].index(vertex)] = after
-            leading[after][leading[after].index(vertex)] = before
-            del following[vertex], leading[vertex]
-    return [(a, b) for a, ends in following.items() for b in ends]
+def _assembled(
+    *,
+    ends_m: FloatArray,
+    outline_facet: IntArray,
+    facet_plane: IntArray,
+    facet_material: IntArray,
+    normal: FloatArray,
+    offset: FloatArray,
+    triangle_facet: IntArray,
+) -> Facets:
+    """Return the facets, given the ends (e, 2, 3) [m] of their outline edges by facet."""
+    planes, facets = len(normal), len(facet_plane)
+    span = ends_m[:, 1] - ends_m[:, 0]
+    edge_plane = facet_plane[outline_facet]
+    longest = np.lexsort((-np.linalg.norm(span, axis=1), edge_plane))
+    longest = longest[np.searchsorted(edge_plane[longest], np.arange(planes))]
+    u = span[longest] - normal * np.sum(span[longest] * normal, axis=1)[:, None]
+    u = u / np.linalg.norm(u, axis=1)[:, None]
+    v = np.cross(normal, u)
+    axes = np.stack((u, v), axis=1)[edge_plane]
+    uv = np.einsum("eka,eca->ekc", ends_m, axes).reshape(-1, 4)
+    outline_start = np.searchsorted(outline_facet, np.arange(facets + 1)).astype(np.int64)
+    corners = uv.reshape(-1, 2)
+    bounds, area = np.zeros((facets, 4)), np.zeros(facets)
+    if facets:
+        bounds[:, :2] = np.minimum.reduceat(corners, 2 * outline_start[:-1], axis=0)
+        bounds[:, 2:] = np.maximum.reduceat(corners, 2 * outline_start[:-1], axis=0)
+        area = 0.5 * np.add.reduceat(uv[:, 0] * uv[:, 3] - uv[:, 2] * uv[:, 1], outline_start[:-1])
+    box = (bounds[:, 2] - bounds[:, 0]) * (bounds[:, 3] - bounds[:, 1])
+    fills = np.abs(area - box) <= 1e-12 * (1.0 + np.abs(area))
+    return Facets(
+        plane_normal=normal,
+        plane_offset_m=offset,
+        plane_u=u,
+        plane_v=v,
+        plane_facet_start=np.searchsorted(facet_plane, np.arange(planes + 1)).astype(np.int64),
+        facet_plane=facet_plane,
+        facet_material=facet_material,
+        facet_bounds_m=bounds,
+        facet_is_rectangle=fills & (np.diff(outline_start) == 4),
+        outline_start=outline_start,
+        outline_m=uv,
+        triangle_facet=triangle_facet,
+    )

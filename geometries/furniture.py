@@ -13,6 +13,7 @@ import numpy as np
 
 from octant.geometries._arrays import frozen_array
 from octant.geometries._checks import finite_number, positive_number
+from octant.geometries._plane_geometry import FloatArray, IntArray
 from octant.geometries.bodies import Body, place
 from octant.geometries.errors import GeometryError
 from octant.geometries.mesh_files import UpAxis, load_bodies
@@ -146,9 +147,11 @@ def cylinder(
     Notes
     -----
     The prism lies inside the cylinder: its sides are nearer to the axis by
-    radius (1 - cos(pi / sides)), 0.9 % at 24 sides. Rays see flat mirrors: the power that a smooth
-    cylinder spreads over all directions comes back in as many beams as there are sides, so that a
-    reflection from it is right in the mean over places only, however many sides there are.
+    radius (1 - cos(pi / sides)), 0.9 % at 24 sides. Rays see flat panels: the power that a smooth
+    cylinder spreads over all directions comes back in as many narrow, strong glints as there are
+    sides. Its mean over angle, taken over several glints, is that of the smooth cylinder; its value
+    at a place, and every coherent sum with other paths, is not, however many sides there are.
+    docs/curved.md says how well the mean holds.
     """
     radius = positive_number(radius_m, name=f"radius_m of {name!r}")
     height = positive_number(height_m, name=f"height_m of {name!r}")
@@ -172,6 +175,88 @@ def cylinder(
     )
     body = Body(name=name, vertices_m=np.concatenate((bottom, top)), faces=faces, material=material)
     return _placed(body, position_m, yaw_deg)
+
+
+def sphere(
+    radius_m: float,
+    *,
+    material: str,
+    subdivisions: int = 2,
+    position_m: Sequence[float] = (0.0, 0.0, 0.0),
+    yaw_deg: float = 0.0,
+    name: str = "sphere",
+) -> Body:
+    """Return a closed sphere, as a polyhedron of triangles of nearly one size.
+
+    Parameters
+    ----------
+    radius_m : float
+        Radius of the sphere that the corners lie on [m].
+    material : str
+        Label of the material.
+    subdivisions : int
+        How often the 20 faces of an icosahedron are cut into four, 0 to 6 [-].
+    position_m : (3,) sequence of float
+        Centre [m].
+    yaw_deg : float
+        Turn about the vertical through the centre, from +x towards +y [deg].
+    name : str
+        Name of the body.
+
+    Returns
+    -------
+    Body
+        20 x 4^subdivisions triangles, each a facet of its own, normals outwards.
+
+    Raises
+    ------
+    GeometryError
+        When the radius is not positive, the subdivisions are out of range, or the place is not
+        finite.
+
+    Notes
+    -----
+    As with `cylinder`, each triangle is a flat panel to the rays: the power is that of the smooth
+    sphere in the mean over angles only, and the coherent value is not.
+    """
+    radius = positive_number(radius_m, name=f"radius_m of {name!r}")
+    if not isinstance(subdivisions, int) or not 0 <= subdivisions <= 6:
+        msg = (
+            f"subdivisions of {name!r} is {subdivisions!r}, but a whole number from 0 to 6 is due."
+        )
+        raise GeometryError(msg)
+    vertices, faces = _icosahedron()
+    for _ in range(subdivisions):
+        sides = np.sort(np.stack((faces, np.roll(faces, -1, axis=1)), axis=2), axis=2)
+        ends, middle = np.unique(sides.reshape(-1, 2), axis=0, return_inverse=True)
+        ab, bc, ca = (len(vertices) + middle.reshape(-1, 3)).T
+        a, b, c = faces.T
+        corners = ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))
+        faces = np.concatenate([np.column_stack(triangle) for triangle in corners])
+        vertices = np.concatenate((vertices, vertices[ends].sum(axis=1)))
+        vertices /= np.linalg.norm(vertices, axis=1)[:, None]
+    body = Body(name=name, vertices_m=radius * vertices, faces=faces, material=material)
+    return _placed(body, position_m, yaw_deg)
+
+
+def _icosahedron() -> tuple[FloatArray, IntArray]:
+    """Return the unit icosahedron: a pole, two rings of five, a pole; counter-clockwise outside."""
+    z, k = 1.0 / math.sqrt(5.0), np.arange(5)
+    rings = [
+        np.column_stack((np.cos(angle), np.sin(angle), np.full(5, height / 2.0))) * 2.0 * z
+        for angle, height in ((0.4 * math.pi * k, 1.0), (0.4 * math.pi * (k + 0.5), -1.0))
+    ]
+    vertices = np.concatenate(([[0.0, 0.0, 1.0]], *rings, [[0.0, 0.0, -1.0]]))
+    upper, lower = 1 + k, 6 + k
+    following, below = 1 + (k + 1) % 5, 6 + (k + 1) % 5
+    top, bottom = np.zeros(5, dtype=np.int64), np.full(5, 11)
+    triangles = (
+        (top, upper, following),
+        (upper, lower, following),
+        (following, lower, below),
+        (bottom, below, lower),
+    )
+    return vertices, np.concatenate([np.column_stack(t) for t in triangles])
 
 
 def mesh_object(

@@ -15,14 +15,22 @@ import numpy as np
 
 from octant.geometries._checks import nearest_name, refuse_unknown_keys, unused_name
 from octant.geometries._gltf_header import gltf_node_names
+from octant.geometries._mesh_writing import (
+    GLTF,
+    NAMED_FORMATS,
+    ONE_BODY_FORMATS,
+    write_with_trimesh,
+)
 from octant.geometries._obj_files import Part, read_obj, write_obj
 from octant.geometries.bodies import Body, place
 from octant.geometries.errors import GeometryError
+from octant.geometries.mitsuba_scene import read_mitsuba
 
 __all__ = [
     "METRES_PER_UNIT",
     "Body",
     "UpAxis",
+    "carries_materials",
     "load_bodies",
     "metres_per_unit",
     "place",
@@ -51,9 +59,7 @@ METRES_PER_UNIT: Mapping[str, float] = MappingProxyType(
 )
 """Length of each unit that a mesh file may be given in [m]."""
 
-_GLTF = ("glb", "gltf")
-_NAMED_FORMATS = ("glb", "gltf", "3mf")  # keep several bodies apart when trimesh writes them
-_ONE_BODY_FORMATS = ("stl", "ply", "off")
+_SCENE = "xml"
 _NOT_SURFACES = ("xyz", "stl_ascii")  # points only; an internal name that no file carries
 
 
@@ -96,7 +102,23 @@ def readable_extensions() -> tuple[str, ...]:
     """
     from trimesh.exchange.load import mesh_formats
 
-    return tuple(sorted((mesh_formats() | {"obj"}) - set(_NOT_SURFACES)))
+    return tuple(sorted((mesh_formats() | {"obj", _SCENE}) - set(_NOT_SURFACES)))
+
+
+def carries_materials(path: str | Path) -> bool:
+    """Return whether files of this kind may name the material of their bodies [-].
+
+    Parameters
+    ----------
+    path : str or Path
+        A mesh file; it need not exist.
+
+    Returns
+    -------
+    bool
+        True for GLB, GLTF and Mitsuba XML.
+    """
+    return Path(path).suffix.lower().removeprefix(".") in (*GLTF, _SCENE)
 
 
 def load_bodies(
@@ -112,12 +134,15 @@ def load_bodies(
     Parameters
     ----------
     path : str or Path
-        Any file that trimesh reads: STL, OBJ, PLY, OFF, GLB, GLTF, 3MF and more.
+        Any file that trimesh reads: STL, OBJ, PLY, OFF, GLB, GLTF, 3MF and more; or a scene of
+        Mitsuba or Sionna RT, XML (`octant.geometries.mitsuba_scene`).
     unit : str or None
         Unit of the file's coordinates, such as "m" or "mm" [-]. It may be left out for GLB and
-        GLTF, which are in metres by specification, and for 3MF, which declares its unit.
+        GLTF, which are in metres by specification, for 3MF, which declares its unit, and for XML
+        scenes, which are in metres unless told otherwise.
     material : str or None
-        Label for every body that `materials_by_name` does not name.
+        Label for every body that `materials_by_name` does not name. Without it, GLB, GLTF and XML
+        scenes keep the names of materials that they hold themselves.
     materials_by_name : mapping or None
         Label of each body by its exact name.
     up : "y", "z" or None
@@ -155,10 +180,15 @@ def load_bodies(
     """
     file = Path(path)
     kind = _kind_of(file)
+    own: dict[str, str] = {}
     if kind == "obj":
         parts, declared = read_obj(file), None
+    elif kind == _SCENE:
+        shapes = read_mitsuba(file)
+        parts, declared = [(s.name, s.vertices, s.faces) for s in shapes], "m"
+        own = {s.name: s.material for s in shapes if s.material}
     else:
-        parts, declared = _read_with_trimesh(file, kind)
+        parts, declared = _read_with_trimesh(file, kind, own)
     if not parts:
         msg = (
             f"{file} holds no triangles; it is empty, or not a {kind.upper()} mesh, or holds only "
@@ -166,8 +196,8 @@ def load_bodies(
         )
         raise GeometryError(msg)
     scale = _metres_per_file_unit(file, unit=unit, declared=declared)
-    labels = _materials(file, [p[0] for p in parts], material, materials_by_name)
-    vertical = up if up is not None else ("y" if kind in _GLTF else "z")
+    labels = _materials(file, [p[0] for p in parts], material, materials_by_name, own)
+    vertical = up if up is not None else ("y" if kind in GLTF else "z")
     if vertical not in ("y", "z"):
         msg = f"up is {up!r} for {file}, but the vertical axis of a mesh file is 'y' or 'z'."
         raise GeometryError(msg)
@@ -221,13 +251,14 @@ def _materials(
     names: Sequence[str],
     material: str | None,
     materials_by_name: Mapping[str, str] | None,
+    own: Mapping[str, str],
 ) -> dict[str, str]:
-    """Return the material label of every body."""
+    """Return the material label of every body: by name, for all, or the file's own."""
     by_name = dict(materials_by_name or {})
     refuse_unknown_keys(by_name, allowed=names, name=f"the material table of {file}")
     labels: dict[str, str] = {}
     for name in names:
-        label = by_name.get(name, material)
+        label = by_name.get(name, material) or own.get(name)
         if label is None:
             msg = (
                 f"body {name!r} of {file} has no material; name it in the material table, or give "
@@ -238,11 +269,11 @@ def _materials(
     return labels
 
 
-def _read_with_trimesh(file: Path, kind: str) -> tuple[list[Part], str | None]:
-    """Return the named meshes of a file with their placing applied, and the unit it declares."""
+def _read_with_trimesh(file: Path, kind: str, own: dict[str, str]) -> tuple[list[Part], str | None]:
+    """Return the named, placed meshes of a file and its unit; ``own`` gets the materials in it."""
     import trimesh
 
-    node_names = gltf_node_names(file) if kind in _GLTF else None
+    node_names = gltf_node_names(file) if kind in GLTF else None
     options: dict[str, Any] = {"postprocess": False} if kind == "3mf" else {}
     try:
         with warnings.catch_warnings():
@@ -256,7 +287,7 @@ def _read_with_trimesh(file: Path, kind: str) -> tuple[list[Part], str | None]:
     order = {name: i for i, name in enumerate(scene.geometry)}
     found: list[tuple[int, Part]] = []
     used: set[str] = set()
-    declared = "m" if kind in _GLTF else None
+    declared = "m" if kind in GLTF else None
     for node in scene.graph.nodes_geometry:
         matrix, geometry_name = scene.graph[node]
         mesh = scene.geometry[geometry_name]
@@ -271,7 +302,11 @@ def _read_with_trimesh(file: Path, kind: str) -> tuple[list[Part], str | None]:
             vertices = vertices @ matrix[:3, :3].T + matrix[:3, 3]
         if np.linalg.det(matrix[:3, :3]) < 0.0:  # a mirrored instance would turn inside out
             faces = faces[:, ::-1]
-        found.append((order[geometry_name], (unused_name(name, used), vertices, faces)))
+        name = unused_name(name, used)
+        found.append((order[geometry_name], (name, vertices, faces)))
+        label = getattr(getattr(mesh.visual, "material", None), "name", None)
+        if kind in GLTF and label:
+            own[name] = str(label)
     return [part for _, part in sorted(found, key=lambda item: item[0])], declared
 
 
@@ -298,17 +333,22 @@ def _body_name(
     return node
 
 
-def save_bodies(bodies: Sequence[Body], path: str | Path) -> None:
+def save_bodies(
+    bodies: Sequence[Body], path: str | Path, *, opacity: Mapping[str, float] | None = None
+) -> None:
     """Write bodies to a mesh file that `load_bodies` reads back to the same place.
 
     Parameters
     ----------
     bodies : sequence of Body
-        What to write, in metres and z up. Names must differ. Material labels are not written.
+        What to write, in metres and z up. Names must differ. Material labels are written to GLB
+        and GLTF only, with colours to look at.
     path : str or Path
         GLB or GLTF (metres, turned to y up as their specification asks), 3MF (written in
         millimetres, as trimesh declares), OBJ (metres), or STL, PLY, OFF (metres; these hold no
         names, so that all bodies become one). An existing file is overwritten.
+    opacity : mapping of str to float or None
+        Opacity of bodies by name in GLB and GLTF [-], where it is not the material's own.
 
     Raises
     ------
@@ -322,7 +362,7 @@ def save_bodies(bodies: Sequence[Body], path: str | Path) -> None:
     """
     file = Path(path)
     kind = file.suffix.lower().removeprefix(".")
-    writable = sorted({"obj", *_NAMED_FORMATS, *_ONE_BODY_FORMATS})
+    writable = sorted({"obj", *NAMED_FORMATS, *ONE_BODY_FORMATS})
     if kind not in writable:
         listed = ", ".join(f".{k}" for k in writable)
         msg = f"{file} ends in '.{kind}', but only {listed} can be written."
@@ -338,27 +378,4 @@ def save_bodies(bodies: Sequence[Body], path: str | Path) -> None:
     if kind == "obj":
         write_obj([(b.name, b.vertices_m, b.faces) for b in bodies], file)
     else:
-        _write_with_trimesh(bodies, file, kind)
-
-
-def _write_with_trimesh(bodies: Sequence[Body], file: Path, kind: str) -> None:
-    """Write bodies in one of the formats that are left to trimesh."""
-    import trimesh
-
-    meshes = {}
-    for body in bodies:
-        vertices = body.vertices_m
-        if kind in _GLTF:
-            vertices = vertices[:, [0, 2, 1]] * (1.0, 1.0, -1.0)
-        elif kind == "3mf":
-            vertices = vertices * 1000.0
-        meshes[body.name] = trimesh.Trimesh(vertices, body.faces, process=False)
-    if kind in _ONE_BODY_FORMATS:
-        digits = {"digits": 15} if kind == "off" else {}
-        trimesh.util.concatenate(list(meshes.values())).export(str(file), **digits)
-        return
-    scene = trimesh.Scene()
-    for name, mesh in meshes.items():
-        scene.add_geometry(mesh, node_name=name, geom_name=name)
-    options = {"embed_buffers": True} if kind == "gltf" else {}
-    scene.export(str(file), **options)
+        write_with_trimesh(bodies, file, kind, opacity or {})

@@ -1,23 +1,31 @@
 """The immutable scene: bodies reduced to planes, facets and a hierarchy for occlusion."""
 
 import itertools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
+from octant.geometries import _scene_kernels
 from octant.geometries._arrays import frozen_array
 from octant.geometries._bvh_kernels import BvhArrays
-from octant.geometries._plane_geometry import FloatArray, IntArray, connected_labels, weld
+from octant.geometries._plane_geometry import FloatArray, IntArray, row_numbers, weld
 from octant.geometries.bodies import Body
+from octant.geometries.closed_parts import facet_sides, find_closed_parts
 from octant.geometries.errors import GeometryError
 from octant.geometries.facets import Facets, build_facets
 from octant.geometries.occlusion import build_bvh, segments_blocked, winding_numbers
+from octant.geometries.planes import FLOAT32_BITS, rounding_m
 
 PLANE_TOLERANCE_PER_EXTENT = 1e-6
-"""Coplanarity tolerance [-] per extent of the scene: ten times what float32 mesh files round off,
-a thousandth of a degree of phase per metre at 2.4 GHz."""
+"""Distance [-] per extent of the scene within which a corner stands on another triangle's edge and
+a point on a wall: ten times what float32 mesh files round off, a thousandth of a degree of phase
+per metre at 2.4 GHz."""
+
+MOST_PLANES = 6
+"""Planes [-] through one point that moving off them looks at: at a corner of three walls, three."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -34,6 +42,13 @@ class Scene:
         Labels that ``facets.facet_material`` counts [-].
     facets : Facets
         Planes and polygons.
+    triangle_corners_m : (t, 3, 3) float64
+        Corners [m] of the triangles that have an area.
+    triangle_facet : (t,) int64
+        Facet of each of them [-].
+    facet_front : (f,) bool
+        Whether the outward side of each facet's triangles, by the order of their corners, is the
+        one that its plane's normal points to [-].
     supporting_side : (p,) int64
         +1 or -1 [-] when the whole scene lies on that side of the plane (the side that the normal
         points to, or the other), 0 when the plane cuts through the scene.
@@ -50,11 +65,22 @@ class Scene:
         Least and greatest corner [m]; zeros without any body.
     has_room : bool
         Whether there is a room to be inside of [-].
+    facet_part : (f,) int64
+        Closed part that each facet bounds [-]: the number of the solid, ``len(solids)`` for the
+        closed room, -1 for a sheet.
+    triangle_part : (t,) int64
+        Closed part of each triangle [-], as ``facets.triangle_facet`` counts them; -1 for none.
+    facet_outer_side : (f,) int64
+        +1 when the plane's normal points out of that part, -1 when it points into it, 0 for a
+        sheet [-].
     """
 
     bodies: tuple[Body, ...]
     material_names: tuple[str, ...]
     facets: Facets
+    triangle_corners_m: FloatArray
+    triangle_facet: IntArray
+    facet_front: npt.NDArray[np.bool_]
     supporting_side: IntArray
     bvh: BvhArrays
     inner_bvh: BvhArrays
@@ -62,10 +88,17 @@ class Scene:
     solids: tuple[FloatArray, ...]
     bounds_m: FloatArray
     has_room: bool
+    triangle_part: IntArray
+    facet_part: IntArray
+    facet_outer_side: IntArray
 
     def __post_init__(self) -> None:
         bounds = frozen_array(self.bounds_m, name="bounds_m", shape=(2, 3))
         object.__setattr__(self, "bounds_m", bounds)
+        f, t = len(self.facets.facet_plane), len(self.facets.triangle_facet)
+        for name, size in (("triangle_part", t), ("facet_part", f), ("facet_outer_side", f)):
+            value = frozen_array(getattr(self, name), name=name, shape=(size,), dtype=np.int64)
+            object.__setattr__(self, name, value)
 
     @property
     def extent_m(self) -> float:
@@ -128,7 +161,9 @@ class Scene:
             inside[chosen] = covered | segments_blocked(self.bvh, points[chosen], above)
         return inside
 
-    def distance_to_facets_m(self, points_m: npt.ArrayLike) -> tuple[FloatArray, IntArray]:
+    def distance_to_facets_m(
+        self, points_m: npt.ArrayLike, *, within_m: float = math.inf
+    ) -> tuple[FloatArray, IntArray]:
         """Return (n,) distances [m] of points to the nearest facet below them, and its plane [-].
 
         Only facets onto which a point projects perpendicularly count.
@@ -137,6 +172,8 @@ class Scene:
         ----------
         points_m : (n, 3) float64
             Points [m].
+        within_m : float
+            Distance [m] beyond which no facet is looked for; a small one is quick in dense meshes.
 
         Returns
         -------
@@ -145,16 +182,21 @@ class Scene:
         (n,) int64
             Plane [-]; -1 when there is none.
         """
-        points = np.asarray(points_m, dtype=np.float64).reshape(-1, 3)
-        nearest = np.full(len(points), np.inf)
+        points = np.ascontiguousarray(points_m, dtype=np.float64).reshape(-1, 3)
+        nearest = np.full(len(points), float(within_m))
         plane_of = np.full(len(points), -1, dtype=np.int64)
-        f = self.facets
-        for facet, plane in enumerate(f.facet_plane):
-            distance = np.abs(points @ f.plane_normal[plane] - f.plane_offset_m[plane])
-            close = np.flatnonzero(distance < nearest)
-            uv = np.stack((points[close] @ f.plane_u[plane], points[close] @ f.plane_v[plane]), -1)
-            hit = close[_winds_around(f, facet, uv, self.tolerance_m)]
-            nearest[hit], plane_of[hit] = distance[hit], plane
+        _scene_kernels.nearest_facets(
+            points,
+            self.bvh.boxes,
+            self.bvh.links,
+            self.bvh.triangles,
+            self.bvh.planes,
+            self.facets.plane_normal,
+            self.facets.plane_offset_m,
+            self.tolerance_m,
+            nearest,
+            plane_of,
+        )
         return nearest, plane_of
 
     def stand_off(
@@ -181,26 +223,34 @@ class Scene:
         """
         points = np.array(points_m, dtype=np.float64).reshape(-1, 3)
         slack = PLANE_TOLERANCE_PER_EXTENT * self.extent_m
-        moved: npt.NDArray[np.bool_] = self.distance_to_facets_m(points)[0] <= slack
+        moved: npt.NDArray[np.bool_] = np.isfinite(
+            self.distance_to_facets_m(points, within_m=slack)[0]
+        )
         for i in np.flatnonzero(moved):
             normals = self.facets.plane_normal[self._planes_at(points[i], slack)]
             signs = np.array(list(itertools.product((1.0, -1.0), repeat=len(normals))))
             places = points[i] + standoff_m * signs @ normals
             free = self.inside_room(places) & ~self.inside_solid(places)
-            free &= self.distance_to_facets_m(places)[0] > slack
+            free &= np.isinf(self.distance_to_facets_m(places, within_m=slack)[0])
             points[i] = places[int(np.argmax(free))]
         return points, moved
 
-    def _planes_at(self, point_m: FloatArray, slack_m: float) -> list[int]:
-        """Return the planes of all facets that a point lies on [-]."""
-        f = self.facets
-        planes = []
-        for facet, plane in enumerate(f.facet_plane):
-            if abs(float(point_m @ f.plane_normal[plane]) - f.plane_offset_m[plane]) <= slack_m:
-                uv = np.array([[point_m @ f.plane_u[plane], point_m @ f.plane_v[plane]]])
-                if _winds_around(f, facet, uv, slack_m)[0] and int(plane) not in planes:
-                    planes.append(int(plane))
-        return planes
+    def _planes_at(self, point_m: FloatArray, slack_m: float) -> IntArray:
+        """Return the planes of all facets that a point lies on [-], a few of them at an apex."""
+        found = np.zeros(len(self.facets.plane_normal), dtype=np.bool_)
+        _scene_kernels.planes_at(
+            np.ascontiguousarray(point_m),
+            self.bvh.boxes,
+            self.bvh.links,
+            self.bvh.triangles,
+            self.bvh.planes,
+            self.facets.plane_normal,
+            self.facets.plane_offset_m,
+            slack_m,
+            found,
+        )
+        planes = np.flatnonzero(found)
+        return planes[:: -(-len(planes) // MOST_PLANES)] if len(planes) else planes
 
 
 def _extent_m(bounds_m: FloatArray) -> float:
@@ -208,30 +258,17 @@ def _extent_m(bounds_m: FloatArray) -> float:
     return extent if extent > 0.0 else 1.0
 
 
-def _winds_around(
-    facets: Facets, facet: int, uv_m: FloatArray, tolerance_m: float
-) -> npt.NDArray[np.bool_]:
-    """Return (n,) bool, whether points (n, 2) [m] of a facet's plane lie in it, rim included."""
-    edges = facets.outline_m[facets.outline_start[facet] : facets.outline_start[facet + 1]]
-    u, v = uv_m[:, None, 0], uv_m[:, None, 1]
-    u0, v0, u1, v1 = edges.T
-    side = (u1 - u0) * (v - v0) - (u - u0) * (v1 - v0)
-    up, down = (v0 <= v) & (v1 > v), (v0 > v) & (v1 <= v)
-    winding = (up & (side > 0)).sum(axis=1) - (down & (side < 0)).sum(axis=1)
-    length = np.hypot(u1 - u0, v1 - v0)
-    along = ((u - u0) * (u1 - u0) + (v - v0) * (v1 - v0)) / length
-    clipped = np.clip(along, 0.0, length)
-    aside = np.hypot(u - u0 - clipped * (u1 - u0) / length, v - v0 - clipped * (v1 - v0) / length)
-    inside: npt.NDArray[np.bool_] = (aside <= tolerance_m).any(axis=1) | (winding != 0)
-    return inside
-
-
 def free_space_scene() -> Scene:
     """Return the scene without anything in it: every path is the line of sight."""
     return build_scene(())
 
 
-def build_scene(bodies: Sequence[Body], *, objects: Sequence[Body] = ()) -> Scene:
+def build_scene(
+    bodies: Sequence[Body],
+    *,
+    objects: Sequence[Body] = (),
+    coordinate_bits: int = FLOAT32_BITS,
+) -> Scene:
     """Return the scene made of a room and the objects in it.
 
     Parameters
@@ -241,6 +278,10 @@ def build_scene(bodies: Sequence[Body], *, objects: Sequence[Body] = ()) -> Scen
         is the shell that antennas must be inside of.
     objects : sequence of Body
         Furniture; the closed ones are solids.
+    coordinate_bits : int
+        Significant bits of the stored coordinates [-], 1 to 53: what their rounding explains does
+        not keep triangles out of one plane. 24, float32, suits files; 53 takes every triangle as
+        it is stored, so that a flat wall which a float32 file has made uneven becomes many planes.
 
     Returns
     -------
@@ -250,8 +291,11 @@ def build_scene(bodies: Sequence[Body], *, objects: Sequence[Body] = ()) -> Scen
     Raises
     ------
     GeometryError
-        If there are bodies but no triangle with an area.
+        If there are bodies but no triangle with an area, or the number of bits is out of range.
     """
+    if not 1 <= coordinate_bits <= 53:
+        msg = f"coordinate_bits = {coordinate_bits} is not a number of bits from 1 to 53."
+        raise GeometryError(msg)
     everything = (*bodies, *objects)
     names = tuple(dict.fromkeys(body.material for body in everything))
     if not everything:
@@ -268,19 +312,22 @@ def build_scene(bodies: Sequence[Body], *, objects: Sequence[Body] = ()) -> Scen
         faces = weld(vertices, 1e-7 * extent)[faces]
         # A triangle given twice is one; whose room or object it is stays apart.
         of_room = np.arange(len(faces)) < room_faces
-        keys = np.column_stack((np.sort(faces, axis=1), material, of_room))
-        kept = np.sort(np.unique(keys, axis=0, return_index=True)[1])
+        keys = np.column_stack((np.sort(faces, axis=1), material, of_room)).astype(np.int64)
+        _, start, member = row_numbers(keys)
+        kept = np.sort(member[start[:-1]])
         faces, material = faces[kept], material[kept]
         room_faces = int(np.searchsorted(kept, room_faces))
     tolerance = PLANE_TOLERANCE_PER_EXTENT * extent
-    facets = build_facets(vertices, faces, material, tolerance_m=tolerance)
+    rounding = rounding_m(vertices, coordinate_bits=coordinate_bits, extent_m=extent)
+    facets = build_facets(vertices, faces, material, tolerance_m=tolerance, rounding_m=rounding)
     if everything and len(facets.facet_plane) == 0:
         msg = (
             f"none of the {len(faces)} triangles has an area; check the mesh and its unit with "
             "octant audit."
         )
         raise GeometryError(msg)
-    shell, solids = _closed_parts(vertices, faces, room_faces=room_faces)
+    parts = find_closed_parts(vertices, faces, room_faces=room_faces)
+    part, outer = facet_sides(vertices, faces, facets, parts, extent_m=extent)
     side = _supporting_sides(vertices[np.unique(faces)], facets, tolerance)
     used = facets.triangle_facet >= 0
     plane_of = facets.facet_plane[facets.triangle_facet[used]]
@@ -290,14 +337,29 @@ def build_scene(bodies: Sequence[Body], *, objects: Sequence[Body] = ()) -> Scen
         bodies=everything,
         material_names=names,
         facets=facets,
+        triangle_corners_m=corners,
+        triangle_facet=facets.triangle_facet[used],
+        facet_front=_facet_fronts(facets, corners, facets.triangle_facet[used]),
         supporting_side=side,
         bvh=build_bvh(corners, plane_of, extent_m=extent),
         inner_bvh=build_bvh(corners[inner], plane_of[inner], extent_m=extent),
-        shell_corners_m=shell,
-        solids=solids,
+        shell_corners_m=parts.shell_corners_m,
+        solids=parts.solids,
         bounds_m=bounds,
         has_room=len(bodies) > 0,
+        triangle_part=parts.part_of_triangle,
+        facet_part=part,
+        facet_outer_side=outer,
     )
+
+
+def _facet_fronts(facets: Facets, corners_m: FloatArray, facet: IntArray) -> npt.NDArray[np.bool_]:
+    """Return (f,) bool, whether the triangles of each facet mostly turn as its plane's normal."""
+    area = np.cross(corners_m[:, 1] - corners_m[:, 0], corners_m[:, 2] - corners_m[:, 0])
+    along = np.sum(area * facets.plane_normal[facets.facet_plane[facet]], axis=1)
+    total = np.bincount(facet, weights=along, minlength=len(facets.facet_plane))
+    front: npt.NDArray[np.bool_] = total >= 0.0
+    return front
 
 
 def _concatenated(bodies: Sequence[Body]) -> tuple[FloatArray, IntArray]:
@@ -308,56 +370,17 @@ def _concatenated(bodies: Sequence[Body]) -> tuple[FloatArray, IntArray]:
 
 
 def _supporting_sides(vertices_m: FloatArray, facets: Facets, tolerance_m: float) -> IntArray:
+    """Return the side of each plane that the whole scene lies on, 0 when it is on both."""
     sides = np.zeros(len(facets.plane_normal), dtype=np.int64)
-    for i, (normal, offset) in enumerate(
-        zip(facets.plane_normal, facets.plane_offset_m, strict=True)
-    ):
-        height = vertices_m @ normal - offset
-        if height.min() >= -tolerance_m:
-            sides[i] = 1
-        elif height.max() <= tolerance_m:
-            sides[i] = -1
+    # Corners that lie far out in some direction settle most planes at once.
+    extremes = np.argmax(vertices_m @ _DIRECTIONS.T, axis=0) if len(vertices_m) else []
+    points = np.concatenate((vertices_m[extremes], vertices_m))
+    _scene_kernels.supporting_sides(
+        points, facets.plane_normal, facets.plane_offset_m, tolerance_m, sides
+    )
     sides.setflags(write=False)
     return sides
 
 
-def _closed_parts(
-    vertices_m: FloatArray, faces: IntArray, *, room_faces: int
-) -> tuple[FloatArray, tuple[FloatArray, ...]]:
-    """Return the triangles of the closed room, and of each closed solid.
-
-    Parts are joined over shared edges; a part is closed when each of its edges belongs to exactly
-    two triangles.
-    """
-    none = np.zeros((0, 3, 3))
-    if len(faces) == 0:
-        return none, ()
-    edges = np.sort(np.concatenate((faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]])), axis=1)
-    in_room = np.tile(np.arange(len(faces)) < room_faces, 3)
-    keyed = np.column_stack((edges, in_room))
-    _, edge_of, times = np.unique(keyed, axis=0, return_inverse=True, return_counts=True)
-    edge_of = edge_of.reshape(-1)
-    triangle_of = np.tile(np.arange(len(faces)), 3)
-    order = np.argsort(edge_of, kind="stable")
-    same = edge_of[order][1:] == edge_of[order][:-1]
-    pairs = np.column_stack((triangle_of[order][:-1][same], triangle_of[order][1:][same]))
-    part = connected_labels(len(faces), pairs)
-    open_parts = np.unique(part[triangle_of[times[edge_of] != 2]])
-    parts = [
-        (vertices_m[faces[part == label]], bool(np.flatnonzero(part == label)[0] < room_faces))
-        for label in np.setdiff1d(np.unique(part), open_parts)
-    ]
-    room_vertices = vertices_m[np.unique(faces[:room_faces])] if room_faces else None
-    shell, solids = none, []
-    for corners, of_room in parts:
-        low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
-        outermost = (
-            of_room
-            and room_vertices is not None
-            and bool((room_vertices >= low).all() and (room_vertices <= high).all())
-        )
-        if outermost and len(shell) == 0:
-            shell = corners
-        else:
-            solids.append(corners)
-    return shell, tuple(solids)
+_DIRECTIONS = np.array(list(itertools.product((-1.0, 0.0, 1.0), repeat=3)))
+"""Directions [-] in which the outermost corners of a scene are looked for."""

@@ -1,16 +1,14 @@
 """Files of the missions: one row a run, and one run's trajectory; columns fixed for outsiders."""
 
-import csv
-import io
 import math
-import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from octant.geometries.errors import NavigationError
 from octant.navigation.bearing import wrap_angle
+from octant.navigation.csv_files import number_text, write_csv
 from octant.navigation.metrics import measure
 from octant.navigation.mission_records import MissionResult
 
@@ -70,17 +68,17 @@ def write_missions_csv(
             (
                 run,
                 int(metrics.success),
-                _number(metrics.time_s),
-                _number(metrics.path_m),
-                _number(metrics.rmse_m),
-                _number(metrics.p90_position_m),
-                _number(math.degrees(metrics.p90_heading_rad)),
-                ";".join(_number(error) for error in metrics.arrival_errors_m),
+                number_text(metrics.time_s),
+                number_text(metrics.path_m),
+                number_text(metrics.rmse_m),
+                number_text(metrics.p90_position_m),
+                number_text(math.degrees(metrics.p90_heading_rad)),
+                ";".join(number_text(error) for error in metrics.arrival_errors_m),
                 int(metrics.captured),
                 int(metrics.collided),
             )
         )
-    _write_csv(Path(path), MISSION_COLUMNS, rows)
+    write_csv(Path(path), MISSION_COLUMNS, rows)
 
 
 def write_trajectory_csv(path: str | Path, result: MissionResult) -> None:
@@ -103,33 +101,14 @@ def write_trajectory_csv(path: str | Path, result: MissionResult) -> None:
     heading_deg = np.degrees(wrap_angle(result.poses[:, 2]))
     rows = (
         (
-            _number(result.time_s[k]),
-            _number(result.poses[k, 0]),
-            _number(result.poses[k, 1]),
-            _number(heading_deg[k]),
+            number_text(result.time_s[k]),
+            number_text(result.poses[k, 0]),
+            number_text(result.poses[k, 1]),
+            number_text(heading_deg[k]),
             result.modes[k],
             result.mission.tag_ids[result.targets[k]],
-            *(_number(value) for value in result.rss_w[k]),
+            *(number_text(value) for value in result.rss_w[k]),
         )
         for k in range(len(result.time_s))
     )
-    _write_csv(Path(path), header, rows)
-
-
-def _number(value: float) -> str:
-    return repr(float(value))
-
-
-def _write_csv(path: Path, header: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
-    text = io.StringIO(newline="")
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(header)
-    writer.writerows(rows)
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        with part.open("w", encoding="utf-8", newline="") as file:
-            file.write(text.getvalue())
-        part.replace(path)
-    except BaseException:
-        part.unlink(missing_ok=True)
-        raise
+    write_csv(Path(path), header, rows)

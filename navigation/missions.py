@@ -1,14 +1,14 @@
 """Closed-loop missions: navigator, sensor and robot, one sample period after another."""
 
 from collections.abc import Callable
-from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
+from concurrent.futures import Executor
 from dataclasses import dataclass, replace
-from multiprocessing import get_context
 
 import numpy as np
 import numpy.typing as npt
 
 from octant.geometries.errors import NavigationError
+from octant.navigation.batches import run_seeded
 from octant.navigation.bearing import wrap_angle
 from octant.navigation.controllers import Controller
 from octant.navigation.mission_records import Mission, MissionResult, Outcome
@@ -22,7 +22,6 @@ Blocked = Callable[[npt.NDArray[np.float64]], npt.NDArray[np.bool_]]
 """Says for (m, 2) points on the floor [m] whether the robot's centre cannot stand there."""
 
 _COLLISION_SPACING_M = 0.01
-_BATCHES_PER_WORKER = 4
 
 
 def run_mission(
@@ -255,27 +254,17 @@ def run_missions(
     KeyboardInterrupt
         Passed on after the batches that have not begun are cancelled.
     """
-    if runs < 1 or workers < 1 or seed < 0:
-        msg = (
-            f"runs is {runs}, workers is {workers} and seed is {seed}, but runs and workers must "
-            "be 1 or more and the seed 0 or more: correct the one that is not."
-        )
-        raise NavigationError(msg)
-    seeds = np.random.SeedSequence(seed).spawn(runs)
-    job = _Job(mission=mission, sensor=sensor, controller=controller, robot=robot, blocked=blocked)
-    if executor is None and workers == 1:
-        results = []
-        for one in seeds:
-            results.append(job(one))
-            if progress is not None:
-                progress(len(results))
-        return tuple(results)
-    if executor is not None:
-        return _run_batches(job, seeds, workers, executor, progress)
-    # Not forked: the radio model's threads would not survive in a forked child.
-    pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"))
-    with pool:
-        return _run_batches(job, seeds, workers, pool, progress)
+    results = run_seeded(
+        _Job(mission=mission, sensor=sensor, controller=controller, robot=robot, blocked=blocked),
+        runs=runs,
+        seed=seed,
+        workers=workers,
+        executor=executor,
+        progress=progress,
+    )
+    # Unpickled arrays are writable and each result has its own copy of the mission: make them
+    # whole again.
+    return tuple(replace(result, mission=mission) for result in results)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -295,35 +284,3 @@ class _Job:
             np.random.default_rng(seed),
             blocked=self.blocked,
         )
-
-
-def _run_batch(job: _Job, seeds: list[np.random.SeedSequence]) -> list[MissionResult]:
-    return [job(seed) for seed in seeds]
-
-
-def _run_batches(
-    job: _Job,
-    seeds: list[np.random.SeedSequence],
-    workers: int,
-    executor: Executor,
-    progress: Callable[[int], object] | None,
-) -> tuple[MissionResult, ...]:
-    # A batch carries the field model with it, so there are few of them.
-    size = -(-len(seeds) // (workers * _BATCHES_PER_WORKER))
-    starts = range(0, len(seeds), size)
-    futures = [executor.submit(_run_batch, job, seeds[start : start + size]) for start in starts]
-    finished = 0
-    try:
-        for future in as_completed(futures):
-            finished += len(future.result())
-            if progress is not None:
-                progress(finished)
-    except BaseException:
-        for future in futures:
-            future.cancel()
-        raise
-    # Unpickled arrays are writable and each result has its own copy of the mission: make them
-    # whole again.
-    return tuple(
-        replace(result, mission=job.mission) for future in futures for result in future.result()
-    )

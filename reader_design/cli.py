@@ -14,17 +14,25 @@ from typing import Any, TextIO
 import click
 
 from octant.geometries.errors import OctantError, PhysicsWarning
+from octant.reader_design.compilation import HOW_TO_GIVE_A_PLACE, NO_PLACE_FOR_KERNELS
 from octant.reader_design.config.errors import nearest
 
 VERBS = {
     "study": ("verbs.study:study", "The main job: sweep, choice, map, missions, report."),
     "map": ("verbs.map:radio_map", "Received power over the floor of a room."),
     "paths": ("verbs.paths:paths", "Every path between a transmitter and receivers."),
+    "explain": ("verbs.explain:explain", "One path's budget in dB, interaction by interaction."),
+    "scene": ("verbs.scene:scene", "The room as a GLB file and as a picture, with paths drawn."),
     "rss": ("verbs.paths:rss", "What each antenna of the reader receives, pose by pose."),
     "reader": ("verbs.reader:reader", "The reader by itself: impedances, S-matrix, patterns."),
     "navigate": ("verbs.navigate:navigate", "Drive the robot through the tags of a study."),
     "track": ("verbs.track:track", "Trajectory tracking from RSS: thesis chapters 6 and 7."),
+    "dock": ("verbs.dock:dock", "Dock a robot at a tagged station, from across the room."),
     "audit": ("verbs.tables:audit", "What is wrong with a mesh, and what it means for rays."),
+    "warm-up": (
+        "verbs.warm_up:warm_up",
+        "Compile everything now, so that no command waits for it.",
+    ),
     "materials": ("verbs.tables:materials", "The table of materials in force."),
 }
 CONTEXT = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
@@ -181,6 +189,11 @@ def run(arguments: Sequence[str] | None = None) -> int:
         except _EXPECTED as exc:
             line, code = _ending(exc)
             sys.stderr.write(" ".join(line.split()) + "\n")
+        except RuntimeError as exc:
+            if not str(exc).startswith(NO_PLACE_FOR_KERNELS):
+                raise
+            sys.stderr.write(f"error: {HOW_TO_GIVE_A_PLACE}\n")
+            code = 2
     return code if isinstance(code, int) else 0
 
 

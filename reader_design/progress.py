@@ -1,10 +1,9 @@
 """Progress and messages on stderr, so that stdout carries data only."""
 
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TextIO, TypeVar
 
 Item = TypeVar("Item")
@@ -100,44 +99,3 @@ class Progress:
                 bar.update(done - bar.n)
 
             yield done_so_far
-
-    def announce_compilation(self, needed: Sequence[str] | None = None) -> None:
-        """Return nothing; say so when kernels that are needed have to be compiled first.
-
-        Parameters
-        ----------
-        needed : sequence of str or None
-            Kernel modules, for example ``em._path_kernels``; None: all.
-        """
-        missing = [name for name in uncompiled_kernels() if needed is None or name in needed]
-        if missing:
-            self.say(
-                f"First run on this machine: compiling {', '.join(missing)}; this takes up to a "
-                "minute or two, once."
-            )
-
-
-def uncompiled_kernels(root: Path | None = None) -> tuple[str, ...]:
-    """Return the kernel modules of which no compiled function is cached beside their source.
-
-    Parameters
-    ----------
-    root : Path or None
-        Folder of the layers; None: where Octant is installed.
-
-    Returns
-    -------
-    tuple of str
-        Module names like ``em._path_kernels`` or ``em.fullwave._rwg_kernels`` [-]; empty when every
-        kernel module has an index file of numba in its ``__pycache__``. Where numba caches
-        elsewhere (NUMBA_CACHE_DIR, a read-only installation), or after an upgrade of numba or a
-        change of the source, an old or absent index says nothing certain: this is a hint for
-        people, no more.
-    """
-    layers = root or Path(__file__).resolve().parent.parent
-    return tuple(
-        ".".join(kernels.relative_to(layers).with_suffix("").parts)
-        for layer in ("geometries", "em", "navigation")
-        for kernels in sorted((layers / layer).rglob("_*_kernels.py"))
-        if not any((kernels.parent / "__pycache__").glob(f"{kernels.stem}.*.nbi"))
-    )

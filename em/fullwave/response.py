@@ -81,7 +81,7 @@ def fullwave_response(
     Mutual coupling, mismatch to the loads, diffraction at all edges and currents on the plates are
     in the patterns. The metal is perfect and without thickness; tag and room are not included.
     """
-    if antenna.kind == "isotropic_theta" or abs(antenna.axis[2]) < 1.0 - 1e-12:
+    if antenna.kind not in {"dipole", "monopole"} or abs(antenna.axis[2]) < 1.0 - 1e-12:
         msg = (
             f"antenna {antenna.kind!r} of axis {antenna.axis.tolist()} has no full-wave mesh; give "
             "an upright dipole or monopole."
@@ -90,7 +90,7 @@ def fullwave_response(
     mesh = reader_mesh(
         body,
         frequency_hz=antenna.frequency_hz,
-        antenna=antenna.kind,
+        antenna="monopole" if antenna.kind == "monopole" else "dipole",
         length_m=antenna.length_m,
         gap_m=gap_m,
         cells_per_wavelength=cells_per_wavelength,

@@ -2,10 +2,12 @@
 
 import math
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 
 import msgspec
 
 from octant.geometries.errors import ConfigError, GeometryError
+from octant.reader_design.config.dock import Dock
 from octant.reader_design.config.errors import unknown_name
 from octant.reader_design.config.materials import (
     SURFACES,
@@ -22,6 +24,28 @@ from octant.reader_design.config.room import (
 )
 from octant.reader_design.config.schema import Layout, Mission, Reader, Study, Sweep, Tag
 
+TAG_ANTENNAS = ("dipole", "monopole", "patch", "isotropic_theta")
+"""Antennas of tags and of the ends of paths that need no file."""
+
+
+def unknown_antenna(path: str, name: str) -> str:
+    """Return the sentence for an antenna that is neither known nor a pattern file.
+
+    Parameters
+    ----------
+    path : str
+        Where it is named.
+    name : str
+        What was given.
+
+    Returns
+    -------
+    str
+        One sentence, with the nearest name.
+    """
+    what = "antenna, and no such pattern file"
+    return unknown_name(path, name, TAG_ANTENNAS, what=what)
+
 
 def check_study(study: Study) -> None:
     """Return nothing; refuse a study whose keys contradict each other.
@@ -36,7 +60,6 @@ def check_study(study: Study) -> None:
     ConfigError
         With the key path, what was given and what is allowed.
     """
-    _check_solver(study)
     _check_room("room", study.room)
     for i, layout in enumerate(study.layouts):
         if layout.room is not None:
@@ -48,6 +71,8 @@ def check_study(study: Study) -> None:
     _check_surroundings(study.reader)
     if study.mission is not None:
         _check_mission(study.mission, study.tags)
+    if study.dock is not None:
+        _check_dock(study.dock, study.tags)
     for path, spec in material_specs(study):
         check_material(path, spec, study.radio.frequencies_hz)
     for path, unit in _units(study):
@@ -100,16 +125,6 @@ def _check_unit(path: str, unit: str) -> None:
         raise ConfigError(msg) from exc
 
 
-def _check_solver(study: Study) -> None:
-    for key in ("diffraction", "transmission"):
-        if getattr(study.solver, key):
-            msg = (
-                f"solver.{key} is true, but this release computes reflections only (no "
-                "diffraction and no transmission in the room); write false or leave the key out."
-            )
-            raise ConfigError(msg)
-
-
 def _check_room(path: str, room: Room) -> None:
     kinds = {
         "box_m": room.box_m is not None,
@@ -152,15 +167,21 @@ def _check_belongs(path: str, room: Room, kind: str) -> None:
         raise ConfigError(msg)
     for i, mesh in enumerate(room.mesh if isinstance(room.mesh, tuple) else ()):
         _check_mesh_material(f"{path}.mesh[{i}]", mesh, room)
-    if one_file and room.material is None and not room.materials:
+    if isinstance(room.mesh, str) and room.material is None and not room.materials:
+        _check_own_materials(path, room.mesh)
+
+
+def _check_own_materials(path: str, file: str) -> None:
+    from octant.geometries.mesh_files import carries_materials
+
+    if not carries_materials(file):
         msg = f"{path}.material is missing, but a mesh needs one (or materials by body name)."
         raise ConfigError(msg)
 
 
 def _check_mesh_material(path: str, mesh: RoomMesh, room: Room) -> None:
     if mesh.material is None and not mesh.materials and room.material is None:
-        msg = f"{path}.material is missing, but a mesh needs one (or materials by body name)."
-        raise ConfigError(msg)
+        _check_own_materials(path, mesh.file)
 
 
 def _check_surfaces(path: str, material: RoomMaterial, *, parametric: bool) -> None:
@@ -204,7 +225,9 @@ def _check_unique(table: str, key: str, names: Sequence[str]) -> None:
 def _check_tags(tags: Sequence[Tag]) -> None:
     _check_unique("tag", "id", [tag.id for tag in tags])
     for i, tag in enumerate(tags):
-        if math.hypot(*tag.axis) == 0.0:
+        if tag.antenna not in TAG_ANTENNAS and not Path(tag.antenna).suffix:
+            raise ConfigError(unknown_antenna(f"tag[{i}].antenna", tag.antenna))
+        if tag.axis is not None and math.hypot(*tag.axis) == 0.0:
             msg = (
                 f"tag[{i}].axis is {list(tag.axis)}, but an antenna needs a direction; "
                 "write for example [0, 0, 1] for a vertical one."
@@ -283,3 +306,30 @@ def _check_mission(mission: Mission, tags: Sequence[Tag]) -> None:
             f"sample of {mission.sample_time_s:g} s."
         )
         raise ConfigError(msg)
+
+
+def _check_dock(dock: Dock, tags: Sequence[Tag]) -> None:
+    known = [tag.id for tag in tags]
+    if dock.tag not in known:
+        raise ConfigError(unknown_name("dock.tag", dock.tag, known, what="[[tag]]"))
+    if dock.staging_m <= dock.stand_off_m:
+        msg = (
+            f"dock.staging_m is {dock.staging_m:g} m and dock.stand_off_m {dock.stand_off_m:g} m, "
+            "but the robot must stage farther from the landmark than it docks; raise staging_m."
+        )
+        raise ConfigError(msg)
+    if (dock.start_low_m is None) != (dock.start_high_m is None):
+        msg = (
+            "dock.start_low_m and dock.start_high_m are the two corners of one area, but only one "
+            "is given; give both, or none."
+        )
+        raise ConfigError(msg)
+    if dock.start_low_m is not None and dock.start_high_m is not None:
+        for low, high in zip(dock.start_low_m, dock.start_high_m, strict=True):
+            if low >= high:
+                msg = (
+                    f"dock.start_low_m is {list(dock.start_low_m)} m and dock.start_high_m "
+                    f"{list(dock.start_high_m)} m, but the first must be the lower corner; "
+                    "exchange them."
+                )
+                raise ConfigError(msg)

@@ -11,11 +11,11 @@ from typing import Any
 import msgspec
 
 from octant.geometries.errors import ConfigError
-from octant.reader_design.config.checks import check_study
+from octant.reader_design.config.checks import TAG_ANTENNAS, check_study
 from octant.reader_design.config.errors import path_text, sentence, unit_of
 from octant.reader_design.config.materials import room_material
 from octant.reader_design.config.room import MeshObject, Room, RoomMesh, RoomObject
-from octant.reader_design.config.schema import Layout, Study
+from octant.reader_design.config.schema import Layout, Study, Tag
 from octant.reader_design.config.toml import toml_text
 
 replace = msgspec.structs.replace
@@ -29,7 +29,8 @@ def load_study(path: str | Path | None = None, *, built_in: str = "thesis_study"
     path : str, Path or None
         A TOML file; None: a built-in study.
     built_in : str
-        Which: ``thesis_study``, or ``track_study`` of ``octant track``.
+        Which: ``thesis_study``, ``track_study`` of ``octant track``, or ``dock_study`` of
+        ``octant dock``.
 
     Returns
     -------
@@ -147,8 +148,8 @@ def resolved(study: Study, *, directory: Path) -> Study:
     Returns
     -------
     Study
-        Sweep lists filled from the reader, the map's height [m], the room's material; mesh files
-        as absolute paths.
+        Sweep lists filled from the reader, the map's height [m], the room's material, the
+        tags' axes; mesh and pattern files as absolute paths.
 
     Raises
     ------
@@ -212,10 +213,18 @@ def _with_files(study: Study, convert: Any) -> Study:  # noqa: ANN401  str -> st
         room = None if layout.room is None else of_room(layout.room)
         return replace(layout, room=room, objects=of_objects(layout.objects))
 
+    def of_tag(tag: Tag) -> Tag:
+        known = tag.antenna in TAG_ANTENNAS
+        down = (0.0, 0.0, -1.0 if tag.antenna == "patch" else 1.0)
+        return replace(
+            tag, antenna=tag.antenna if known else convert(tag.antenna), axis=tag.axis or down
+        )
+
     layouts = tuple(of_layout(layout) for layout in study.layouts)
     patterns = tuple(convert(file) for file in study.reader.pattern_files)
     reader = replace(study.reader, pattern_files=patterns, objects=of_objects(study.reader.objects))
-    return replace(study, room=of_room(study.room), layouts=layouts, reader=reader)
+    tags = tuple(of_tag(tag) for tag in study.tags)
+    return replace(study, room=of_room(study.room), tags=tags, layouts=layouts, reader=reader)
 
 
 def _tidy_room(room: dict[str, Any]) -> None:

@@ -1,9 +1,11 @@
 """The materials that a study names: where they stand, what they mean, whether they exist."""
 
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 from octant.geometries.errors import ConfigError, MaterialRangeError
 from octant.reader_design.config.room import (
+    LayerTable,
     MaterialSpec,
     MaterialTable,
     Room,
@@ -14,9 +16,11 @@ from octant.reader_design.config.schema import Study
 
 SURFACES = ("walls", "floor", "ceiling")
 """Surfaces of a parametric room that may have a material of their own."""
+LAYER_KEYS = ("material", "name", "eps_r", "sigma_s_per_m", "thickness_m")
+"""Keys of one layer."""
 
 
-def material_arguments(spec: MaterialSpec | RoomMaterial) -> str | dict[str, str | float]:
+def material_arguments(spec: MaterialSpec | RoomMaterial) -> str | dict[str, Any]:
     """Return a material of the study file as `octant.em.materials.material` takes it.
 
     Parameters
@@ -27,12 +31,13 @@ def material_arguments(spec: MaterialSpec | RoomMaterial) -> str | dict[str, str
     Returns
     -------
     str or dict
-        The name, or the keys that are given.
+        The name, or the keys that are given; layers as a list of such dicts.
     """
     if isinstance(spec, str):
         return spec
-    keys = ("name", "eps_r", "sigma_s_per_m", "thickness_m")
-    given = {k: getattr(spec, k) for k in keys if getattr(spec, k) is not None}
+    given = _given(spec, ("name", "eps_r", "sigma_s_per_m", "thickness_m"))
+    if spec.layers is not None:
+        return given | {"layers": [_given(layer, LAYER_KEYS) for layer in spec.layers]}
     return given["name"] if set(given) == {"name"} else given
 
 
@@ -52,7 +57,10 @@ def material_label(spec: MaterialSpec | RoomMaterial) -> str:
     arguments = material_arguments(spec)
     if isinstance(arguments, str):
         return arguments
-    return ", ".join(f"{key} = {value}" for key, value in arguments.items())
+    return " | ".join(
+        ", ".join(f"{key} = {value}" for key, value in table.items())
+        for table in arguments.get("layers", [arguments])
+    )
 
 
 def surface_labels(room: Room) -> dict[str, str]:
@@ -130,7 +138,9 @@ def check_material(path: str, spec: MaterialSpec, frequencies_hz: Sequence[float
     """
     from octant.em.materials import material
 
-    if isinstance(spec, MaterialTable) and (spec.name is None) == (spec.eps_r is None):
+    if isinstance(spec, MaterialTable) and spec.layers is not None:
+        _check_layers(path, spec)
+    elif isinstance(spec, MaterialTable) and (spec.name is None) == (spec.eps_r is None):
         msg = (
             f"{path} gives {'both' if spec.name else 'neither'} name and eps_r, but a material "
             "table needs exactly one of them; write a known name, or eps_r and sigma_s_per_m."
@@ -145,10 +155,29 @@ def check_material(path: str, spec: MaterialSpec, frequencies_hz: Sequence[float
     try:
         chosen = material(material_arguments(spec))
         for frequency_hz in frequencies_hz:
-            chosen.relative_permittivity(frequency_hz)
+            chosen.layer_stack(frequency_hz)
     except MaterialRangeError as exc:
         msg = f"{path}: {exc}"
         raise ConfigError(msg) from exc
+
+
+def _check_layers(path: str, spec: MaterialTable) -> None:
+    beside = _given(spec, ("name", "eps_r", "sigma_s_per_m", "thickness_m"))
+    if beside:
+        msg = f"{path} gives {', '.join(beside)} beside layers; give these in each layer instead."
+        raise ConfigError(msg)
+    for i, layer in enumerate(spec.layers or ()):
+        named = [key for key in ("material", "name", "eps_r") if getattr(layer, key) is not None]
+        if len(named) != 1:
+            msg = (
+                f"{path}.layers[{i}] gives {' and '.join(named) or 'neither name nor eps_r'}, but "
+                "a layer needs exactly one of material (or name) and eps_r."
+            )
+            raise ConfigError(msg)
+
+
+def _given(table: MaterialTable | RoomMaterial | LayerTable, keys: Sequence[str]) -> dict[str, Any]:
+    return {key: getattr(table, key) for key in keys if getattr(table, key) is not None}
 
 
 def _room_materials(path: str, room: Room) -> Iterator[tuple[str, MaterialSpec]]:
@@ -185,4 +214,5 @@ def _as_table(material: RoomMaterial) -> MaterialTable:
         eps_r=material.eps_r,
         sigma_s_per_m=material.sigma_s_per_m,
         thickness_m=material.thickness_m,
+        layers=material.layers,
     )

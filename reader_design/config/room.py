@@ -18,6 +18,31 @@ class Table(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """One table of the study file: immutable, keys by name only, unknown keys refused."""
 
 
+class LayerTable(Table, frozen=True, kw_only=True):
+    """One layer of a wall: ``layers = [{material = "plasterboard", thickness_m = 0.0125}, ...]``.
+
+    Parameters
+    ----------
+    material, name : str or None
+        Name of the material table in force (`octant materials`); either key, instead of ``eps_r``.
+    eps_r : float or None
+        Real part of the relative permittivity [-], at least 1.
+    sigma_s_per_m : float or None
+        Conductivity [S/m].
+    thickness_m : float or None
+        Thickness [m]; only the last layer may go without, and then fills all that lies behind.
+    """
+
+    material: Name | None = None
+    name: Name | None = None
+    eps_r: Annotated[float, Meta(ge=1.0)] | None = None
+    sigma_s_per_m: NotNegative | None = None
+    thickness_m: Positive | None = None
+
+
+Layers = Annotated[tuple[LayerTable, ...], Meta(min_length=2)]
+
+
 class MaterialTable(Table, frozen=True, kw_only=True):
     """A material written out in the study file.
 
@@ -31,12 +56,16 @@ class MaterialTable(Table, frozen=True, kw_only=True):
         Conductivity [S/m].
     thickness_m : float or None
         Thickness [m] of a finite slab; None makes the wall a half-space.
+    layers : tuple of LayerTable or None
+        Layers from the front (where the mesh's outward normal points; in a parametric room the
+        inside) to the back, instead of all the other keys [-].
     """
 
     name: Name | None = None
     eps_r: Annotated[float, Meta(ge=1.0)] | None = None
     sigma_s_per_m: NotNegative | None = None
     thickness_m: Positive | None = None
+    layers: Layers | None = None
 
 
 MaterialSpec = str | MaterialTable
@@ -47,7 +76,7 @@ class RoomMaterial(Table, frozen=True, kw_only=True):
 
     Parameters
     ----------
-    name, eps_r, sigma_s_per_m, thickness_m : optional
+    name, eps_r, sigma_s_per_m, thickness_m, layers : optional
         As in `MaterialTable`: one material for the whole room ([-], [S/m], [m]).
     walls, floor, ceiling : str, MaterialTable or None
         A material for each kind of surface; all three are given, or none.
@@ -57,6 +86,7 @@ class RoomMaterial(Table, frozen=True, kw_only=True):
     eps_r: Annotated[float, Meta(ge=1.0)] | None = None
     sigma_s_per_m: NotNegative | None = None
     thickness_m: Positive | None = None
+    layers: Layers | None = None
     walls: MaterialSpec | None = None
     floor: MaterialSpec | None = None
     ceiling: MaterialSpec | None = None
@@ -70,8 +100,8 @@ class Placed(Table, frozen=True, kw_only=True):
     name : str or None
         Name of the body; None numbers it by its kind.
     position_m : (3,) tuple of float
-        Lowest corner (box, cabinet), centre of the base (cylinder) or origin (mesh), in the
-        room's frame [m].
+        Lowest corner (box, cabinet), centre of the base (cylinder), centre (sphere) or origin
+        (mesh), in the room's frame [m].
     yaw_deg : float
         Turn about the vertical through ``position_m``, counter-clockwise from above [deg].
     """
@@ -135,6 +165,23 @@ class Cylinder(Placed, frozen=True, kw_only=True, tag_field="kind", tag="cylinde
     material: MaterialSpec
 
 
+class Sphere(Placed, frozen=True, kw_only=True, tag_field="kind", tag="sphere"):
+    """A solid sphere: ``[[room.object]]`` with ``kind = "sphere"``.
+
+    Parameters
+    ----------
+    name, position_m, yaw_deg
+        As in `Placed` ([m], [deg]); the position is the centre.
+    radius_m : float
+        Radius [m].
+    material : str or MaterialTable
+        Its material.
+    """
+
+    radius_m: Positive
+    material: MaterialSpec
+
+
 class MeshObject(Placed, frozen=True, kw_only=True, tag_field="kind", tag="mesh"):
     """An object read from a mesh file: ``[[room.object]]`` with ``kind = "mesh"``.
 
@@ -158,7 +205,7 @@ class MeshObject(Placed, frozen=True, kw_only=True, tag_field="kind", tag="mesh"
     material: MaterialSpec
 
 
-RoomObject = Cabinet | Box | Cylinder | MeshObject
+RoomObject = Cabinet | Box | Cylinder | Sphere | MeshObject
 
 
 class RoomMesh(Table, frozen=True, kw_only=True):

@@ -9,6 +9,7 @@ from typing import Annotated, Literal
 import msgspec
 from msgspec import Meta
 
+from octant.reader_design.config.dock import Dock
 from octant.reader_design.config.room import (
     Name,
     NotNegative,
@@ -21,7 +22,6 @@ from octant.reader_design.config.room import (
 )
 from octant.reader_design.config.track import Track
 
-AntennaKind = Literal["dipole", "monopole", "isotropic_theta"]
 ReaderAntenna = Literal["dipole", "monopole"]
 ReaderModel = Literal["fullwave", "rays", "isolated", "files"]
 
@@ -59,15 +59,22 @@ class Tag(Table, frozen=True, kw_only=True):
     position_m : (3,) tuple of float
         Place in the room's frame [m].
     antenna : str
-        ``dipole`` (half a wave), ``monopole`` (quarter wave) or ``isotropic_theta``.
-    axis : (3,) tuple of float
-        Direction of the antenna's axis [-], of any length but zero.
+        ``dipole`` (half a wave), ``monopole`` (quarter wave), ``patch`` (half a wave square) or
+        ``isotropic_theta``; or a pattern file over the full sphere (FEKO .ffe, HFSS .ffd, CST .ffs,
+        NEC output, MSI/Planet, CSV).
+    axis : (3,) tuple of float or None
+        Direction of the antenna's axis [-], of any length but zero: along the wire, where the patch
+        faces, the file's z axis. None: up, the patch down.
+    azimuth_deg : float
+        Turn of a patch or a file about the axis [deg]; at 0 the patch's resonant side and the
+        file's x axis point along +x, as far as that is across the axis.
     """
 
     id: Name
     position_m: Point
-    antenna: AntennaKind = "dipole"
-    axis: Point = (0.0, 0.0, 1.0)
+    antenna: Name = "dipole"
+    axis: Point | None = None
+    azimuth_deg: float = 0.0
 
 
 class Reader(Table, frozen=True, kw_only=True):
@@ -162,18 +169,31 @@ class Solver(Table, frozen=True, kw_only=True):
     Parameters
     ----------
     max_reflections : int
-        Highest number of reflections of a path [-].
+        Highest number of bends of a path [-]: reflections, and diffractions where there are any.
     diffraction : bool
-        Only false: this release has no diffraction in the room.
+        Whether edges diffract.
+    max_diffractions : int
+        Diffractions of a path [-]: 1, or 2 for those over both edges of one face as well.
     transmission : bool
-        Only false: this release has no transmission through walls.
+        Whether sheets with a thickness let waves through.
+    search : str
+        ``complete`` finds every path; ``rays`` launches rays, for meshes of very many triangles.
+    rays : int
+        Rays launched [-] by ``rays``.
+    faces : str
+        ``flat`` counts triangles as one face where rounding of single-precision coordinates
+        explains what keeps them from being flat; ``as_stored`` only where they are flat exactly.
     standoff_m : float
         How far an antenna that lies on a surface is moved off it, along the normal [m].
     """
 
     max_reflections: Annotated[int, Meta(ge=0, le=12)] = 3
     diffraction: bool = False
+    max_diffractions: Literal[1, 2] = 1
     transmission: bool = False
+    search: Literal["complete", "rays"] = "complete"
+    rays: PositiveCount = 1_000_000
+    faces: Literal["flat", "as_stored"] = "flat"
     standoff_m: Positive = 0.05
 
 
@@ -279,6 +299,8 @@ class Study(Table, frozen=True, kw_only=True):
         None: the study drives no robot.
     track : Track or None
         Trajectory tracking from RSS; None: the study has none.
+    dock : Dock or None
+        Docking at a tagged station; None: the study has none.
     layouts : tuple of Layout
         The tables ``[[layout]]``.
     """
@@ -294,4 +316,5 @@ class Study(Table, frozen=True, kw_only=True):
     map: Map = Map()
     mission: Mission | None = None
     track: Track | None = None
+    dock: Dock | None = None
     layouts: tuple[Layout, ...] = msgspec.field(default=(), name="layout")

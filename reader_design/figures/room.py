@@ -67,6 +67,8 @@ def map_figure(
     bar_label: str,
     limits: tuple[float, float] | None = None,
     colours: str = "viridis",
+    columns: int = 2,
+    levels: int | None = None,
 ) -> "Figure":
     """Return plan views of the room with one common colour bar, axes in [m].
 
@@ -87,23 +89,30 @@ def map_figure(
         of all panels.
     colours : str
         Matplotlib colour map.
+    columns : int
+        Most panels in a row [-].
+    levels : int, optional
+        Number of colours between the limits [-]; default: a smooth bar.
 
     Returns
     -------
     Figure
-        At most two panels in a row; grey where no robot can stand.
+        Grey where no robot can stand.
     """
-    columns = min(len(panels), 2)
+    from matplotlib import colormaps
+
+    columns = min(len(panels), columns)
     rows = -(-len(panels) // columns)
     finite = np.concatenate([p.values[np.isfinite(p.values)] for p in panels])
     extend = "neither" if limits is not None else "both"
     if limits is None:
         limits = tuple(np.quantile(finite, [0.02, 0.998])) if finite.size else (0.0, 1.0)
     extent = plan_shape(plan, x_m, y_m)
+    colour_map = colormaps[colours] if levels is None else colormaps[colours].resampled(levels)
     with figure_style():
         figure, axes = new_figure(
             width_in=1.3 + 4.1 * columns,
-            height_in=0.5 + (0.7 + 3.35 * extent) * rows,
+            height_in=0.6 + 0.25 * title.count("\n") + (0.85 + 3.35 * extent) * rows,
             title=title,
             rows=rows,
             columns=columns,
@@ -118,7 +127,7 @@ def map_figure(
                 y_m,
                 panel.values,
                 shading="nearest",
-                cmap=colours,
+                cmap=colour_map,
                 vmin=limits[0],
                 vmax=limits[1],
                 rasterized=True,

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from octant.em.response_comparison import ResponseDifference
+from octant.reader_design.config.schema import Solver
 from octant.reader_design.report.approximations import approximation_table
 from octant.reader_design.report.html import (
     Report,
@@ -292,11 +293,18 @@ def _room_points(content: StudyContent) -> tuple[str, ...]:
             f"{', ...' if len(scene.bodies) > 12 else ''}) within {size[0]:.4g} x {size[1]:.4g} x "
             f"{size[2]:.4g} m, of {', '.join(scene.material_names)}"
         ),
-        (
-            f"paths of up to {study.solver.max_reflections} reflections; no diffraction and no "
-            "transmission through walls"
-        ),
+        _paths_point(study.solver),
     )
+
+
+def _paths_point(solver: Solver) -> str:
+    """Return in words which paths the room's model includes."""
+    over = "no diffraction"
+    if solver.diffraction:
+        over = f"up to {solver.max_diffractions} of them over edges (uniform theory of diffraction)"
+    through = "through sheets with a thickness" if solver.transmission else "none through walls"
+    how = f", as far as {solver.rays:g} rays find them" if solver.search == "rays" else ""
+    return f"paths of up to {solver.max_reflections} bends, {over}, {through}{how}"
 
 
 def _mission_section(

@@ -7,7 +7,7 @@ import msgspec
 import numpy as np
 
 from octant.em.materials import Material, material
-from octant.geometries.furniture import box, cabinet, cylinder, mesh_object
+from octant.geometries.furniture import box, cabinet, cylinder, mesh_object, sphere
 from octant.geometries.mesh_files import Body, load_bodies
 from octant.geometries.rooms import Doorway, box_room, prism_room
 from octant.reader_design.config.materials import (
@@ -24,6 +24,7 @@ from octant.reader_design.config.room import (
     RoomMaterial,
     RoomMesh,
     RoomObject,
+    Sphere,
 )
 from octant.reader_design.config.schema import Study
 
@@ -129,6 +130,8 @@ def _object(item: RoomObject, *, name: str) -> tuple[Body, ...]:
     if isinstance(item, Cylinder):
         size = (item.radius_m, item.height_m)
         return (cylinder(*size, material=label, position_m=where, yaw_deg=yaw, name=name),)
+    if isinstance(item, Sphere):
+        return (sphere(item.radius_m, material=label, position_m=where, yaw_deg=yaw, name=name),)
     make = cabinet if isinstance(item, Cabinet) else box
     return (make(item.size_m, material=label, position_m=where, yaw_deg=yaw, name=name),)
 

@@ -1,22 +1,28 @@
 """From a study to what the radio model computes with: scene, materials, tags in their places."""
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from octant.em.antennas import Antenna, make_antenna
+from octant.em.antennas import Antenna
+from octant.em.candidates import Candidates, search_candidates
 from octant.em.radio_scene import RadioScene, radio_scene
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import ConfigError, OctantError
 from octant.geometries.scene import Scene, build_scene
+from octant.geometries.wedges import find_wedges
 from octant.reader_design.config.checks import rooms_of
 from octant.reader_design.config.errors import unknown_name
 from octant.reader_design.config.schema import Layout, Radio, Study, Tag
+from octant.reader_design.rooms.antennas import named_antenna
 from octant.reader_design.rooms.bodies import object_bodies, room_bodies, study_materials
 
 FloatArray = npt.NDArray[np.float64]
+
+COORDINATE_BITS = {"flat": 24, "as_stored": 53}
+"""Bits [-] of the coordinates that ``solver.faces`` takes for exact: of single or double precision.
+"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -133,10 +139,19 @@ def build_study_scene(study: Study, layout: Layout | None = None) -> StudyScene:
     """
     where = "" if layout is None else f"in layout {layout.name!r}: "
     room = rooms_of(study, layout)
-    scene = build_scene(room_bodies(room), objects=object_bodies(room.objects))
+    scene = build_scene(
+        room_bodies(room),
+        objects=object_bodies(room.objects),
+        coordinate_bits=COORDINATE_BITS[study.solver.faces],
+    )
     try:
         materials = study_materials(study)
-        radios = tuple(radio_scene(scene, f, materials) for f in study.radio.frequencies_hz)
+        wedges = find_wedges(scene) if study.solver.diffraction else None
+        through = study.solver.transmission
+        radios = tuple(
+            radio_scene(scene, f, materials, transmission=through, wedges=wedges)
+            for f in study.radio.frequencies_hz
+        )
         tags, notes = place_tags(study, scene)
         reader_z_m = scene.floor_height_m + study.reader.height_m
         map_z_m = scene.floor_height_m + (study.map.height_m or study.reader.height_m)
@@ -155,6 +170,75 @@ def build_study_scene(study: Study, layout: Layout | None = None) -> StudyScene:
         reader_z_m=reader_z_m,
         map_z_m=map_z_m,
         notes=tuple(where + note for note in notes),
+    )
+
+
+def radio_at(study: Study, built: StudyScene, frequency_hz: float) -> RadioScene:
+    """Return the room of a study at a frequency that may be none of its channels.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    built : StudyScene
+        One of its rooms.
+    frequency_hz : float
+        Frequency [Hz].
+
+    Returns
+    -------
+    RadioScene
+        With the same edges and sheets as the study's own.
+    """
+    for radio in built.radios:
+        if radio.frequency_hz == frequency_hz:
+            return radio
+    return radio_scene(
+        built.scene,
+        frequency_hz,
+        study_materials(study),
+        transmission=study.solver.transmission,
+        wedges=built.radios[0].wedges,
+    )
+
+
+def candidates_from(
+    study: Study,
+    radio: RadioScene,
+    source_m: npt.ArrayLike,
+    *,
+    max_reflections: int | None = None,
+    region_m: npt.ArrayLike | None = None,
+) -> Candidates:
+    """Return the candidates for paths from a place, searched as the study's solver says.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    radio : RadioScene
+        Its room at one frequency.
+    source_m : (3,) array_like
+        Place of the source [m].
+    max_reflections : int or None
+        Greatest order [-]; None: the study's.
+    region_m : (2, 3) array_like or None
+        Box [m] that all receivers lie in; None: the room.
+
+    Returns
+    -------
+    Candidates
+        Images and ways over edges.
+    """
+    solver = study.solver
+    return search_candidates(
+        radio,
+        source_m,
+        solver.max_reflections if max_reflections is None else max_reflections,
+        max_diffractions=solver.max_diffractions,
+        search=solver.search,
+        rays=solver.rays,
+        region_m=region_m,
     )
 
 
@@ -196,7 +280,7 @@ def place_tags(study: Study, scene: Scene) -> tuple[tuple[PlacedTag, ...], tuple
                 id=tag.id,
                 position_m=position,
                 given_m=np.array(tag.position_m),
-                antennas=_tag_antennas(tag, study.radio),
+                antennas=_tag_antennas(tag, study.radio, key=f"tag[{i}].antenna"),
             )
         )
     return tuple(placed), tuple(notes)
@@ -255,14 +339,17 @@ def place_antenna(
     return np.asarray(points[0], dtype=np.float64), note
 
 
-def _tag_antennas(tag: Tag, radio: Radio) -> tuple[Antenna, ...]:
-    length = math.hypot(*tag.axis)
-    axis = [c / length for c in tag.axis]
-    cut = make_antenna(tag.antenna, radio.frequency_hz, axis=axis)
-    same = None if tag.antenna == "isotropic_theta" else cut.length_m
-    return tuple(
-        make_antenna(tag.antenna, f, length_m=same, axis=axis) for f in radio.frequencies_hz
-    )
+def _tag_antennas(tag: Tag, radio: Radio, *, key: str) -> tuple[Antenna, ...]:
+    antennas: list[Antenna] = []
+    cut = None
+    for f in (radio.frequency_hz, *radio.frequencies_hz):
+        antennas.append(
+            named_antenna(
+                tag.antenna, f, key=key, axis=tag.axis, azimuth_deg=tag.azimuth_deg, length_m=cut
+            )
+        )
+        cut = antennas[0].length_m or None  # the same metal at all frequencies
+    return tuple(antennas[1:])
 
 
 def _check_start(study: Study, scene: Scene, reader_z_m: float) -> None:

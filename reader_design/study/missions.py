@@ -129,6 +129,9 @@ def tag_link(
             response=response,
             reader_height_m=study.reader.height_m if height_m is None else height_m,
             max_reflections=study.solver.max_reflections,
+            max_diffractions=study.solver.max_diffractions,
+            search=study.solver.search,
+            rays=study.solver.rays,
         )
         for radio, antenna, response in zip(built.radios, tag.antennas, responses, strict=True)
     ]

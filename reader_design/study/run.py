@@ -32,7 +32,6 @@ from octant.reader_design.sweep.design import content_hash, design_responses
 from octant.reader_design.sweep.run import plan_sweep, run_sweep
 from octant.reader_design.sweep.samples import Sampling
 from octant.reader_design.tables import put_table
-from octant.reader_design.verbs.arguments import DRIVE_KERNELS, kernels_for
 
 QUICK_RUNS = 3
 """Runs of a mission in a quick look [-]."""
@@ -142,7 +141,6 @@ def run_study(
         rooms = list(_rooms(study, context.built))
         for note in dict.fromkeys(n for _, _, built in rooms for n in built.notes):
             progress.say(note)
-        progress.announce_compilation(kernels_for(study.reader.response, *DRIVE_KERNELS))
         write_text(out_dir / "study.toml", text)
         cells = run_sweep(
             plan_sweep(context), out_dir / "cells", executor=executor, progress=progress

@@ -14,6 +14,7 @@ from dataclasses import asdict, dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from octant.em.antennas import Antenna
 from octant.em.radio_scene import radio_scene
 from octant.em.reader_response import ReaderResponse
 from octant.em.received_power import ReaderLink, channel_average, reader_link
@@ -145,7 +146,7 @@ def scene_fingerprint(built: StudyScene) -> str:
         digest.update(np.ascontiguousarray(body.faces).tobytes())
         bodies.append([body.material, digest.hexdigest()])
     tags = [
-        [tag.id, tag.position_m.tolist(), a.kind, a.frequency_hz, a.length_m, a.axis.tolist()]
+        [tag.id, tag.position_m.tolist(), *_antenna_inputs(a)]
         for tag in built.tags
         for a in tag.antennas
     ]
@@ -158,6 +159,13 @@ def scene_fingerprint(built: StudyScene) -> str:
             "heights_m": [built.reader_z_m, built.map_z_m],
         }
     )
+
+
+def _antenna_inputs(antenna: Antenna) -> list[object]:
+    table = b"" if antenna.pattern is None else antenna.pattern.tobytes()
+    turn = [antenna.axis.tolist(), antenna.azimuth_rad]
+    size = [antenna.frequency_hz, antenna.length_m]
+    return [antenna.kind, *size, *turn, hashlib.sha256(table).hexdigest()]
 
 
 def cell_key(context: SweepContext, design: ReaderDesign, *, fingerprint: str) -> str:

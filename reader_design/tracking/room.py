@@ -206,7 +206,7 @@ def _field(
     axis = grid_axis_m(-REACH_M - 0.5, REACH_M + 0.5, spacing_m=TRACE_SPACING_M)
     field = trace_image_field(
         built.scene,
-        radio_scene(built.scene, carrier, materials),
+        radio_scene(built.scene, carrier, materials, transmission=study.solver.transmission),
         [((*tag[:2], tag[2] + z_m), make_antenna("dipole", carrier)) for tag in tags],
         receiver=make_antenna("isotropic_theta", carrier),
         x_m=axis,

@@ -2,9 +2,12 @@
 
 import math
 from collections.abc import Callable
-from typing import Any, TypeVar
+from functools import wraps
+from typing import Any, TypeVar, cast
 
 import click
+
+from octant.reader_design.progress import Progress
 
 Decorated = TypeVar("Decorated", bound=Callable[..., Any])
 
@@ -56,46 +59,9 @@ class PointType(click.ParamType[tuple[float, float, float]]):
 
 POINT = PointType()
 
-PATH_KERNELS = ("em._path_kernels", "em._field_kernels")
-"""Kernels that single paths need."""
-POWER_KERNELS = ("em._power_kernels", "em._response_kernels")
-"""Kernels that received power needs."""
-DRIVE_KERNELS = (*POWER_KERNELS, "navigation._fuzzy_kernels")
-"""Kernels that missions need."""
-TRACK_KERNELS = (
-    *PATH_KERNELS,
-    "em._image_field_kernels",
-    "navigation._fuzzy_kernels",
-    "navigation._rss_map_kernels",
-    "navigation.tracking._feedback_kernels",
-    "navigation.tracking._ilqr_kernels",
-    "navigation.tracking._optimal_kernels",
-)
-"""Kernels that trajectory tracking needs."""
-FULLWAVE_KERNELS = ("em.fullwave._rwg_kernels", "em.fullwave._far_kernels")
-"""Kernels that the full-wave response of the reader needs."""
-
-
-def kernels_for(model: str, *needed: str) -> tuple[str, ...]:
-    """Return the kernels that are needed, with those of the reader's model.
-
-    Parameters
-    ----------
-    model : str
-        ``reader.response`` of the study [-].
-    *needed : str
-        Kernels that are needed in any case.
-
-    Returns
-    -------
-    tuple of str
-        For :meth:`octant.reader_design.progress.Progress.announce_compilation` [-].
-    """
-    return (*FULLWAVE_KERNELS, *needed) if model == "fullwave" else needed
-
 
 def common_options(command: Decorated) -> Decorated:
-    """Return a command that also takes ``--quiet`` and ``--force``.
+    """Return a command that also takes ``--quiet`` and ``--force``, and announces compilation.
 
     Parameters
     ----------
@@ -107,6 +73,14 @@ def common_options(command: Decorated) -> Decorated:
     callable
         The same, with the two options [-].
     """
+
+    @wraps(command)
+    def announcing(*args: Any, quiet: bool, **options: Any) -> Any:  # noqa: ANN401
+        from octant.reader_design.compilation import FIRST_USE, recorded_compilation
+
+        with recorded_compilation(lambda: Progress(quiet=quiet).say(FIRST_USE)):
+            return command(*args, quiet=quiet, **options)
+
     force = click.option("--force", is_flag=True, help="Overwrite files that exist.")
     quiet = click.option("--quiet", "-q", is_flag=True, help="No progress and no messages.")
-    return quiet(force(command))
+    return cast("Decorated", quiet(force(announcing)))

@@ -1,7 +1,5 @@
 """``octant map``: received power over the floor of a study's room."""
 
-import math
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,16 +10,10 @@ import numpy.typing as npt
 from octant.geometries.errors import ConfigError
 from octant.reader_design.config.schema import Study
 from octant.reader_design.progress import Progress
-from octant.reader_design.rooms.map_grid import LARGEST_MAP, map_axes_m
-from octant.reader_design.verbs.arguments import POWER_KERNELS, common_options, kernels_for
+from octant.reader_design.verbs.arguments import common_options
 
 if TYPE_CHECKING:
-    import xarray as xr
-
-    from octant.em.blocks import Progress as BlockProgress
     from octant.em.radio_map import RadioMap
-    from octant.em.reader_response import ReaderResponse
-    from octant.reader_design.rooms.study_scene import PlacedTag, StudyScene
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -35,6 +27,13 @@ FloatArray = npt.NDArray[np.float64]
 @click.option("--antenna", type=click.IntRange(min=1), help="Only this antenna of the reader.")
 @click.option("--isotropic", is_flag=True, help="One isotropic_theta antenna, no reader.")
 @click.option("--local-mean", is_flag=True, help="Add the power sum over paths.")
+@click.option("--local-mean-disc", is_flag=True, help="Add the mean over a disc of one wavelength.")
+@click.option("--spreads", is_flag=True, help="Add delay spread and angular spreads.")
+@click.option(
+    "--figures",
+    type=click.Path(path_type=Path, file_okay=False),
+    help="Folder for figures of everything that is mapped; adds the power sum.",
+)
 @common_options
 def radio_map(
     *,
@@ -44,15 +43,29 @@ def radio_map(
     antenna: int | None,
     isotropic: bool,
     local_mean: bool,
+    local_mean_disc: bool,
+    spreads: bool,
+    figures: Path | None,
     force: bool,
     quiet: bool,
 ) -> None:
     """Map what the reader of STUDY receives from its tags, over the floor of the room.
 
     The robot's heading is that of the mission, or 90 degrees. Writes rss_w (coherent) and
-    path_count; 0 W where no path arrives.
+    path_count, and for the whole reader the strongest antenna and the bearing error of the
+    RSS-weighted vector sum; 0 W where no path arrives. Spreads are those of the channel between the
+    tag and an isotropic_theta antenna at the carrier.
     """
+    from octant.em.disc_mean import DISC_PLACES
     from octant.reader_design.config.loading import load_study
+    from octant.reader_design.rooms.map_grid import map_axes_m
+    from octant.reader_design.rooms.map_layers import (
+        TagLayers,
+        disc_map,
+        map_dataset,
+        spread_map,
+        tag_map,
+    )
     from octant.reader_design.rooms.study_scene import build_study_scene
     from octant.reader_design.store import refuse_overwrite, write_dataset
     from octant.reader_design.study.missions import study_responses
@@ -64,7 +77,7 @@ def radio_map(
     if antenna is not None and antenna > loaded.reader.antennas:
         msg = f"--antenna is {antenna}, but the reader has antennas 1 to {loaded.reader.antennas}."
         raise ConfigError(msg)
-    refuse_overwrite(out, force=force)
+    refuse_overwrite(out, *_pages(figures), force=force)
     built = build_study_scene(loaded)
     tags = [built.tag(tag_id) for tag_id in tag_ids] or list(built.tags)
     if not tags:
@@ -76,27 +89,40 @@ def radio_map(
     progress = Progress(quiet=quiet)
     for note in built.notes:
         progress.say(note)
-    model = "isotropic" if isotropic else loaded.reader.response
-    progress.announce_compilation(kernels_for(model, *POWER_KERNELS))
     responses = () if isotropic else study_responses(loaded)
-    maps = []
+    layers = []
+    places = axes[0].size * axes[1].size
     for tag in tags:
-        with progress.count(axes[0].size * axes[1].size, label=f"tag {tag.id}") as done:
-
-            def told(rows: int, _: int) -> None:
-                done(rows)
-
-            maps.append(_tag_map(loaded, built, tag, responses, axes=axes, told=told))
-    data = _dataset(loaded, tags, maps, antenna=antenna, local_mean=local_mean)
+        with progress.count(places, label=f"tag {tag.id}") as done:
+            one = tag_map(loaded, built, tag, responses, axes=axes, told=done)
+        disc = spread = None
+        if local_mean_disc:
+            with progress.count(DISC_PLACES, label=f"tag {tag.id}, discs") as done:
+                disc = disc_map(loaded, built, tag, responses, axes=axes, told=done)
+        if spreads:
+            with progress.count(places, label=f"tag {tag.id}, spreads") as done:
+                spread = spread_map(loaded, built, tag, axes=axes, told=done)
+        layers.append(TagLayers(tag=tag, power=one, disc_mean_w=disc, spreads=spread))
+    data = map_dataset(
+        loaded, layers, antenna=antenna, local_mean=local_mean or figures is not None
+    )
     write_dataset(data, out, force=force)
-    for tag, one in zip(tags, maps, strict=True):
-        click.echo(_summary_line(tag.id, one))
+    if figures is not None:
+        from octant.reader_design.figures.common import save_figure
+        from octant.reader_design.figures.maps import map_pages
+
+        for name, figure in map_pages(data, built):
+            save_figure(figure, figures / name)
+    for layer in layers:
+        click.echo(_summary_line(layer.tag.id, layer.power))
     click.echo(f"written: {out}")
 
 
 def _refuse_huge(
     study: Study, axes: tuple[FloatArray, FloatArray], *, tags: int, receivers: int
 ) -> None:
+    from octant.reader_design.rooms.map_grid import LARGEST_MAP
+
     values = axes[0].size * axes[1].size * tags * receivers
     if values > LARGEST_MAP:
         msg = (
@@ -106,110 +132,13 @@ def _refuse_huge(
         raise ConfigError(msg)
 
 
-def _tag_map(
-    study: Study,
-    built: "StudyScene",
-    tag: "PlacedTag",
-    responses: Sequence["ReaderResponse"],
-    *,
-    axes: tuple[FloatArray, FloatArray],
-    told: "BlockProgress",
-) -> "RadioMap":
-    from dataclasses import replace
+def _pages(folder: Path | None) -> list[Path]:
+    """Return the figures that may be written."""
+    if folder is None:
+        return []
+    from octant.reader_design.figures.maps import PAGES
 
-    from octant.em.antennas import make_antenna
-    from octant.em.image_search import search_images
-    from octant.em.radio_map import map_antenna, map_reader
-    from octant.reader_design.study.missions import tag_link
-
-    x_m, y_m = axes
-    if responses:
-        link = tag_link(study, built, tag, responses, height_m=study.map.height_m)
-        heading = math.radians(_heading_deg(study))
-        return map_reader(link, x_m=x_m, y_m=y_m, heading_rad=heading, progress=told)
-    tree = search_images(built.scene, tag.position_m, study.solver.max_reflections)
-    maps = [
-        map_antenna(
-            radio,
-            tree,
-            x_m=x_m,
-            y_m=y_m,
-            z_m=built.map_z_m,
-            transmitter=sender,
-            receiver=make_antenna("isotropic_theta", radio.frequency_hz),
-            power_w=study.radio.tag_power_w,
-            progress=told,
-        )
-        for radio, sender in zip(built.radios, tag.antennas, strict=True)
-    ]
-    return replace(
-        maps[0],
-        coherent_w=np.mean([m.coherent_w for m in maps], axis=0),
-        local_mean_w=np.mean([m.local_mean_w for m in maps], axis=0),
-    )
-
-
-def _heading_deg(study: Study) -> float:
-    return 90.0 if study.mission is None else study.mission.heading_deg
-
-
-def _dataset(
-    study: Study,
-    tags: Sequence["PlacedTag"],
-    maps: Sequence["RadioMap"],
-    *,
-    antenna: int | None,
-    local_mean: bool,
-) -> "xr.Dataset":
-    from octant.reader_design.config.loading import to_toml
-    from octant.reader_design.store import dataset, variable
-
-    of_reader = maps[0].coherent_w.ndim == 3
-    chosen = slice(None) if antenna is None else slice(antenna - 1, antenna)
-    dims = ["tag", "x", "y", "antenna"] if of_reader else ["tag", "x", "y"]
-
-    def stacked(name: str) -> FloatArray:
-        values = np.stack([getattr(one, name) for one in maps])
-        return np.asarray(values[..., chosen] if of_reader else values)
-
-    first = maps[0]
-    coordinates = {
-        "tag": variable(["tag"], [tag.id for tag in tags], units="1", long_name="tag"),
-        "x": variable(["x"], first.x_m, units="m", long_name="x in the room"),
-        "y": variable(["y"], first.y_m, units="m", long_name="y in the room"),
-        "z": variable([], first.z_m, units="m", long_name="height of the receiver"),
-    }
-    variables = {
-        "rss_w": variable(
-            dims, stacked("coherent_w"), units="W", long_name="received power, coherent sum"
-        ),
-        "path_count": variable(
-            dims[:3],
-            np.stack([one.path_count for one in maps]),
-            units="1",
-            long_name="number of paths that arrive",
-        ),
-    }
-    if of_reader:
-        numbers = np.arange(1, study.reader.antennas + 1)[chosen]
-        coordinates["antenna"] = variable(
-            ["antenna"], numbers, units="1", long_name="antenna of the reader"
-        )
-        coordinates["heading"] = variable(
-            [], _heading_deg(study), units="degree", long_name="heading of the robot"
-        )
-    if local_mean:
-        variables["rss_local_mean_w"] = variable(
-            dims, stacked("local_mean_w"), units="W", long_name="received power, sum over paths"
-        )
-    return dataset(
-        variables,
-        coordinates=coordinates,
-        study_toml=to_toml(study),
-        seed=study.seed,
-        title=f"{study.name}: received power over the floor",
-        attributes={"receiver": "reader" if of_reader else "isotropic_theta"},
-    )
+    return [folder / name for name in PAGES]
 
 
 def _summary_line(tag_id: str, one: "RadioMap") -> str:

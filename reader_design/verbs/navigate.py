@@ -8,7 +8,7 @@ import click
 import numpy as np
 
 from octant.reader_design.progress import Progress
-from octant.reader_design.verbs.arguments import DRIVE_KERNELS, common_options, kernels_for
+from octant.reader_design.verbs.arguments import common_options
 
 if TYPE_CHECKING:
     from octant.navigation.metrics import MissionMetrics
@@ -50,7 +50,6 @@ def navigate(
     progress = Progress(quiet=quiet)
     for note in built.notes:
         progress.say(note)
-    progress.announce_compilation(kernels_for(loaded.reader.response, *DRIVE_KERNELS))
     design = design_of(loaded.reader)
     responses = study_responses(loaded)
     number = table.runs if runs is None else runs

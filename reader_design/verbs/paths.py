@@ -2,7 +2,6 @@
 
 from collections import deque
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,19 +12,13 @@ import numpy.typing as npt
 from octant.geometries.errors import ConfigError
 from octant.reader_design.progress import Progress
 from octant.reader_design.verbs.arguments import (
-    PATH_KERNELS,
     POINT,
-    POWER_KERNELS,
     common_options,
-    kernels_for,
 )
+from octant.reader_design.verbs.ends import EndAntenna, PathLink, path_options, study_link
 
 if TYPE_CHECKING:
-    from octant.em.antennas import Antenna
-    from octant.em.image_search import ImageTree
     from octant.em.paths import PathGains, PathSet
-    from octant.em.radio_scene import RadioScene
-    from octant.geometries.scene import Scene
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -44,21 +37,9 @@ PATH_COLUMNS = (
     "phase_deg",
     "vertices",
 )
-ANTENNAS = click.Choice(["dipole", "monopole", "isotropic_theta"])
 NANOSECONDS_PER_SECOND = 1e9
 RECEIVERS_PER_BLOCK = 512
 LISTED_RECEIVERS = 50
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Link:
-    """What is traced: scene, images of the transmitter, receivers and the two antennas."""
-
-    radio: "RadioScene"
-    tree: "ImageTree"
-    receivers_m: FloatArray
-    transmitter: "Antenna"
-    receiver: "Antenna"
 
 
 @click.command()
@@ -66,11 +47,7 @@ class _Link:
 @click.option("--tx", type=POINT, required=True, help="Transmitter [m].")
 @click.option("--rx", type=POINT, multiple=True, help="Receiver [m]; may be repeated.")
 @click.option("--rx-file", type=click.Path(path_type=Path), help="CSV with x_m,y_m,z_m.")
-@click.option(
-    "--max-reflections", type=click.IntRange(0, 12), help="Highest order; default: the study's."
-)
-@click.option("--tx-antenna", type=ANTENNAS, default="dipole", show_default=True)
-@click.option("--rx-antenna", type=ANTENNAS, default="dipole", show_default=True)
+@path_options
 @click.option("--csv", "csv_file", help="Write one row a path here; - for stdout.")
 @common_options
 def paths(
@@ -80,28 +57,20 @@ def paths(
     rx: tuple[tuple[float, float, float], ...],
     rx_file: Path | None,
     max_reflections: int | None,
-    tx_antenna: str,
-    rx_antenna: str,
+    antennas: tuple[EndAntenna, EndAntenna],
     csv_file: str | None,
     force: bool,
     quiet: bool,
 ) -> None:
     """Find every path from --tx to each --rx in the room of STUDY.
 
-    Antennas are vertical; the gain between them includes the free-space loss. Receivers are
-    numbered from 0 in the order given, --rx before --rx-file. One without any path is a result.
+    The gain between the two antennas includes the free-space loss. Receivers are numbered from 0 in
+    the order given, --rx before --rx-file. One without any path is a result.
     Coherent: |sum of the gains|^2; power sum: sum of |gain|^2.
     """
-    from octant.em.antennas import make_antenna
-    from octant.em.image_search import search_images
-    from octant.em.radio_scene import radio_scene
-    from octant.reader_design.config.loading import load_study
-    from octant.reader_design.rooms.bodies import study_materials
-    from octant.reader_design.rooms.study_scene import build_study_scene, place_antenna
     from octant.reader_design.store import refuse_overwrite
     from octant.reader_design.tables import put_table, read_columns
 
-    loaded = load_study(study)
     if csv_file not in {None, "-"}:
         refuse_overwrite(Path(str(csv_file)), force=force)
     given = np.array(rx, dtype=np.float64).reshape(-1, 3)
@@ -110,26 +79,15 @@ def paths(
     if len(given) == 0:
         msg = "no receiver is given; add --rx X,Y,Z or --rx-file FILE.csv."
         raise ConfigError(msg)
-    progress = Progress(quiet=quiet)
-    built = build_study_scene(loaded)
-    standoff_m = loaded.solver.standoff_m
-    source, note = place_antenna(built.scene, tx, standoff_m, name="transmitter", key="--tx")
-    receivers, notes = _stood_off(built.scene, given, standoff_m)
-    _refuse_same_place(source, receivers)
-    for line in filter(None, (note, *notes)):
-        progress.say(line)
-    progress.announce_compilation(PATH_KERNELS)
-    order = loaded.solver.max_reflections if max_reflections is None else max_reflections
-    region = _region(built.scene, source, receivers)
-    frequency_hz = loaded.radio.frequency_hz
-    link = _Link(
-        radio=radio_scene(built.scene, frequency_hz, study_materials(loaded)),
-        tree=search_images(built.scene, source, order, region_m=region),
-        receivers_m=receivers,
-        transmitter=make_antenna(tx_antenna, frequency_hz),
-        receiver=make_antenna(rx_antenna, frequency_hz),
+    link = study_link(
+        study,
+        tx,
+        given,
+        antennas=antennas,
+        max_reflections=max_reflections,
+        progress=Progress(quiet=quiet),
     )
-    sums = np.zeros((len(receivers), 3))
+    sums = np.zeros((len(link.receivers_m), 3))
     blocks = _traced(link, sums)
     if csv_file is None:
         deque(blocks, maxlen=0)
@@ -140,45 +98,13 @@ def paths(
         click.echo(line, err=csv_file == "-")
 
 
-def _stood_off(
-    scene: "Scene", receivers_m: FloatArray, standoff_m: float
-) -> tuple[FloatArray, list[str]]:
-    moved_to, moved = scene.stand_off(receivers_m, standoff_m)
-    notes = [
-        f"receiver {i} at {receivers_m[i].tolist()} m lies on a surface and is moved off it, "
-        f"to {np.round(moved_to[i], 9).tolist()} m (solver.standoff_m)."
-        for i in np.flatnonzero(moved)
-    ]
-    return moved_to, notes
-
-
-def _refuse_same_place(source_m: FloatArray, receivers_m: FloatArray) -> None:
-    distance_m = np.linalg.norm(receivers_m - source_m, axis=1)
-    nearest = int(np.argmin(distance_m))
-    if distance_m[nearest] < 1e-6:
-        msg = (
-            f"receiver {nearest} stands at the transmitter's own place {source_m.tolist()} m, "
-            "where there is no path to speak of; move one of them."
-        )
-        raise ConfigError(msg)
-
-
-def _region(scene: "Scene", source_m: FloatArray, receivers_m: FloatArray) -> FloatArray | None:
-    """Return a box around everything when a receiver is outside the scene, else None."""
-    low, high = scene.bounds_m
-    if bool(((receivers_m >= low) & (receivers_m <= high)).all()):
-        return None
-    points = np.concatenate([scene.bounds_m, source_m[None, :], receivers_m])
-    return np.stack([points.min(axis=0), points.max(axis=0)])
-
-
-def _traced(link: _Link, sums: FloatArray) -> "Iterator[tuple[int, PathSet, PathGains]]":
+def _traced(link: PathLink, sums: FloatArray) -> "Iterator[tuple[int, PathSet, PathGains]]":
     """Yield blocks of paths; ``sums`` gets paths, |sum g|^2 and sum |g|^2 [-] per receiver."""
     from octant.em.paths import path_gains, trace_paths
 
     for first in range(0, len(link.receivers_m), RECEIVERS_PER_BLOCK):
         block = link.receivers_m[first : first + RECEIVERS_PER_BLOCK]
-        found = trace_paths(link.radio, link.tree, block)
+        found = trace_paths(link.radio, link.tree, block, edges=link.edges)
         gains = path_gains(link.radio, found, transmitter=link.transmitter, receiver=link.receiver)
         field = np.zeros(len(block), dtype=np.complex128)
         np.add.at(field, found.receiver, gains.gain)
@@ -200,7 +126,7 @@ def _rows(first: int, found: "PathSet", gains: "PathGains") -> Iterator[Sequence
             first + int(found.receiver[k]),
             int(number[k]),
             int(found.order[k]),
-            ",".join("R" * int(found.order[k])),
+            ",".join(found.letters_of(k)),
             float(gains.length_m[k]),
             float(delay_ns[k]),
             *departure[k].tolist(),
@@ -211,7 +137,7 @@ def _rows(first: int, found: "PathSet", gains: "PathGains") -> Iterator[Sequence
         )
 
 
-def _summary(link: _Link, sums: FloatArray, *, shorten: bool) -> Iterator[str]:
+def _summary(link: PathLink, sums: FloatArray, *, shorten: bool) -> Iterator[str]:
     coherent_db, power_db = decibels(sums[:, 1]), decibels(sums[:, 2])
     names = ("rx", "x_m", "y_m", "z_m", "paths", "coherent_db", "power_sum_db")
     widths = (6, 9, 9, 9, 6, 12, 13)
@@ -232,6 +158,11 @@ def _summary(link: _Link, sums: FloatArray, *, shorten: bool) -> Iterator[str]:
             f"order {order}: {tree.considered[order]} sequences considered, "
             f"{tree.pruned[order]} pruned, {tree.merged[order]} merged, "
             f"{tree.kept[order]} images kept."
+        )
+    if link.edges is not None:
+        yield (
+            f"edges: {link.edges.considered} ways over {len(link.radio.wedges)} wedges considered, "
+            f"{link.edges.considered - link.edges.kept} pruned, {link.edges.kept} kept."
         )
 
 
@@ -290,7 +221,6 @@ def rss(
     progress = Progress(quiet=quiet)
     for note in built.notes:
         progress.say(note)
-    progress.announce_compilation(kernels_for(loaded.reader.response, *POWER_KERNELS))
     link = tag_link(loaded, built, tag, study_responses(loaded))
     radians = given * (1.0, 1.0, np.pi / 180.0)
     header = ["x_m", "y_m", "heading_deg", *(f"rss_{i + 1}_w" for i in range(link.antennas))]

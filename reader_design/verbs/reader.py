@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from octant.geometries.errors import ConfigError, PhysicsWarning
 from octant.reader_design.progress import Progress
-from octant.reader_design.verbs.arguments import common_options, kernels_for
+from octant.reader_design.verbs.arguments import common_options
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -86,7 +86,6 @@ def reader(
     files = {name: out / name for name in names}
     refuse_overwrite(*files.values(), force=force)
     progress = Progress(quiet=quiet)
-    progress.announce_compilation(kernels_for(chosen))
     response, result = _solved(loaded, design, chosen)
     for note in (*design.notes(), *response.warnings):
         warnings.warn(note, PhysicsWarning, stacklevel=1)

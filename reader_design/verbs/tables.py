@@ -22,7 +22,7 @@ HERTZ_PER_GIGAHERTZ = 1e9
 def materials(frequency_ghz: float) -> None:
     """List the materials that a study can name, at one frequency.
 
-    Permittivity and conductivity follow ITU-R P.2040-3; a dash stands where the recommendation
+    Permittivity and conductivity follow ITU-R P.2040-4; a dash stands where the recommendation
     gives no value at this frequency.
     """
     from octant.em.materials import material_table

@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from octant.reader_design.progress import Progress
-from octant.reader_design.verbs.arguments import TRACK_KERNELS, common_options
+from octant.reader_design.verbs.arguments import common_options
 
 
 @click.command()
@@ -30,9 +30,7 @@ def track(*, study: Path | None, out: Path, force: bool, quiet: bool) -> None:
     from octant.reader_design.tracking.run import run_tracking
 
     loaded = load_study(study, built_in="track_study")
-    progress = Progress(quiet=quiet)
-    progress.announce_compilation(TRACK_KERNELS)
-    content = run_tracking(loaded, out, force=force, progress=progress)
+    content = run_tracking(loaded, out, force=force, progress=Progress(quiet=quiet))
     for line in summary_lines(content):
         click.echo(line)
     click.echo(f"written: {out / 'report.html'}, results.nc, tables and figures")

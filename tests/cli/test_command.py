@@ -25,7 +25,7 @@ def test_help_lists_every_verb_on_stdout(octant, argument):
     call = octant(*([argument] if argument else []))
     assert call.code == 0
     assert call.err == ""
-    for verb in ("study", "map", "paths", "rss", "audit", "materials", "navigate"):
+    for verb in ("study", "map", "paths", "rss", "audit", "materials", "navigate", "dock"):
         assert f"\n  {verb} " in call.out
 
 
@@ -41,6 +41,18 @@ def test_help_imports_nothing_heavy():
         "import sys; from octant.reader_design.cli import run; run(['--help']);"
         "heavy = {'numpy', 'numba', 'scipy', 'trimesh', 'xarray', 'matplotlib', 'tqdm'};"
         "sys.exit(','.join(heavy & set(sys.modules)) or 0)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_help_of_a_verb_imports_nothing_slow():
+    """numba alone takes a second; half a second is what a person waits for a help page."""
+    code = (
+        "import sys; from octant.reader_design.cli import VERBS, run;"
+        "[run([verb, '--help']) for verb in VERBS];"
+        "slow = {'numba', 'scipy', 'trimesh', 'xarray', 'matplotlib'};"
+        "sys.exit(','.join(slow & set(sys.modules)) or 0)"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (0, "")

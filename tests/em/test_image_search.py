@@ -1,15 +1,20 @@
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import fields, replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from slow_images import paths as slow_paths
+from slow_images import sequences as slow_sequences
 
+from octant.em import image_search
 from octant.em.image_search import search_images
 from octant.em.paths import trace_paths
 from octant.em.radio_scene import radio_scene
 from octant.geometries.bodies import Body
 from octant.geometries.errors import GeometryError
-from octant.geometries.furniture import box
+from octant.geometries.furniture import box, cylinder
 from octant.geometries.rooms import box_room, l_shaped_room
 from octant.geometries.scene import build_scene, free_space_scene
 
@@ -141,3 +146,156 @@ def test_bad_searches_are_refused(box_scene):
     tree = search_images(box_scene, TX, 1)
     with pytest.raises(GeometryError, match="outside the region"):
         trace_paths(radio_scene(box_scene, 2.4e9), tree, [(6.0, 1.0, 1.0)])
+
+
+def _cluttered_scene(rng):
+    """A closed, open or missing room with solids that may cross or be inside out, and sheets."""
+    room = (
+        box_room((4.0, 3.0, 2.5)),
+        l_shaped_room((4.0, 3.0, 2.5), (1.7, 1.2)),
+        tuple(b for b in box_room((4.0, 3.0, 2.5)) if b.name != "ceiling"),
+        (),
+    )[rng.integers(4)]
+    things = [
+        cylinder(
+            float(rng.uniform(0.2, 0.5)),
+            float(rng.uniform(0.4, 1.5)),
+            material="metal",
+            sides=5,
+            position_m=tuple(rng.uniform((0.5, 0.5, 0.0), (2.5, 1.5, 0.6))),
+            name="column",
+        )
+    ]
+    for k in range(int(rng.integers(0, 2))):
+        solid = box(
+            tuple(rng.uniform(0.3, 1.2, 3)),
+            material="metal",
+            position_m=(*rng.uniform(0.1, 1.6, 2), float(rng.choice([0.0, 0.7]))),
+            yaw_deg=float(rng.choice([0.0, 31.0])),
+            name=f"box{k}",
+        )
+        inside_out = rng.random() < 0.3
+        things.append(replace(solid, faces=solid.faces[:, ::-1]) if inside_out else solid)
+    for k in range(int(rng.integers(0, 4))):
+        corners = rng.uniform((0.2, 0.2, 0.1), (2.6, 1.9, 2.2), (3, 3))
+        things.append(
+            Body(name=f"sheet{k}", vertices_m=corners, faces=[[0, 1, 2]], material="wood")
+        )
+    return build_scene(room, objects=things)
+
+
+def _branch(tree, image, planes):
+    """Whether the tree holds a sequence of planes that ends in an image."""
+    if not planes:
+        return image == 0
+    return any(
+        tree.branch_plane[b] == planes[-1] and _branch(tree, tree.branch_parent[b], planes[:-1])
+        for b in range(tree.branch_start[image], tree.branch_start[image + 1])
+    )
+
+
+@pytest.mark.parametrize("opaque", ["all", "none", "some"])
+@settings(max_examples=12)
+@given(seed=st.integers(0, 10_000))
+def test_nothing_that_can_carry_a_path_is_pruned(opaque, seed):
+    """Every sequence of the unpruned search is in the tree, whatever the walls let through."""
+    rng = np.random.default_rng(seed)
+    scene = _cluttered_scene(rng)
+    count = len(scene.facets.facet_plane)
+    mask = {"all": np.ones(count), "none": np.zeros(count), "some": rng.random(count) < 0.7}
+    source = rng.uniform((0.1, 0.1, 0.1), (2.2, 1.7, 2.4))
+    tree = search_images(scene, source, 2, opaque_facets=mask[opaque])
+    for receiver in rng.uniform((0.1, 0.1, 0.1), (2.2, 1.7, 2.4), (3, 3)):
+        for planes, place, _ in slow_sequences(scene, source, receiver, 2, mask[opaque]):
+            at = np.flatnonzero(np.abs(tree.image_m - place).max(axis=1) < 1e-7)
+            assert any(_branch(tree, image, planes) for image in at)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_facet_lit_through_several_windows_counts_whole(seed):
+    """Patches of one plane: the next facet is reached through each of them, to third order."""
+    rng = np.random.default_rng(seed)
+    patches = []
+    for axis, level in ((2, 0.0), (2, 2.0), (0, -3.0), (0, 3.0)):
+        for start in (-2.5, 0.3):
+            low, high = np.full(3, level), np.full(3, level)
+            across, along = (axis + 1) % 3, (axis + 2) % 3
+            low[across], high[across] = start, start + rng.uniform(0.5, 2.0)
+            low[along], high[along] = (-2.0, 2.0) if axis == 2 else (0.2, 1.8)
+            a, c = low, high
+            b, d = low.copy(), low.copy()
+            b[across], d[along] = high[across], high[along]
+            patches.append(
+                Body(
+                    name=f"patch{len(patches)}",
+                    vertices_m=[a, b, c, d],
+                    faces=[[0, 1, 2], [0, 2, 3]],
+                    material="metal",
+                )
+            )
+    scene = build_scene((), objects=patches)
+    assert len(scene.facets.plane_normal) == 4
+    assert len(scene.facets.facet_plane) == 8
+    source = rng.uniform((-2.0, -1.5, 0.3), (2.0, 1.5, 1.7))
+    tree = search_images(scene, source, 3)
+    found = 0
+    for receiver in rng.uniform((-2.5, -2.0, 0.2), (2.5, 2.0, 1.8), (20, 3)):
+        for planes, place, _ in slow_sequences(scene, source, receiver, 3):
+            at = np.flatnonzero(np.abs(tree.image_m - place).max(axis=1) < 1e-7)
+            assert any(_branch(tree, image, planes) for image in at)
+            found += len(planes) == 3
+    assert found > 0
+
+
+def test_solids_reflect_on_their_outer_side_only_where_nothing_passes_them():
+    scene = build_scene((), objects=(box((1.0, 1.0, 1.0), material="metal"),))
+    assert search_images(scene, (3.0, 3.0, 3.0), 1).kept.tolist() == [1, 3]
+    assert search_images(scene, (0.5, 0.4, 0.3), 1).kept.tolist() == [1, 6]
+    clear = search_images(scene, (3.0, 3.0, 3.0), 1, opaque_facets=np.zeros(6))
+    assert clear.kept.tolist() == [1, 6]
+    assert not clear.opaque_facets.any()
+
+
+def test_a_facet_hidden_by_one_opaque_facet_is_left_out():
+    wide = [[1, -2, -2], [1, 2, -2], [1, 2, 2], [1, -2, 2]]
+    far = [[2, -1, -1], [2, 1, -1], [2, 1, 1], [2, -1, 1]]
+    sheets = [
+        Body(name=name, vertices_m=corners, faces=[[0, 1, 2], [0, 2, 3]], material=name)
+        for name, corners in (("front", wide), ("back", far))
+    ]
+    scene = build_scene((), objects=sheets)
+    mask = scene.facets.facet_material == scene.material_names.index("back")
+    assert search_images(scene, (0.0, 0.0, 0.0), 1).kept.tolist() == [1, 1]
+    clear = search_images(scene, (0.0, 0.0, 0.0), 1, opaque_facets=mask)
+    assert clear.kept.tolist() == [1, 2]
+    # A corner that looks past the front sheet is enough to be kept.
+    assert search_images(scene, (0.0, 1.6, 0.0), 1).kept.tolist() == [1, 1]
+    assert search_images(scene, (0.0, 3.1, 0.0), 1).kept.tolist() == [1, 2]
+
+
+def test_a_facet_seen_through_a_hole_is_kept():
+    corners = [(1.0, y, z) for r in (2.0, 1.0) for y, z in ((-r, -r), (r, -r), (r, r), (-r, r))]
+    faces = [
+        t
+        for k in range(4)
+        for t in ((k, (k + 1) % 4, 4 + k), ((k + 1) % 4, 4 + (k + 1) % 4, 4 + k))
+    ]
+    frame = Body(name="frame", vertices_m=corners, faces=faces, material="metal")
+    behind = [(2.0, 0.1 * y, 0.1 * z) for _, y, z in corners[:4]]
+    sheet = Body(name="sheet", vertices_m=behind, faces=[[0, 1, 2], [0, 2, 3]], material="metal")
+    scene = build_scene((), objects=(frame, sheet))
+    assert len(scene.facets.facet_plane) == 2
+    assert search_images(scene, (0.0, 0.0, 0.0), 1).kept.tolist() == [1, 2]
+
+
+def test_the_images_depend_neither_on_threads_nor_on_blocks(monkeypatch):
+    scene, _ = _random_scene(0)
+    trees = []
+    for workers, block in ((1, 64), (3, 64), (2, 7), (1, 10_000)):
+        monkeypatch.setattr(image_search, "IMAGES_PER_BLOCK", block)
+        with ThreadPoolExecutor(workers) as pool:
+            trees.append(search_images(scene, (3.1, 2.3, 1.9), 4, executor=pool))
+    assert trees[0].kept[-1] > 256
+    for other in trees[1:]:
+        for field in fields(other):
+            assert np.array_equal(getattr(trees[0], field.name), getattr(other, field.name))

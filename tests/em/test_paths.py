@@ -107,7 +107,7 @@ def test_every_bounce_obeys_the_law_of_reflection(box_scene):
     for k in range(len(paths)):
         v = paths.vertices_of(k)
         for j in range(paths.order[k]):
-            normal = f.plane_normal[f.facet_plane[paths.facets[k, j]]]
+            normal = f.plane_normal[f.facet_plane[paths.element[k, j]]]
             before, after = v[j + 1] - v[j], v[j + 2] - v[j + 1]
             before, after = before / np.linalg.norm(before), after / np.linalg.norm(after)
             assert after == pytest.approx(before - 2.0 * (before @ normal) * normal, abs=1e-12)
@@ -142,7 +142,7 @@ def test_a_cabinet_takes_away_exactly_the_blocked_paths(dipole):
         if not any(crosses(p, q) for p, q in pairwise(empty.vertices_of(k)))
     ]
     assert len(free) < len(empty) == 7
-    left = [k for k in range(len(full)) if full.order[k] == 0 or 0 <= full.facets[k, 0] < 10**9]
+    left = [k for k in range(len(full)) if full.order[k] == 0 or 0 <= full.element[k, 0] < 10**9]
     assert len(left) == len(full)
     missing = {round(x, 9) for x in empty.length_m[free]}
     assert missing <= {round(x, 9) for x in full.length_m}

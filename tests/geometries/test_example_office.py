@@ -37,7 +37,7 @@ def test_the_committed_file_is_what_the_script_writes(tmp_path, monkeypatch, cap
     fresh = tmp_path / "office.glb"
     monkeypatch.setattr(sys, "argv", [str(SCRIPT), str(fresh)])
     runpy.run_path(str(SCRIPT), run_name="__main__")
-    assert "7" in capsys.readouterr().out
+    assert "table (60)" in capsys.readouterr().out
     for body in load_bodies(fresh, material="any"):
         np.testing.assert_array_equal(body.triangles_m, office[body.name].triangles_m)
     assert len(load_bodies(fresh, material="any")) == len(office)

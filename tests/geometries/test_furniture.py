@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from octant.geometries.errors import GeometryError
-from octant.geometries.furniture import box, cabinet, cylinder, mesh_object
+from octant.geometries.furniture import box, cabinet, cylinder, mesh_object, sphere
 from octant.geometries.mesh_files import save_bodies
 
 lengths = st.floats(0.01, 10.0)
@@ -69,6 +69,17 @@ def test_a_cylinder_stands_on_the_centre_of_its_base():
     np.testing.assert_allclose(body.bounds_m, [(0.5, 1.5, 3), (1.5, 2.5, 5)], atol=1e-15)
 
 
+@pytest.mark.parametrize("subdivisions", [0, 1, 2, 3])
+def test_a_sphere_is_a_closed_polyhedron_inscribed_in_it(subdivisions):
+    body = sphere(0.5, material="wood", subdivisions=subdivisions, position_m=(1, 2, 3), yaw_deg=9)
+    assert_closed(body)
+    assert len(body.faces) == 20 * 4**subdivisions
+    assert np.linalg.norm(body.vertices_m - (1, 2, 3), axis=1) == pytest.approx(0.5)
+    whole = 4.0 / 3.0 * math.pi * 0.125
+    assert 1.0 - 0.5 / 3.2**subdivisions < signed_volume_m3(body) / whole < 1.0
+    assert body.area_m2 < math.pi
+
+
 def test_a_mesh_object_is_scaled_turned_and_moved_in_this_order(tmp_path):
     file = tmp_path / "brick.stl"
     file_units = box((200, 100, 50), material="brick", position_m=(100, 0, 0))
@@ -101,6 +112,8 @@ def test_several_bodies_of_a_mesh_object_keep_their_names_behind_the_given_one(t
         (lambda: cylinder(1, math.inf, material="wood"), "height_m"),
         (lambda: cylinder(1, 1, material="wood", sides=2), "sides"),
         (lambda: cylinder(1, 1, material="wood", sides=5.5), "sides"),
+        (lambda: sphere(0, material="wood"), "radius_m"),
+        (lambda: sphere(1, material="wood", subdivisions=7), "subdivisions"),
     ],
 )
 def test_furniture_that_cannot_be_is_refused_in_one_sentence(call, says):

@@ -410,12 +410,25 @@ def test_a_table_of_materials_comes_before_the_material_of_the_file(tmp_path):
 
 
 def test_a_body_without_a_material_and_a_material_without_a_body_are_named(tmp_path):
-    file = tmp_path / "room.glb"
+    file = tmp_path / "room.obj"
     save_bodies(box_room((5, 4, 3)), file)
     with pytest.raises(GeometryError, match=r"body 'ceiling'.*has no material"):
-        load_bodies(file, materials_by_name={"walls": "brick", "floor": "wood"})
+        load_bodies(file, unit="m", materials_by_name={"walls": "brick", "floor": "wood"})
     with pytest.raises(GeometryError, match=r"'Floor'.*did you mean 'floor'"):
-        load_bodies(file, material="brick", materials_by_name={"Floor": "wood"})
+        load_bodies(file, unit="m", material="brick", materials_by_name={"Floor": "wood"})
+
+
+def test_a_glb_keeps_the_materials_that_it_was_written_with_unless_told_otherwise(tmp_path):
+    file = tmp_path / "room.glb"
+    save_bodies(box_room((5, 4, 3), material="brick"), file)
+    assert {b.material for b in load_bodies(file)} == {"brick"}
+    told = load_bodies(file, materials_by_name={"floor": "wood"})
+    assert {b.name: b.material for b in told} == {
+        "walls": "brick",
+        "floor": "wood",
+        "ceiling": "brick",
+    }
+    assert {b.material for b in load_bodies(file, material="glass")} == {"glass"}
 
 
 # ---------------------------------------------------------------------------- bad input

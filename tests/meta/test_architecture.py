@@ -48,7 +48,8 @@ def test_imports_run_only_downward(path):
 @pytest.mark.parametrize("path", MODULES, ids=short)
 def test_numba_is_imported_by_kernel_modules_only(path):
     names = {name.split(".")[0] for name in imported(ast.parse(path.read_text()))}
-    assert ("numba" in names) <= bool(re.fullmatch(r"_.*_kernels", path.stem))
+    listens = path == ROOT / "reader_design" / "compilation.py"  # to the compiler, and no more
+    assert ("numba" in names) <= (listens or bool(re.fullmatch(r"_.*_kernels", path.stem)))
 
 
 def documented(node):

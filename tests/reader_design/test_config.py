@@ -6,6 +6,8 @@ import pytest
 
 from octant.geometries.errors import ConfigError
 from octant.reader_design.config.loading import load_study, parse_study, to_toml
+from octant.reader_design.config.materials import material_label
+from octant.reader_design.rooms.bodies import study_materials
 from octant.reader_design.sweep.design import design_of
 
 MINIMAL = 'name = "x"\n[room]\nbox_m = [5, 5, 3]\n'
@@ -204,3 +206,44 @@ def test_only_metal_may_stand_near_the_reader_and_only_full_wave_sees_it():
     assert "reader.object[0].material" in refusal(MINIMAL + NEAR.format(material="wood"))
     rays = '[reader]\nresponse = "rays"\n'
     assert "reader.response" in refusal(MINIMAL + rays + NEAR.format(material="pec"))
+
+
+LAYERED = (
+    "material = {layers = [{material = 'plasterboard', thickness_m = 0.0125}, "
+    "{name = 'air', thickness_m = 0.07}, {eps_r = 4.0, sigma_s_per_m = 0.02}]}\n"
+)
+
+
+def test_layered_wall_is_read_and_written_back():
+    study = parsed(MINIMAL + LAYERED)
+    layers = study_materials(study)[material_label(study.room.material)].layers
+    assert [layer.name for layer in layers[:2]] == ["plasterboard", "air"]
+    assert [layer.thickness_m for layer in layers] == [0.0125, 0.07, None]
+    assert layers[2].sigma_c_s_per_m == 0.02
+    assert parsed(to_toml(study)) == study
+    furniture = "[[room.object]]\nkind = 'box'\nsize_m = [1, 1, 1]\nposition_m = [1, 1, 0]\n"
+    furnished = parsed(MINIMAL + furniture + LAYERED)
+    assert parsed(to_toml(furnished)) == furnished
+
+
+@pytest.mark.parametrize(
+    ("layers", "words"),
+    [
+        ("[{name = 'wood', thickness_m = 0.1}]", "a list of at least 2 is needed"),
+        ("[{name = 'wood', eps_r = 2.0}, {name = 'air'}]", "layers[0] gives name and eps_r"),
+        ("[{thickness_m = 0.1}, {name = 'air'}]", "layers[0] gives neither"),
+        ("[{name = 'wood'}, {name = 'air'}]", "no thickness_m"),
+        ("[{material = 'wod', thickness_m = 0.1}, {name = 'air'}]", "did you mean 'wood'"),
+        ("[{name = 'floorboard', thickness_m = 0.1}, {name = 'air'}]", "50 to 100 GHz"),
+        ("[{name = 'a', tickness_m = 0.1}, {name = 'air'}]", "thickness_m"),
+    ],
+)
+def test_bad_layers_are_refused_with_their_path(layers, words):
+    message = refusal(MINIMAL + f"material = {{layers = {layers}}}\n")
+    assert words in message
+    assert "room.material" in message
+
+
+def test_layers_stand_alone():
+    message = refusal(MINIMAL + LAYERED.replace("layers", "thickness_m = 0.1, layers"))
+    assert "thickness_m beside layers" in message

@@ -18,6 +18,13 @@ materials = st.one_of(
     st.sampled_from(["concrete", "metal", "pec"]),
     st.builds(lambda t: {"name": "concrete", "thickness_m": t}, lengths),
     st.builds(lambda e, s: {"eps_r": 1.0 + e, "sigma_s_per_m": s}, lengths, lengths),
+    st.builds(
+        lambda t, e: {
+            "layers": [{"material": "wood", "thickness_m": t}, {"name": "air", "thickness_m": e}]
+        },
+        lengths,
+        lengths,
+    ),
 )
 objects = st.one_of(
     st.fixed_dictionaries(
@@ -34,6 +41,14 @@ objects = st.one_of(
             "kind": st.just("cylinder"),
             "radius_m": lengths,
             "height_m": lengths,
+            "position_m": points,
+            "material": materials,
+        }
+    ),
+    st.fixed_dictionaries(
+        {
+            "kind": st.just("sphere"),
+            "radius_m": lengths,
             "position_m": points,
             "material": materials,
         }

@@ -42,9 +42,18 @@ def blocked(p, q, faces, skip):
 
 def paths(scene, source, receiver, max_order):
     """Return the sorted list of (order, length, vertices) of all specular paths."""
+    found = [
+        (len(planes), float(np.linalg.norm(image - receiver)), vertices)
+        for planes, image, vertices in sequences(scene, source, receiver, max_order)
+    ]
+    return sorted(found, key=lambda path: path[:2])
+
+
+def sequences(scene, source, receiver, max_order, opaque=None):
+    """Yield planes, image and vertices of all specular paths; facets not opaque let them pass."""
     faces = polygons(scene)
+    walls = faces if opaque is None else [f for f, o in zip(faces, opaque, strict=True) if o]
     planes = {p: (n, d) for n, d, _, p in faces}
-    found = []
     for order in range(max_order + 1):
         for sequence in itertools.product(planes, repeat=order):
             if any(a == b for a, b in itertools.pairwise(sequence)):
@@ -72,9 +81,8 @@ def paths(scene, source, receiver, max_order):
             vertices.append(images[0])
             ends = [None, *sequence[::-1], None]
             if any(
-                blocked(vertices[i], vertices[i + 1], faces, {ends[i], ends[i + 1]})
+                blocked(vertices[i], vertices[i + 1], walls, {ends[i], ends[i + 1]})
                 for i in range(order + 1)
             ):
                 continue
-            found.append((order, float(np.linalg.norm(images[-1] - receiver)), vertices[::-1]))
-    return sorted(found, key=lambda path: path[:2])
+            yield sequence, images[-1], vertices[::-1]

@@ -1,0 +1,164 @@
+# mypy: allow-untyped-defs
+"""Compiled ray launching: which sequences of planes rays from a source meet."""
+
+import numpy as np
+from numba import njit
+
+MAX_STACK = 130
+"""Nodes waiting in a nearest-first walk: two per level of the deepest hierarchy, and some."""
+
+MAX_BRANCHES = 256
+"""Rays [-] that one launched ray may have waiting where facets let part of it through."""
+
+MAX_SEGMENTS = 4096
+"""Segments [-] after which a launched ray is given up."""
+
+RIM = 1e-10
+"""Inclusive margin [-] in barycentric coordinates, so that no ray slips between two triangles."""
+
+
+@njit(cache=True, error_model="numpy")
+def _enters(boxes, node, px, py, pz, ix, iy, iz):
+    """Return where a ray enters a box, infinity when it misses."""
+    t0, t1 = (boxes[node, 0] - px) * ix, (boxes[node, 3] - px) * ix
+    enter, leave = min(t0, t1), max(t0, t1)
+    t0, t1 = (boxes[node, 1] - py) * iy, (boxes[node, 4] - py) * iy
+    enter, leave = max(enter, min(t0, t1)), min(leave, max(t0, t1))
+    t0, t1 = (boxes[node, 2] - pz) * iz, (boxes[node, 5] - pz) * iz
+    enter, leave = max(enter, min(t0, t1)), min(leave, max(t0, t1))
+    return enter if enter <= leave and leave >= 0.0 else np.inf
+
+
+@njit(cache=True, error_model="numpy")
+def _nearest(boxes, links, triangles, planes, px, py, pz, dx, dy, dz, plane_left, stack, enter):
+    """Return the first triangle on a ray and its distance [m]; -1 when there is none."""
+    best, found = np.inf, -1
+    ix, iy, iz = 1.0 / dx, 1.0 / dy, 1.0 / dz
+    top = 0
+    if len(links) > 0:
+        stack[0], enter[0] = 0, _enters(boxes, 0, px, py, pz, ix, iy, iz)
+        top = 1
+    while top > 0:
+        top -= 1
+        node = stack[top]
+        if enter[top] >= best:
+            continue
+        if links[node, 2] == 0:
+            near, far = node + 1, links[node + 1, 0]
+            to_near = _enters(boxes, near, px, py, pz, ix, iy, iz)
+            to_far = _enters(boxes, far, px, py, pz, ix, iy, iz)
+            if to_near > to_far:
+                near, far, to_near, to_far = far, near, to_far, to_near
+            stack[top], enter[top] = far, to_far
+            stack[top + 1], enter[top + 1] = near, to_near
+            top += 2
+            continue
+        for i in range(links[node, 1], links[node, 1] + links[node, 2]):
+            if planes[i] == plane_left:
+                continue
+            ax, ay, az = triangles[i, 3], triangles[i, 4], triangles[i, 5]
+            bx, by, bz = triangles[i, 6], triangles[i, 7], triangles[i, 8]
+            hx, hy, hz = dy * bz - dz * by, dz * bx - dx * bz, dx * by - dy * bx
+            det = ax * hx + ay * hy + az * hz
+            if det == 0.0:
+                continue
+            sx, sy, sz = px - triangles[i, 0], py - triangles[i, 1], pz - triangles[i, 2]
+            u = (sx * hx + sy * hy + sz * hz) / det
+            if u < -RIM or u > 1.0 + RIM:
+                continue
+            cx, cy, cz = sy * az - sz * ay, sz * ax - sx * az, sx * ay - sy * ax
+            v = (dx * cx + dy * cy + dz * cz) / det
+            if v < -RIM or u + v > 1.0 + RIM:
+                continue
+            t = (bx * cx + by * cy + bz * cz) / det
+            if 0.0 < t < best:
+                best, found = t, i
+    return found, best
+
+
+@njit(cache=True, error_model="numpy")
+def _slot(table, nodes, parent, plane):
+    """Return the table's place for a sequence: where it is, or where it would go."""
+    mask = np.uint64(len(table) - 1)
+    h = np.uint64(parent) * np.uint64(0x9E3779B97F4A7C15) + np.uint64(plane)
+    h *= np.uint64(0xBF58476D1CE4E5B9)
+    h ^= h >> np.uint64(31)
+    place = h & mask
+    while True:
+        node = table[place]
+        if node < 0 or (nodes[node, 0] == parent and nodes[node, 1] == plane):
+            return np.int64(place)
+        place = (place + np.uint64(1)) & mask
+
+
+@njit(cache=True, error_model="numpy")
+def _larger_table(nodes, count, size):
+    table = np.full(size, -1, dtype=np.int64)
+    for node in range(1, count):
+        table[_slot(table, nodes, nodes[node, 0], nodes[node, 1])] = node
+    return table
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def launch(source, directions, half, boxes, links, triangles, planes, clear, normals, max_order):
+    """Return (k, 3) sequences that a block of rays meets: parent, plane and order.
+
+    Rows are sequences of planes, as a tree: row 0 is the source, each other row adds a plane to its
+    parent's. A second array (k, 2) counts the rays of each half that met it. ``clear`` marks the
+    planes that also let rays through.
+    """
+    nodes = np.zeros((256, 3), dtype=np.int64)
+    nodes[0, 0], nodes[0, 1] = -1, -1
+    met = np.zeros((256, 2), dtype=np.int64)
+    count = 1
+    table = np.full(1024, -1, dtype=np.int64)
+    stack, enter = np.empty(MAX_STACK, dtype=np.int64), np.empty(MAX_STACK)
+    waiting = np.empty((MAX_BRANCHES, 6))
+    state = np.empty((MAX_BRANCHES, 2), dtype=np.int64)  # sequence, plane left
+    for r in range(len(directions)):
+        met[0, half] += 1
+        waiting[0, :3], waiting[0, 3:] = source, directions[r]
+        state[0] = 0, -1
+        top, segments = 1, 0
+        while top > 0 and segments < MAX_SEGMENTS:
+            segments += 1
+            top -= 1
+            px, py, pz = waiting[top, 0], waiting[top, 1], waiting[top, 2]
+            dx, dy, dz = waiting[top, 3], waiting[top, 4], waiting[top, 5]
+            parent, left = state[top]
+            hit, far = _nearest(
+                boxes, links, triangles, planes, px, py, pz, dx, dy, dz, left, stack, enter
+            )
+            if hit < 0:
+                continue
+            plane = planes[hit]
+            order = nodes[parent, 2] + 1
+            slot = _slot(table, nodes, parent, plane)
+            node = table[slot]
+            if node < 0:
+                if count == len(nodes):
+                    more, more_met = (
+                        np.zeros((2 * count, 3), np.int64),
+                        np.zeros((2 * count, 2), np.int64),
+                    )
+                    more[:count], more_met[:count] = nodes, met
+                    nodes, met = more, more_met
+                node = count
+                nodes[node, 0], nodes[node, 1], nodes[node, 2] = parent, plane, order
+                table[slot] = node
+                count += 1
+                if 2 * count > len(table):
+                    table = _larger_table(nodes, count, 2 * len(table))
+            met[node, half] += 1
+            px, py, pz = px + far * dx, py + far * dy, pz + far * dz
+            if clear[plane] and top < MAX_BRANCHES - 1:
+                waiting[top] = px, py, pz, dx, dy, dz
+                state[top] = parent, plane
+                top += 1
+            if order < max_order and top < MAX_BRANCHES:
+                nx, ny, nz = normals[plane, 0], normals[plane, 1], normals[plane, 2]
+                along = 2.0 * (nx * dx + ny * dy + nz * dz)
+                waiting[top] = px, py, pz, dx - along * nx, dy - along * ny, dz - along * nz
+                state[top] = node, plane
+                top += 1
+    return nodes[:count].copy(), met[:count].copy()

@@ -1,0 +1,366 @@
+# mypy: allow-untyped-defs
+"""Compiled diffraction coefficients of one wedge.
+
+Fields at an edge are written along b, the part of the edge's axis across the ray, and h = axis x
+ray: a wave with E along b is soft, with E along h hard. With the azimuth counted from face 0 these
+two span the same plane for incident, reflected and diffracted rays, and a perfect conductor turns
+(b, h) into (-b, +h). 2 x 2 matrices travel as four scalars, row by row.
+"""
+
+import numpy as np
+from numba import njit
+
+from octant.em._reflection_kernels import half_space, slab
+from octant.em._transition_kernels import scaled_transition
+
+_TWO_PI = 2.0 * np.pi
+# The least cosine of incidence: exactly at grazing the coefficients of air would be 0 / 0.
+_GRAZING = 1e-6
+_SAME_ANGLE = 1e-9
+# Half-angle below which the second-order part of a term is rounding.
+_NEGLIGIBLE = 1e-7
+
+
+@njit(cache=True, error_model="numpy")
+def azimuth(along, above, n):
+    """Return the angle from face 0 to the direction (along, above), kept within [0, n pi]."""
+    angle = np.arctan2(above, along)
+    if angle < 0.0:
+        turned = angle + _TWO_PI
+        angle = 0.0 if turned - n * np.pi > -angle else turned
+    return min(angle, n * np.pi)
+
+
+@njit(cache=True, error_model="numpy")
+def cotangent_transition(x, n, kl, ks, touch):
+    """Return the term of one image whose boundary is x = 0, lit for x > 0.
+
+    cot(x / 2n) F(X) + P (1 - F(X)) with X the detour over the edge times k. P is the next order in
+    1 / kL of Macdonald's integral; for a plane wave on a half-plane the Ps cancel. |x| below
+    ``touch`` is the lit side's limit.
+    """
+    half = np.sin(0.5 * abs(x))
+    wedge = np.sin(0.5 * abs(x) / n)
+    ratio = half / wedge if wedge > 0.0 else n
+    turned = np.cos(0.5 * x / n) * ratio  # cot(|x| / 2n) sin(|x| / 2)
+    curved = 2.0 / (1.0 + np.sqrt(max(1.0 - 4.0 * kl / ks * half * half, 0.0)))
+    root = np.sqrt(2.0 * kl * curved)
+    detour = root * root * half * half
+    scaled = scaled_transition(detour)
+    value = turned * root * scaled
+    if half > _NEGLIGIBLE:
+        rest = 1.0 - curved * (ratio * ratio / (n * n) + 0.5 * half * half * (1.0 + kl / ks))
+        value += turned / half * rest * (1.0 - root * half * scaled)
+    return value if x > -touch else -value
+
+
+@njit(cache=True, error_model="numpy")
+def _is_conductor(permittivity):
+    return np.isinf(permittivity.imag)
+
+
+@njit(cache=True, error_model="numpy")
+def _wall(permittivity, thickness, cosine):
+    """Return reflection and transmission (te, tm each) at the cosine of incidence.
+
+    The transmission is relative to the air that the sheet displaces.
+    """
+    cosine = max(cosine, _GRAZING)
+    if np.isinf(thickness):
+        te, tm = half_space(permittivity, cosine)
+        return te, tm, complex(0.0), complex(0.0)
+    te, tm, te_out, tm_out = slab(permittivity, cosine, thickness)
+    back = np.exp(1j * (_TWO_PI * thickness * cosine))
+    return te, tm, te_out * back, tm_out * back
+
+
+@njit(cache=True, error_model="numpy")
+def _mirror(te, tm, c, q):
+    """Return the reflection in (b, h); (c, q) is the TE direction of the wave before."""
+    size = c * c + q * q
+    if size < 1e-18:  # along the normal te = -tm, and any direction is perpendicular
+        return te, 0j, 0j, tm
+    cc, qq, cq = c * c / size, q * q / size, c * q / size
+    cross = (te + tm) * cq
+    return te * cc - tm * qq, cross, -cross, tm * cc - te * qq
+
+
+@njit(cache=True, error_model="numpy")
+def _window(te, tm, c, q):
+    """Return the transmission in (b, h); (c, q) is the TE direction."""
+    size = c * c + q * q
+    if size < 1e-18:
+        return te, 0j, 0j, tm
+    cc, qq, cq = c * c / size, q * q / size, c * q / size
+    cross = (te - tm) * cq
+    return te * cc + tm * qq, cross, cross, te * qq + tm * cc
+
+
+@njit(cache=True, error_model="numpy")
+def _times(a, b, c, d, e, f, g, h):
+    return a * e + b * g, a * f + b * h, c * e + d * g, c * f + d * h
+
+
+@njit(cache=True, error_model="numpy")
+def _crossing(source_side, receiver_side, sharp):
+    """Return the grazing angle at which a face is met, and that of its plane of incidence.
+
+    On the boundary of the image both sides add up to pi, and either is the law of reflection. Off
+    it both answers are the same seen from either end. ``sharp`` = 1 takes the nearer side, so that
+    a ray along the face meets it at grazing, and shares the half-turn in proportion; 0 takes the
+    half-angle, with which the two images that coincide on a flat or square wall agree.
+    """
+    total = source_side + receiver_side
+    half = 0.5 * (np.pi + source_side - receiver_side)
+    nearer = min(source_side, receiver_side, 0.5 * np.pi)
+    shared = np.pi * source_side / total if total > 0.0 else half
+    grazing = sharp * nearer + (1.0 - sharp) * np.arcsin(abs(np.sin(half)))
+    return grazing, sharp * shared + (1.0 - sharp) * half
+
+
+@njit(cache=True, error_model="numpy")
+def _image_weight(
+    mirrored, number, phi_in, phi_out, n, cos_beta, sin_beta, eps_0, width_0, eps_n, width_n
+):
+    """Return the product of the reflections of the image at +-phi_in + 2 n pi number."""
+    image = _TWO_PI * n * number + (-phi_in if mirrored else phi_in)
+    # Faces stand at multiples m of n pi of the unfolded wedge: even ones are face 0.
+    if number > 0:
+        nearest, step, count = 1, 1, 2 * number - (1 if mirrored else 0)
+    else:
+        nearest, step, count = 0, -1, -2 * number + (1 if mirrored else 0)
+    if _is_conductor(eps_0) and _is_conductor(eps_n):
+        return complex(1.0 - 2.0 * (count % 2)), 0j, 0j, complex(1.0)
+    sharp = min(max(2.0 * (n - 1.0), 0.0), 1.0)
+    nearly_flat = max(1.0 - 2.0 * abs(n - 1.0), 0.0)
+    spare = abs(image - phi_out) - n * np.pi
+    share = max(1.0 - n, 0.0) * np.pi / spare if spare > 0.0 else 0.0
+    w00, w01, w10, w11 = complex(1.0), 0j, 0j, complex(1.0)
+    for i in range(count - 1, -1, -1):  # from the source's side
+        m = nearest + step * i
+        face = m * n * np.pi
+        source_side, receiver_side = step * (image - face), step * (face - phi_out)
+        grazing, turn = _crossing(source_side, receiver_side, sharp)
+        if count == 2:
+            # On a nearly flat wall a wave bounces twice at grazing only: there both faces share
+            # what n leaves of the half-turn, and on a flat one this image is the source.
+            flat = share * source_side if i == 1 else np.pi - share * receiver_side
+            grazing += nearly_flat * (np.arcsin(abs(np.sin(flat))) - grazing)
+            turn += nearly_flat * (flat - turn)
+        cosine = sin_beta * np.sin(grazing)
+        if m % 2 == 0:
+            te, tm, _, _ = _wall(eps_0, width_0, cosine)
+            q = np.sin(turn) * cos_beta
+        else:
+            te, tm, _, _ = _wall(eps_n, width_n, cosine)
+            q = -np.sin(turn) * cos_beta
+        r00, r01, r10, r11 = _mirror(te, tm, np.cos(turn), q)
+        w00, w01, w10, w11 = _times(r00, r01, r10, r11, w00, w01, w10, w11)
+    return w00, w01, w10, w11
+
+
+@njit(cache=True, error_model="numpy")
+def _blocked(upper, phi_in, phi_out, n, cos_beta, sin_beta, eps_0, width_0, eps_n, width_n):
+    """Return 1 - T, T being what the wedge's two sheets let through past the edge.
+
+    ``upper`` is the shadow of a source on face 0's side.
+    """
+    inside = (2.0 - n) * np.pi
+    total_turn = _TWO_PI - (phi_out - phi_in if upper else phi_in - phi_out)
+    side = 1.0 if upper else -1.0
+    first = phi_in if upper else n * np.pi - phi_in
+    w00, w01, w10, w11 = complex(1.0), 0j, 0j, complex(1.0)
+    for i in range(2):
+        source_side = first + inside * i
+        grazing, turn = _crossing(source_side, total_turn - source_side, 1.0)
+        cosine = sin_beta * np.sin(grazing)
+        if (i == 0) == upper:
+            _, _, te, tm = _wall(eps_0, width_0, cosine)
+        else:
+            _, _, te, tm = _wall(eps_n, width_n, cosine)
+        t00, t01, t10, t11 = _window(te, tm, np.cos(turn), side * np.sin(turn) * cos_beta)
+        w00, w01, w10, w11 = _times(t00, t01, t10, t11, w00, w01, w10, w11)
+    return 1.0 - w00, -w01, -w10, 1.0 - w11
+
+
+@njit(cache=True, error_model="numpy")
+def _free_edge(mirrored, phi_in, phi_out, cos_beta, sin_beta, eps, width):
+    """Return 1 - T, or R where mirrored, of the one sheet that ends at the edge.
+
+    Both its sides are one wall, so all terms take the coefficients at the one nearest angle.
+    """
+    grazing = min(phi_in, phi_out, _TWO_PI - phi_in, _TWO_PI - phi_out, 0.5 * np.pi)
+    r_te, r_tm, t_te, t_tm = _wall(eps, width, sin_beta * np.sin(grazing))
+    receiver = phi_out if mirrored else _TWO_PI - phi_out
+    if (phi_in + phi_out <= _TWO_PI) if mirrored else (phi_in <= phi_out):
+        side = 1.0
+        _, turn = _crossing(phi_in, receiver, 1.0)
+    else:
+        side = -1.0
+        _, turn = _crossing(_TWO_PI - phi_in, _TWO_PI - receiver, 1.0)
+    q = side * np.sin(turn) * cos_beta
+    if mirrored:
+        return _mirror(r_te, r_tm, np.cos(turn), q)
+    t00, t01, t10, t11 = _window(t_te, t_tm, np.cos(turn), q)
+    return 1.0 - t00, -t01, -t10, 1.0 - t11
+
+
+@njit(cache=True, error_model="numpy")
+def image_boundary(mirrored, sign, phi_in, phi_out, n):
+    """Return the image whose boundary, beta = 2 n pi number - sign pi, is nearest, and x.
+
+    x is the angle to that boundary, positive where the image is lit.
+    """
+    beta = phi_out + phi_in if mirrored else phi_out - phi_in
+    number = int(np.rint((beta + sign * np.pi) / (_TWO_PI * n)))
+    return number, np.pi + sign * (beta - _TWO_PI * n * number)
+
+
+@njit(cache=True, error_model="numpy")
+def boundary_weight(
+    mirrored,
+    sign,
+    number,
+    phi_in,
+    phi_out,
+    n,
+    cos_beta,
+    sin_beta,
+    eps_0,
+    width_0,
+    eps_n,
+    width_n,
+    transparent,
+):
+    """Return the 2 x 2 weight of one term: what the field loses at its image's boundary."""
+    opaque_0 = np.isinf(width_0) or _is_conductor(eps_0)
+    opaque_n = np.isinf(width_n) or _is_conductor(eps_n)
+    if transparent and not opaque_0 and n > 2.0 - _SAME_ANGLE:
+        return _free_edge(mirrored, phi_in, phi_out, cos_beta, sin_beta, eps_0, width_0)
+    if transparent and not (opaque_0 or opaque_n or mirrored) and number == 0 and n > 1.0:
+        return _blocked(
+            sign < 0.0,
+            phi_in,
+            phi_out,
+            n,
+            cos_beta,
+            sin_beta,
+            eps_0,
+            width_0,
+            eps_n,
+            width_n,
+        )
+    return _image_weight(
+        mirrored,
+        number,
+        phi_in,
+        phi_out,
+        n,
+        cos_beta,
+        sin_beta,
+        eps_0,
+        width_0,
+        eps_n,
+        width_n,
+    )
+
+
+@njit(cache=True, error_model="numpy")
+def shortened(before, after):
+    """Return s s' / (s + s'), also when one of them is infinite."""
+    short, long = min(before, after), max(before, after)
+    return short / (1.0 + short / long)
+
+
+@njit(cache=True, error_model="numpy")
+def edge_factor(n, sin_beta, wavenumber):
+    """Return what multiplies the sum of the four terms [sqrt(m)]."""
+    return -np.sqrt(0.5) * (1.0 - 1.0j) / (2.0 * n * np.sqrt(_TWO_PI * wavenumber) * sin_beta)
+
+
+@njit(cache=True, error_model="numpy")
+def wedge_dyad(
+    phi_in,
+    phi_out,
+    n,
+    cos_beta,
+    sin_beta,
+    eps_0,
+    width_0,
+    eps_n,
+    width_n,
+    transparent,
+    wavenumber,
+    before,
+    after,
+    touch,
+):
+    """Return the 2 x 2 diffraction dyad in (b, h) [sqrt(m)]."""
+    kl = wavenumber * shortened(before, after) * sin_beta * sin_beta
+    ks = wavenumber * (before + after)
+    closes = abs(np.rint(1.0 / n) * n - 1.0) < _SAME_ANGLE
+    term = 0j
+    d00, d01, d10, d11 = 0j, 0j, 0j, 0j
+    for mirrored in (False, True):
+        for sign in (1.0, -1.0):
+            number, x = image_boundary(mirrored, sign, phi_in, phi_out, n)
+            # Of a wedge pi/m two images a full turn apart are one: what one loses the other wins.
+            again = closes and sign < 0.0
+            term = -term if again else cotangent_transition(x, n, kl, ks, touch)
+            w00, w01, w10, w11 = boundary_weight(
+                mirrored,
+                sign,
+                number,
+                phi_in,
+                phi_out,
+                n,
+                cos_beta,
+                sin_beta,
+                eps_0,
+                width_0,
+                eps_n,
+                width_n,
+                transparent,
+            )
+            d00 += term * w00
+            d01 += term * w01
+            d10 += term * w10
+            d11 += term * w11
+    scale = edge_factor(n, sin_beta, wavenumber)
+    return scale * d00, scale * d01, scale * d10, scale * d11
+
+
+@njit(cache=True, error_model="numpy")
+def fill_wedge_dyads(
+    phi_in,
+    phi_out,
+    before,
+    after,
+    n,
+    skew,
+    eps_0,
+    width_0,
+    eps_n,
+    width_n,
+    transparent,
+    wavenumber,
+    out,
+):
+    """Fill (m, 2, 2) dyads of one wedge."""
+    for i in range(len(phi_in)):
+        out[i, 0, 0], out[i, 0, 1], out[i, 1, 0], out[i, 1, 1] = wedge_dyad(
+            phi_in[i],
+            phi_out[i],
+            n,
+            np.cos(skew),
+            np.sin(skew),
+            eps_0,
+            width_0,
+            eps_n,
+            width_n,
+            transparent,
+            wavenumber,
+            before[i],
+            after[i],
+            _SAME_ANGLE,
+        )

@@ -1,0 +1,175 @@
+"""Closed parts of a scene: the room's shell, the solids, and which side of a facet is outside."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.geometries import _scene_kernels
+from octant.geometries._plane_geometry import (
+    ODD_DIRECTION,
+    FloatArray,
+    IntArray,
+    connected_labels,
+    row_numbers,
+    triangle_area_vectors,
+)
+from octant.geometries.facets import Facets
+from octant.geometries.occlusion import build_bvh, winding_numbers
+
+RAY_DIRECTIONS = np.array([ODD_DIRECTION, np.roll(-ODD_DIRECTION, 1), np.roll(ODD_DIRECTION, 2)])
+"""Directions [-] in which a ray asks whether it starts outside; the first clear answer counts."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ClosedParts:
+    """Parts of a mesh in which each edge belongs to exactly two triangles.
+
+    Parameters
+    ----------
+    solids : tuple of (k, 3, 3) float64
+        Triangles [m] of each part but the shell; the shell, when there is one, is numbered after
+        them.
+    shell_corners_m : (s, 3, 3) float64
+        Triangles [m] of the part that surrounds the whole room, none when the room is open.
+    part_of_triangle : (t,) int64
+        Number of the part of each triangle [-], -1 for open ones.
+    """
+
+    solids: tuple[FloatArray, ...]
+    shell_corners_m: FloatArray
+    part_of_triangle: IntArray
+
+
+def find_closed_parts(vertices_m: FloatArray, faces: IntArray, *, room_faces: int) -> ClosedParts:
+    """Return the closed parts of a welded mesh; parts are joined over shared edges.
+
+    Parameters
+    ----------
+    vertices_m : (n, 3) float64
+        Vertices [m].
+    faces : (t, 3) int64
+        Triangles as indices of welded vertices [-]; the room's come first.
+    room_faces : int
+        Number of the room's triangles [-]; the others are objects, which share no edge with it.
+
+    Returns
+    -------
+    ClosedParts
+        By first triangle.
+    """
+    edges = np.sort(np.stack((faces, np.roll(faces, -1, axis=1)), axis=2).reshape(-1, 2), axis=1)
+    in_room = np.repeat(np.arange(len(faces)) < room_faces, 3)
+    edge_of, start, member = row_numbers(np.column_stack((edges, in_room)))
+    triangle = member // 3
+    same = edge_of[member][1:] == edge_of[member][:-1]
+    pairs = np.column_stack((triangle[:-1][same], triangle[1:][same]))
+    label = connected_labels(len(faces), pairs)
+    _, first, label = np.unique(label, return_index=True, return_inverse=True)
+    label = np.argsort(np.argsort(first))[label.reshape(-1)]
+    closed = np.ones(len(first), dtype=np.bool_)
+    closed[label[(np.diff(start)[edge_of] != 2).reshape(-1, 3).any(axis=1)]] = False
+    by_label = np.argsort(label, kind="stable")
+    begin = np.searchsorted(label[by_label], np.arange(len(first) + 1))
+    corners = vertices_m[faces[by_label]]
+    room = vertices_m[np.unique(faces[:room_faces])]
+    shell = _shell(corners, begin, closed & (np.sort(first) < room_faces), room)
+    part = np.full(len(first), -1, dtype=np.int64)
+    solid = np.flatnonzero(closed & (np.arange(len(first)) != shell))
+    part[solid] = np.arange(len(solid))
+    if shell >= 0:
+        part[shell] = len(solid)
+    return ClosedParts(
+        solids=tuple(corners[begin[i] : begin[i + 1]] for i in solid),
+        shell_corners_m=corners[begin[shell] : begin[shell + 1]] if shell >= 0 else corners[:0],
+        part_of_triangle=part[label] if len(faces) else label,
+    )
+
+
+def _shell(
+    corners_m: FloatArray,
+    begin: IntArray,
+    candidates: npt.NDArray[np.bool_],
+    room_m: FloatArray,
+) -> int:
+    """Return the first candidate whose box holds the room's vertices (n, 3), -1 without one."""
+    if len(room_m) == 0:
+        return -1
+    low, high = room_m.min(axis=0), room_m.max(axis=0)
+    for i in np.flatnonzero(candidates):
+        own = corners_m[begin[i] : begin[i + 1]].reshape(-1, 3)
+        if (own.min(axis=0) <= low).all() and (own.max(axis=0) >= high).all():
+            return int(i)
+    return -1
+
+
+def facet_sides(
+    vertices_m: FloatArray, faces: IntArray, facets: Facets, parts: ClosedParts, *, extent_m: float
+) -> tuple[IntArray, IntArray]:
+    """Return the closed part that each facet bounds, and the side of its plane that is outside.
+
+    Parameters
+    ----------
+    vertices_m : (n, 3) float64
+        Vertices [m].
+    faces : (t, 3) int64
+        Triangles that the facets were built from, as indices of vertices [-].
+    facets : Facets
+        Facets.
+    parts : ClosedParts
+        Closed parts of the same triangles.
+    extent_m : float
+        Size of the scene [m].
+
+    Returns
+    -------
+    part : (f,) int64
+        Number of the part [-]; -1 for sheets and for facets of triangles that do not agree.
+    side : (f,) int64
+        +1 when the plane's normal points out of the part, -1 when it points into it, 0 without one.
+    """
+    count = len(facets.facet_plane)
+    facet, part = facets.triangle_facet, parts.part_of_triangle
+    chosen = np.flatnonzero((facet >= 0) & (part >= 0))
+    out = np.zeros(len(faces), dtype=np.int64)
+    if len(chosen):
+        tagged = build_bvh(vertices_m[faces[chosen]], chosen, extent_m=extent_m)
+        sides = np.zeros(len(chosen), dtype=np.int64)
+        _scene_kernels.outer_sides(
+            tagged.boxes, tagged.links, tagged.triangles, part[tagged.planes], RAY_DIRECTIONS, sides
+        )
+        out[tagged.planes] = sides
+    area = triangle_area_vectors(vertices_m, faces)
+    normal = facets.plane_normal[facets.facet_plane[facet]] if count else np.zeros_like(area)
+    out *= np.where(np.sum(area * normal, axis=1) < 0.0, -1, 1)
+    used = np.flatnonzero(facet >= 0)
+    least = np.full((count, 2), np.iinfo(np.int64).max)
+    greatest = np.full((count, 2), np.iinfo(np.int64).min)
+    pair = np.column_stack((part, out))[used]
+    np.minimum.at(least, facet[used], pair)
+    np.maximum.at(greatest, facet[used], pair)
+    agree = (least == greatest).all(axis=1) & (least[:, 0] >= 0) & (least[:, 1] != 0)
+    return np.where(agree, least[:, 0], -1), np.where(agree, least[:, 1], 0)
+
+
+def inside_parts(point_m: FloatArray, parts: tuple[FloatArray, ...]) -> npt.NDArray[np.bool_]:
+    """Return (k,) bool, whether a point is inside each closed part [-].
+
+    Inside is where a ray crosses the part an odd number of times: where its winding number is odd.
+
+    Parameters
+    ----------
+    point_m : (3,) float64
+        Point [m], not on a part.
+    parts : tuple of (t, 3, 3) float64
+        Triangles [m] of each part.
+    """
+    inside = np.zeros(len(parts), dtype=np.bool_)
+    for i, corners in enumerate(parts):
+        if len(corners) == 0:
+            continue
+        low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
+        if (low < point_m).all() and (high > point_m).all():
+            winding = float(winding_numbers(point_m[None, :], corners)[0])
+            inside[i] = round(winding) % 2 == 1
+    return inside

@@ -1,0 +1,126 @@
+"""Which triangles lie in one plane, as far as the rounding of their stored corners lets one tell.
+
+Mesh files hold float32: a flat wall that is cut into triangles, turned and stored comes back as
+triangles that are flat to some ten nanometres only, and rays would find edges where there are none.
+The rule here is local: what counts is the rounding of the corners in question, not the size of the
+scene, so that a small curved thing in a large hall keeps its facets.
+"""
+
+import numpy as np
+
+from octant.geometries import _plane_kernels
+from octant.geometries._plane_geometry import (
+    FloatArray,
+    IntArray,
+    row_numbers,
+    triangle_area_vectors,
+)
+
+FLOAT32_BITS = 24
+"""Significant bits [-] of the coordinates in most mesh files."""
+
+FINEST_M = 1e-6
+"""Flatness [m] that no wave of this package can tell from perfect, whatever the scene's size."""
+
+SLIVER_ASPECT = 1e-4
+"""Height over longest side [-] below which a triangle's own normal is not trusted."""
+
+
+def rounding_m(vertices_m: FloatArray, *, coordinate_bits: int, extent_m: float) -> FloatArray:
+    """Return (n,) how far [m] rounding may have moved each vertex off the plane it was drawn in.
+
+    Parameters
+    ----------
+    vertices_m : (n, 3) float64
+        Vertices [m].
+    coordinate_bits : int
+        Significant bits of the stored coordinates [-]: 24 for float32, 53 for float64.
+    extent_m : float
+        Size of the scene [m].
+
+    Returns
+    -------
+    (n,) float64
+        Tolerance [m].
+
+    Notes
+    -----
+    Rounding moves a coordinate c by at most 2^-bits |c|, and a corner at x off its plane by at most
+    2^-bits |x| (Cauchy's inequality). Both the corner and the plane that it is held against are
+    rounded, and files are turned, moved and scaled after they were rounded: four times that is
+    allowed. Near the origin, where this vanishes, 2^-(bits - 1) of the extent is allowed, but never
+    more than ``FINEST_M``, and always what arithmetic in float64 adds.
+    """
+    unit = 0.5**coordinate_bits
+    floor = min(FINEST_M, 2.0 * unit * extent_m) + 0.5**50 * extent_m
+    tolerance: FloatArray = 4.0 * unit * np.linalg.norm(vertices_m, axis=1) + floor
+    return tolerance
+
+
+def group_planes(
+    vertices_m: FloatArray, faces: IntArray, tolerance_m: FloatArray | float
+) -> IntArray:
+    """Return the (t,) plane label [-] of each triangle, -1 for triangles without area.
+
+    Parameters
+    ----------
+    vertices_m : (n, 3) float64
+        Vertices [m].
+    faces : (t, 3) int64
+        Triangles as indices of welded vertices [-].
+    tolerance_m : (n,) float64 or float
+        How far [m] rounding may have moved each vertex off its plane.
+
+    Returns
+    -------
+    (t,) int64
+        Planes, numbered by their largest triangle.
+
+    Notes
+    -----
+    From the largest triangle on, a plane grows over shared edges and is fitted to all that it holds
+    by least squares. A corner belongs when it is off the plane by no more than its tolerance, times
+    1 at the plane's centre and 1 more for every half width of the plane that it lies further out,
+    since a rounded triangle fixes a plane that much worse there; eight times at most. Afterwards
+    the same holds for every triangle against the final plane. So a facet deviates from its
+    triangles, and is tilted against them, by what rounding explains and by nothing else: a gently
+    curved surface is not followed, however small its triangles. Separate pieces share a plane
+    when the wider one's holds the other piece, three times the tolerance at most, and the other's
+    own plane differs by no more than its rounding tells; of more than a few dozen nearly equal
+    planes some may stay apart, which costs time but loses no path.
+    """
+    tolerance = np.broadcast_to(np.asarray(tolerance_m, dtype=np.float64), (len(vertices_m),))
+    tolerance = np.ascontiguousarray(tolerance)
+    label = np.full(len(faces), -1, dtype=np.int64)
+    area = triangle_area_vectors(vertices_m, faces)
+    size = np.linalg.norm(area, axis=1)
+    corners = vertices_m[faces]
+    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1, initial=0.0)
+    flat = np.flatnonzero(size > 0.5 * tolerance[faces].max(axis=1, initial=0.0) * longest)
+    if len(flat) == 0:
+        return label
+    normal = np.divide(area, size[:, None], out=np.zeros_like(area), where=size[:, None] > 0)
+    edges = np.sort(np.stack((faces, np.roll(faces, -1, axis=1)), axis=2).reshape(-1, 2), axis=1)
+    edge_of, edge_start, sides = row_numbers(edges)
+    seeds = flat[np.argsort(-size[flat], kind="stable")]
+    region, planes = _plane_kernels.grow_regions(
+        seeds,
+        vertices_m,
+        faces,
+        normal,
+        2.0 * size >= SLIVER_ASPECT * longest**2,
+        tolerance,
+        edge_of.reshape(-1, 3),
+        edge_start,
+        sides // 3,
+    )
+    member = region[flat]
+    region_tolerance = np.zeros(len(planes))
+    np.maximum.at(region_tolerance, member, tolerance[faces[flat]].max(axis=1))
+    low, high = vertices_m.min(axis=0), vertices_m.max(axis=0)
+    radius = max(float(np.linalg.norm(high - low)), 1e-300)
+    leader = _plane_kernels.merge_regions(planes, region_tolerance, 0.5 * (low + high), radius)
+    label[flat] = leader[member]
+    # Regions are numbered by their first seed; numbers that a larger one has taken over fall out.
+    label[flat] = np.unique(label[flat], return_inverse=True)[1].reshape(-1)
+    return label

@@ -1,0 +1,54 @@
+"""Checks of single values that the navigation modules share."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from octant.geometries.errors import NavigationError
+
+
+def check_positive(value: float, *, name: str, unit: str, allow_zero: bool = False) -> None:
+    """Return nothing; refuse a value that is not positive and finite.
+
+    Parameters
+    ----------
+    value : float
+        What was given [unit as named].
+    name : str
+        Name in the message.
+    unit : str
+        Unit in the message.
+    allow_zero : bool
+        Accept zero too [-].
+
+    Raises
+    ------
+    NavigationError
+        When it is negative, zero (unless allowed), infinite or NaN.
+    """
+    if not np.isfinite(value) or value < 0.0 or (value == 0.0 and not allow_zero):
+        allowed = "zero or positive" if allow_zero else "positive"
+        msg = f"{name} is {value:g} {unit}, but it must be {allowed} and finite: correct it."
+        raise NavigationError(msg)
+
+
+def check_choice(value: str, allowed: Sequence[str], *, name: str) -> None:
+    """Return nothing; refuse a name that is not among the allowed ones.
+
+    Parameters
+    ----------
+    value : str
+        What was given.
+    allowed : sequence of str
+        The names there are.
+    name : str
+        Name in the message.
+
+    Raises
+    ------
+    NavigationError
+        When it is none of them.
+    """
+    if value not in allowed:
+        msg = f"{name} is {value!r}, but it must be one of {list(allowed)}: choose one."
+        raise NavigationError(msg)

@@ -1,0 +1,123 @@
+"""``octant dock``: what it writes, that it repeats itself, and what it refuses."""
+
+import csv
+from pathlib import Path
+
+import pytest
+
+from octant.reader_design.config.loading import load_study
+from octant.reader_design.docking.missions import docking_task
+from octant.reader_design.docking.run import docking_rooms
+
+STUDY = """
+name = "station"
+seed = 3
+[radio]
+frequency_hz = 2.44e9
+[room]
+box_m = [7.0, 7.0, 3.1]
+origin_m = [-1.0, -1.0, 0.0]
+material = "concrete"
+[[tag]]
+id = "dock"
+position_m = [4.0, 2.5, 3.1]
+[reader]
+response = "isolated"
+[solver]
+max_reflections = 1
+[dock]
+tag = "dock"
+landmark_position_m = [6.0, 2.5, 0.6]
+runs = 2
+tries = 1
+[[layout]]
+name = "free"
+[layout.room]
+free_space = true
+"""
+FIGURES = {
+    "ways",
+    "errors",
+    "run",
+    "stall",
+    "filter_path",
+    "filter_no_slips",
+    "filter_slips",
+    "slips",
+    "filter_straight",
+    "histograms",
+    "consistency",
+    "law",
+    "regulators",
+    "gains",
+}
+
+
+@pytest.mark.slow
+def test_a_study_leaves_tables_figures_and_a_report(octant, study_file, tmp_path):
+    study, out = study_file(STUDY), tmp_path / "out"
+    call = octant("dock", study, "--out", out, "-q")
+    assert call.code == 0, call
+    assert "of 2 runs docked" in call.out
+    rows = list(csv.DictReader((out / "docking.csv").read_text().splitlines()))
+    assert [(r["layout"], r["run"]) for r in rows] == [
+        ("station", "0"),
+        ("station", "1"),
+        ("free", "0"),
+        ("free", "1"),
+    ]
+    assert all(r["reason"] for r in rows)
+    assert {p.stem for p in (out / "figures").iterdir()} == {f"dock_{name}" for name in FIGURES}
+    page = (out / "report.html").read_text()
+    assert page.count("<img") == len(FIGURES)
+    assert load_study(out / "study.toml") == load_study(study)
+    assert "exists" in octant("dock", study, "--out", out, "-q").refused()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "part"),
+    [
+        ("[6.0, 2.5, 0.6]", "[6.2, 2.5, 0.6]", "inside a wall"),
+        ("runs = 2", "landmark_heading_deg = 180", "inside a wall"),
+        ("runs = 2", "sample_time_s = 0", "dock.sample_time_s"),
+        ("runs = 2", "reading_time_s = -1", "dock.reading_time_s"),
+        ("runs = 2", "gamma_per_s = 0", "dock.gamma_per_s"),
+        ("runs = 2", "staging_m = 0.3", "staging_m"),
+        ("runs = 2", "stand_off_m = 0.1", "does not fit"),
+        ("runs = 2", "landmrk_position_m = [1, 1, 1]", "'landmark_position_m'"),
+        ('tag = "dock"', 'tag = "dok"', "'dock'"),
+        ("runs = 2", "start_low_m = [0, 0]", "only one is given"),
+        ("runs = 2", "start_low_m = [0, 0]\nstart_high_m = [0, 1]", "lower corner"),
+    ],
+)
+def test_bad_docks_are_refused_in_one_sentence(octant, study_file, tmp_path, old, new, part):
+    assert old in STUDY
+    study = study_file(STUDY.replace(old, new))
+    assert part in octant("dock", study, "--out", tmp_path / "out").refused()
+    assert not (tmp_path / "out").exists()
+
+
+def test_the_built_in_study_has_the_papers_station_in_a_room_and_in_free_space():
+    study = load_study(built_in="dock_study")
+    assert [room.name for room in docking_rooms(study)] == ["docking-station", "free-space"]
+    task = docking_task(study.dock)
+    law, limits = task.fine.law, task.fine.limits
+    assert (law.gamma_per_s, law.h, law.k_per_s) == (0.125, 20.0, 1.0)
+    assert limits.max_speed_m_per_s == pytest.approx(limits.max_turn_rate_rad_per_s) == 0.2
+    assert task.goal == pytest.approx([5.5, 2.5, 0.0])
+
+
+def test_the_example_in_the_furnished_office_fits_its_room():
+    example = Path(__file__).parents[2] / "examples" / "docking_office.toml"
+    (room,) = docking_rooms(load_study(example))
+    assert room.scene.has_room
+
+
+def test_a_study_without_a_dock_is_refused(octant, study_file, tmp_path):
+    assert "[dock]" in octant("dock", study_file(), "--out", tmp_path / "out").refused()
+
+
+def test_gains_outside_the_region_are_warned_of(octant, study_file, tmp_path):
+    text = STUDY.replace("runs = 2", "k_per_s = 9\nstand_off_m = 0.1")
+    call = octant("dock", study_file(text), "--out", tmp_path / "out")
+    assert "warning: k_per_s is 9 1/s, outside the region" in call.err
