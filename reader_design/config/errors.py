@@ -12,6 +12,9 @@ Path = tuple[str | int, ...]
 
 _UNITS = {
     "_s_per_m": "S/m",
+    "_rad_per_s": "rad/s",
+    "_per_m": "1/m",
+    "_dbm": "dBm",
     "_m_per_s": "m/s",
     "_deg_per_s": "degrees/s",
     "_per_s": "1/s",

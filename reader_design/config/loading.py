@@ -29,7 +29,8 @@ def load_study(path: str | Path | None = None, *, built_in: str = "thesis_study"
     path : str, Path or None
         A TOML file; None: a built-in study.
     built_in : str
-        Which: ``thesis_study``, or ``dock_study`` of ``octant dock``.
+        Which: ``thesis_study``, ``track_study`` of ``octant track``, or ``dock_study`` of
+        ``octant dock``.
 
     Returns
     -------
@@ -128,6 +129,8 @@ def to_toml(study: Study, *, relative_to: Path | None = None) -> str:
     for room in [tables["room"], *(e["room"] for e in tables["layout"] if e["room"])]:
         _tidy_room(room)
     tables["reader"]["object"] = tables["reader"]["object"] or None
+    if tables["track"]:
+        tables["track"]["trajectory"] = tables["track"]["trajectory"] or None
     empty = [key for key in ("tag", "layout") if not tables[key]]
     return toml_text({key: value for key, value in tables.items() if key not in empty})
 

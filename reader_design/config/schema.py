@@ -20,6 +20,7 @@ from octant.reader_design.config.room import (
     RoomObject,
     Table,
 )
+from octant.reader_design.config.track import Track
 
 ReaderAntenna = Literal["dipole", "monopole"]
 ReaderModel = Literal["fullwave", "rays", "isolated", "files"]
@@ -296,6 +297,8 @@ class Study(Table, frozen=True, kw_only=True):
         The tables ``[[tag]]``.
     mission : Mission or None
         None: the study drives no robot.
+    track : Track or None
+        Trajectory tracking from RSS; None: the study has none.
     dock : Dock or None
         Docking at a tagged station; None: the study has none.
     layouts : tuple of Layout
@@ -312,5 +315,6 @@ class Study(Table, frozen=True, kw_only=True):
     solver: Solver = Solver()
     map: Map = Map()
     mission: Mission | None = None
+    track: Track | None = None
     dock: Dock | None = None
     layouts: tuple[Layout, ...] = msgspec.field(default=(), name="layout")

@@ -7,8 +7,9 @@ every text it is given.
 import base64
 import html
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 STYLE = """
 :root { color-scheme: light dark; --ink: #1c2126; --soft: #5c6670; --line: #dfe3e7;
@@ -160,6 +161,24 @@ class Report:
     warnings: tuple[str, ...]
     facts: tuple[tuple[str, str], ...]
     sections: tuple[ReportSection, ...]
+
+
+def embedded_figures(
+    figures: Mapping[str, Sequence[tuple[str, str, Path]]], section: str
+) -> tuple[ReportFigure, ...]:
+    """Return the figures of a section with their images read in [-].
+
+    Parameters
+    ----------
+    figures : mapping of str to sequence of (str, str, Path)
+        By section: title, caption and PNG file of each figure.
+    section : str
+        Which.
+    """
+    return tuple(
+        ReportFigure(title=title, caption=caption, png=path.read_bytes())
+        for title, caption, path in figures.get(section, ())
+    )
 
 
 def _text(value: str) -> str:

@@ -9,7 +9,13 @@ import numpy as np
 from octant.em.response_comparison import ResponseDifference
 from octant.reader_design.config.schema import Solver
 from octant.reader_design.report.approximations import approximation_table
-from octant.reader_design.report.html import Report, ReportFigure, ReportSection, ReportTable
+from octant.reader_design.report.html import (
+    Report,
+    ReportFigure,
+    ReportSection,
+    ReportTable,
+    embedded_figures,
+)
 from octant.reader_design.report.score_tables import SCORE_MEANINGS, merit_table, score_table
 from octant.reader_design.report.thesis import (
     Claim,
@@ -152,36 +158,27 @@ def study_report(content: StudyContent, figures: dict[str, list[tuple[str, str, 
         sections=tuple(
             section
             for section in (
-                _sweep_section(content, _embedded(figures, "sweep")),
+                _sweep_section(content, embedded_figures(figures, "sweep")),
                 ReportSection(
                     heading="The chosen reader",
                     points=_design_points(content),
                     tables=(approximation_table(content.approximations),)
                     if content.approximations
                     else (),
-                    figures=_embedded(figures, "reader"),
+                    figures=embedded_figures(figures, "reader"),
                 ),
                 ReportSection(
                     heading="The room",
                     points=_room_points(content),
-                    figures=_embedded(figures, "room"),
+                    figures=embedded_figures(figures, "room"),
                 ),
-                _mission_section(content, _embedded(figures, "mission")),
+                _mission_section(content, embedded_figures(figures, "mission")),
                 _scores_section(content),
                 _validity_section(content),
                 _study_section(content),
             )
             if section is not None
         ),
-    )
-
-
-def _embedded(
-    figures: dict[str, list[tuple[str, str, Path]]], section: str
-) -> tuple[ReportFigure, ...]:
-    return tuple(
-        ReportFigure(title=title, caption=caption, png=path.read_bytes())
-        for title, caption, path in figures.get(section, [])
     )
 
 

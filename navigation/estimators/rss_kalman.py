@@ -1,0 +1,300 @@
+"""Discrete Kalman filters on RSS: extended and unscented."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.geometries.errors import NavigationError
+from octant.navigation.estimators.kalman import Gaussian, innovate, predict, update
+from octant.navigation.estimators.pose_filters import RssModel, SmoothRssModel, WheelMotion
+
+FloatArray = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RssAssumptions:
+    """Return what a filter assumes of the noise on RSS readings.
+
+    Parameters
+    ----------
+    sigma_db : float
+        Standard deviation of each reading [dB].
+    mean_sigma_db : float
+        How uncertain the noise's common mean is at the start [dB]; 0: it is taken for zero, as the
+        thesis' filter does.
+
+    Raises
+    ------
+    NavigationError
+        When the covariance of the readings is zero, or a value is negative or not finite.
+    """
+
+    sigma_db: float = 50.0
+    mean_sigma_db: float = 50.0
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.sigma_db) and self.sigma_db > 0.0):
+            msg = (
+                f"the readings' standard deviation is {self.sigma_db} dB, but a filter divides by "
+                "their covariance, which must not be zero: give a positive deviation."
+            )
+            raise NavigationError(msg)
+        if not (np.isfinite(self.mean_sigma_db) and self.mean_sigma_db >= 0.0):
+            msg = (
+                f"mean_sigma_db is {self.mean_sigma_db} dB, but it must be finite and not "
+                "negative: 0 leaves the mean out."
+            )
+            raise NavigationError(msg)
+
+    def begin(self, poses: FloatArray, covariance: FloatArray) -> Gaussian:
+        """Return the first belief: the pose, and the mean where it is estimated.
+
+        Parameters
+        ----------
+        poses : (r, 3) float64
+            x [m], y [m], heading [rad].
+        covariance : (3, 3) float64
+            Of the pose [m², rad²].
+        """
+        states = 4 if self.mean_sigma_db > 0.0 else 3
+        mean = np.zeros((len(poses), states))
+        mean[:, :3] = poses
+        whole = np.zeros((states, states))
+        whole[:3, :3] = covariance
+        whole[3:, 3:] = self.mean_sigma_db**2
+        return Gaussian(mean=mean, covariance=np.tile(whole, (len(poses), 1, 1)))
+
+
+def with_zero_rows(states: int, matrix: FloatArray) -> FloatArray:
+    """Return Jacobians of the pose, (r, 3, c), with zero rows for further states, (r, n, c).
+
+    Parameters
+    ----------
+    states : int
+        Number n of states [-].
+    matrix : (r, 3, c) float64
+        Derivatives of the pose [m, rad per unit of the columns].
+    """
+    out = np.zeros((len(matrix), states, matrix.shape[2]))
+    out[:, :3] = matrix
+    return out
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RssFilter:
+    """Return what the Kalman filters on RSS share: motion, noise, first belief, pose.
+
+    Parameters
+    ----------
+    motion : WheelMotion
+        How the wheels move the robot.
+    noise : RssAssumptions
+        Of the readings.
+    """
+
+    motion: WheelMotion
+    noise: RssAssumptions
+
+    def begin(
+        self, poses: FloatArray, covariance: FloatArray, rngs: Sequence[np.random.Generator]
+    ) -> Gaussian:
+        """Return what is believed at the start: (r, 3 or 4) means, the fourth the noise's mean.
+
+        Parameters
+        ----------
+        poses : (r, 3) float64
+            x [m], y [m], heading [rad].
+        covariance : (3, 3) float64
+            Of the pose [m², rad²].
+        rngs : sequence of numpy.random.Generator
+            Not used.
+        """
+        del rngs
+        return self.noise.begin(poses, covariance)
+
+    def poses(self, belief: Gaussian) -> FloatArray:
+        """Return the estimated poses, (r, 3) [m, rad].
+
+        Parameters
+        ----------
+        belief : Gaussian
+            What `step` returned.
+        """
+        return belief.mean[:, :3]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ExtendedKalman(RssFilter):
+    """Return the discrete extended Kalman filter, in Joseph form, with a step of O(n² s).
+
+    Parameters
+    ----------
+    motion : WheelMotion
+        How the wheels move the robot.
+    sensor : SmoothRssModel
+        RSS against place.
+    noise : RssAssumptions
+        Of the readings.
+
+    Notes
+    -----
+    All s readings have the same independent noise, so that an orthogonal transform may turn them:
+    with H = Q R, the n numbers Qᵀ (z - h) hold all that is heard of the n states, and their
+    Jacobian is R. The update by them is the same, in systems of n instead of s.
+    """
+
+    sensor: SmoothRssModel
+
+    def step(
+        self,
+        belief: Gaussian,
+        wheel_rates: FloatArray,
+        rss_dbm: FloatArray | None,
+        rngs: Sequence[np.random.Generator],
+    ) -> Gaussian:
+        """Return what is believed one period later.
+
+        Parameters
+        ----------
+        belief : Gaussian
+            Before.
+        wheel_rates : (r, 2) float64
+            Right and left [rad/s].
+        rss_dbm : (r, s) float64 or None
+            Readings at the period's end [dBm].
+        rngs : sequence of numpy.random.Generator
+            Not used.
+        """
+        del rngs
+        moved = predict_motion(self.motion, belief, wheel_rates)
+        if rss_dbm is None:
+            return moved
+        predicted, slopes = expected_readings(self.sensor, moved)
+        turned, small = np.linalg.qr(slopes)
+        heard = np.swapaxes(turned, 1, 2) @ (rss_dbm - predicted)[..., None]
+        innovation = innovate(
+            moved,
+            heard[..., 0],
+            observation=small,
+            measurement_noise=self.noise.sigma_db**2 * np.eye(small.shape[1]),
+            predicted=np.zeros(small.shape[:2]),
+        )
+        return update(moved, innovation)
+
+
+def predict_motion(motion: WheelMotion, belief: Gaussian, wheel_rates: FloatArray) -> Gaussian:
+    """Return a Gaussian belief after one period of wheel motion, before any reading.
+
+    Parameters
+    ----------
+    motion : WheelMotion
+        The motion and its noise.
+    belief : Gaussian
+        The first three states are the pose [m, rad]; further ones do not change.
+    wheel_rates : (r, 2) float64
+        Right and left [rad/s].
+    """
+    by_pose, by_rates = motion.jacobians(belief.mean[:, :3], wheel_rates)
+    states = belief.mean.shape[1]
+    transition = np.tile(np.eye(states), (len(by_pose), 1, 1))
+    transition[:, :3, :3] = by_pose
+    spread = motion.rate_sigma_rad_per_s * with_zero_rows(states, by_rates)
+    mean = belief.mean.copy()
+    mean[:, :3] = motion.moved(belief.mean[:, :3], wheel_rates)
+    return predict(
+        belief,
+        transition=transition,
+        process_noise=spread @ np.swapaxes(spread, 1, 2),
+        moved_mean=mean,
+    )
+
+
+def expected_readings(sensor: SmoothRssModel, belief: Gaussian) -> tuple[FloatArray, FloatArray]:
+    """Return the expected readings (r, s) [dBm] and their slopes (r, s, n) by all states.
+
+    Parameters
+    ----------
+    sensor : SmoothRssModel
+        RSS against place.
+    belief : Gaussian
+        Pose [m, rad], and the noise's mean [dB] where there is a fourth state.
+    """
+    mean = belief.mean
+    predicted = sensor.rss_dbm(mean[:, :2])
+    slopes = np.zeros((*predicted.shape, mean.shape[1]))
+    slopes[:, :, :2] = sensor.slopes_db_per_m(mean[:, :2])
+    if mean.shape[1] == 4:
+        predicted = predicted + mean[:, 3:]
+        slopes[:, :, 3] = 1.0
+    return predicted, slopes
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class UnscentedKalman(RssFilter):
+    """Return the unscented Kalman filter: sigma points in place of slopes.
+
+    Parameters
+    ----------
+    motion : WheelMotion
+        How the wheels move the robot.
+    sensor : RssModel
+        RSS against place; it need not be smooth.
+    noise : RssAssumptions
+        Of the readings.
+
+    Notes
+    -----
+    The symmetric set of 2 n points with equal weights (Julier and Uhlmann with κ = 0, the cubature
+    rule of third degree), for the readings; the motion is nearly linear over a period and is
+    predicted as in the extended filter. The gain P_xz (P_zz + σ² I)⁻¹ is solved among the 2 n
+    points, not among the s readings.
+    """
+
+    sensor: RssModel
+
+    def step(
+        self,
+        belief: Gaussian,
+        wheel_rates: FloatArray,
+        rss_dbm: FloatArray | None,
+        rngs: Sequence[np.random.Generator],
+    ) -> Gaussian:
+        """Return what is believed one period later.
+
+        Parameters
+        ----------
+        belief : Gaussian
+            Before.
+        wheel_rates : (r, 2) float64
+            Right and left [rad/s].
+        rss_dbm : (r, s) float64 or None
+            Readings at the period's end [dBm].
+        rngs : sequence of numpy.random.Generator
+            Not used.
+        """
+        del rngs
+        moved = predict_motion(self.motion, belief, wheel_rates)
+        return moved if rss_dbm is None else self._corrected(moved, rss_dbm)
+
+    def _corrected(self, belief: Gaussian, rss_dbm: FloatArray) -> Gaussian:
+        runs, states = belief.mean.shape
+        root = np.swapaxes(np.linalg.cholesky(states * belief.covariance), 1, 2)
+        points = belief.mean[:, None] + np.concatenate([root, -root], axis=1)
+        flat = points.reshape(-1, states)
+        read = self.sensor.rss_dbm(flat[:, :2])
+        if states == 4:
+            read = read + flat[:, 3:]
+        read = read.reshape(runs, 2 * states, -1)
+        predicted = read.mean(axis=1)
+        spread = (read - predicted[:, None]) / np.sqrt(2 * states)
+        offset = (points - belief.mean[:, None]) / np.sqrt(2 * states)
+        heard = (spread @ (rss_dbm - predicted)[..., None])[..., 0]
+        gram = spread @ np.swapaxes(spread, 1, 2)
+        noisy = gram + self.noise.sigma_db**2 * np.eye(2 * states)
+        # K = X (Y'Y + s² I)^-1 Y' with X the points' and Y' the readings' offsets.
+        mean = belief.mean + np.sum(offset * np.linalg.solve(noisy, heard[..., None]), axis=1)
+        shrunk = np.swapaxes(offset, 1, 2) @ np.linalg.solve(noisy, gram @ offset)
+        covariance = belief.covariance - 0.5 * (shrunk + np.swapaxes(shrunk, 1, 2))
+        return Gaussian(mean=mean, covariance=covariance)

@@ -1,0 +1,274 @@
+"""The closed loop: robot, readings, estimator and controller, all runs of a set in step."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.geometries._arrays import frozen_array
+from octant.geometries.errors import NavigationError
+from octant.navigation.bearing import wrap_angle
+from octant.navigation.estimators.pose_filters import PoseEstimator, RssModel
+from octant.navigation.odometry import counted_rotation
+from octant.navigation.robot import DifferentialDrive
+from octant.navigation.rss_models import RssNoise
+from octant.navigation.tracking.controllers import TrackingController
+from octant.navigation.tracking.trajectories import DesiredTrajectory
+
+FloatArray = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class World:
+    """Return what really happens: the robot, its disturbances and its readings.
+
+    Parameters
+    ----------
+    robot : DifferentialDrive
+        The robot and its limits.
+    period_s : float
+        Sample period T [s].
+    sensor : RssModel
+        RSS that the tags really send.
+    noise : RssNoise
+        On every reading.
+    rate_sigma_rad_per_s : float
+        Standard deviation of what each wheel adds to its commanded rate in a period [rad/s].
+    start_covariance : (3, 3) float64
+        How wrong the assumed start is, or its diagonal [m², rad²].
+    reading_every : int
+        Periods from one reading of the tags to the next [-].
+    encoder_tick_rad : float or None
+        The estimator is told what wheel encoders of this resolution count [rad]; None: what was
+        commanded, as in the thesis.
+
+    Raises
+    ------
+    NavigationError
+        When a number is out of range.
+    """
+
+    robot: DifferentialDrive
+    period_s: float
+    sensor: RssModel
+    noise: RssNoise
+    rate_sigma_rad_per_s: float
+    start_covariance: FloatArray
+    reading_every: int = 1
+    encoder_tick_rad: float | None = None
+
+    def __post_init__(self) -> None:
+        given = np.array(self.start_covariance, dtype=np.float64)
+        covariance = frozen_array(
+            np.diag(given) if given.ndim == 1 else given,
+            name="start_covariance",
+            shape=(3, 3),
+            error=NavigationError,
+        )
+        object.__setattr__(self, "start_covariance", covariance)
+        if not (
+            self.period_s > 0.0 and self.rate_sigma_rad_per_s >= 0.0 and self.reading_every > 0
+        ):
+            msg = (
+                f"period_s is {self.period_s} s, rate_sigma {self.rate_sigma_rad_per_s} rad/s and "
+                f"reading_every {self.reading_every}, but they must be positive, not negative and "
+                "at least 1: correct the one that is not."
+            )
+            raise NavigationError(msg)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TrackingRecord:
+    """Return what a set of runs did.
+
+    Parameters
+    ----------
+    desired : DesiredTrajectory
+        What was to be followed.
+    poses : (r, k + 1, 3) float64
+        True x [m], y [m], heading [rad].
+    estimates : (r, k + 1, 3) float64
+        Estimated ones [m, rad].
+    wheel_rates : (r, k, 2) float64
+        Commanded right and left, cut to the limits [rad/s].
+    """
+
+    desired: DesiredTrajectory
+    poses: FloatArray
+    estimates: FloatArray
+    wheel_rates: FloatArray
+
+    def __post_init__(self) -> None:
+        runs, samples = len(self.poses), self.desired.steps + 1
+        for name, shape in (
+            ("poses", (runs, samples, 3)),
+            ("estimates", (runs, samples, 3)),
+            ("wheel_rates", (runs, samples - 1, 2)),
+        ):
+            array = frozen_array(getattr(self, name), name=name, shape=shape, error=NavigationError)
+            object.__setattr__(self, name, array)
+
+    @property
+    def errors_m(self) -> FloatArray:
+        """Return the (r, k + 1) distances to the desired place at the same time [m]."""
+        offset = self.poses[..., :2] - self.desired.poses[:, :2]
+        errors: FloatArray = np.linalg.norm(offset, axis=-1)
+        return errors
+
+    @property
+    def average_error_m(self) -> FloatArray:
+        """Return the (r,) errors averaged over time, E / (t_f - t_0) of thesis (3.11) [m]."""
+        average: FloatArray = self.errors_m[:, :-1].mean(axis=1)
+        return average
+
+    @property
+    def final_error_m(self) -> FloatArray:
+        """Return the (r,) last errors [m]."""
+        return self.errors_m[:, -1]
+
+    @property
+    def final_heading_error_rad(self) -> FloatArray:
+        """Return the (r,) sizes of the last heading errors [rad]."""
+        return np.abs(wrap_angle(self.poses[:, -1, 2] - self.desired.poses[-1, 2]))
+
+    @property
+    def estimation_errors_m(self) -> FloatArray:
+        """Return the (r, k + 1) distances of the estimated from the true place [m]."""
+        offset = self.poses[..., :2] - self.estimates[..., :2]
+        errors: FloatArray = np.linalg.norm(offset, axis=-1)
+        return errors
+
+    def share_within_m(self, share: float) -> FloatArray:
+        """Return the (r,) errors that are not exceeded for a share of the time [m].
+
+        Parameters
+        ----------
+        share : float
+            From 0 to 1 [-]; 0.9 for the thesis' "90 % of the time".
+        """
+        quantile: FloatArray = np.quantile(self.errors_m, share, axis=1)
+        return quantile
+
+
+def run_seeds(seed: int, runs: int) -> list[np.random.SeedSequence]:
+    """Return one seed for each run, the same for run i whatever the number of runs [-].
+
+    Parameters
+    ----------
+    seed : int
+        Base seed, not negative [-].
+    runs : int
+        Number of runs, at least 1 [-].
+
+    Raises
+    ------
+    NavigationError
+        When one is out of range.
+    """
+    if seed < 0 or runs < 1:
+        msg = f"seed is {seed} and runs is {runs}, but they must be at least 0 and 1: raise them."
+        raise NavigationError(msg)
+    return np.random.SeedSequence(seed).spawn(runs)
+
+
+def drive(
+    controller: TrackingController,
+    estimator: PoseEstimator[Any],
+    world: World,
+    desired: DesiredTrajectory,
+    *,
+    start: npt.ArrayLike,
+    seeds: Sequence[np.random.SeedSequence],
+) -> TrackingRecord:
+    """Return the record of many runs of one tracking task, in the order of their seeds.
+
+    Parameters
+    ----------
+    controller : TrackingController
+        What decides.
+    estimator : PoseEstimator
+        What it is told of the pose.
+    world : World
+        What really happens.
+    desired : DesiredTrajectory
+        Sampled at the world's period.
+    start : (3,) float64
+        True x [m], y [m], heading [rad] at the beginning of every run.
+    seeds : sequence of numpy.random.SeedSequence
+        One for each run, from `run_seeds`: what happens in a run depends on its seed alone.
+
+    Returns
+    -------
+    TrackingRecord
+        Of all runs.
+
+    Raises
+    ------
+    NavigationError
+        When the trajectory's period is not the world's.
+
+    Notes
+    -----
+    In each period: decide from the estimate and the last reading, move on the exact arc with the
+    wheels' noise added, read, estimate. All runs advance together, so that the estimators and the
+    radio model work on arrays of runs.
+    """
+    if abs(desired.period_s - world.period_s) > 1e-12:
+        msg = (
+            f"the trajectory is sampled every {desired.period_s:g} s, but the world's period is "
+            f"{world.period_s:g} s: sample it at the same."
+        )
+        raise NavigationError(msg)
+    pairs = [[np.random.default_rng(child) for child in _children(seed)] for seed in seeds]
+    rngs, own = [pair[0] for pair in pairs], [pair[1] for pair in pairs]
+    runs, steps = len(rngs), desired.steps
+    true = np.tile(np.asarray(start, dtype=np.float64), (runs, 1))
+    wrong = np.linalg.cholesky(world.start_covariance + 1e-18 * np.eye(3))
+    assumed = true + np.array([wrong @ rng.normal(size=3) for rng in rngs])
+    belief = estimator.begin(assumed, world.start_covariance, own)
+    rss = _read(world, true, rngs)
+    poses, estimates = np.empty((runs, steps + 1, 3)), np.empty((runs, steps + 1, 3))
+    commanded, turned = np.empty((runs, steps, 2)), np.zeros((runs, 2))
+    poses[:, 0], estimates[:, 0] = true, estimator.poses(belief)
+    for k in range(steps):
+        rates = world.robot.saturate(controller.wheel_rates(k, estimates[:, k].copy(), rss))
+        noise = np.array([rng.normal(0.0, world.rate_sigma_rad_per_s, 2) for rng in rngs])
+        real = rates + noise
+        true = world.robot.step_arc(true, real, period_s=world.period_s)
+        told, turned = _told(world, rates, real, turned)
+        heard = (k + 1) % world.reading_every == 0
+        if heard:
+            rss = _read(world, true, rngs)
+        belief = estimator.step(belief, told, rss if heard else None, own)
+        poses[:, k + 1], estimates[:, k + 1] = true, estimator.poses(belief)
+        commanded[:, k] = rates
+    return TrackingRecord(desired=desired, poses=poses, estimates=estimates, wheel_rates=commanded)
+
+
+def _children(seed: np.random.SeedSequence) -> list[np.random.SeedSequence]:
+    """Return the seeds of the world and of the estimator; unlike spawn, the same every time."""
+    return [
+        np.random.SeedSequence(entropy=seed.entropy, spawn_key=(*seed.spawn_key, i))
+        for i in range(2)
+    ]
+
+
+def _read(world: World, true: FloatArray, rngs: Sequence[np.random.Generator]) -> FloatArray:
+    clean = world.sensor.rss_dbm(true[:, :2])
+    noisy: FloatArray = clean + np.array([world.noise.draw((clean.shape[1],), rng) for rng in rngs])
+    return noisy
+
+
+def _told(
+    world: World, commanded: FloatArray, real: FloatArray, turned: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return the wheel rates that the estimator is told, and how far the wheels have turned."""
+    if world.encoder_tick_rad is None:
+        return commanded, turned
+    after = turned + world.period_s * real
+    before_count, count = (
+        counted_rotation(angle, tick_rad=world.encoder_tick_rad) for angle in (turned, after)
+    )
+    return (count - before_count) / world.period_s, after

@@ -1,0 +1,252 @@
+"""Optimal measurement feedback, thesis chapter 6: wheel rates straight from RSS, by training."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.geometries._arrays import frozen_array
+from octant.geometries.errors import NavigationError
+from octant.navigation.rss_models import LogExponentialLaw, RssNoise, TagMesh
+from octant.navigation.tracking import _feedback_kernels
+from octant.navigation.tracking.nominal import FIRST_GAIN
+from octant.navigation.tracking.problem import TrackingProblem
+
+FloatArray = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FeedbackTask:
+    """Return what a feedback gain is trained for.
+
+    Parameters
+    ----------
+    problem : TrackingProblem
+        Trajectory, start, weights and robot, without substeps: one Euler step in a period, as in
+        the thesis.
+    tags_m : (s, 3) float64
+        Places of the tags [m]; the robot does not know them.
+    law : LogExponentialLaw
+        RSS of the tags, (6.2).
+
+    Raises
+    ------
+    NavigationError
+        When the problem has substeps.
+    """
+
+    problem: TrackingProblem
+    tags_m: FloatArray
+    law: LogExponentialLaw
+
+    def __post_init__(self) -> None:
+        mesh = TagMesh(tags_m=self.tags_m, law=self.law)
+        object.__setattr__(self, "tags_m", mesh.tags_m)
+        if self.problem.substeps != 1:
+            msg = (
+                f"the problem has {self.problem.substeps} substeps, but measurement feedback reads "
+                "in every step: sample the trajectory at the control period."
+            )
+            raise NavigationError(msg)
+
+    @property
+    def record_shape(self) -> tuple[int, int]:
+        """Return periods and tags of a noise record [-]."""
+        return self.problem.intervals, len(self.tags_m)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FeedbackRun:
+    """Return one run of the feedback on one noise record.
+
+    Parameters
+    ----------
+    cost : float
+        J of (6.5) [-].
+    gradient : (k, 2, s) float64
+        dJ/dK, the period times the Hamiltonian's gradient (6.23) [dBm s/rad].
+    poses : (k + 1, 3) float64
+        x [m], y [m], heading [rad].
+    wheel_rates : (k, 2) float64
+        Right and left [rad/s].
+    """
+
+    cost: float
+    gradient: FloatArray
+    poses: FloatArray
+    wheel_rates: FloatArray
+
+    def errors_m(self, problem: TrackingProblem) -> FloatArray:
+        """Return the (k + 1,) distances to the desired places [m].
+
+        Parameters
+        ----------
+        problem : TrackingProblem
+            With the desired trajectory.
+        """
+        offset = self.poses[:, :2] - problem.desired.poses[:, :2]
+        errors: FloatArray = np.linalg.norm(offset, axis=1)
+        return errors
+
+
+def run_feedback(task: FeedbackTask, gains: FloatArray, noise_db: FloatArray) -> FeedbackRun:
+    """Return what u = K z does with one noise record, and the gradient of its cost.
+
+    Parameters
+    ----------
+    task : FeedbackTask
+        The task.
+    gains : (k, 2, s) float64
+        K of every period [rad/s per dBm].
+    noise_db : (k, s) float64
+        ζ of every period [dB].
+
+    Notes
+    -----
+    Thesis (6.1)-(6.8): the state equation meant is (6.4), with K of 2 x s (2 x 9 for nine tags; its
+    6.5 prints 2 x 4). The costate (6.11) holds the slopes of the RSS as well.
+    """
+    steps, tags = task.record_shape
+    gradient = np.zeros((steps, 2, tags))
+    poses, rates = np.empty((steps + 1, 3)), np.empty((steps, 2))
+    cost = _feedback_kernels.feedback_cost(
+        np.ascontiguousarray(gains, dtype=np.float64),
+        np.ascontiguousarray(noise_db, dtype=np.float64),
+        *_arguments(task),
+        poses,
+        rates,
+        np.empty((steps, tags)),
+        gradient,
+    )
+    return FeedbackRun(cost=float(cost), gradient=gradient, poses=poses, wheel_rates=rates)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FeedbackTraining:
+    """Return how a gain is trained: the five steps of thesis 6.4 with a step that converges.
+
+    Parameters
+    ----------
+    iterations : int
+        At most so many [-].
+    momentum : float
+        λ, from 0 to below 1 [-].
+    first_step : float
+        ε before the first iteration [-].
+    tolerance : float
+        δ_1 and δ_2 of step 5 [-].
+
+    Raises
+    ------
+    NavigationError
+        When a number is out of its range.
+
+    Notes
+    -----
+    ε multiplies H_K T / |z|², so that it acts on the wheel rates and has no unit of its own, and it
+    adapts as in `octant.navigation.tracking.nominal.GainDescent`. The thesis asks for 0 < ε < 1
+    without dividing: that diverges for any ε above about 1e-9.
+    """
+
+    iterations: int = 4000
+    momentum: float = 0.99
+    first_step: float = 0.01
+    tolerance: float = 1e-12
+
+    def __post_init__(self) -> None:
+        if not (self.iterations >= 1 and 0.0 <= self.momentum < 1.0 and self.first_step > 0.0):
+            msg = (
+                f"iterations is {self.iterations}, momentum {self.momentum} and first_step "
+                f"{self.first_step}, but they must be at least 1, from 0 to below 1 and positive: "
+                "correct the one that is not."
+            )
+            raise NavigationError(msg)
+
+    def train(self, task: FeedbackTask, noise_db: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
+        """Return gains trained on noise records, and the mean cost after every iteration.
+
+        Parameters
+        ----------
+        task : FeedbackTask
+            The task.
+        noise_db : (n, k, s) float64
+            Noise records [dB]: one, as published, makes gains that know its noise by heart; many
+            make gains that expect any noise.
+
+        Returns
+        -------
+        gains : (k, 2, s) float64
+            K of every period [rad/s per dBm].
+        costs : (i,) float64
+            J, averaged over the records [-].
+        """
+        records = frozen_array(
+            noise_db, name="noise_db", shape=(None, *task.record_shape), error=NavigationError
+        )
+        steps, tags = task.record_shape
+        gains = np.full((steps, 2, tags), FIRST_GAIN)
+        costs = np.empty(self.iterations)
+        done = _feedback_kernels.train(
+            gains,
+            records,
+            *_arguments(task),
+            self.momentum,
+            self.first_step,
+            self.tolerance,
+            costs,
+        )
+        return gains, costs[:done]
+
+
+def replay_and_fresh_m(
+    task: FeedbackTask,
+    noise: RssNoise,
+    training: FeedbackTraining,
+    seed: np.random.SeedSequence,
+) -> tuple[FloatArray, FeedbackRun, FeedbackRun]:
+    """Return the average errors of one training on one record: on that record, and on a new one.
+
+    Parameters
+    ----------
+    task : FeedbackTask
+        The task.
+    noise : RssNoise
+        Of the readings.
+    training : FeedbackTraining
+        How to train.
+    seed : numpy.random.SeedSequence
+        Of both records.
+
+    Returns
+    -------
+    errors_m : (2,) float64
+        E / (t_f - t_0) of (3.11): replay, fresh [m].
+    replay : FeedbackRun
+        On the record that it was trained on.
+    fresh : FeedbackRun
+        On noise that it never saw.
+    """
+    rng = np.random.default_rng(seed)
+    seen, unseen = noise.draw(task.record_shape, rng), noise.draw(task.record_shape, rng)
+    gains, _ = training.train(task, seen[None])
+    replay, fresh = run_feedback(task, gains, seen), run_feedback(task, gains, unseen)
+    errors = [run.errors_m(task.problem)[:-1].mean() for run in (replay, fresh)]
+    return np.array(errors), replay, fresh
+
+
+def _arguments(task: FeedbackTask) -> tuple[object, ...]:
+    """Return what all kernels take after gains and noise."""
+    problem = task.problem
+    return (
+        task.tags_m,
+        task.law.alpha_dbm,
+        task.law.beta_per_m,
+        problem.start,
+        problem.desired.poses,
+        problem.weights.state,
+        problem.weights.final,
+        problem.period_s,
+        problem.robot.wheel_radius_m,
+        problem.robot.axle_length_m,
+        problem.robot.max_wheel_rate_rad_per_s,
+    )

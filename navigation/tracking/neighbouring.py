@@ -1,0 +1,191 @@
+"""Neighbouring optimal control, thesis 7.3.1: Riccati gains, and what makes them stable."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.geometries._arrays import frozen_array
+from octant.geometries.errors import NavigationError
+from octant.navigation.robot import DifferentialDrive
+from octant.navigation.tracking.problem import Weights
+
+FloatArray = npt.NDArray[np.float64]
+
+
+def linear_model(
+    poses: npt.ArrayLike, wheel_rates: npt.ArrayLike, robot: DifferentialDrive
+) -> tuple[FloatArray, FloatArray]:
+    """Return F and G of thesis (7.28), the derivatives of the pose's rate.
+
+    Parameters
+    ----------
+    poses : (k, 3) float64
+        x [m], y [m], heading [rad].
+    wheel_rates : (k, 2) float64
+        Right and left [rad/s].
+    robot : DifferentialDrive
+        Wheels and axle.
+
+    Returns
+    -------
+    f : (k, 3, 3) float64
+        With respect to the pose [1/s, m/s per rad].
+    g : (k, 3, 2) float64
+        With respect to the wheel rates [m/rad, -].
+    """
+    heading = np.asarray(poses, dtype=np.float64)[:, 2]
+    speed = robot.twist(wheel_rates)[:, 0]
+    cos, sin = np.cos(heading), np.sin(heading)
+    f = np.zeros((len(heading), 3, 3))
+    f[:, 0, 2], f[:, 1, 2] = -speed * sin, speed * cos
+    half, spin = 0.5 * robot.wheel_radius_m, robot.wheel_radius_m / robot.axle_length_m
+    g = np.empty((len(heading), 3, 2))
+    g[:, 0], g[:, 1] = half * cos[:, None], half * sin[:, None]
+    g[:, 2] = (spin, -spin)
+    return f, g
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RiccatiGains:
+    """Return the neighbouring control's gains and its costs-to-go.
+
+    Parameters
+    ----------
+    gains : (k, 2, 3) float64
+        C of (7.32) in every period [rad/s per m, rad/s per rad].
+    cost_to_go : (k + 1, 3, 3) float64
+        P of (7.33) [s/m², s/rad²].
+    """
+
+    gains: FloatArray
+    cost_to_go: FloatArray
+
+    def __post_init__(self) -> None:
+        for name, shape in (("gains", (None, 2, 3)), ("cost_to_go", (len(self.gains) + 1, 3, 3))):
+            array = frozen_array(getattr(self, name), name=name, shape=shape, error=NavigationError)
+            object.__setattr__(self, name, array)
+
+
+def riccati_gains(
+    poses: npt.ArrayLike,
+    wheel_rates: npt.ArrayLike,
+    robot: DifferentialDrive,
+    *,
+    weights: Weights,
+    period_s: float,
+) -> RiccatiGains:
+    """Return the gains of the sampled neighbouring control along a nominal trajectory.
+
+    Parameters
+    ----------
+    poses : (k, 3) float64
+        Nominal poses at the sample times but the last: x [m], y [m], heading [rad].
+    wheel_rates : (k, 2) float64
+        Nominal wheel rates [rad/s].
+    robot : DifferentialDrive
+        Wheels and axle.
+    weights : Weights
+        Q, R and P(t_f) of (7.31).
+    period_s : float
+        Sample period T [s].
+
+    Returns
+    -------
+    RiccatiGains
+        Of the discrete Riccati equation with A = I + F T, B = G T, Q T and R T. It tends to (7.33)
+        as T becomes small.
+
+    Notes
+    -----
+    Thesis (7.32), (7.33); the last line of its appendix A.4 lacks P before G R⁻¹.
+    """
+    f, g = linear_model(poses, wheel_rates, robot)
+    a, b = np.eye(3) + period_s * f, period_s * g
+    state, inputs = period_s * weights.state, period_s * weights.inputs
+    steps = len(a)
+    gains, cost = np.empty((steps, 2, 3)), np.empty((steps + 1, 3, 3))
+    cost[steps] = weights.final
+    for k in range(steps - 1, -1, -1):
+        pulled = b[k].T @ cost[k + 1]
+        gains[k] = np.linalg.solve(inputs + pulled @ b[k], pulled @ a[k])
+        closed = a[k] - b[k] @ gains[k]
+        value = state + closed.T @ cost[k + 1] @ closed + gains[k].T @ inputs @ gains[k]
+        cost[k] = 0.5 * (value + value.T)
+    return RiccatiGains(gains=gains, cost_to_go=cost)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StabilityReport:
+    """Return what Theorem 7.4 and Lemma 7.3 ask for, computed along a trajectory.
+
+    Parameters
+    ----------
+    lyapunov_decay : float
+        Smallest share by which V = Δqᵀ P Δq / 2 falls in one period, over all Δq and periods [-];
+        positive: stable in the sense of Lyapunov.
+    observability : float
+        Smallest eigenvalue of the Gramian (7.37) [s/m², s/rad²]; positive: {A, D} is observable.
+    controllability : float
+        Smallest singular value of the reachability Gramian of {A, B} over the whole time
+        [m² s²/rad², s²]; positive: every pose error can be steered away.
+    """
+
+    lyapunov_decay: float
+    observability: float
+    controllability: float
+
+
+def stability_report(
+    poses: npt.ArrayLike,
+    wheel_rates: npt.ArrayLike,
+    robot: DifferentialDrive,
+    *,
+    riccati: RiccatiGains,
+    weights: Weights,
+    period_s: float,
+) -> StabilityReport:
+    """Return the computed conditions of Theorem 7.4 for a neighbouring control.
+
+    Parameters
+    ----------
+    poses, wheel_rates : (k, 3), (k, 2) float64
+        The nominal trajectory, as given to `riccati_gains` [m, rad], [rad/s].
+    robot : DifferentialDrive
+        Wheels and axle.
+    riccati : RiccatiGains
+        Its gains.
+    weights : Weights
+        Its weights.
+    period_s : float
+        Sample period T [s].
+
+    Returns
+    -------
+    StabilityReport
+        Decay, observability and controllability.
+
+    Notes
+    -----
+    The transition matrix of a varying A is the product of the periods' ones, not e^{tA(t)} as
+    printed; and Lemma 7.3, which it calls controllability, is about observability of the cost. Real
+    controllability, of {A, B}, is computed beside it.
+    """
+    from scipy.linalg import eigh
+
+    f, g = linear_model(poses, wheel_rates, robot)
+    a, b = np.eye(3) + period_s * f, period_s * g
+    closed = a - b @ riccati.gains
+    decay = np.inf
+    observed, reached, transition = np.zeros((3, 3)), np.zeros((3, 3)), np.eye(3)
+    for k, step in enumerate(closed):
+        after = step.T @ riccati.cost_to_go[k + 1] @ step
+        decay = min(decay, 1.0 - float(eigh(after, riccati.cost_to_go[k], eigvals_only=True)[-1]))
+        observed += period_s * transition.T @ weights.state @ transition
+        transition = step @ transition
+        reached = a[k] @ reached @ a[k].T + b[k] @ b[k].T
+    return StabilityReport(
+        lyapunov_decay=decay,
+        observability=float(np.linalg.eigvalsh(observed)[0]),
+        controllability=float(np.linalg.svd(reached, compute_uv=False)[-1]),
+    )

@@ -1,0 +1,375 @@
+"""Nominal optimal control, thesis 7.2: the best inputs when nothing disturbs the robot."""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.geometries._arrays import frozen_array
+from octant.geometries.errors import NavigationError
+from octant.navigation.tracking import _ilqr_kernels, _optimal_kernels
+from octant.navigation.tracking.problem import TrackingProblem
+
+FloatArray = npt.NDArray[np.float64]
+
+FIRST_GAIN = 1e-6
+"""Every entry of K before the first iteration, thesis 7.5.1 [rad/s per m, rad/s per rad]."""
+FIRST_RATES_RAD_PER_S = ((0.1, 0.1), (3.0, 3.0), (-3.0, -3.0), (1.0, -1.0), (-1.0, 1.0))
+"""First guesses: standing, forwards, backwards, left and right [rad/s]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NominalSolution:
+    """Return the nominal inputs and the way they make.
+
+    Parameters
+    ----------
+    wheel_rates : (n m, 2) float64
+        Right and left in every Euler step [rad/s].
+    poses : (n m + 1, 3) float64
+        x [m], y [m], heading [rad] at the Euler steps.
+    cost : float
+        J of (6.5) [-].
+    costs : (i,) float64
+        J after each iteration [-].
+    """
+
+    wheel_rates: FloatArray
+    poses: FloatArray
+    cost: float
+    costs: FloatArray
+
+    def __post_init__(self) -> None:
+        for name, shape in (
+            ("wheel_rates", (None, 2)),
+            ("poses", (len(self.wheel_rates) + 1, 3)),
+            ("costs", (None,)),
+        ):
+            array = frozen_array(getattr(self, name), name=name, shape=shape, error=NavigationError)
+            object.__setattr__(self, name, array)
+
+    @property
+    def iterations(self) -> int:
+        """Return the number of iterations [-]."""
+        return len(self.costs)
+
+
+class NominalSolver(Protocol):
+    """What solves a nominal problem."""
+
+    def solve(self, problem: TrackingProblem) -> NominalSolution:
+        """Return inputs within the wheels' limits that make the cost small.
+
+        Parameters
+        ----------
+        problem : TrackingProblem
+            What to follow, from where, with which weights.
+        """
+
+
+def input_cost(
+    problem: TrackingProblem, wheel_rates: FloatArray
+) -> tuple[float, FloatArray, FloatArray]:
+    """Return the cost of held inputs, its gradient and the poses.
+
+    Parameters
+    ----------
+    problem : TrackingProblem
+        The problem.
+    wheel_rates : (n, 2) float64
+        Right and left in every control interval [rad/s].
+
+    Returns
+    -------
+    cost : float
+        J of (6.5), the integral as a left Riemann sum [-].
+    gradient : (n, 2) float64
+        dJ/du [s/rad], exact for the Euler steps: the discrete costate.
+    poses : (n m + 1, 3) float64
+        x [m], y [m], heading [rad].
+    """
+    poses = np.empty((problem.desired.steps + 1, 3))
+    gradient = np.empty((problem.intervals, 2))
+    cost = _optimal_kernels.input_cost(
+        np.ascontiguousarray(wheel_rates, dtype=np.float64),
+        problem.start,
+        problem.desired.poses,
+        problem.weights.state,
+        problem.weights.final,
+        problem.desired.period_s,
+        problem.substeps,
+        problem.robot.wheel_radius_m,
+        problem.robot.axle_length_m,
+        poses,
+        gradient,
+    )
+    return float(cost), gradient, poses
+
+
+def gain_cost(
+    problem: TrackingProblem, gains: FloatArray
+) -> tuple[float, FloatArray, FloatArray, FloatArray]:
+    """Return the cost of the full-state feedback u = K q of (7.1), its gradient, poses and inputs.
+
+    Parameters
+    ----------
+    problem : TrackingProblem
+        The problem.
+    gains : (n, 2, 3) float64
+        K of every control interval [rad/s per m, rad/s per rad]; u = K(t_k) q(t) follows q within
+        the interval, cut to the wheels' limits.
+
+    Returns
+    -------
+    cost : float
+        J of (6.5), the integral as a left Riemann sum [-].
+    gradient : (n, 2, 3) float64
+        dJ/dK, the integral of the Hamiltonian's gradient (7.20) over each interval, exact for the
+        Euler steps.
+    poses : (n m + 1, 3) float64
+        x [m], y [m], heading [rad].
+    wheel_rates : (n m, 2) float64
+        Right and left [rad/s].
+    """
+    poses = np.empty((problem.desired.steps + 1, 3))
+    rates = np.empty((problem.desired.steps, 2))
+    gradient = np.empty((problem.intervals, 2, 3))
+    cost = _optimal_kernels.gain_cost(
+        np.ascontiguousarray(gains, dtype=np.float64),
+        problem.start,
+        problem.desired.poses,
+        problem.weights.state,
+        problem.weights.final,
+        problem.desired.period_s,
+        problem.substeps,
+        problem.robot.wheel_radius_m,
+        problem.robot.axle_length_m,
+        problem.robot.max_wheel_rate_rad_per_s,
+        poses,
+        rates,
+        gradient,
+    )
+    return float(cost), gradient, poses, rates
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BoundedIlqr:
+    """Return the quickest solver: iterative LQR whose inputs keep within the wheels' limits.
+
+    Parameters
+    ----------
+    iterations : int
+        At most so many from each first guess [-].
+    tolerance : float
+        Stop when an iteration lowers the cost by less than this share [-].
+    first_rates_rad_per_s : tuple of (float, float)
+        Constant wheel rates from which the search begins, one search for each; the best one
+        counts [rad/s].
+
+    Notes
+    -----
+    Differential dynamic programming with the Gauss-Newton Hessian and a box-constrained step in
+    each interval (Tassa, Mansard and Todorov, ICRA 2014): tens of iterations of a millisecond. The
+    cost has several valleys when the robot must turn round (forwards or backwards, left or right),
+    hence the five first guesses.
+    """
+
+    iterations: int = 500
+    tolerance: float = 1e-10
+    first_rates_rad_per_s: tuple[tuple[float, float], ...] = FIRST_RATES_RAD_PER_S
+
+    def solve(self, problem: TrackingProblem) -> NominalSolution:
+        """Return the best inputs found.
+
+        Parameters
+        ----------
+        problem : TrackingProblem
+            What to follow, from where, with which weights.
+        """
+        found = [self._search(problem, np.array(first)) for first in self.first_rates_rad_per_s]
+        return min(found, key=lambda solution: solution.cost)
+
+    def _search(self, problem: TrackingProblem, first: FloatArray) -> NominalSolution:
+        limit = problem.robot.max_wheel_rate_rad_per_s
+        rates = np.tile(np.clip(first, -limit, limit), (problem.intervals, 1))
+        costs = np.empty(self.iterations)
+        poses = np.empty((problem.desired.steps + 1, 3))
+        done = _ilqr_kernels.ilqr(
+            rates,
+            np.zeros_like(rates),
+            problem.start,
+            problem.desired.poses,
+            problem.weights.state,
+            problem.weights.final,
+            np.zeros((2, 2)),
+            problem.desired.period_s,
+            problem.substeps,
+            problem.robot.wheel_radius_m,
+            problem.robot.axle_length_m,
+            limit,
+            self.tolerance,
+            poses,
+            costs,
+        )
+        return NominalSolution(
+            wheel_rates=np.repeat(rates, problem.substeps, axis=0),
+            poses=poses,
+            cost=float(costs[done - 1]),
+            costs=costs[:done],
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class InputSearch:
+    """Return a general-purpose solver: L-BFGS-B on the inputs with the adjoint gradient.
+
+    Parameters
+    ----------
+    iterations : int
+        At most so many from each first guess [-].
+    first_rates_rad_per_s : tuple of (float, float)
+        Constant wheel rates from which the search begins, one search for each; the best one
+        counts [rad/s].
+
+    Notes
+    -----
+    Hundreds to thousands of iterations; the limits of the wheels are bounds. It checks
+    `BoundedIlqr` by other means: both reach the same cost.
+    """
+
+    iterations: int = 3000
+    first_rates_rad_per_s: tuple[tuple[float, float], ...] = FIRST_RATES_RAD_PER_S
+
+    def solve(self, problem: TrackingProblem) -> NominalSolution:
+        """Return the best inputs found.
+
+        Parameters
+        ----------
+        problem : TrackingProblem
+            What to follow, from where, with which weights.
+        """
+        found = [self._search(problem, np.array(first)) for first in self.first_rates_rad_per_s]
+        return min(found, key=lambda solution: solution.cost)
+
+    def _search(self, problem: TrackingProblem, first: FloatArray) -> NominalSolution:
+        from scipy.optimize import OptimizeResult, minimize
+
+        limit = problem.robot.max_wheel_rate_rad_per_s
+        costs: list[float] = []
+
+        def objective(flat: FloatArray) -> tuple[float, FloatArray]:
+            cost, gradient, _ = input_cost(problem, flat.reshape(-1, 2))
+            return cost, gradient.ravel()
+
+        def after(intermediate_result: OptimizeResult) -> None:
+            costs.append(float(intermediate_result.fun))
+
+        result = minimize(
+            objective,
+            np.tile(np.clip(first, -limit, limit), problem.intervals),
+            jac=True,
+            method="L-BFGS-B",
+            bounds=[(-limit, limit)] * (2 * problem.intervals),
+            callback=after,
+            options={
+                "maxiter": self.iterations,
+                "maxfun": 3 * self.iterations,
+                "maxcor": 10,
+                "ftol": 1e-13,
+                "gtol": 1e-9,
+            },
+        )
+        rates = result.x.reshape(-1, 2)
+        cost, _, poses = input_cost(problem, rates)
+        return NominalSolution(
+            wheel_rates=np.repeat(rates, problem.substeps, axis=0),
+            poses=poses,
+            cost=cost,
+            costs=np.array(costs or [cost]),
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GainDescent:
+    """Return the printed solver: gradient descent on the gains K with momentum, thesis 7.2.
+
+    Parameters
+    ----------
+    iterations : int
+        At most so many [-].
+    momentum : float
+        λ of the update, from 0 to below 1 [-].
+    first_step : float
+        ε before the first iteration [-], of the unit-free step.
+    tolerance : float
+        δ_1 and δ_2 of step 5: stop at a cost, or a squared gradient, below it [-].
+
+    Raises
+    ------
+    NavigationError
+        When a number is out of its range.
+
+    Notes
+    -----
+    The five steps of thesis 7.2, with two changes. ΔK = -ε H_K with the printed "0 < ε < 1"
+    diverges: it converges only below about 1e-9 in its units; here ε multiplies H_K / |q|², where
+    |q|² is the mean over the interval, so that ε acts on the inputs. And ε is not constant: it
+    grows by 2 % after every iteration that lowers the cost, and after one that does not it is
+    halved and the descent goes on from the best gains without momentum: the cost never rises. It
+    still needs thousands of iterations where `BoundedIlqr` needs tens.
+    """
+
+    iterations: int = 20000
+    momentum: float = 0.98
+    first_step: float = 0.01
+    tolerance: float = 1e-12
+
+    def __post_init__(self) -> None:
+        if not (self.iterations >= 1 and 0.0 <= self.momentum < 1.0 and self.first_step > 0.0):
+            msg = (
+                f"iterations is {self.iterations}, momentum {self.momentum} and first_step "
+                f"{self.first_step}, but they must be at least 1, from 0 to below 1 and positive: "
+                "correct the one that is not."
+            )
+            raise NavigationError(msg)
+
+    def solve(self, problem: TrackingProblem) -> NominalSolution:
+        """Return the inputs of the best gains found.
+
+        Parameters
+        ----------
+        problem : TrackingProblem
+            What to follow, from where, with which weights.
+
+        Raises
+        ------
+        NavigationError
+            When the start is the zero pose: K q is zero there whatever K is, thesis (7.2).
+        """
+        if not problem.start.any():
+            msg = (
+                "the start is x = 0, y = 0, heading = 0, from where u = K q never moves, thesis "
+                "(7.2): move the start, or solve for the inputs."
+            )
+            raise NavigationError(msg)
+        gains = np.full((problem.intervals, 2, 3), FIRST_GAIN)
+        costs = np.empty(self.iterations)
+        done = _optimal_kernels.descend_gains(
+            gains,
+            problem.start,
+            problem.desired.poses,
+            problem.weights.state,
+            problem.weights.final,
+            problem.desired.period_s,
+            problem.substeps,
+            problem.robot.wheel_radius_m,
+            problem.robot.axle_length_m,
+            problem.robot.max_wheel_rate_rad_per_s,
+            self.momentum,
+            self.first_step,
+            self.tolerance,
+            costs,
+        )
+        cost, _, poses, rates = gain_cost(problem, gains)
+        return NominalSolution(wheel_rates=rates, poses=poses, cost=cost, costs=costs[:done])

@@ -1,0 +1,113 @@
+"""``octant track``: a small study leaves its files; bad input is one sentence and exit code 2."""
+
+import csv
+
+import pytest
+
+from octant.reader_design.config.loading import load_study, parse_study, to_toml
+from octant.reader_design.store import read_dataset
+from octant.reader_design.tracking.outcomes import COLUMNS
+
+SMALL = """
+name = "small"
+[room]
+box_m = [12.0, 12.0, 3.0]
+origin_m = [-6.0, -6.0, 0.0]
+material = "concrete"
+[track]
+chapters = ["rss", "neighbouring", "slam"]
+runs = 1
+slam_runs = 3
+[[track.trajectory]]
+name = "my loop"
+shape = "spline"
+waypoints_m = [[0.0, 0.0], [2.0, 0.0], [2.0, 2.0]]
+closed = true
+duration_s = 30.0
+"""
+ROOM = '[room]\nbox_m = [12.0, 12.0, 3.0]\norigin_m = [-6.0, -6.0, 0.0]\nmaterial = "concrete"\n'
+
+
+def test_a_small_study_leaves_tables_figures_and_a_report(octant, study_file, tmp_path):
+    study, out = study_file(SMALL), tmp_path / "out"
+    done = octant("track", study, "--out", out, "-q")
+    assert done.code == 0, done.err
+    assert "lemniscate, average error" in done.out
+    assert "NEES(3)" in done.out
+    assert "my loop, neighbouring + EKF" in done.out
+    rows = list(csv.DictReader((out / "tracking.csv").read_text().splitlines()))
+    assert tuple(rows[0]) == COLUMNS
+    assert {"point", "lemniscate", "my loop"} == {row["task"] for row in rows}
+    data = read_dataset(out / "results.nc")
+    assert data["average_m"].dims == ("outcome", "run")
+    assert data["slam_nees"].shape == (2, 3)
+    names = {path.name for path in (out / "figures").iterdir()}
+    assert names == {
+        "fig_6_3_rss.png",
+        "fig_7_6_stabilisation.png",
+        "fig_7_7_lemniscate.png",
+        "own_1.png",
+        "fig_7_15_slam.png",
+    }
+    report = (out / "report.html").read_text()
+    assert report.count("data:image/png;base64") == 5
+    assert "Theorem 7.4" in report
+    assert load_study(out / "study.toml") == load_study(study)
+    assert "--force" in octant("track", study, "--out", out, "-q").refused()
+
+
+def test_the_built_in_study_is_a_round_trip_with_every_default_written(tmp_path):
+    study = load_study(built_in="track_study")
+    text = to_toml(study)
+    assert parse_study(text, source="again", directory=tmp_path) == study
+    assert "# encoder_counts" in text
+    assert "wheel_sigma_rad_per_s = 0.1" in text
+
+
+@pytest.mark.parametrize(
+    ("table", "match"),
+    [
+        ("", "the study has no [track]"),
+        ("[track]\nrun = 3\n", "did you mean 'runs'?"),
+        (
+            '[track]\n[[track.trajectory]]\nname = "lemniscate"\nshape = "sine"\n',
+            "give every one its own name",
+        ),
+        ('[track]\nchapters = ["slamm"]\n', "did you mean 'slam'"),
+        ("[track]\nstate_weight = [1.0, 1.0, 0.0]\n", "singular"),
+        (
+            "[track]\nstate_weight = [[1.0, 0.5, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]\n",
+            "not symmetric",
+        ),
+        ("[track]\nfinal_weight = [[1.0, 0.0], [0.0]]\n", "array of numbers"),
+        ("[track]\nrss_sigma_db = 0.0\n", "covariance"),
+        ("[track]\nwheel_sigma_rad_per_s = 0.0\n", "covariance must not be zero"),
+        ("[track]\nwheel_sigma_rad_per_s = -1.0\n", "-1.0 rad/s"),
+        ("[track]\nwheel_rate_rad_per_s = 5.0\n", "'lemniscate' is infeasible"),
+        (
+            (
+                '[track]\n[[track.trajectory]]\nname = "dash"\nshape = "line"\n'
+                "waypoints_m = [[0.0, 0.0], [9.0, 0.0]]\nduration_s = 5.0\n"
+            ),
+            "'dash' is infeasible",
+        ),
+        (
+            '[track]\n[[track.trajectory]]\nname = "x"\nshape = "spline"\n',
+            "track.trajectory[0].waypoints_m has 0 points",
+        ),
+        (
+            '[track]\n[[track.trajectory]]\nname = "x"\nshape = "sine"\nduration_s = 60.05\n',
+            "multiple",
+        ),
+    ],
+)
+def test_bad_input_is_one_sentence(octant, study_file, tmp_path, table, match):
+    study = study_file('name = "bad"\n' + ROOM + table)
+    assert match in octant("track", study, "--out", tmp_path / "out").refused()
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_room_too_small_for_the_tags_is_refused(octant, study_file, tmp_path):
+    small = '[room]\nbox_m = [5.0, 5.0, 3.0]\nmaterial = "concrete"\n'
+    study = study_file('name = "bad"\n' + small + '[track]\nchapters = ["room"]\n')
+    assert "take a larger room" in octant("track", study, "--out", tmp_path / "out").refused()
