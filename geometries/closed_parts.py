@@ -28,8 +28,8 @@ class ClosedParts:
     Parameters
     ----------
     solids : tuple of (k, 3, 3) float64
-        Triangles [m] of each part but the shell; the shell, when there is one, is numbered after
-        them.
+        Triangles [m] of each part but the shell, neighbours wound alike; the shell, when there is
+        one, is numbered after them.
     shell_corners_m : (s, 3, 3) float64
         Triangles [m] of the part that surrounds the whole room, none when the room is open.
     part_of_triangle : (t,) int64
@@ -71,7 +71,8 @@ def find_closed_parts(vertices_m: FloatArray, faces: IntArray, *, room_faces: in
     closed[label[(np.diff(start)[edge_of] != 2).reshape(-1, 3).any(axis=1)]] = False
     by_label = np.argsort(label, kind="stable")
     begin = np.searchsorted(label[by_label], np.arange(len(first) + 1))
-    corners = vertices_m[faces[by_label]]
+    turned = _wound_alike(faces, pairs[closed[label[pairs[:, 0]]]])
+    corners = vertices_m[turned[by_label]]
     room = vertices_m[np.unique(faces[:room_faces])]
     shell = _shell(corners, begin, closed & (np.sort(first) < room_faces), room)
     part = np.full(len(first), -1, dtype=np.int64)
@@ -84,6 +85,25 @@ def find_closed_parts(vertices_m: FloatArray, faces: IntArray, *, room_faces: in
         shell_corners_m=corners[begin[shell] : begin[shell + 1]] if shell >= 0 else corners[:0],
         part_of_triangle=part[label] if len(faces) else label,
     )
+
+
+def _wound_alike(faces: IntArray, pairs: IntArray) -> IntArray:
+    """Return the (t, 3) faces, turned so that in each of the pairs (k, 2) both run the same way.
+
+    Winding numbers count on it, meshes do not always keep to it.
+    """
+    count = len(faces)
+    first, second = (np.stack((faces[p], np.roll(faces[p], -1, axis=1)), axis=2) for p in pairs.T)
+    against = (first[:, :, None] == second[:, None, :]).all(axis=3).any(axis=(1, 2))
+    if not against.any():
+        return faces
+    # Each triangle stands for two nodes, as it is and turned; a pair joins those that agree.
+    other = pairs[:, 1] + count * against
+    opposite = pairs[:, 1] + count * ~against
+    nodes = np.column_stack((pairs[:, 0], other, pairs[:, 0] + count, opposite)).reshape(-1, 2)
+    label = connected_labels(2 * count, nodes)
+    turn = label[:count] > label[count:]
+    return np.where(turn[:, None], faces[:, ::-1], faces)
 
 
 def _shell(
