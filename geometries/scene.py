@@ -330,7 +330,13 @@ def build_scene(
             "octant audit."
         )
         raise GeometryError(msg)
-    parts = find_closed_parts(vertices, faces, room_faces=room_faces)
+    parts = find_closed_parts(
+        vertices,
+        faces,
+        has_area=facets.triangle_facet >= 0,
+        room_faces=room_faces,
+        tolerance_m=tolerance,
+    )
     part, outer = facet_sides(vertices, faces, facets, parts, extent_m=extent)
     side = _supporting_sides(vertices[np.unique(faces)], facets, tolerance)
     used = facets.triangle_facet >= 0
