@@ -25,6 +25,9 @@ from octant.geometries._bvh_kernels import segment_blocked, two_planes
 SECTOR_TOLERANCE = 1e-7
 """Angle [rad] by which a ray may leave a wedge's sector of air: rays along a face have rounding."""
 
+STATIONARY = 1e-6
+"""Slope [-] of a path's length over two edges, up to which its two points count as the shortest."""
+
 NEWTON_STEPS = 40
 """Steps [-] after which the two points of a double diffraction count as not found."""
 
@@ -77,6 +80,7 @@ def two_points(wedge_frame, first, last, distance_s, along_s, distance_r, along_
     s, t = along_s, along_r
     best = np.inf
     ds, dt = 0.0, 0.0
+    smooth = False
     for _ in range(NEWTON_STEPS):
         for _ in range(NEWTON_STEPS):
             vx, vy, vz = ox + t * bx - s * ax, oy + t * by - s * ay, oz + t * bz - s * az
@@ -100,10 +104,12 @@ def two_points(wedge_frame, first, last, distance_s, along_s, distance_r, along_
         if det <= 0.0:
             return s, t, False
         ds, dt = -(htt * gs - hst * gt) / det, -(hss * gt - hst * gs) / det
+        # Where the edges meet, the length has a kink, at which no ray is diffracted by either.
+        smooth = abs(gs) + abs(gt) <= STATIONARY
         if abs(ds) + abs(dt) <= 1e-14 * length:
-            return s, t, True
+            return s, t, smooth
         s, t = s + ds, t + dt
-    return s, t, abs(ds) + abs(dt) <= 1e-9 * best
+    return s, t, smooth and abs(ds) + abs(dt) <= 1e-9 * best
 
 
 @njit(cache=True, error_model="numpy")

@@ -113,7 +113,10 @@ def _crossing(source_side, receiver_side, sharp):
     total = source_side + receiver_side
     half = 0.5 * (np.pi + source_side - receiver_side)
     nearer = min(source_side, receiver_side, 0.5 * np.pi)
-    shared = np.pi * source_side / total if total > 0.0 else half
+    shared = np.pi * min(max(source_side / total, 0.0), 1.0) if total > 0.0 else 0.0
+    # Where source and receiver are both at grazing, so is the wave, however they share it.
+    steep = np.sin(0.5 * min(total, np.pi))
+    shared = np.arctan2(steep * np.sin(shared), np.cos(shared))
     grazing = sharp * nearer + (1.0 - sharp) * np.arcsin(abs(np.sin(half)))
     return grazing, sharp * shared + (1.0 - sharp) * half
 

@@ -177,12 +177,11 @@ def search_edges(
     if max_diffractions not in (1, 2):
         msg = f"max_diffractions = {max_diffractions} is not available; give 1 or 2."
         raise GeometryError(msg)
-    max_order = max(tree.max_order, max_diffractions)
     images = _EdgeImages(scene, wedges, tree)
-    for _ in range(max_order - 1):
+    for _ in range(tree.max_order - 1):
         images.grow()
     pairs = _pairs_over_a_facet(wedges) if max_diffractions > 1 else np.zeros((0, 2), np.int64)
-    return _combine(images, tree, _light(scene, wedges, tree), pairs, max_order)
+    return _combine(images, tree, _light(scene, wedges, tree), pairs, max_diffractions)
 
 
 def _light(scene: Scene, wedges: Wedges, tree: ImageTree) -> tuple[FloatArray, FloatArray]:
@@ -322,7 +321,7 @@ def _combine(
     tree: ImageTree,
     light: tuple[FloatArray, FloatArray],
     pairs: IntArray,
-    max_order: int,
+    max_diffractions: int,
 ) -> EdgeTree:
     """Return the tree of all edge images with the source images that light them."""
     lit, source = light
@@ -331,7 +330,7 @@ def _combine(
     parts: list[tuple[IntArray, IntArray, IntArray, FloatArray, FloatArray]] = []
     sizes, considered = [], 0
     nodes = 0
-    tables = [_nodes_of(tree, sees, pairs, wedge, max_order) for wedge in range(wedges)]
+    tables = [_nodes_of(tree, sees, pairs, wedge) for wedge in range(wedges)]
     for after, wedge_of in enumerate(images.wedge):
         for wedge in wedge_of:
             leaf, first, left = tables[wedge]
@@ -368,20 +367,20 @@ def _combine(
         reach_m=np.concatenate([np.zeros((0, 2)), *(p[4] for p in parts)]),
         considered=considered,
         kept=nodes,
-        max_order=max_order,
+        max_order=max(tree.max_order, max_diffractions),
     )
 
 
 def _nodes_of(
-    tree: ImageTree, sees: BoolArray, pairs: IntArray, wedge: int, max_order: int
+    tree: ImageTree, sees: BoolArray, pairs: IntArray, wedge: int
 ) -> tuple[IntArray, IntArray, IntArray]:
     """Return source images, first wedges and reflections left over for ways that end at a wedge."""
     leaf = np.flatnonzero(sees[:, wedge])
     leaves, firsts = [leaf], [np.full(len(leaf), -1)]
-    left = [max_order - 1 - tree.order[leaf]]
+    left = [max(tree.max_order, 1) - 1 - tree.order[leaf]]
     for first in pairs[pairs[:, 1] == wedge, 0]:
         leaf = np.flatnonzero(sees[:, first])
         leaves.append(leaf)
         firsts.append(np.full(len(leaf), first))
-        left.append(max_order - 2 - tree.order[leaf])
+        left.append(max(tree.max_order, 2) - 2 - tree.order[leaf])
     return np.concatenate(leaves), np.concatenate(firsts), np.concatenate(left)

@@ -91,7 +91,7 @@ def search_images(
     of images, not with the product of images and planes. For meshes of thousands of planes low
     orders stay tractable; high ones do not.
     """
-    source = checked_source(source_m, max_reflections)
+    source = checked_source(scene, source_m, max_reflections)
     region = _region(scene, source, region_m)
     opaque = opaque_mask(scene, opaque_facets)
     facets = search_facets(scene, source, region, opaque)
@@ -103,11 +103,13 @@ def search_images(
     return search.tree.finish(region_m=region, opaque_facets=opaque)
 
 
-def checked_source(source_m: npt.ArrayLike, max_reflections: int) -> FloatArray:
+def checked_source(scene: Scene, source_m: npt.ArrayLike, max_reflections: int) -> FloatArray:
     """Return the source as a (3,) array [m], if it and the order can be searched.
 
     Parameters
     ----------
+    scene : Scene
+        Geometry.
     source_m : (3,) float
         Place of the antenna [m].
     max_reflections : int
@@ -116,12 +118,21 @@ def checked_source(source_m: npt.ArrayLike, max_reflections: int) -> FloatArray:
     Raises
     ------
     GeometryError
-        For a source that is not three finite numbers, or a negative order.
+        For a source that is not three finite numbers or lies on a facet, or a negative order.
     """
     if max_reflections < 0:
         msg = f"max_reflections = {max_reflections} is negative; give 0 or more."
         raise GeometryError(msg)
-    return frozen_array(source_m, name="source_m", shape=(3,))
+    source = frozen_array(source_m, name="source_m", shape=(3,))
+    # On a wall neither its side nor where its reflection leaves to would be defined.
+    if np.isfinite(scene.distance_to_facets_m(source, within_m=scene.tolerance_m)[0]).any():
+        x, y, z = source
+        msg = (
+            f"the source ({x:g}, {y:g}, {z:g}) m lies on a surface of the scene, where it has no "
+            "side; move it off, as Scene.stand_off does."
+        )
+        raise GeometryError(msg)
+    return source
 
 
 def opaque_mask(scene: Scene, opaque_facets: npt.ArrayLike | None) -> BoolArray:

@@ -29,6 +29,10 @@ LETTERS = ("", "R", "T", "D")
 """Their letters, as path tables write them."""
 
 
+NEAREST_M = 1e-9
+"""Distance [m] from source to receiver up to which they count as one place."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PathSet:
     """Paths to a number of receivers, one row a path; those of one receiver stand together.
@@ -179,7 +183,7 @@ def checked_receivers(tree: ImageTree, receivers_m: npt.ArrayLike) -> FloatArray
     Raises
     ------
     GeometryError
-        For a receiver outside the region that the images were searched for.
+        For a receiver outside the region that the images were searched for, or at the source.
     """
     receivers = frozen_array(receivers_m, name="receivers_m", shape=(None, 3))
     slack = 1e-6
@@ -190,6 +194,14 @@ def checked_receivers(tree: ImageTree, receivers_m: npt.ArrayLike) -> FloatArray
             f"receiver ({worst[0]:g}, {worst[1]:g}, {worst[2]:g}) m lies outside the region "
             f"{tree.region_m.tolist()} m that the images were searched for; pass a region_m that "
             "holds every receiver to search_images."
+        )
+        raise GeometryError(msg)
+    offset = np.linalg.norm(receivers - tree.source_m, axis=1)
+    if len(offset) and float(offset.min()) <= NEAREST_M:
+        x, y, z = receivers[int(np.argmin(offset))]
+        msg = (
+            f"receiver ({x:g}, {y:g}, {z:g}) m is at the place of the source, where the field has "
+            f"no bounds; keep them more than {NEAREST_M:g} m apart."
         )
         raise GeometryError(msg)
     return receivers

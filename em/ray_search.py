@@ -161,7 +161,7 @@ def ray_search(
     D. G. Chapman, Univ. California Publ. Stat. 1, 1951, p. 131; A. Chao, Scand. J. Statist. 11,
     1984, p. 265; I. J. Good, Biometrika 40, 1953, p. 237, equation 9.
     """
-    source = checked_source(source_m, max_reflections)
+    source = checked_source(scene, source_m, max_reflections)
     if rays < 2:
         msg = f"rays = {rays} are too few to estimate what is missing; launch 2 or more."
         raise GeometryError(msg)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from octant.geometries import _scene_kernels
+from octant.geometries import _outline_kernels, _scene_kernels
 from octant.geometries._plane_geometry import (
     ODD_DIRECTION,
     FloatArray,
@@ -28,8 +28,8 @@ class ClosedParts:
     Parameters
     ----------
     solids : tuple of (k, 3, 3) float64
-        Triangles [m] of each part but the shell; the shell, when there is one, is numbered after
-        them.
+        Triangles [m] of each part but the shell, neighbours wound alike; the shell, when there is
+        one, is numbered after them.
     shell_corners_m : (s, 3, 3) float64
         Triangles [m] of the part that surrounds the whole room, none when the room is open.
     part_of_triangle : (t,) int64
@@ -41,7 +41,14 @@ class ClosedParts:
     part_of_triangle: IntArray
 
 
-def find_closed_parts(vertices_m: FloatArray, faces: IntArray, *, room_faces: int) -> ClosedParts:
+def find_closed_parts(
+    vertices_m: FloatArray,
+    faces: IntArray,
+    *,
+    has_area: npt.NDArray[np.bool_],
+    room_faces: int,
+    tolerance_m: float,
+) -> ClosedParts:
     """Return the closed parts of a welded mesh; parts are joined over shared edges.
 
     Parameters
@@ -50,28 +57,36 @@ def find_closed_parts(vertices_m: FloatArray, faces: IntArray, *, room_faces: in
         Vertices [m].
     faces : (t, 3) int64
         Triangles as indices of welded vertices [-]; the room's come first.
+    has_area : (t,) bool
+        Whether each triangle has one [-]; the others are of no part.
     room_faces : int
         Number of the room's triangles [-]; the others are objects, which share no edge with it.
+    tolerance_m : float
+        Distance [m] within which a corner stands on another triangle's edge.
 
     Returns
     -------
     ClosedParts
         By first triangle.
     """
-    edges = np.sort(np.stack((faces, np.roll(faces, -1, axis=1)), axis=2).reshape(-1, 2), axis=1)
-    in_room = np.repeat(np.arange(len(faces)) < room_faces, 3)
-    edge_of, start, member = row_numbers(np.column_stack((edges, in_room)))
-    triangle = member // 3
+    triangle, start, end = _cut_edges(vertices_m, faces, has_area, room_faces, tolerance_m)
+    in_room = triangle < room_faces
+    rows = np.column_stack((np.minimum(start, end), np.maximum(start, end), in_room))
+    edge_of, begin, member = row_numbers(rows)
     same = edge_of[member][1:] == edge_of[member][:-1]
-    pairs = np.column_stack((triangle[:-1][same], triangle[1:][same]))
+    one, other = member[:-1][same], member[1:][same]
+    pairs = np.column_stack((triangle[one], triangle[other]))
+    against = start[one] == start[other]
     label = connected_labels(len(faces), pairs)
     _, first, label = np.unique(label, return_index=True, return_inverse=True)
     label = np.argsort(np.argsort(first))[label.reshape(-1)]
     closed = np.ones(len(first), dtype=np.bool_)
-    closed[label[(np.diff(start)[edge_of] != 2).reshape(-1, 3).any(axis=1)]] = False
+    closed[label[triangle[np.diff(begin)[edge_of] != 2]]] = False
+    closed[label[~has_area]] = False
     by_label = np.argsort(label, kind="stable")
     begin = np.searchsorted(label[by_label], np.arange(len(first) + 1))
-    corners = vertices_m[faces[by_label]]
+    turned = _wound_alike(faces, pairs, against & closed[label[pairs[:, 0]]])
+    corners = vertices_m[turned[by_label]]
     room = vertices_m[np.unique(faces[:room_faces])]
     shell = _shell(corners, begin, closed & (np.sort(first) < room_faces), room)
     part = np.full(len(first), -1, dtype=np.int64)
@@ -84,6 +99,51 @@ def find_closed_parts(vertices_m: FloatArray, faces: IntArray, *, room_faces: in
         shell_corners_m=corners[begin[shell] : begin[shell + 1]] if shell >= 0 else corners[:0],
         part_of_triangle=part[label] if len(faces) else label,
     )
+
+
+def _cut_edges(
+    vertices_m: FloatArray,
+    faces: IntArray,
+    has_area: npt.NDArray[np.bool_],
+    room_faces: int,
+    tolerance_m: float,
+) -> tuple[IntArray, IntArray, IntArray]:
+    """Return triangle, start and end of all edges; open ones are cut where corners stand on them.
+
+    So a part that is closed but for T-junctions is closed.
+    """
+    triangle = np.repeat(np.flatnonzero(has_area), 3)
+    start, end = faces[has_area].reshape(-1), np.roll(faces[has_area], -1, axis=1).reshape(-1)
+    in_room = triangle < room_faces
+    rows = np.column_stack((np.minimum(start, end), np.maximum(start, end), in_room))
+    edge_of, begin, _ = row_numbers(rows)
+    whole = np.diff(begin)[edge_of] == 2
+    parts = [np.column_stack((triangle, start, end))[whole]]
+    for room in (True, False):
+        open_ = np.flatnonzero(~whole & (in_room == room))
+        cut = _outline_kernels.split_edges(
+            np.array([0, len(open_)]), start[open_], end[open_], vertices_m, tolerance_m
+        )
+        parts.append(np.column_stack((triangle[open_][cut[:, 0]], cut[:, 1:])))
+    triangle, start, end = np.concatenate(parts).T
+    return triangle, start, end
+
+
+def _wound_alike(faces: IntArray, pairs: IntArray, against: npt.NDArray[np.bool_]) -> IntArray:
+    """Return the (t, 3) faces, turned so that no neighbours (k, 2) wind ``against`` each other.
+
+    Winding numbers count on it, meshes do not always keep to it.
+    """
+    count = len(faces)
+    if not against.any():
+        return faces
+    # Each triangle stands for two nodes, as it is and turned; a pair joins those that agree.
+    other = pairs[:, 1] + count * against
+    opposite = pairs[:, 1] + count * ~against
+    nodes = np.column_stack((pairs[:, 0], other, pairs[:, 0] + count, opposite)).reshape(-1, 2)
+    label = connected_labels(2 * count, nodes)
+    turn = label[:count] > label[count:]
+    return np.where(turn[:, None], faces[:, ::-1], faces)
 
 
 def _shell(

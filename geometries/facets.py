@@ -21,6 +21,7 @@ from octant.geometries._plane_geometry import (
     row_numbers,
     triangle_area_vectors,
 )
+from octant.geometries.overlaps import outer_outlines
 from octant.geometries.planes import group_planes
 
 
@@ -154,10 +155,10 @@ def build_facets(
     used = np.flatnonzero(label >= 0)
     normal, offset, turned = _fitted_planes(vertices_m, faces[used], label[used])
     group_of, _, _ = row_numbers(np.column_stack((label, material))[used])
-    edges, piece = _outlines(vertices_m, turned, group_of, tolerance_m)
+    edge_piece, ends, piece = _outlines(vertices_m, turned, group_of, normal[label[used]], tolerance_m)
     # Pieces by plane, material and first triangle; those whose edges all cancelled are no facets.
     has_edges = np.zeros(len(used), dtype=np.bool_)
-    has_edges[edges[:, 0]] = True
+    has_edges[edge_piece] = True
     heads = np.flatnonzero(has_edges)
     heads = heads[np.lexsort((heads, group_of[heads]))]
     facet_of_head = np.full(len(used), -1, dtype=np.int64)
@@ -165,10 +166,10 @@ def build_facets(
     triangle_facet = np.full(len(faces), -1, dtype=np.int64)
     triangle_facet[used] = facet_of_head[piece]
     kept, facet_plane = np.unique(label[used[heads]], return_inverse=True)
-    outline_facet = facet_of_head[edges[:, 0]]
+    outline_facet = facet_of_head[edge_piece]
     order = np.argsort(outline_facet, kind="stable")
     return _assembled(
-        ends_m=vertices_m[edges[order, 1:]],
+        ends_m=ends[order],
         outline_facet=outline_facet[order],
         facet_plane=facet_plane.reshape(-1).astype(np.int64),
         facet_material=material[used[heads]],
@@ -203,13 +204,18 @@ def _fitted_planes(
 
 
 def _outlines(
-    vertices_m: FloatArray, faces: IntArray, group_of: IntArray, tolerance_m: float
-) -> tuple[IntArray, IntArray]:
-    """Return (k, 3) outline edges as piece, start and end, and the (t,) piece of each triangle.
+    vertices_m: FloatArray,
+    faces: IntArray,
+    group_of: IntArray,
+    normals: FloatArray,
+    tolerance_m: float,
+) -> tuple[IntArray, FloatArray, IntArray]:
+    """Return piece and ends (k, 2, 3) [m] of each outline edge, and the (t,) piece of each triangle.
 
     Pieces are the connected parts of a group, numbered by their first triangle. Directed edges that
     run in opposite senses cancel. Where a corner of one triangle stands on the side of another (a
-    T-junction) the side is split there first, so that seams cancel as well.
+    T-junction) the side is split there first, so that seams cancel as well. What is covered twice
+    is covered once.
     """
     start, end = faces.reshape(-1), np.roll(faces, -1, axis=1).reshape(-1)
     group, start, end = _net_edges(np.repeat(group_of, 3), start, end)
@@ -235,9 +241,12 @@ def _outlines(
     piece, start, end = _net_edges(
         first_triangle[root[local_cut[:, 0]]], local_cut[:, 0], local_cut[:, 1]
     )
-    stays = _outline_kernels.merge_straight(start, end, vertices_m[vertex_of], tolerance_m)
-    edges = np.column_stack((piece, vertex_of[start], vertex_of[end]))[stays]
-    return edges, first_triangle[root[local_faces[:, 0]]]
+    piece, start, end, places = outer_outlines(
+        piece, start, end, vertices_m[vertex_of], normals, tolerance_m
+    )
+    stays = _outline_kernels.merge_straight(start, end, places, tolerance_m)
+    ends = np.stack((places[start], places[end]), axis=1)[stays]
+    return piece[stays], ends, first_triangle[root[local_faces[:, 0]]]
 
 
 def _net_edges(

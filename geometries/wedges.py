@@ -156,7 +156,11 @@ def _sectors(
     first, across = inward[0], np.cross(axis, inward[0])
     angle = np.array([math.atan2(float(d @ across), float(d @ first)) for d in inward])
     angle = np.where(angle < -ANGLE_TOLERANCE_RAD, angle + 2.0 * math.pi, angle)
-    order = np.argsort(angle, kind="stable")
+    # Of facets that cover one another in one plane the first is the one that paths meet.
+    order: list[int] = []
+    for k in np.lexsort((faces, np.round(angle / ANGLE_TOLERANCE_RAD))):
+        if not order or angle[k] - angle[order[-1]] > ANGLE_TOLERANCE_RAD:
+            order.append(int(k))
     found = []
     for here, there in zip(order, np.roll(order, -1), strict=True):
         width = float(angle[there] - angle[here])

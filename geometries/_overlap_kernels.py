@@ -1,0 +1,60 @@
+# mypy: allow-untyped-defs
+"""Compiled kernels for flat pieces that overlap themselves: crossings of edges, sides of edges."""
+
+import numpy as np
+from numba import njit
+
+
+@njit(cache=True, error_model="numpy")
+def crossings(ends, tolerance):
+    """Return (c, 2) pairs of plane edges (k, 4) that cross, and (c, 2) where [m] along each."""
+    pairs = np.empty((16, 2), dtype=np.int64)
+    along = np.empty((16, 2))
+    count = 0
+    for i in range(len(ends)):
+        ax, ay = ends[i, 2] - ends[i, 0], ends[i, 3] - ends[i, 1]
+        a = np.sqrt(ax * ax + ay * ay)
+        for j in range(i + 1, len(ends)):
+            bx, by = ends[j, 2] - ends[j, 0], ends[j, 3] - ends[j, 1]
+            b = np.sqrt(bx * bx + by * by)
+            det = ax * by - ay * bx
+            ox, oy = ends[j, 0] - ends[i, 0], ends[j, 1] - ends[i, 1]
+            # Nearly parallel edges meet at corners only, where they are cut already.
+            if abs(det) * min(a, b) <= tolerance * a * b:
+                continue
+            s, t = (ox * by - oy * bx) / det * a, (ox * ay - oy * ax) / det * b
+            if not (tolerance < s < a - tolerance and tolerance < t < b - tolerance):
+                continue
+            if count == len(pairs):
+                more, further = np.empty((2 * count, 2), dtype=np.int64), np.empty((2 * count, 2))
+                more[:count], further[:count] = pairs, along
+                pairs, along = more, further
+            pairs[count, 0], pairs[count, 1] = i, j
+            along[count, 0], along[count, 1] = s, t
+            count += 1
+    return pairs[:count].copy(), along[:count].copy()
+
+
+@njit(cache=True, error_model="numpy")
+def right_windings(ends, weights, aside):
+    """Return (k,) how often the weighted edges (k, 4) wind around a point on the right of each.
+
+    The point is ``aside`` [m] off the middle of the edge.
+    """
+    winding = np.zeros(len(ends), dtype=np.int64)
+    for i in range(len(ends)):
+        du, dv = ends[i, 2] - ends[i, 0], ends[i, 3] - ends[i, 1]
+        length = np.sqrt(du * du + dv * dv)
+        u = 0.5 * (ends[i, 0] + ends[i, 2]) + aside * dv / length
+        v = 0.5 * (ends[i, 1] + ends[i, 3]) - aside * du / length
+        for j in range(len(ends)):
+            v0, v1 = ends[j, 1], ends[j, 3]
+            if (v0 <= v) == (v1 <= v):
+                continue
+            u0, u1 = ends[j, 0], ends[j, 2]
+            side = (u1 - u0) * (v - v0) - (u - u0) * (v1 - v0)
+            if v0 <= v and side > 0.0:
+                winding[i] += weights[j]
+            elif v0 > v and side < 0.0:
+                winding[i] -= weights[j]
+    return winding
