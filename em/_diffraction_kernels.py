@@ -5,7 +5,7 @@ import numpy as np
 from numba import njit
 
 from octant.em._double_edge_kernels import TERM_SIZE, double_sum, fill_terms
-from octant.em._wedge_kernels import azimuth, edge_factor, shortened, wedge_dyad
+from octant.em._wedge_kernels import azimuth, edge_factor, face, shortened, wedge_dyad
 
 _ALONG_THE_EDGE = 1e-9  # sin beta below which a ray runs along the edge
 
@@ -72,12 +72,12 @@ def _axis(frames, edge):
 @njit(cache=True, error_model="numpy")
 def diffract(
     frames,
+    faces,
     permittivity,
     thickness,
     edge,
-    transparent,
     wavenumber,
-    touch,
+    tolerance,
     before,
     after,
     ix,
@@ -93,8 +93,9 @@ def diffract(
     """Return D . E [sqrt(m) times E's unit] behind one edge.
 
     A row of ``frames`` holds t0 (from the edge into face 0), n0 (its normal into the air) and n
-    (the air's angle over pi). The caller multiplies by e^{-jk(s'+s)} / sqrt(s' s (s' + s)) where E
-    stands for a wave E e^{-jks'} / s' at the edge.
+    (the air's angle over pi); one of ``faces`` what face 0 and face n are made of. A reflection
+    within the tolerance [m] of a face's rim counts as there. The caller multiplies by
+    e^{-jk(s'+s)} / sqrt(s' s (s' + s)) where E stands for a wave E e^{-jks'} / s' at the edge.
     """
     phi_in, phi_out, cosine, sine = edge_angles(frames, edge, ix, iy, iz, ox, oy, oz)
     if sine < _ALONG_THE_EDGE:
@@ -105,15 +106,14 @@ def diffract(
         frames[edge, 6],
         cosine,
         sine,
-        permittivity[edge, 0],
-        thickness[edge, 0],
-        permittivity[edge, 1],
-        thickness[edge, 1],
-        transparent,
+        permittivity,
+        thickness,
+        face(faces, edge, 0),
+        face(faces, edge, 1),
         wavenumber,
         before,
         after,
-        touch,
+        tolerance / (shortened(before, after) * sine),
     )
     soft, hard = to_edge(frames, edge, ix, iy, iz, ex, ey, ez)
     return from_edge(frames, edge, ox, oy, oz, d00 * soft + d01 * hard, d10 * soft + d11 * hard)
@@ -146,14 +146,14 @@ def _on_face(frames, edge, phi, nx, ny, nz):
 @njit(cache=True, error_model="numpy")
 def diffract_twice(
     frames,
+    faces,
     permittivity,
     thickness,
     first,
     second,
     shared,
-    transparent,
     wavenumber,
-    touch,
+    tolerance,
     before,
     between,
     after,
@@ -212,17 +212,17 @@ def diffract_twice(
             in_2 = _on_face(frames, second, in_2, nx, ny, nz)
         fill_terms(
             True,
+            shared,
             in_1,
             out_1,
             frames[first, 6],
             cosine_1,
             sine_1,
-            permittivity[first, 0],
-            thickness[first, 0],
-            permittivity[first, 1],
-            thickness[first, 1],
-            transparent,
-            touch,
+            permittivity,
+            thickness,
+            face(faces, first, 0),
+            face(faces, first, 1),
+            tolerance / (shortened(before, between) * sine_1),
             k_first,
             wavenumber * shortened(before, end) * sine_1**2,
             wavenumber * total,
@@ -230,17 +230,17 @@ def diffract_twice(
         )
         fill_terms(
             False,
+            shared,
             in_2,
             out_2,
             frames[second, 6],
             cosine_2,
             sine_2,
-            permittivity[second, 0],
-            thickness[second, 0],
-            permittivity[second, 1],
-            thickness[second, 1],
-            transparent,
-            touch,
+            permittivity,
+            thickness,
+            face(faces, second, 0),
+            face(faces, second, 1),
+            tolerance / (shortened(between, after) * sine_2),
             k_second,
             wavenumber * shortened(start, after) * sine_2**2,
             wavenumber * total,
