@@ -7,7 +7,11 @@ from numba import njit
 from octant.em._double_edge_kernels import TERM_SIZE, double_sum, fill_terms
 from octant.em._wedge_kernels import azimuth, edge_factor, face, shortened, wedge_dyad
 
+_TWO_PI = 2.0 * np.pi
 _ALONG_THE_EDGE = 1e-9  # sin beta below which a ray runs along the edge
+# Distance [wavelengths] nearer than which two edges count as this far apart: at a corner, where
+# they meet, the terms grow without bound and only their sum is finite.
+_APART = 0.05
 
 
 @njit(cache=True, error_model="numpy")
@@ -174,7 +178,8 @@ def diffract_twice(
 
     The caller multiplies by e^{-jkS} / sqrt(before between after S), S the sum of all three, for
     any two edges: what skew edges spread differently is in D. ``shared`` says that both bound one
-    face and m runs in it; of two free edges of one sheet both sides are counted.
+    face and m runs in it; of two free edges of one sheet both sides are counted. Edges nearer than
+    a twentieth of a wavelength count as that far apart.
     """
     in_1, out_1, cosine_1, sine_1 = edge_angles(frames, first, ix, iy, iz, mx, my, mz)
     in_2, out_2, cosine_2, sine_2 = edge_angles(frames, second, mx, my, mz, ox, oy, oz)
@@ -189,9 +194,10 @@ def diffract_twice(
     # b = m x h, so that b2 . h1 = m . (h2 x h1).
     turn[0, 1] = _dot(mx, my, mz, *_cross(gx, gy, gz, hx, hy, hz)) / (sine_1 * sine_2)
     turn[1, 0] = -turn[0, 1]
-    total = before + between + after
-    spread = between * total + turn[0, 1] ** 2 * before * after
-    start, end = before + between, between + after
+    apart = max(between, _APART * _TWO_PI / wavenumber)
+    total = before + apart + after
+    spread = apart * total + turn[0, 1] ** 2 * before * after
+    start, end = before + apart, apart + after
     k_first = wavenumber * sine_1**2 * before * spread / (start * total)
     k_second = wavenumber * sine_2**2 * after * spread / (end * total)
     w = turn[1, 1] * np.sqrt(before * after / (start * end))
@@ -222,7 +228,7 @@ def diffract_twice(
             thickness,
             face(faces, first, 0),
             face(faces, first, 1),
-            tolerance / (shortened(before, between) * sine_1),
+            tolerance / (shortened(before, apart) * sine_1),
             k_first,
             wavenumber * shortened(before, end) * sine_1**2,
             wavenumber * total,
@@ -240,7 +246,7 @@ def diffract_twice(
             thickness,
             face(faces, second, 0),
             face(faces, second, 1),
-            tolerance / (shortened(between, after) * sine_2),
+            tolerance / (shortened(apart, after) * sine_2),
             k_second,
             wavenumber * shortened(start, after) * sine_2**2,
             wavenumber * total,
@@ -253,7 +259,7 @@ def diffract_twice(
         d11 += part[1, 1]
     factor = edge_factor(frames[first, 6], sine_1, wavenumber)
     factor *= edge_factor(frames[second, 6], sine_2, wavenumber)
-    factor *= np.sqrt(between * total / spread) * (0.5 if shared else 1.0)
+    factor *= np.sqrt(between * (before + between + after) / spread) * (0.5 if shared else 1.0)
     soft, hard = to_edge(frames, first, ix, iy, iz, ex, ey, ez)
     soft, hard = factor * (d00 * soft + d01 * hard), factor * (d10 * soft + d11 * hard)
     return from_edge(frames, second, ox, oy, oz, soft, hard)

@@ -19,8 +19,8 @@ _TWO_PI = 2.0 * np.pi
 # The least cosine of incidence: exactly at grazing the coefficients of air would be 0 / 0.
 _GRAZING = 1e-6
 _SAME_ANGLE = 1e-9
-# Reach of an obstacle's rim over the tolerance of a facet's: 1e-10 of a side, 1e-6 of a scene.
-_RIM = 1e-5
+# Reach of an obstacle's rim over the tolerance of a facet's: 1e-10 of a side, 1e-9 of a scene.
+_RIM = 0.1
 # Half-angle below which the second-order part of a term is rounding.
 _NEGLIGIBLE = 1e-7
 
