@@ -5,9 +5,13 @@ import numpy as np
 from numba import njit
 
 from octant.em._double_edge_kernels import TERM_SIZE, double_sum, fill_terms
-from octant.em._wedge_kernels import azimuth, edge_factor, shortened, wedge_dyad
+from octant.em._wedge_kernels import azimuth, edge_factor, face, shortened, wedge_dyad
 
+_TWO_PI = 2.0 * np.pi
 _ALONG_THE_EDGE = 1e-9  # sin beta below which a ray runs along the edge
+# Distance [wavelengths] nearer than which two edges count as this far apart: at a corner, where
+# they meet, the terms grow without bound and only their sum is finite.
+_APART = 0.05
 
 
 @njit(cache=True, error_model="numpy")
@@ -72,12 +76,12 @@ def _axis(frames, edge):
 @njit(cache=True, error_model="numpy")
 def diffract(
     frames,
+    faces,
     permittivity,
     thickness,
     edge,
-    transparent,
     wavenumber,
-    touch,
+    tolerance,
     before,
     after,
     ix,
@@ -93,8 +97,9 @@ def diffract(
     """Return D . E [sqrt(m) times E's unit] behind one edge.
 
     A row of ``frames`` holds t0 (from the edge into face 0), n0 (its normal into the air) and n
-    (the air's angle over pi). The caller multiplies by e^{-jk(s'+s)} / sqrt(s' s (s' + s)) where E
-    stands for a wave E e^{-jks'} / s' at the edge.
+    (the air's angle over pi); one of ``faces`` what face 0 and face n are made of. A reflection
+    within the tolerance [m] of a face's rim counts as there. The caller multiplies by
+    e^{-jk(s'+s)} / sqrt(s' s (s' + s)) where E stands for a wave E e^{-jks'} / s' at the edge.
     """
     phi_in, phi_out, cosine, sine = edge_angles(frames, edge, ix, iy, iz, ox, oy, oz)
     if sine < _ALONG_THE_EDGE:
@@ -105,15 +110,14 @@ def diffract(
         frames[edge, 6],
         cosine,
         sine,
-        permittivity[edge, 0],
-        thickness[edge, 0],
-        permittivity[edge, 1],
-        thickness[edge, 1],
-        transparent,
+        permittivity,
+        thickness,
+        face(faces, edge, 0),
+        face(faces, edge, 1),
         wavenumber,
         before,
         after,
-        touch,
+        tolerance / (shortened(before, after) * sine),
     )
     soft, hard = to_edge(frames, edge, ix, iy, iz, ex, ey, ez)
     return from_edge(frames, edge, ox, oy, oz, d00 * soft + d01 * hard, d10 * soft + d11 * hard)
@@ -145,28 +149,30 @@ def _on_face(frames, edge, phi, nx, ny, nz):
 
 @njit(cache=True, error_model="numpy")
 def _as_seen_along(permittivity, distance):
-    """Return a face's permittivity for a wave that runs along it for a distance, times k.
+    """Return permittivities for a wave that runs along a face for a distance, times k.
 
     Along a conductor the field dies out only where Sommerfeld's numerical distance k d / 2 |eps|
     is long. Where it is short the conductor is perfect; the slope of its reflection at grazing,
     which a dielectric is described by, would hold over a ten-thousandth of a radian only.
     """
-    if -permittivity.imag > max(permittivity.real, distance):
-        return complex(1.0, -np.inf)
-    return permittivity
+    seen = permittivity.copy()
+    for i in range(len(seen)):
+        if -seen[i].imag > max(seen[i].real, distance):
+            seen[i] = complex(1.0, -np.inf)
+    return seen
 
 
 @njit(cache=True, error_model="numpy")
 def diffract_twice(
     frames,
+    faces,
     permittivity,
     thickness,
     first,
     second,
     shared,
-    transparent,
     wavenumber,
-    touch,
+    tolerance,
     before,
     between,
     after,
@@ -187,7 +193,8 @@ def diffract_twice(
 
     The caller multiplies by e^{-jkS} / sqrt(before between after S), S the sum of all three, for
     any two edges: what skew edges spread differently is in D. ``shared`` says that both bound one
-    face and m runs in it; of two free edges of one sheet both sides are counted.
+    face and m runs in it; of two free edges of one sheet both sides are counted. Edges nearer than
+    a twentieth of a wavelength count as that far apart.
     """
     in_1, out_1, cosine_1, sine_1 = edge_angles(frames, first, ix, iy, iz, mx, my, mz)
     in_2, out_2, cosine_2, sine_2 = edge_angles(frames, second, mx, my, mz, ox, oy, oz)
@@ -202,9 +209,10 @@ def diffract_twice(
     # b = m x h, so that b2 . h1 = m . (h2 x h1).
     turn[0, 1] = _dot(mx, my, mz, *_cross(gx, gy, gz, hx, hy, hz)) / (sine_1 * sine_2)
     turn[1, 0] = -turn[0, 1]
-    total = before + between + after
-    spread = between * total + turn[0, 1] ** 2 * before * after
-    start, end = before + between, between + after
+    apart = max(between, _APART * _TWO_PI / wavenumber)
+    total = before + apart + after
+    spread = apart * total + turn[0, 1] ** 2 * before * after
+    start, end = before + apart, apart + after
     k_first = wavenumber * sine_1**2 * before * spread / (start * total)
     k_second = wavenumber * sine_2**2 * after * spread / (end * total)
     w = turn[1, 1] * np.sqrt(before * after / (start * end))
@@ -212,6 +220,7 @@ def diffract_twice(
     terms_1 = np.empty((4, TERM_SIZE), np.complex128)
     terms_2 = np.empty((4, TERM_SIZE), np.complex128)
     part = np.empty((2, 2), np.complex128)
+    seen = _as_seen_along(permittivity, wavenumber * between)
     d00, d01, d10, d11 = 0j, 0j, 0j, 0j
     for side in range(2 if both_free else 1):
         if shared:
@@ -225,17 +234,17 @@ def diffract_twice(
             in_2 = _on_face(frames, second, in_2, nx, ny, nz)
         fill_terms(
             True,
+            shared,
             in_1,
             out_1,
             frames[first, 6],
             cosine_1,
             sine_1,
-            _as_seen_along(permittivity[first, 0], wavenumber * between),
-            thickness[first, 0],
-            _as_seen_along(permittivity[first, 1], wavenumber * between),
-            thickness[first, 1],
-            transparent,
-            touch,
+            seen,
+            thickness,
+            face(faces, first, 0),
+            face(faces, first, 1),
+            tolerance / (shortened(before, apart) * sine_1),
             k_first,
             wavenumber * shortened(before, end) * sine_1**2,
             wavenumber * total,
@@ -243,17 +252,17 @@ def diffract_twice(
         )
         fill_terms(
             False,
+            shared,
             in_2,
             out_2,
             frames[second, 6],
             cosine_2,
             sine_2,
-            _as_seen_along(permittivity[second, 0], wavenumber * between),
-            thickness[second, 0],
-            _as_seen_along(permittivity[second, 1], wavenumber * between),
-            thickness[second, 1],
-            transparent,
-            touch,
+            seen,
+            thickness,
+            face(faces, second, 0),
+            face(faces, second, 1),
+            tolerance / (shortened(apart, after) * sine_2),
             k_second,
             wavenumber * shortened(start, after) * sine_2**2,
             wavenumber * total,
@@ -266,7 +275,7 @@ def diffract_twice(
         d11 += part[1, 1]
     factor = edge_factor(frames[first, 6], sine_1, wavenumber)
     factor *= edge_factor(frames[second, 6], sine_2, wavenumber)
-    factor *= np.sqrt(between * total / spread) * (0.5 if shared else 1.0)
+    factor *= np.sqrt(between * (before + between + after) / spread) * (0.5 if shared else 1.0)
     soft, hard = to_edge(frames, first, ix, iy, iz, ex, ey, ez)
     soft, hard = factor * (d00 * soft + d01 * hard), factor * (d10 * soft + d11 * hard)
     return from_edge(frames, second, ox, oy, oz, soft, hard)

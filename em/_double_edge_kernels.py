@@ -5,7 +5,12 @@ import numpy as np
 from numba import njit
 
 from octant.em._transition_kernels import double_transition, scaled_transition
-from octant.em._wedge_kernels import boundary_weight, cotangent_transition, image_boundary
+from octant.em._wedge_kernels import (
+    boundary_weight,
+    cotangent_transition,
+    image_boundary,
+    image_is_lit,
+)
 
 _STEP = 1e-4  # [rad], of the one-sided slope of a wall's coefficients
 _NEAR_BOUNDARY = 1e-4
@@ -20,16 +25,16 @@ _WEIGHT, _SLOPE = 9, 13
 @njit(cache=True, error_model="numpy")
 def fill_terms(
     leaving,
+    along_face,
     phi_in,
     phi_out,
     n,
     cos_beta,
     sin_beta,
-    eps_0,
-    width_0,
-    eps_n,
-    width_n,
-    transparent,
+    permittivity,
+    thickness,
+    face_0,
+    face_n,
     touch,
     k_between,
     k_alone,
@@ -37,6 +42,8 @@ def fill_terms(
     terms,
 ):
     """Fill (4, 17) terms of one edge; ``leaving`` where the leg between both edges leaves it.
+
+    Where that leg runs along a face, source and image are hidden together by an edge touched.
 
     k L with the other edge as source or receiver; k L and k (s + s') without the other edge.
     """
@@ -53,7 +60,11 @@ def fill_terms(
             term = terms[row]
             term[0] = turned
             term[1] = half
-            term[2] = 1.0 if x > -touch else -1.0
+            if along_face:
+                lit = image_is_lit(False, 0, x, phi_out, n, touch)
+            else:
+                lit = image_is_lit(mirrored, number, x, phi_out, n, touch)
+            term[2] = 1.0 if lit else -1.0
             term[3] = sign if leaving or mirrored else -sign
             term[4] = -0.5 * ratio * ratio / n
             term[5] = -0.5 * turned
@@ -66,7 +77,7 @@ def fill_terms(
             term[7] = side * np.sqrt(2.0 * k_between) * scaled_transition(detour)
             detour = 2.0 * k_alone * half * half
             pole = side * np.sqrt(2.0 * k_alone) * scaled_transition(detour)
-            term[8] = cotangent_transition(x, n, k_alone, k_total, touch) - pole
+            term[8] = cotangent_transition(x, lit, n, k_alone, k_total) - pole
             weights = boundary_weight(
                 mirrored,
                 sign,
@@ -76,11 +87,10 @@ def fill_terms(
                 n,
                 cos_beta,
                 sin_beta,
-                eps_0,
-                width_0,
-                eps_n,
-                width_n,
-                transparent,
+                permittivity,
+                thickness,
+                face_0,
+                face_n,
             )
             moved = boundary_weight(
                 mirrored,
@@ -91,11 +101,10 @@ def fill_terms(
                 n,
                 cos_beta,
                 sin_beta,
-                eps_0,
-                width_0,
-                eps_n,
-                width_n,
-                transparent,
+                permittivity,
+                thickness,
+                face_0,
+                face_n,
             )
             for i in range(4):
                 term[_WEIGHT + i] = weights[i]

@@ -6,7 +6,7 @@ from numba import njit
 
 from octant.em._antenna_kernels import far_field
 from octant.em._diffraction_kernels import diffract, diffract_twice
-from octant.em._reflection_kernels import wall
+from octant.em._reflection_kernels import displaced_air, wall
 from octant.em._transmission_kernels import TRANSMISSION
 
 
@@ -56,11 +56,7 @@ def _transmit(permittivity, thickness, begin, end, front, nx, ny, nz, ix, iy, iz
     if cosine < 0.0:
         nx, ny, nz, cosine = -nx, -ny, -nz, -cosine
     _, _, te, tm = wall(permittivity, thickness, begin, end, cosine, from_front)
-    depth = 0.0
-    for layer in range(begin, end):
-        depth += thickness[layer]
-    turn = 2.0 * np.pi * depth * cosine
-    air = complex(np.cos(turn), np.sin(turn))
+    air = displaced_air(thickness, begin, end, cosine)
     sx, sy, sz = wall_frame(nx, ny, nz, ix, iy, iz)
     px, py, pz = sy * iz - sz * iy, sz * ix - sx * iz, sx * iy - sy * ix
     across = air * te * (ex * sx + ey * sy + ez * sz)
@@ -78,9 +74,7 @@ def path_fields(
     permittivity,
     thickness,
     wedge_utd,
-    wedge_permittivity,
-    wedge_thickness,
-    transmits,
+    wedge_faces,
     tolerance,
     wavelength,
     count,
@@ -131,12 +125,12 @@ def path_fields(
                     after = length - first
                     ex, ey, ez = diffract(
                         wedge_utd,
-                        wedge_permittivity,
-                        wedge_thickness,
+                        wedge_faces,
+                        permittivity,
+                        thickness,
                         -1 - code,
-                        transmits,
                         wavenumber,
-                        tolerance * length / (first * after),
+                        tolerance,
                         first,
                         after,
                         dx,
@@ -156,14 +150,14 @@ def path_fields(
                 qx, qy, qz = _towards(points, p, last)
                 ex, ey, ez = diffract_twice(
                     wedge_utd,
-                    wedge_permittivity,
-                    wedge_thickness,
+                    wedge_faces,
+                    permittivity,
+                    thickness,
                     -1 - code,
                     -1 - facets[p, last],
                     True,
-                    transmits,
                     wavenumber,
-                    tolerance * length / (first * after),
+                    tolerance,
                     first,
                     second,
                     after,
@@ -260,9 +254,7 @@ def fields_in_scene(scene, antenna, count, points, facets, orders, field, direct
         scene.layer_permittivity,
         scene.layer_thickness,
         scene.wedge_utd,
-        scene.wedge_permittivity,
-        scene.wedge_thickness,
-        scene.transmits,
+        scene.wedge_faces,
         scene.tolerance,
         scene.wavelength,
         count,

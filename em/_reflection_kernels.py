@@ -65,6 +65,19 @@ def wall(permittivity, thickness, begin, end, cosine, from_front):
     return _stack(permittivity, thickness, begin, end, cosine, from_front)
 
 
+@njit(cache=True, error_model="numpy", inline="always")
+def displaced_air(thickness, begin, end, cosine):
+    """Return what turns a transmission into one relative to the air that the wall displaces.
+
+    It does so along the wall's normal, since the lengths of paths are those of straight rays.
+    """
+    depth = 0.0
+    for layer in range(begin, end):
+        depth += thickness[layer]
+    turn = 2.0 * np.pi * depth * cosine
+    return complex(np.cos(turn), np.sin(turn))
+
+
 @njit(cache=True, error_model="numpy")
 def _stack(permittivity, thickness, begin, end, cosine, from_front):
     """Return what ``wall`` does, for any number of layers.

@@ -93,9 +93,7 @@ def record_paths(scene, tree, edges, receivers, start, order, vertices, codes, c
         counts[i] = 0
         place = 0
         while place < everything:
-            found, place = next_paths(
-                scene, tree, edges, x, y, z, place, step, images, scratch
-            )
+            found, place = next_paths(scene, tree, edges, x, y, z, place, step, images, scratch)
             for p in range(found):
                 row = start[i] + counts[i]
                 counts[i] += 1

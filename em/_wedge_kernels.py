@@ -4,21 +4,36 @@
 Fields at an edge are written along b, the part of the edge's axis across the ray, and h = axis x
 ray: a wave with E along b is soft, with E along h hard. With the azimuth counted from face 0 these
 two span the same plane for incident, reflected and diffracted rays, and a perfect conductor turns
-(b, h) into (-b, +h). 2 x 2 matrices travel as four scalars, row by row.
+(b, h) into (-b, +h). 2 x 2 matrices travel as four scalars, row by row. A face is (begin, end,
+front, passes): its layers in the tables of permittivity and thickness, whether the first of them
+is the one in the wedge's air, and whether it lets waves through.
 """
 
 import numpy as np
 from numba import njit
 
-from octant.em._reflection_kernels import half_space, slab
+from octant.em._reflection_kernels import displaced_air, wall
 from octant.em._transition_kernels import scaled_transition
 
 _TWO_PI = 2.0 * np.pi
 # The least cosine of incidence: exactly at grazing the coefficients of air would be 0 / 0.
 _GRAZING = 1e-6
 _SAME_ANGLE = 1e-9
+# Reach of an obstacle's rim over the tolerance of a facet's: 1e-10 of a side, 1e-9 of a scene.
+_RIM = 0.1
 # Half-angle below which the second-order part of a term is rounding.
 _NEGLIGIBLE = 1e-7
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def face(faces, edge, which):
+    """Return face 0 or n of an edge from (e, 2, 4) integers."""
+    return (
+        faces[edge, which, 0],
+        faces[edge, which, 1],
+        faces[edge, which, 2],
+        faces[edge, which, 3],
+    )
 
 
 @njit(cache=True, error_model="numpy")
@@ -32,12 +47,11 @@ def azimuth(along, above, n):
 
 
 @njit(cache=True, error_model="numpy")
-def cotangent_transition(x, n, kl, ks, touch):
-    """Return the term of one image whose boundary is x = 0, lit for x > 0.
+def cotangent_transition(x, lit, n, kl, ks):
+    """Return the term of one image whose boundary is x = 0, on its lit or its dark side.
 
     cot(x / 2n) F(X) + P (1 - F(X)) with X the detour over the edge times k. P is the next order in
-    1 / kL of Macdonald's integral; for a plane wave on a half-plane the Ps cancel. |x| below
-    ``touch`` is the lit side's limit.
+    1 / kL of Macdonald's integral; for a plane wave on a half-plane the Ps cancel.
     """
     half = np.sin(0.5 * abs(x))
     wedge = np.sin(0.5 * abs(x) / n)
@@ -51,27 +65,58 @@ def cotangent_transition(x, n, kl, ks, touch):
     if half > _NEGLIGIBLE:
         rest = 1.0 - curved * (ratio * ratio / (n * n) + 0.5 * half * half * (1.0 + kl / ks))
         value += turned / half * rest * (1.0 - root * half * scaled)
-    return value if x > -touch else -value
+    return value if lit else -value
 
 
 @njit(cache=True, error_model="numpy")
-def _is_conductor(permittivity):
-    return np.isinf(permittivity.imag)
+def _faces_of(mirrored, number):
+    """Return the nearest, the step to the next, and the count of the faces that make an image.
+
+    Faces stand at multiples m of n pi of the unfolded wedge: even ones are face 0.
+    """
+    if number > 0:
+        return 1, 1, 2 * number - (1 if mirrored else 0)
+    return 0, -1, -2 * number + (1 if mirrored else 0)
 
 
 @njit(cache=True, error_model="numpy")
-def _wall(permittivity, thickness, cosine):
+def image_is_lit(mirrored, number, x, phi_out, n, touch):
+    """Return whether an image counts as lit at the angle x from its boundary.
+
+    As in the search for paths: the source itself is hidden by an edge that its ray touches, and a
+    reflection on the rim of a face is there. ``touch`` is the angle of the facets' tolerance where
+    a ray meets a face squarely; a slanting ray moves on the face by more than off the edge.
+    """
+    if abs(x) > touch:
+        return x > 0.0
+    if number == 0 and not mirrored:
+        return x > _RIM * touch
+    slant = 1.0
+    nearest, step, count = _faces_of(mirrored, number)
+    for i in range(count):
+        slant = min(slant, abs(np.sin((nearest + step * i) * n * np.pi - phi_out)))
+    return x >= -touch * slant
+
+
+@njit(cache=True, error_model="numpy")
+def _conducts(permittivity, face):
+    """Return whether what a wave from the wedge's air meets first is a perfect conductor."""
+    return np.isinf(permittivity[face[0] if face[2] else face[1] - 1].imag)
+
+
+@njit(cache=True, error_model="numpy")
+def _wall(permittivity, thickness, face, cosine):
     """Return reflection and transmission (te, tm each) at the cosine of incidence.
 
     The transmission is relative to the air that the sheet displaces.
     """
     cosine = max(cosine, _GRAZING)
-    if np.isinf(thickness):
-        te, tm = half_space(permittivity, cosine)
-        return te, tm, complex(0.0), complex(0.0)
-    te, tm, te_out, tm_out = slab(permittivity, cosine, thickness)
-    back = np.exp(1j * (_TWO_PI * thickness * cosine))
-    return te, tm, te_out * back, tm_out * back
+    begin, end = face[0], face[1]
+    te, tm, te_out, tm_out = wall(permittivity, thickness, begin, end, cosine, face[2] != 0)
+    if te_out == 0.0 and tm_out == 0.0:
+        return te, tm, te_out, tm_out
+    air = displaced_air(thickness, begin, end, cosine)
+    return te, tm, te_out * air, tm_out * air
 
 
 @njit(cache=True, error_model="numpy")
@@ -123,16 +168,22 @@ def _crossing(source_side, receiver_side, sharp):
 
 @njit(cache=True, error_model="numpy")
 def _image_weight(
-    mirrored, number, phi_in, phi_out, n, cos_beta, sin_beta, eps_0, width_0, eps_n, width_n
+    mirrored,
+    number,
+    phi_in,
+    phi_out,
+    n,
+    cos_beta,
+    sin_beta,
+    permittivity,
+    thickness,
+    face_0,
+    face_n,
 ):
     """Return the product of the reflections of the image at +-phi_in + 2 n pi number."""
     image = _TWO_PI * n * number + (-phi_in if mirrored else phi_in)
-    # Faces stand at multiples m of n pi of the unfolded wedge: even ones are face 0.
-    if number > 0:
-        nearest, step, count = 1, 1, 2 * number - (1 if mirrored else 0)
-    else:
-        nearest, step, count = 0, -1, -2 * number + (1 if mirrored else 0)
-    if _is_conductor(eps_0) and _is_conductor(eps_n):
+    nearest, step, count = _faces_of(mirrored, number)
+    if _conducts(permittivity, face_0) and _conducts(permittivity, face_n):
         return complex(1.0 - 2.0 * (count % 2)), 0j, 0j, complex(1.0)
     sharp = min(max(2.0 * (n - 1.0), 0.0), 1.0)
     nearly_flat = max(1.0 - 2.0 * abs(n - 1.0), 0.0)
@@ -152,10 +203,10 @@ def _image_weight(
             turn += nearly_flat * (flat - turn)
         cosine = sin_beta * np.sin(grazing)
         if m % 2 == 0:
-            te, tm, _, _ = _wall(eps_0, width_0, cosine)
+            te, tm, _, _ = _wall(permittivity, thickness, face_0, cosine)
             q = np.sin(turn) * cos_beta
         else:
-            te, tm, _, _ = _wall(eps_n, width_n, cosine)
+            te, tm, _, _ = _wall(permittivity, thickness, face_n, cosine)
             q = -np.sin(turn) * cos_beta
         r00, r01, r10, r11 = _mirror(te, tm, np.cos(turn), q)
         w00, w01, w10, w11 = _times(r00, r01, r10, r11, w00, w01, w10, w11)
@@ -163,7 +214,9 @@ def _image_weight(
 
 
 @njit(cache=True, error_model="numpy")
-def _blocked(upper, phi_in, phi_out, n, cos_beta, sin_beta, eps_0, width_0, eps_n, width_n):
+def _blocked(
+    upper, phi_in, phi_out, n, cos_beta, sin_beta, permittivity, thickness, face_0, face_n
+):
     """Return 1 - T, T being what the wedge's two sheets let through past the edge.
 
     ``upper`` is the shadow of a source on face 0's side.
@@ -178,22 +231,22 @@ def _blocked(upper, phi_in, phi_out, n, cos_beta, sin_beta, eps_0, width_0, eps_
         grazing, turn = _crossing(source_side, total_turn - source_side, 1.0)
         cosine = sin_beta * np.sin(grazing)
         if (i == 0) == upper:
-            _, _, te, tm = _wall(eps_0, width_0, cosine)
+            _, _, te, tm = _wall(permittivity, thickness, face_0, cosine)
         else:
-            _, _, te, tm = _wall(eps_n, width_n, cosine)
+            _, _, te, tm = _wall(permittivity, thickness, face_n, cosine)
         t00, t01, t10, t11 = _window(te, tm, np.cos(turn), side * np.sin(turn) * cos_beta)
         w00, w01, w10, w11 = _times(t00, t01, t10, t11, w00, w01, w10, w11)
     return 1.0 - w00, -w01, -w10, 1.0 - w11
 
 
 @njit(cache=True, error_model="numpy")
-def _free_edge(mirrored, phi_in, phi_out, cos_beta, sin_beta, eps, width):
+def _free_edge(mirrored, phi_in, phi_out, cos_beta, sin_beta, permittivity, thickness, face):
     """Return 1 - T, or R where mirrored, of the one sheet that ends at the edge.
 
     Both its sides are one wall, so all terms take the coefficients at the one nearest angle.
     """
     grazing = min(phi_in, phi_out, _TWO_PI - phi_in, _TWO_PI - phi_out, 0.5 * np.pi)
-    r_te, r_tm, t_te, t_tm = _wall(eps, width, sin_beta * np.sin(grazing))
+    r_te, r_tm, t_te, t_tm = _wall(permittivity, thickness, face, sin_beta * np.sin(grazing))
     receiver = phi_out if mirrored else _TWO_PI - phi_out
     if (phi_in + phi_out <= _TWO_PI) if mirrored else (phi_in <= phi_out):
         side = 1.0
@@ -229,30 +282,32 @@ def boundary_weight(
     n,
     cos_beta,
     sin_beta,
-    eps_0,
-    width_0,
-    eps_n,
-    width_n,
-    transparent,
+    permittivity,
+    thickness,
+    face_0,
+    face_n,
 ):
     """Return the 2 x 2 weight of one term: what the field loses at its image's boundary."""
-    opaque_0 = np.isinf(width_0) or _is_conductor(eps_0)
-    opaque_n = np.isinf(width_n) or _is_conductor(eps_n)
-    if transparent and not opaque_0 and n > 2.0 - _SAME_ANGLE:
-        return _free_edge(mirrored, phi_in, phi_out, cos_beta, sin_beta, eps_0, width_0)
-    if transparent and not (opaque_0 or opaque_n or mirrored) and number == 0 and n > 1.0:
-        return _blocked(
-            sign < 0.0,
-            phi_in,
-            phi_out,
-            n,
-            cos_beta,
-            sin_beta,
-            eps_0,
-            width_0,
-            eps_n,
-            width_n,
-        )
+    if face_0[3] and face_n[3]:
+        if n > 2.0 - _SAME_ANGLE:
+            # Of a sheet that is not the same from both sides each image has its own.
+            face = face_n if mirrored and number > 0 else face_0
+            return _free_edge(
+                mirrored, phi_in, phi_out, cos_beta, sin_beta, permittivity, thickness, face
+            )
+        if number == 0 and not mirrored and n > 1.0:
+            return _blocked(
+                sign < 0.0,
+                phi_in,
+                phi_out,
+                n,
+                cos_beta,
+                sin_beta,
+                permittivity,
+                thickness,
+                face_0,
+                face_n,
+            )
     return _image_weight(
         mirrored,
         number,
@@ -261,10 +316,10 @@ def boundary_weight(
         n,
         cos_beta,
         sin_beta,
-        eps_0,
-        width_0,
-        eps_n,
-        width_n,
+        permittivity,
+        thickness,
+        face_0,
+        face_n,
     )
 
 
@@ -288,11 +343,10 @@ def wedge_dyad(
     n,
     cos_beta,
     sin_beta,
-    eps_0,
-    width_0,
-    eps_n,
-    width_n,
-    transparent,
+    permittivity,
+    thickness,
+    face_0,
+    face_n,
     wavenumber,
     before,
     after,
@@ -309,7 +363,11 @@ def wedge_dyad(
             number, x = image_boundary(mirrored, sign, phi_in, phi_out, n)
             # Of a wedge pi/m two images a full turn apart are one: what one loses the other wins.
             again = closes and sign < 0.0
-            term = -term if again else cotangent_transition(x, n, kl, ks, touch)
+            if again:
+                term = -term
+            else:
+                lit = image_is_lit(mirrored, number, x, phi_out, n, touch)
+                term = cotangent_transition(x, lit, n, kl, ks)
             w00, w01, w10, w11 = boundary_weight(
                 mirrored,
                 sign,
@@ -319,11 +377,10 @@ def wedge_dyad(
                 n,
                 cos_beta,
                 sin_beta,
-                eps_0,
-                width_0,
-                eps_n,
-                width_n,
-                transparent,
+                permittivity,
+                thickness,
+                face_0,
+                face_n,
             )
             d00 += term * w00
             d01 += term * w01
@@ -341,11 +398,9 @@ def fill_wedge_dyads(
     after,
     n,
     skew,
-    eps_0,
-    width_0,
-    eps_n,
-    width_n,
-    transparent,
+    faces,
+    permittivity,
+    thickness,
     wavenumber,
     out,
 ):
@@ -357,11 +412,10 @@ def fill_wedge_dyads(
             n,
             np.cos(skew),
             np.sin(skew),
-            eps_0,
-            width_0,
-            eps_n,
-            width_n,
-            transparent,
+            permittivity,
+            thickness,
+            face(faces, 0, 0),
+            face(faces, 0, 1),
             wavenumber,
             before[i],
             after[i],

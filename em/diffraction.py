@@ -1,5 +1,6 @@
 """Diffraction at the edges of wedges and sheets: the uniform theory (UTD)."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -8,6 +9,7 @@ import numpy.typing as npt
 from octant.em import _transition_kernels, _wedge_kernels
 from octant.geometries.errors import GeometryError
 
+IntArray = npt.NDArray[np.int64]
 FloatArray = npt.NDArray[np.float64]
 ComplexArray = npt.NDArray[np.complex128]
 
@@ -16,11 +18,39 @@ CONDUCTOR = complex(1.0, -np.inf)
 
 
 class WedgeFaces(NamedTuple):
-    """What the two faces of a wedge are made of; face 0 first."""
+    """What the two faces of a wedge are made of; face 0 first.
 
-    permittivity: tuple[complex, complex] = (CONDUCTOR, CONDUCTOR)  # [-]
-    thickness_wavelengths: tuple[float, float] = (np.inf, np.inf)  # [wavelengths]; inf: half-space
-    transparent: bool = False  # sheets of finite thickness let waves through
+    Parameters
+    ----------
+    permittivity : pair of complex or of sequences
+        Relative permittivity [-], of a layered face that of each layer from the air inwards.
+    thickness_wavelengths : pair of float or of sequences
+        Thickness [wavelengths] of the same layers; infinity: all that lies behind.
+    transparent : bool
+        Whether faces of finite thickness let waves through.
+    """
+
+    permittivity: tuple[complex | Sequence[complex], complex | Sequence[complex]] = (
+        CONDUCTOR,
+        CONDUCTOR,
+    )
+    thickness_wavelengths: tuple[float | Sequence[float], float | Sequence[float]] = (
+        np.inf,
+        np.inf,
+    )
+    transparent: bool = False
+
+    def kernel_arrays(self) -> tuple[IntArray, ComplexArray, FloatArray]:
+        """Return the faces (1, 2, 4), and permittivity and thickness of all layers, for kernels."""
+        permittivity = [np.atleast_1d(np.asarray(p, complex)) for p in self.permittivity]
+        thickness = [np.atleast_1d(np.asarray(d, float)) for d in self.thickness_wavelengths]
+        first, both = len(thickness[0]), len(thickness[0]) + len(thickness[1])
+        passes = [
+            self.transparent and bool(np.isfinite(d).all() and np.isfinite(p).all())
+            for p, d in zip(permittivity, thickness, strict=True)
+        ]
+        faces = np.array([[[0, first, 1, passes[0]], [first, both, 1, passes[1]]]], np.int64)
+        return faces, np.concatenate(permittivity), np.concatenate(thickness)
 
 
 def transition_function(x: npt.ArrayLike) -> ComplexArray:
@@ -111,7 +141,8 @@ def wedge_coefficients(
     Four terms cot(x/2n) F(X) and their next order in 1/kL, each the boundary x = 0 of one image,
     X its detour over the edge times k (2kL sin^2(x/2) for a plane wave), and weighted with
     the dyad of reflections (or of one minus the transmission) that this image carries; see
-    docs/diffraction.md. Exactly on a boundary the value is the limit from the lit side. The formula
+    docs/diffraction.md. Exactly on a boundary an image of reflections counts
+    as lit and the source itself as hidden, as in the search for paths. The formula
     is asymptotic: it stays finite and smooth at any distance, but is a solution of the wave
     equation only for k L well above 1.
 
@@ -144,11 +175,7 @@ def wedge_coefficients(
         after,
         n,
         skew_rad,
-        complex(given.permittivity[0]),
-        float(given.thickness_wavelengths[0]),
-        complex(given.permittivity[1]),
-        float(given.thickness_wavelengths[1]),
-        given.transparent,
+        *given.kernel_arrays(),
         wavenumber_rad_per_m,
         out,
     )

@@ -208,9 +208,12 @@ def _light(scene: Scene, wedges: Wedges, tree: ImageTree) -> tuple[FloatArray, F
 
 
 def _pairs_over_a_facet(wedges: Wedges) -> IntArray:
-    """Return (p, 2) wedges, first and last, that bound one facet along different edges."""
+    """Return (p, 2) wedges, first and last, that bound one side of a facet at different edges."""
     w = np.arange(len(wedges))
-    shared = (wedges.facets[:, None, :, None] == wedges.facets[None, :, None, :]).any(axis=(2, 3))
+    same = wedges.facets[:, None, :, None] == wedges.facets[None, :, None, :]
+    normals = wedges.face_normals
+    same &= np.einsum("iac,jbc->ijab", normals, normals) > 0.0
+    shared = same.any(axis=(2, 3))
     shared &= wedges.edge[:, None] != wedges.edge[None, :]
     # Edges of one line do not see one another over the facet.
     offset = wedges.origin_m[None] - wedges.origin_m[:, None]

@@ -316,16 +316,19 @@ def _diffraction(radio: RadioScene, wave: _Wave, hop: _Hop) -> tuple[_Wave, Budg
     wedges = radio.wedges
     between = float(np.linalg.norm(np.diff(hop.places_m, axis=0)))
     total = hop.before_m + between + hop.after_m
-    touch = arrays.tolerance * total / (hop.before_m * hop.after_m)
-    common = (arrays.wedge_utd, arrays.wedge_permittivity, arrays.wedge_thickness)
+    common = (
+        arrays.wedge_utd,
+        arrays.wedge_faces,
+        arrays.layer_permittivity,
+        arrays.layer_thickness,
+    )
     wavenumber = 2.0 * math.pi / radio.wavelength_m
     if len(hop.elements) == 1:
         field = diffract(
             *common,
             hop.elements[0],
-            radio.transmits,
             wavenumber,
-            touch,
+            arrays.tolerance,
             hop.before_m,
             hop.after_m,
             *wave.direction,
@@ -338,9 +341,8 @@ def _diffraction(radio: RadioScene, wave: _Wave, hop: _Hop) -> tuple[_Wave, Budg
             *common,
             *hop.elements,
             True,
-            radio.transmits,
             wavenumber,
-            touch,
+            arrays.tolerance,
             hop.before_m,
             between,
             hop.after_m,

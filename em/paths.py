@@ -163,11 +163,22 @@ def scene_arrays(radio: RadioScene) -> SceneArrays:
         wedge_frame=wedge_frames(wedges),
         wedge_facets=wedges.facets,
         wedge_utd=np.column_stack((wedges.tangent, wedges.normal, wedges.exterior_rad / math.pi)),
-        wedge_permittivity=radio.layer_permittivity[radio.facet_layers[wedges.facets, 0]],
-        wedge_thickness=radio.layer_thickness_m[radio.facet_layers[wedges.facets, 0]]
-        / radio.wavelength_m,
+        wedge_faces=_wedge_faces(radio),
         wavelength=radio.wavelength_m,
     )
+
+
+def _wedge_faces(radio: RadioScene) -> IntArray:
+    """Return (w, 2, 4) of both faces of each wedge: layers from, to, front outside, transmits."""
+    f, wedges = radio.scene.facets, radio.wedges
+    outward = f.plane_normal[f.facet_plane[wedges.facets]]
+    same = np.sum(wedges.face_normals * outward, axis=2) > 0.0
+    front = radio.scene.facet_front[wedges.facets] == same
+    layers = radio.facet_layers[wedges.facets]
+    if len(wedges):  # what fills all that lies behind has one side
+        front |= np.isinf(radio.layer_thickness_m[layers[..., 1] - 1])
+    passes = radio.facet_transmits[wedges.facets]
+    return np.concatenate((layers, front[..., None], passes[..., None]), axis=2).astype(np.int64)
 
 
 def checked_receivers(tree: ImageTree, receivers_m: npt.ArrayLike) -> FloatArray:

@@ -76,6 +76,14 @@ class Wedges:
     def __len__(self) -> int:
         return len(self.edge)
 
+    @property
+    def face_normals(self) -> FloatArray:
+        """Unit normals [-] of face 0 and face n into the air, (w, 2, 3)."""
+        turn = self.exterior_rad[:, None]
+        last = np.sin(turn) * self.tangent - np.cos(turn) * self.normal
+        normals: FloatArray = np.stack((self.normal, last), axis=1)
+        return normals
+
 
 def find_wedges(scene: Scene) -> Wedges:
     """Return the wedges of a scene that diffract.

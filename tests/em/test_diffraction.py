@@ -67,8 +67,8 @@ def test_plane_wave_on_a_half_plane_is_sommerfelds(rho_m, kind, i):
             after_m=rho_m,
         )[:, i, i]
         go = np.zeros(len(phi), complex)
-        for beta, weight in ((phi - phi_in, 1.0), (phi + phi_in, kind)):
-            lit = np.cos(beta / 2.0) >= -1e-9
+        for beta, weight, rim in ((phi - phi_in, 1.0, 1e-9), (phi + phi_in, kind, -1e-9)):
+            lit = np.cos(beta / 2.0) > rim  # a ray that touches is hidden, a reflection is there
             go += weight * lit * np.exp(1j * K * rho_m * np.cos(beta))
         total = go + d * np.exp(-1j * K * rho_m) / np.sqrt(rho_m)
         exact = plane_wave_half_plane(K, rho_m, phi, phi_in, kind)
@@ -84,7 +84,7 @@ def test_the_shadow_boundary_of_a_half_plane_has_half_the_incident_field():
         before_m=3.0,
         after_m=2.0,
     )
-    total = 1.0 + np.diag(d) * np.sqrt(5.0 / 6.0)
+    total = np.diag(d) * np.sqrt(5.0 / 6.0)  # a ray that touches the edge is hidden
     assert total == pytest.approx([0.5, 0.5], abs=1e-3)
 
 
@@ -244,16 +244,14 @@ def ray(frame, axis, phi, beta, outward):
     return np.cos(beta) * axis + (1.0 if outward else -1.0) * np.sin(beta) * across
 
 
-def at_edge(frame, faces, before_m, after_m, incoming, outgoing, field, touch=1e-12):
+def at_edge(frame, faces, before_m, after_m, incoming, outgoing, field, tolerance_m=1e-12):
     return np.array(
         diffract(
             frame,
-            np.array([faces.permittivity], complex),
-            np.array([faces.thickness_wavelengths], float),
+            *faces.kernel_arrays(),
             0,
-            faces.transparent,
             K,
-            touch,
+            tolerance_m,
             before_m,
             after_m,
             *incoming,
@@ -469,29 +467,95 @@ def test_behind_a_lossy_wedge_little_more_than_half_of_the_wave_arrives(
     assert np.linalg.norm(d, 2) < 0.6 * np.sqrt(after_m)
 
 
+@pytest.mark.parametrize("mirrored", [False, True])
 @given(angles, skews, eps, widths, st.randoms())
 @settings(max_examples=50, deadline=None)
-def test_a_ray_on_the_boundary_counts_as_lit(a, beta, eps_0, w0, random):
+def test_exactly_on_a_boundary_the_source_is_hidden_and_a_reflection_there(
+    mirrored, a, beta, eps_0, w0, random
+):
     rng = np.random.default_rng(random.randrange(2**32))
     frame, axis = make_frame(1.5, rng)
     faces = WedgeFaces((eps_0, eps_0), (w0, w0))
     phi_in = 0.5 * a * np.pi
+    phi, inside = (np.pi - phi_in, -1e-8) if mirrored else (np.pi + phi_in, 1e-8)
     incoming = ray(frame, axis, phi_in, beta, outward=False)
     field = np.cross(incoming, rng.normal(size=3))
-    exactly, inside = (
+    exactly, beside = (
         at_edge(
             frame,
             faces,
             2.0,
             3.0,
             incoming,
-            ray(frame, axis, phi_in + np.pi - off, beta, outward=True),
+            ray(frame, axis, phi + off, beta, outward=True),
             field,
-            touch=1e-9,
+            tolerance_m=1e-9,
         )
-        for off in (0.0, 1e-8)
+        for off in (0.0, inside)
     )
-    assert exactly == pytest.approx(inside, abs=1e-6 * np.linalg.norm(field))
+    assert exactly == pytest.approx(beside, abs=1e-6 * np.linalg.norm(field))
+
+
+@given(st.floats(0.5, 10.0), st.floats(0.5, 10.0), st.floats(0.1, 0.9), skews, st.booleans())
+@settings(max_examples=50, deadline=None)
+def test_a_reflection_is_there_up_to_the_tolerance_from_the_rim_and_no_further(
+    before, after, a, beta, last
+):
+    """The reflection point is the line's from the receiver to the image, as paths are searched."""
+    frame, axis = make_frame(1.5, np.random.default_rng(0))
+    tolerance_m, field = 1e-5, np.array([0.3, 0.5, 0.7])
+    phi_in = a * np.pi
+    rho_in, rho_out = before * np.sin(beta), after * np.sin(beta)
+
+    def behind(place_m):
+        # From the place beyond the rim along the unfolded ray to the receiver's azimuth.
+        x = place_m * (rho_in + rho_out) * np.sin(phi_in) / (rho_in * rho_out)
+        turn = np.pi - phi_in - x
+        out = 1.5 * np.pi - turn if last else turn
+        outgoing = ray(frame, axis, out, beta, outward=True)
+        return at_edge(
+            frame, WedgeFaces(), before, after, incoming, outgoing, field, tolerance_m=tolerance_m
+        )
+
+    into = 1.5 * np.pi - phi_in if last else phi_in
+    incoming = ray(frame, axis, into, beta, outward=False)
+    image = np.linalg.norm(np.cross(field, incoming)) * np.sqrt(before * after / (before + after))
+    lit = [behind(place * tolerance_m) for place in (1.0, 0.0, -0.999)]
+    assert np.linalg.norm(lit[0] - lit[1]) < 0.01 * image
+    assert np.linalg.norm(lit[2] - lit[1]) < 0.01 * image
+    dark = behind(-1.001 * tolerance_m)
+    assert np.linalg.norm(dark - lit[1]) == pytest.approx(image, rel=0.01)
+
+
+def test_layers_of_one_material_are_one_face():
+    whole = WedgeFaces((4.0 - 0.1j, 5.0 - 0.2j), (0.3, 0.4), transparent=True)
+    split = WedgeFaces(
+        ((4.0 - 0.1j,) * 2, (5.0 - 0.2j,) * 3), ((0.1, 0.2), (0.1, 0.1, 0.2)), transparent=True
+    )
+    assert coefficients(split) == pytest.approx(coefficients(whole), abs=1e-12)
+
+
+def test_the_layer_in_the_air_comes_first():
+    """A thin coat on a conductor is the coat; a conductor before anything is a conductor."""
+    conductor = coefficients(WedgeFaces())
+    before = WedgeFaces(((CONDUCTOR, 4.0), CONDUCTOR), ((np.inf, 0.2), np.inf))
+    behind = WedgeFaces(((4.0, CONDUCTOR), CONDUCTOR), ((0.2, np.inf), np.inf))
+    assert np.array_equal(coefficients(before), conductor)
+    assert np.abs(coefficients(behind) - conductor).max() > 0.01
+
+
+def coefficients(faces):
+    angles = np.linspace(0.1, 1.4 * np.pi, 7)
+    return wedge_coefficients(
+        angles[:, None],
+        angles[None, :] + 0.01,
+        air_angle_rad=1.5 * np.pi,
+        wavenumber_rad_per_m=K,
+        before_m=3.0,
+        after_m=2.0,
+        skew_rad=1.1,
+        faces=faces,
+    )
 
 
 @given(wedge_numbers, st.floats(0.0, 1.0), st.floats(0.0, 1.0), skews, eps, eps, widths)
