@@ -39,6 +39,9 @@ class ResponseDifference:
         Rms difference of gain in the strong directions, the offset taken out [dB].
     weak_rms_db : float
         The same from 10 to 20 dB below each antenna's greatest gain [dB].
+    faint_rms_db : float
+        The same from 20 dB below down to where gains count as `FLOOR_DB` below [dB]; NaN when no
+        direction is that faint.
     other_antenna_share : float
         Share of the azimuths at which it names another antenna as the strongest one [-].
     """
@@ -47,6 +50,7 @@ class ResponseDifference:
     offset_db: float
     strong_rms_db: float
     weak_rms_db: float
+    faint_rms_db: float
     other_antenna_share: float
 
 
@@ -83,7 +87,7 @@ def compare_responses(
             "with the same number can be compared."
         )
         raise AntennaError(msg)
-    strong, weak, weight = _gain_differences_db(truth, other)
+    strong, weak, faint, weight = _gain_differences_db(truth, other)
     offset = float(np.nansum(weight * strong) / np.sum(weight[np.isfinite(strong)]))
     theta = np.asarray(theta_rad, dtype=np.float64)[:, None]
     phi = np.linspace(0.0, 2.0 * np.pi, AZIMUTHS, endpoint=False)
@@ -93,14 +97,18 @@ def compare_responses(
         offset_db=offset,
         strong_rms_db=_rms(strong - offset, weight),
         weak_rms_db=_rms(weak - offset, weight),
+        faint_rms_db=_rms(faint - offset, weight),
         other_antenna_share=float(1.0 - same.mean()),
     )
 
 
 def _gain_differences_db(
     truth: ReaderResponse, other: ReaderResponse
-) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-    """Return (n, t, P) differences above the plane, NaN where not strong or weak, and weights."""
+) -> tuple[npt.NDArray[np.float64], ...]:
+    """Return (n, t, P) differences above the plane and their weights.
+
+    Differences are those of strong, weak and faint directions, each NaN in the others.
+    """
     above = truth.theta_rad <= 0.5 * np.pi + 1e-9
     theta, phi = truth.theta_rad[above][:, None], truth.phi_rad
     gain = np.sum(np.abs(truth.far_field(theta, phi)) ** 2, axis=-1)
@@ -111,8 +119,9 @@ def _gain_differences_db(
     difference = 10.0 * np.log10(np.maximum(judged, floor) / np.maximum(gain, floor))
     strong = np.where(level >= -STRONG_DB, difference, np.nan)
     weak = np.where((level < -STRONG_DB) & (level >= -WEAK_DB), difference, np.nan)
+    faint = np.where(level < -WEAK_DB, difference, np.nan)
     weight = np.broadcast_to(np.sin(theta), gain.shape)
-    return strong, weak, weight
+    return strong, weak, faint, weight
 
 
 def _rms(value: npt.NDArray[np.float64], weight: npt.NDArray[np.float64]) -> float:

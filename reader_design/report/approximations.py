@@ -1,5 +1,7 @@
 """How far the two approximations are off the full-wave response of the chosen reader."""
 
+import math
+
 from octant.em.response_comparison import FLOOR_DB, ResponseDifference, compare_responses
 from octant.reader_design.report.html import ReportTable
 from octant.reader_design.sweep.cells import SweepContext, reference_tag
@@ -66,6 +68,7 @@ def approximation_table(errors: tuple[ResponseDifference, ...]) -> ReportTable:
             f"{e.offset_db:+.1f}",
             f"{e.strong_rms_db:.1f}",
             f"{e.weak_rms_db:.1f}",
+            f"{e.faint_rms_db:.1f}" if math.isfinite(e.faint_rms_db) else "none that faint",
             f"{100.0 * e.other_antenna_share:.0f}",
         )
         for e in errors
@@ -81,6 +84,7 @@ def approximation_table(errors: tuple[ResponseDifference, ...]) -> ReportTable:
             "mean level [dB]",
             "rms within 10 dB [dB]",
             "rms 10–20 dB below [dB]",
+            "rms further down [dB]",
             "another strongest antenna [% of azimuths]",
         ),
         rows=rows,

@@ -313,10 +313,10 @@ def _model_sentence(model: str) -> str:
     """Return how far the reader's model can be trusted."""
     if model == "rays":
         return (
-            "Take the ranking with care: the reader's own body was modelled by geometrical "
-            'optics (response = "rays"), which neglects diffraction at the plates and the '
-            "ground plane's rim; on a device one wavelength large it is known to err by several "
-            "dB and to name wrong antennas, so a full-wave check must confirm the choice."
+            "Take the ranking with care: the reader's own metal was modelled by the currents that "
+            'rays induce on it (response = "rays"), which leaves out the coupling between antennas '
+            "and the mismatch to their loads; levels near an antenna's maximum are known to err by "
+            "1 to 3 dB, weak ones by more, so a full-wave check must confirm the choice."
         )
     if model == "isolated":
         return (

@@ -258,7 +258,7 @@ class ReaderDesign:
             self.body(),
             self.element(frequency_hz),
             model=model,
-            gap_m=self.gap_m if self.antenna == "dipole" else 0.0,
+            gap_m=self.gap_m,
         )
 
     def solutions(

@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 from octant.em.antennas import make_antenna
+from octant.em.ray_response import ray_patterns
 from octant.em.reader_response import ReaderResponse, reader_response, sector_response
 from octant.geometries.errors import AntennaError
 from octant.geometries.reader_body import reader_body
@@ -57,45 +58,29 @@ def test_interpolation_is_continuous_over_the_poles():
     assert response.far_field(theta, phi)[0] == pytest.approx(expected, abs=1e-6)
 
 
-def test_rays_over_a_ground_plane_alone_are_the_two_image_model():
-    """Straight up from the plane, where the reflection point lies well within it: F_theta of the
-    element and of its image, which has the same sign for a vertical current over a conductor."""
-    dipole = make_antenna("dipole", F)
-    body = reader_body(plate_height_m=0.0, antenna_radius_m=0.0001, ground_plane_m=2.0)
-    response = reader_response(body, dipole, model="rays", gap_m=0.005)
-    theta, phi = np.linspace(0.1, 1.4, 20), np.full(20, 0.2)
-    centre = np.array([0.0001, 0.0, 0.005 + dipole.length_m / 2])
-    image = centre * (1, 1, -1)
-    up = unit(theta, phi)
-    alone = dipole.far_field(theta, phi)[:, 0]
-    expected = alone * (np.exp(1j * K * up @ centre) + np.exp(1j * K * up @ image))
-    assert response.far_field(theta, phi)[0, :, 0] == pytest.approx(expected, abs=3e-4)
-
-
-def test_rays_shadow_of_the_ground_plane_is_dark():
-    dipole = make_antenna("dipole", F)
-    body = reader_body(plate_height_m=0.0, ground_plane_m=2.0)
-    response = reader_response(body, dipole, model="rays", gap_m=0.005)
-    assert np.abs(response.far_field(np.full(5, 2.9), np.linspace(0, 6, 5))).max() == 0.0
-
-
-def test_rays_of_a_round_reader_have_its_symmetry():
-    response = reader_response(
-        reader_body(ground_plane_shape="round"),
-        make_antenna("dipole", F),
-        model="rays",
-        gap_m=0.005,
-    )
-    p = np.abs(response.pattern[:, 0]) ** 2
-    for i in range(8):
-        # Rims and shadow boundaries fall within one cell; elsewhere the patterns are equal.
-        turned = np.roll(p[0], 30 * i, axis=1)
-        assert np.mean(np.abs(p[i] - turned) > 1e-6) < 2e-3
-
-
 def test_rays_say_what_they_leave_out():
-    response = reader_response(reader_body(), make_antenna("dipole", F), model="rays", gap_m=0.005)
-    assert any("geometrical optics" in w for w in response.warnings)
+    body = reader_body(plate_height_m=0.0)
+    response = reader_response(body, make_antenna("dipole", F), model="rays", gap_m=0.005)
+    assert any("coupling between antennas" in w for w in response.warnings)
+    assert any("matched" in w for w in response.warnings)
+
+
+def test_rays_refer_each_phase_to_the_antenna_s_own_centre():
+    dipole, body = make_antenna("dipole", F), reader_body(plate_height_m=0.0)
+    response = reader_response(body, dipole, model="rays", gap_m=0.005)
+    at_reader = ray_patterns(
+        body, dipole, gap_m=0.005, theta_rad=response.theta_rad, columns=len(response.phi_rad)
+    )
+    found = response.far_field(response.theta_rad[:, None], response.phi_rad)
+    assert np.moveaxis(found, -1, 1) == pytest.approx(at_reader, abs=1e-9)
+
+
+def test_a_monopole_s_phase_centre_is_its_foot_on_whichever_plane_it_has():
+    monopole = make_antenna("monopole", F)
+    for side_m, height_m in ((0.0, 0.0), (0.04, 0.005)):
+        body = reader_body(monopole_plane_m=side_m)
+        response = reader_response(body, monopole, model="isolated", gap_m=0.005)
+        assert response.phase_centres_m[:, 2] == pytest.approx(np.full(8, height_m), abs=0)
 
 
 def test_sector_window_is_half_power_at_its_documented_width():

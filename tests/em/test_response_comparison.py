@@ -25,6 +25,7 @@ def test_a_response_is_not_off_itself(sector):
     assert same.offset_db == pytest.approx(0.0, abs=1e-9)
     assert same.strong_rms_db == pytest.approx(0.0, abs=1e-9)
     assert same.weak_rms_db == pytest.approx(0.0, abs=1e-9)
+    assert same.faint_rms_db == pytest.approx(0.0, abs=1e-9)
     assert same.other_antenna_share == pytest.approx(0.0, abs=1e-12)
     assert same.model == "sector"
 
@@ -65,3 +66,17 @@ def test_antennas_that_are_all_equal_are_right_once_in_eight(sector):
 def test_readers_of_other_sizes_are_refused(sector):
     with pytest.raises(AntennaError, match="8 and 4"):
         compare_responses(sector, sector_response(AZIMUTHS[::2], frequency_hz=F), THETA)
+
+
+def test_each_sector_of_level_has_the_error_that_was_put_into_it(sector):
+    """Gains 10 to 20 dB below the maximum 2 dB up, those further down 4 dB down."""
+    base = np.stack((sector.pattern[:, 0], np.full(sector.pattern[:, 0].shape, 0.05)), axis=1)
+    truth = dataclasses.replace(sector, pattern=base)
+    gain = np.sum(np.abs(base) ** 2, axis=1, keepdims=True)
+    below = 10.0 * np.log10(np.max(gain, axis=(2, 3), keepdims=True) / np.maximum(gain, 1e-12))
+    change_db = np.where(below > 20.0, -4.0, np.where(below > 10.0, 2.0, 0.0))
+    bent = dataclasses.replace(sector, pattern=base * 10.0 ** (change_db / 20.0))
+    found = compare_responses(truth, bent, THETA)
+    assert found.strong_rms_db == pytest.approx(0.0, abs=0.05)
+    assert found.weak_rms_db == pytest.approx(2.0, abs=0.1)
+    assert found.faint_rms_db == pytest.approx(4.0, abs=0.1)
