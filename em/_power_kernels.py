@@ -124,19 +124,19 @@ def sum_magnetic_fields(scene, tree, edges, transmitter, places, begin, end, tot
     Each path also brings the dipole's induction field: 1 + 1 / (jkL) over its whole length L.
     """
     scratch = tracing_scratch(scene, tree, edges)
-    points, orders = scratch[0][1], scratch[0][3]
+    points, facets, orders = scratch[0][1], scratch[0][2], scratch[0][3]
     field = np.empty((len(orders), 3), dtype=np.complex128)
     direction = np.empty((len(orders), 3))
+    step, images, everything = tracing_steps(scene, tree, edges)
     wavenumber = 2.0 * np.pi / scene.wavelength
     for i in range(begin, end):
         x, y, z = places[i, 0], places[i, 1], places[i, 2]
         for a in range(3):
             total[i, a] = 0.0
         place = 0
-        while place < chunks_in_all(tree, edges):
-            found, place = arrivals(
-                scene, tree, edges, transmitter, x, y, z, place, scratch, field, direction
-            )
+        while place < everything:
+            found, place = next_paths(scene, tree, edges, x, y, z, place, step, images, scratch)
+            fields_in_scene(scene, transmitter, found, points, facets, orders, field, direction)
             for p in range(found):
                 length = 0.0
                 for leg in range(orders[p] + 1):

@@ -155,7 +155,9 @@ def build_facets(
     used = np.flatnonzero(label >= 0)
     normal, offset, turned = _fitted_planes(vertices_m, faces[used], label[used])
     group_of, _, _ = row_numbers(np.column_stack((label, material))[used])
-    edge_piece, ends, piece = _outlines(vertices_m, turned, group_of, normal[label[used]], tolerance_m)
+    edge_piece, ends, piece = _outlines(
+        vertices_m, turned, group_of, normal[label[used]], tolerance_m
+    )
     # Pieces by plane, material and first triangle; those whose edges all cancelled are no facets.
     has_edges = np.zeros(len(used), dtype=np.bool_)
     has_edges[edge_piece] = True

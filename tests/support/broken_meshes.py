@@ -21,9 +21,7 @@ def sheet(corners_m, material, name="sheet"):
     """A strip of quadrangles over the (n, 2, 3) pairs of corners."""
     vertices = np.asarray(corners_m, float).reshape(-1, 3)
     faces = [
-        t
-        for k in range(0, len(vertices) - 2, 2)
-        for t in ((k, k + 1, k + 3), (k, k + 3, k + 2))
+        t for k in range(0, len(vertices) - 2, 2) for t in ((k, k + 1, k + 3), (k, k + 3, k + 2))
     ]
     return Body(name=name, vertices_m=vertices, faces=np.array(faces), material=material)
 
