@@ -37,8 +37,8 @@ MAX_BENDS = 2
 """Bends of a ray over an edge [-]: its diffraction, and a reflection before or after it."""
 
 WIRE_ELEMENTS = 4
-"""Short elements that an antenna's current is cut into [-]; eight change no gain within 20 dB of
-the greatest by 0.1 dB."""
+"""Short elements that an antenna's current is cut into [-]; with eight no gain within 20 dB of
+the greatest moves by 0.1 dB."""
 
 PANELS_PER_WAVELENGTH = 8.0
 """Least number of panels per wavelength [-] on the metal far from the wire."""

@@ -32,8 +32,9 @@ reader of a wavelength within 1e-4 of its maximum."""
 RAYS_WARNING = (
     "the reader's response is that of currents lit by rays, diffracted once at the plates' edges: "
     "coupling between antennas and what the metal does to their impedance are left out; within "
-    "10 dB of an antenna's maximum expect 1 dB rms with plates of the thesis' size and 3 dB "
-    "without, 10 to 20 dB below it 4 dB, and further down no more than the order of magnitude"
+    "10 dB of an antenna's maximum expect 1 dB rms for the thesis' best dipole design and up to "
+    "3 dB for others, 10 to 20 dB below it 2 to 4 dB; levels further down come out 4 to 12 dB "
+    "too strong"
 )
 ISOLATED_WARNING = (
     "the reader's response is that of isolated antennas: plates and ground plane are left out"

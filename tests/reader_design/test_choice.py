@@ -135,7 +135,7 @@ def test_equal_designs_do_not_dominate_each_other():
     assert pareto_front([merit(candidate("a")), merit(candidate("b"))]) == (True, True)
 
 
-@pytest.mark.parametrize(("model", "word"), [("rays", "optics"), ("isolated", "alone")])
+@pytest.mark.parametrize(("model", "word"), [("rays", "coupling"), ("isolated", "alone")])
 def test_reason_says_when_the_reader_model_cannot_be_trusted(model, word):
     reason = " ".join(choose([candidate("a"), candidate("b")], model=model).reason)
     assert word in reason

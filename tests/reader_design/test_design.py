@@ -137,9 +137,12 @@ def test_response_is_in_the_reader_frame_with_antenna_1_at_azimuth_0():
     np.testing.assert_allclose(response.phase_centres_m[0], [0.10, 0.0, dipole_centre], atol=1e-12)
 
 
-def test_monopole_stands_on_the_plane_without_the_dipoles_gap():
-    monopole = dataclasses.replace(THESIS, antenna="monopole")
-    assert monopole.response(2.4e9, "isolated").phase_centres_m[0, 2] == 0.0
+@pytest.mark.parametrize(("own_plane_m", "height_m"), [(0.0, 0.0), (0.04, 0.005)])
+def test_monopole_stands_on_its_own_plane_at_the_gap_or_without_one_on_the_ground_plane(
+    own_plane_m, height_m
+):
+    monopole = dataclasses.replace(THESIS, antenna="monopole", monopole_plane_m=own_plane_m)
+    assert monopole.response(2.4e9, "isolated").phase_centres_m[0, 2] == height_m
 
 
 def test_antennas_keep_their_length_over_the_hopping_channels():

@@ -96,7 +96,7 @@ def test_study_leaves_its_files_and_nothing_half_written(done):
 def test_outcome_says_which_design_why_how_the_missions_went_and_where_the_report_is(done):
     text = "\n".join(done.lines())
     assert done.content.chosen.label in done.lines()[0]
-    assert "optics" in text
+    assert "coupling between antennas" in text
     assert "Mission in the study's room: " in text
     assert "Mission in With a Cabinet: " in text
     assert str(done.folder / "report.html") in text
