@@ -27,6 +27,7 @@ def outer_outlines(
     start: IntArray,
     end: IntArray,
     places_m: FloatArray,
+    *,
     normal_of_piece: FloatArray,
     tolerance_m: float,
 ) -> tuple[IntArray, IntArray, IntArray, FloatArray]:
@@ -88,8 +89,8 @@ def _may_overlap(
     sizes = np.bincount(piece, minlength=pieces)
     chosen = (sizes > 0) & (loops != 1)
     chosen[piece[times[start] > 1]] = True
-    chosen &= sizes <= LARGEST_OUTLINE
-    return chosen
+    few_enough: npt.NDArray[np.bool_] = chosen & (sizes <= LARGEST_OUTLINE)
+    return few_enough
 
 
 def _outer_edges(

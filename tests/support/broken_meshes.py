@@ -21,9 +21,7 @@ def sheet(corners_m, material, name="sheet"):
     """A strip of quadrangles over the (n, 2, 3) pairs of corners."""
     vertices = np.asarray(corners_m, float).reshape(-1, 3)
     faces = [
-        t
-        for k in range(0, len(vertices) - 2, 2)
-        for t in ((k, k + 1, k + 3), (k, k + 3, k + 2))
+        t for k in range(0, len(vertices) - 2, 2) for t in ((k, k + 1, k + 3), (k, k + 3, k + 2))
     ]
     return Body(name=name, vertices_m=vertices, faces=np.array(faces), material=material)
 
@@ -157,9 +155,10 @@ def badly_meshed(rng, bodies):
     """The same surfaces, each body spoilt in one to three of the ways of ``EQUIVALENT``."""
     spoilt = []
     for body in bodies:
+        bad = body
         for number in rng.choice(len(EQUIVALENT), size=rng.integers(1, 4), replace=False):
-            body = EQUIVALENT[number](rng, body)
-        spoilt.append(body)
+            bad = EQUIVALENT[number](rng, bad)
+        spoilt.append(bad)
     return tuple(spoilt)
 
 

@@ -143,7 +143,7 @@ def over_two_edges(scene, source, receiver):
         best = minimize(
             length, (0.5, 0.5), method="Nelder-Mead", options={"xatol": 1e-9, "fatol": 1e-14}
         )
-        if not all(1e-4 < t < 1.0 - 1e-4 for t in best.x):
+        if not all(1e-6 < t < 1.0 - 1e-6 for t in best.x):
             continue
         p, q = a + best.x[0] * (b - a), c + best.x[1] * (d - c)
         vertices = [np.asarray(source, float), p, q, np.asarray(receiver, float)]
