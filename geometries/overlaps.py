@@ -58,8 +58,10 @@ def outer_outlines(
         return piece, start, end, places_m
     kept = ~chosen[piece]
     parts, places, count = [np.column_stack((piece, start, end))[kept]], [places_m], len(places_m)
+    by_piece = np.argsort(piece, kind="stable")
+    begin = np.searchsorted(piece[by_piece], np.arange(len(chosen) + 1))
     for number in np.flatnonzero(chosen):
-        rows = np.flatnonzero(piece == number)
+        rows = by_piece[begin[number] : begin[number + 1]]
         own, edges = np.unique(np.column_stack((start[rows], end[rows])), return_inverse=True)
         edges, crossed = _outer_edges(
             edges.reshape(-1, 2), places_m[own], normal_of_piece[number], tolerance_m
