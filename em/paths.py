@@ -301,13 +301,18 @@ def trace_paths(
     Raises
     ------
     GeometryError
-        For a receiver outside the region that the images were searched for.
+        For a receiver outside the region that the images were searched for, or at the source.
 
     Notes
     -----
     Reflection points lie inside their facets (rims included) and no other facet stands in the way,
     but those that let waves through. A path that runs exactly through the shared edge of two facets
     is counted once. Paths that would pass through more than 128 sheets are left out.
+
+    A receiver on a wall has the paths of one just before it, on the source's side: the last leg of
+    the wall's own reflection has no length. On a rim or an edge itself no path is diffracted by
+    that edge, and on a sheet rounding decides which side's diffracted field is taken;
+    ``Scene.stand_off`` moves receivers off. A source on a surface is refused by the search.
     """
     receivers = checked_receivers(tree, receivers_m)
     arrays, images = scene_arrays(radio), tree_arrays(radio, tree)

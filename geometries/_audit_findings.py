@@ -116,13 +116,12 @@ _MEANINGS = {
         "the part wrongly."
     ),
     "winding_conflicts": (
-        "paths and powers do not change, since both sides of a facet reflect; if the part is "
-        "closed, it may not be noticed that an antenna stands inside of it."
+        "paths and powers do not change, since both sides of a facet reflect, and closed parts "
+        "are wound alike before it is asked what stands inside of them."
     ),
     "t_junctions": (
         "paths and powers do not change, since flat pieces are joined into facets whatever their "
-        "mesh; but a part closed only across T-junctions counts as open when asked whether an "
-        "antenna is inside of it."
+        "mesh, and a part that is closed across T-junctions counts as closed."
     ),
     "non_manifold_edges": (
         "reflections are right; nothing needs doing where sheets meet, as a partition meets a wall."

@@ -74,3 +74,22 @@ def weld(vertices_m: FloatArray, tolerance_m: float) -> IntArray:
         order = np.argsort(height, kind="stable")
         _plane_kernels.weld(points, order, height, tolerance_m, slack, representative)
     return representative
+
+
+def triangle_bounds_m(vertices_m: FloatArray, faces: IntArray) -> FloatArray:
+    """Return (2, 3) bounds [m] of the triangles that have an area; stray vertices do not count."""
+    has_area = triangle_area_vectors(vertices_m, faces).any(axis=1)
+    used = vertices_m[(faces[has_area] if has_area.any() else faces).reshape(-1)]
+    return np.stack((used.min(axis=0), used.max(axis=0)))
+
+
+def distinct_triangles(faces: IntArray, material: IntArray, room_faces: int) -> IntArray:
+    """Return the triangles of three welded corners; one that is given twice only once.
+
+    Whether it is the room's or an object's stays apart.
+    """
+    corners = np.sort(faces, axis=1)
+    real = np.flatnonzero((corners[:, :2] < corners[:, 1:]).all(axis=1))
+    keys = np.column_stack((corners, material, np.arange(len(faces)) < room_faces))
+    _, start, member = row_numbers(keys[real].astype(np.int64))
+    return np.sort(real[member[start[:-1]]])

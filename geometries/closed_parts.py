@@ -152,15 +152,19 @@ def _shell(
     candidates: npt.NDArray[np.bool_],
     room_m: FloatArray,
 ) -> int:
-    """Return the first candidate whose box holds the room's vertices (n, 3), -1 without one."""
-    if len(room_m) == 0:
+    """Return the candidate with the largest box, -1 without one, or if it is no room's.
+
+    It holds at least half of the bounds of the room's vertices (n, 3): not all of them where
+    something sticks out through a wall.
+    """
+    chosen = np.flatnonzero(candidates)
+    if len(chosen) == 0:
         return -1
-    low, high = room_m.min(axis=0), room_m.max(axis=0)
-    for i in np.flatnonzero(candidates):
-        own = corners_m[begin[i] : begin[i + 1]].reshape(-1, 3)
-        if (own.min(axis=0) <= low).all() and (own.max(axis=0) >= high).all():
-            return int(i)
-    return -1
+    spans = [np.ptp(corners_m[begin[i] : begin[i + 1]].reshape(-1, 3), axis=0) for i in chosen]
+    volume = np.prod(spans, axis=1)
+    largest = int(np.argmax(volume))
+    is_room = volume[largest] >= 0.5 * float(np.prod(np.ptp(room_m, axis=0)))
+    return int(chosen[largest]) if is_room else -1
 
 
 def facet_sides(

@@ -212,7 +212,7 @@ def _outlines(
     normals: FloatArray,
     tolerance_m: float,
 ) -> tuple[IntArray, FloatArray, IntArray]:
-    """Return piece and ends (k, 2, 3) [m] of each outline edge, and the (t,) piece of each triangle.
+    """Return piece and ends (k, 2, 3) [m] of outline edges, and the (t,) piece of each triangle.
 
     Pieces are the connected parts of a group, numbered by their first triangle. Directed edges that
     run in opposite senses cancel. Where a corner of one triangle stands on the side of another (a
@@ -244,7 +244,7 @@ def _outlines(
         first_triangle[root[local_cut[:, 0]]], local_cut[:, 0], local_cut[:, 1]
     )
     piece, start, end, places = outer_outlines(
-        piece, start, end, vertices_m[vertex_of], normals, tolerance_m
+        piece, start, end, vertices_m[vertex_of], normal_of_piece=normals, tolerance_m=tolerance_m
     )
     stays = _outline_kernels.merge_straight(start, end, places, tolerance_m)
     ends = np.stack((places[start], places[end]), axis=1)[stays]

@@ -27,6 +27,7 @@ def outer_outlines(
     start: IntArray,
     end: IntArray,
     places_m: FloatArray,
+    *,
     normal_of_piece: FloatArray,
     tolerance_m: float,
 ) -> tuple[IntArray, IntArray, IntArray, FloatArray]:
@@ -57,8 +58,10 @@ def outer_outlines(
         return piece, start, end, places_m
     kept = ~chosen[piece]
     parts, places, count = [np.column_stack((piece, start, end))[kept]], [places_m], len(places_m)
+    by_piece = np.argsort(piece, kind="stable")
+    begin = np.searchsorted(piece[by_piece], np.arange(len(chosen) + 1))
     for number in np.flatnonzero(chosen):
-        rows = np.flatnonzero(piece == number)
+        rows = by_piece[begin[number] : begin[number + 1]]
         own, edges = np.unique(np.column_stack((start[rows], end[rows])), return_inverse=True)
         edges, crossed = _outer_edges(
             edges.reshape(-1, 2), places_m[own], normal_of_piece[number], tolerance_m
@@ -88,8 +91,8 @@ def _may_overlap(
     sizes = np.bincount(piece, minlength=pieces)
     chosen = (sizes > 0) & (loops != 1)
     chosen[piece[times[start] > 1]] = True
-    chosen &= sizes <= LARGEST_OUTLINE
-    return chosen
+    few_enough: npt.NDArray[np.bool_] = chosen & (sizes <= LARGEST_OUTLINE)
+    return few_enough
 
 
 def _outer_edges(

@@ -14,8 +14,8 @@ from octant.geometries._bvh_kernels import BvhArrays
 from octant.geometries._plane_geometry import (
     FloatArray,
     IntArray,
-    row_numbers,
-    triangle_area_vectors,
+    distinct_triangles,
+    triangle_bounds_m,
     weld,
 )
 from octant.geometries.bodies import Body
@@ -309,18 +309,18 @@ def build_scene(
         bounds = np.zeros((2, 3))
     else:
         vertices, faces = _concatenated(everything)
-        bounds = _bounds_m(vertices, faces)
+        bounds = triangle_bounds_m(vertices, faces)
     extent = _extent_m(bounds)
     sizes = [len(body.faces) for body in everything]
     material = np.repeat([names.index(b.material) for b in everything], sizes).astype(np.int64)
     room_faces = sum(sizes[: len(bodies)])
     if everything:
         faces = weld(vertices, 1e-7 * extent)[faces]
-        kept = _distinct_triangles(faces, material, room_faces)
+        kept = distinct_triangles(faces, material, room_faces)
         faces, material = faces[kept], material[kept]
         room_faces = int(np.searchsorted(kept, room_faces))
-        used, faces = np.unique(faces, return_inverse=True)
-        vertices, faces = vertices[used], faces.reshape(-1, 3)
+        places, faces = np.unique(faces, return_inverse=True)
+        vertices, faces = vertices[places], faces.reshape(-1, 3)
     tolerance = PLANE_TOLERANCE_PER_EXTENT * extent
     rounding = rounding_m(vertices, coordinate_bits=coordinate_bits, extent_m=extent)
     facets = build_facets(vertices, faces, material, tolerance_m=tolerance, rounding_m=rounding)
@@ -338,7 +338,7 @@ def build_scene(
         tolerance_m=tolerance,
     )
     part, outer = facet_sides(vertices, faces, facets, parts, extent_m=extent)
-    side = _supporting_sides(vertices[np.unique(faces)], facets, tolerance)
+    side = _supporting_sides(vertices, facets, tolerance)
     used = facets.triangle_facet >= 0
     plane_of = facets.facet_plane[facets.triangle_facet[used]]
     corners = vertices[faces[used]]
@@ -377,25 +377,6 @@ def _concatenated(bodies: Sequence[Body]) -> tuple[FloatArray, IntArray]:
     vertices = np.concatenate([body.vertices_m for body in bodies])
     faces = np.concatenate([b.faces + n for b, n in zip(bodies, offsets, strict=False)])
     return vertices, faces.astype(np.int64)
-
-
-def _bounds_m(vertices_m: FloatArray, faces: IntArray) -> FloatArray:
-    """Return (2, 3) bounds [m] of the triangles that have an area; stray vertices do not count."""
-    has_area = triangle_area_vectors(vertices_m, faces).any(axis=1)
-    used = vertices_m[(faces[has_area] if has_area.any() else faces).reshape(-1)]
-    return np.stack((used.min(axis=0), used.max(axis=0)))
-
-
-def _distinct_triangles(faces: IntArray, material: IntArray, room_faces: int) -> IntArray:
-    """Return the triangles of three welded corners; one that is given twice only once.
-
-    Whether it is the room's or an object's stays apart.
-    """
-    corners = np.sort(faces, axis=1)
-    real = np.flatnonzero((corners[:, :2] < corners[:, 1:]).all(axis=1))
-    keys = np.column_stack((corners, material, np.arange(len(faces)) < room_faces))
-    _, start, member = row_numbers(keys[real].astype(np.int64))
-    return np.sort(real[member[start[:-1]]])
 
 
 def _supporting_sides(vertices_m: FloatArray, facets: Facets, tolerance_m: float) -> IntArray:

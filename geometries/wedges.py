@@ -166,7 +166,7 @@ def _sectors(
     angle = np.where(angle < -ANGLE_TOLERANCE_RAD, angle + 2.0 * math.pi, angle)
     # Of facets that cover one another in one plane the first is the one that paths meet.
     order: list[int] = []
-    for k in np.lexsort((faces, np.round(angle / ANGLE_TOLERANCE_RAD))):
+    for k in np.lexsort((np.array(faces), np.round(angle / ANGLE_TOLERANCE_RAD))):
         if not order or angle[k] - angle[order[-1]] > ANGLE_TOLERANCE_RAD:
             order.append(int(k))
     found = []

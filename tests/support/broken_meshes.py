@@ -155,9 +155,10 @@ def badly_meshed(rng, bodies):
     """The same surfaces, each body spoilt in one to three of the ways of ``EQUIVALENT``."""
     spoilt = []
     for body in bodies:
+        bad = body
         for number in rng.choice(len(EQUIVALENT), size=rng.integers(1, 4), replace=False):
-            body = EQUIVALENT[number](rng, body)
-        spoilt.append(body)
+            bad = EQUIVALENT[number](rng, bad)
+        spoilt.append(bad)
     return tuple(spoilt)
 
 
