@@ -204,10 +204,12 @@ def diffract_twice(
     turn = np.empty((2, 2))
     hx, hy, hz = _cross(*_axis(frames, first), mx, my, mz)
     gx, gy, gz = _cross(*_axis(frames, second), mx, my, mz)
-    turn[1, 1] = _dot(gx, gy, gz, hx, hy, hz) / (sine_1 * sine_2)
-    turn[0, 0] = turn[1, 1]
+    along = _dot(gx, gy, gz, hx, hy, hz)
     # b = m x h, so that b2 . h1 = m . (h2 x h1).
-    turn[0, 1] = _dot(mx, my, mz, *_cross(gx, gy, gz, hx, hy, hz)) / (sine_1 * sine_2)
+    aside = _dot(mx, my, mz, *_cross(gx, gy, gz, hx, hy, hz))
+    size = np.sqrt(along * along + aside * aside)
+    turn[0, 0], turn[1, 1] = along / size, along / size
+    turn[0, 1] = aside / size
     turn[1, 0] = -turn[0, 1]
     apart = max(between, _APART * _TWO_PI / wavenumber)
     total = before + apart + after

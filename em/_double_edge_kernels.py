@@ -14,6 +14,11 @@ from octant.em._wedge_kernels import (
 
 _STEP = 1e-4  # [rad], of the one-sided slope of a wall's coefficients
 _NEAR_BOUNDARY = 1e-4
+# Permittivity from which on a face is a perfect conductor: its coefficients turn from their values
+# at grazing to those of a conductor within an angle far narrower than any edge's transition.
+_CONDUCTOR = 2500.0
+# Greatest change of a wall's coefficients within one width of an edge's transition.
+_STEEPEST = 4.0
 # Columns of a term: |cot(x / 2n) sin(x / 2)|, |sin(x / 2)|, lit side +-1, dx / dphi of the leg
 # between the edges, sin^2(x / 2) times the cotangent's slope and its pole's, and their difference
 # without sin^2; the term between the edges, and what it has beyond the pole's where this edge
@@ -91,6 +96,7 @@ def fill_terms(
                 thickness,
                 face_0,
                 face_n,
+                _CONDUCTOR,
             )
             moved = boundary_weight(
                 mirrored,
@@ -105,10 +111,17 @@ def fill_terms(
                 thickness,
                 face_0,
                 face_n,
+                _CONDUCTOR,
             )
+            size = 0.0
             for i in range(4):
                 term[_WEIGHT + i] = weights[i]
                 term[_SLOPE + i] = (moved[i] - weights[i]) / step
+                size += abs(term[_SLOPE + i]) ** 2
+            steepest = _STEEPEST * np.sqrt(2.0 * k_between)
+            if size > steepest * steepest:
+                for i in range(4):
+                    term[_SLOPE + i] *= steepest / np.sqrt(size)
             row += 1
 
 

@@ -98,18 +98,21 @@ def image_is_lit(mirrored, number, x, phi_out, n, touch):
     return x >= -touch * slant
 
 
-@njit(cache=True, error_model="numpy")
-def _conducts(permittivity, face):
-    """Return whether what a wave from the wedge's air meets first is a perfect conductor."""
-    return np.isinf(permittivity[face[0] if face[2] else face[1] - 1].imag)
+@njit(cache=True, error_model="numpy", inline="always")
+def _conducts(permittivity, face, conductor):
+    """Return whether the layer that a wave from the wedge's air meets first counts as perfect."""
+    return abs(permittivity[face[0] if face[2] else face[1] - 1]) >= conductor
 
 
 @njit(cache=True, error_model="numpy")
-def _wall(permittivity, thickness, face, cosine):
+def _wall(permittivity, thickness, face, conductor, cosine):
     """Return reflection and transmission (te, tm each) at the cosine of incidence.
 
-    The transmission is relative to the air that the sheet displaces.
+    The transmission is relative to the air that the sheet displaces. Layers of a permittivity from
+    ``conductor`` on are perfect conductors.
     """
+    if _conducts(permittivity, face, conductor):
+        return complex(-1.0), complex(1.0), 0j, 0j
     cosine = max(cosine, _GRAZING)
     begin, end = face[0], face[1]
     te, tm, te_out, tm_out = wall(permittivity, thickness, begin, end, cosine, face[2] != 0)
@@ -179,11 +182,12 @@ def _image_weight(
     thickness,
     face_0,
     face_n,
+    conductor,
 ):
     """Return the product of the reflections of the image at +-phi_in + 2 n pi number."""
     image = _TWO_PI * n * number + (-phi_in if mirrored else phi_in)
     nearest, step, count = _faces_of(mirrored, number)
-    if _conducts(permittivity, face_0) and _conducts(permittivity, face_n):
+    if _conducts(permittivity, face_0, conductor) and _conducts(permittivity, face_n, conductor):
         return complex(1.0 - 2.0 * (count % 2)), 0j, 0j, complex(1.0)
     sharp = min(max(2.0 * (n - 1.0), 0.0), 1.0)
     nearly_flat = max(1.0 - 2.0 * abs(n - 1.0), 0.0)
@@ -203,10 +207,10 @@ def _image_weight(
             turn += nearly_flat * (flat - turn)
         cosine = sin_beta * np.sin(grazing)
         if m % 2 == 0:
-            te, tm, _, _ = _wall(permittivity, thickness, face_0, cosine)
+            te, tm, _, _ = _wall(permittivity, thickness, face_0, conductor, cosine)
             q = np.sin(turn) * cos_beta
         else:
-            te, tm, _, _ = _wall(permittivity, thickness, face_n, cosine)
+            te, tm, _, _ = _wall(permittivity, thickness, face_n, conductor, cosine)
             q = -np.sin(turn) * cos_beta
         r00, r01, r10, r11 = _mirror(te, tm, np.cos(turn), q)
         w00, w01, w10, w11 = _times(r00, r01, r10, r11, w00, w01, w10, w11)
@@ -215,7 +219,17 @@ def _image_weight(
 
 @njit(cache=True, error_model="numpy")
 def _blocked(
-    upper, phi_in, phi_out, n, cos_beta, sin_beta, permittivity, thickness, face_0, face_n
+    upper,
+    phi_in,
+    phi_out,
+    n,
+    cos_beta,
+    sin_beta,
+    permittivity,
+    thickness,
+    face_0,
+    face_n,
+    conductor,
 ):
     """Return 1 - T, T being what the wedge's two sheets let through past the edge.
 
@@ -231,22 +245,26 @@ def _blocked(
         grazing, turn = _crossing(source_side, total_turn - source_side, 1.0)
         cosine = sin_beta * np.sin(grazing)
         if (i == 0) == upper:
-            _, _, te, tm = _wall(permittivity, thickness, face_0, cosine)
+            _, _, te, tm = _wall(permittivity, thickness, face_0, conductor, cosine)
         else:
-            _, _, te, tm = _wall(permittivity, thickness, face_n, cosine)
+            _, _, te, tm = _wall(permittivity, thickness, face_n, conductor, cosine)
         t00, t01, t10, t11 = _window(te, tm, np.cos(turn), side * np.sin(turn) * cos_beta)
         w00, w01, w10, w11 = _times(t00, t01, t10, t11, w00, w01, w10, w11)
     return 1.0 - w00, -w01, -w10, 1.0 - w11
 
 
 @njit(cache=True, error_model="numpy")
-def _free_edge(mirrored, phi_in, phi_out, cos_beta, sin_beta, permittivity, thickness, face):
+def _free_edge(
+    mirrored, phi_in, phi_out, cos_beta, sin_beta, permittivity, thickness, face, conductor
+):
     """Return 1 - T, or R where mirrored, of the one sheet that ends at the edge.
 
     Both its sides are one wall, so all terms take the coefficients at the one nearest angle.
     """
     grazing = min(phi_in, phi_out, _TWO_PI - phi_in, _TWO_PI - phi_out, 0.5 * np.pi)
-    r_te, r_tm, t_te, t_tm = _wall(permittivity, thickness, face, sin_beta * np.sin(grazing))
+    r_te, r_tm, t_te, t_tm = _wall(
+        permittivity, thickness, face, conductor, sin_beta * np.sin(grazing)
+    )
     receiver = phi_out if mirrored else _TWO_PI - phi_out
     if (phi_in + phi_out <= _TWO_PI) if mirrored else (phi_in <= phi_out):
         side = 1.0
@@ -286,6 +304,7 @@ def boundary_weight(
     thickness,
     face_0,
     face_n,
+    conductor,
 ):
     """Return the 2 x 2 weight of one term: what the field loses at its image's boundary."""
     if face_0[3] and face_n[3]:
@@ -293,7 +312,15 @@ def boundary_weight(
             # Of a sheet that is not the same from both sides each image has its own.
             face = face_n if mirrored and number > 0 else face_0
             return _free_edge(
-                mirrored, phi_in, phi_out, cos_beta, sin_beta, permittivity, thickness, face
+                mirrored,
+                phi_in,
+                phi_out,
+                cos_beta,
+                sin_beta,
+                permittivity,
+                thickness,
+                face,
+                conductor,
             )
         if number == 0 and not mirrored and n > 1.0:
             return _blocked(
@@ -307,6 +334,7 @@ def boundary_weight(
                 thickness,
                 face_0,
                 face_n,
+                conductor,
             )
     return _image_weight(
         mirrored,
@@ -320,6 +348,7 @@ def boundary_weight(
         thickness,
         face_0,
         face_n,
+        conductor,
     )
 
 
@@ -381,6 +410,7 @@ def wedge_dyad(
                 thickness,
                 face_0,
                 face_n,
+                np.inf,
             )
             d00 += term * w00
             d01 += term * w01

@@ -134,21 +134,21 @@ def _table(budget: "PathBudget") -> Iterator[str]:
     """Yield the budget as people read it."""
     width = max(len(line.detail) for line in budget.lines) + 1
     coefficients = f"{'incid.':>7} {'TE':>15} {'TM':>15} {'in TE':>6}"
-    yield f"{'':<20}{'':<{width}} {coefficients} {'change':>9} {'level':>9}"
+    yield f"{'':<19}{'':<{width}} {coefficients} {'change':>9} {'level':>9}"
     yield (
-        f"{'':<20}{'':<{width}} {'deg':>7} {'dB':>8} {'deg':>6} {'dB':>8} {'deg':>6} {'%':>6} "
+        f"{'':<19}{'':<{width}} {'deg':>7} {'dB':>8} {'deg':>6} {'dB':>8} {'deg':>6} {'%':>6} "
         f"{'dB':>9} {'dB':>9}"
     )
     level = 0.0
     for line in budget.lines:
         level += line.change_db
         yield (
-            f"{line.step:<20}{line.detail:<{width}} {_coefficients(line)} "
+            f"{line.step:<19}{line.detail:<{width}} {_coefficients(line)} "
             f"{line.change_db:>+9.3f} {level:>9.3f}"
         )
     phase = math.degrees(math.atan2(budget.gain.imag, budget.gain.real))
     total = f"gain {budget.gain_db:.3f} dB, phase {phase:.2f} deg"
-    yield f"{'together':<20}{total}"
+    yield f"{'together':<19}{total}"
 
 
 def _coefficients(line: "BudgetLine") -> str:

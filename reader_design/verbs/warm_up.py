@@ -29,6 +29,7 @@ antennas = 4
 cells_per_wavelength = 5.0
 [solver]
 max_reflections = 1
+SOLVER
 [map]
 spacing_m = 0.5
 [mission]
@@ -36,12 +37,30 @@ start_m = [0.5, 0.5]
 tags = ["tag"]
 runs = 1
 """
-"""A scene that takes moments; RESPONSE stands for the reader's model."""
+"""A scene that takes moments; RESPONSE stands for the reader's model, SOLVER for more settings."""
+
+SOLVERS = {
+    "edges": """
+diffraction = true
+max_diffractions = 2
+transmission = true
+""",
+    "launched": """
+search = "rays"
+rays = 1000
+faces = "as_stored"
+""",
+}
+"""Further settings of the solver by name of the study, whose reader is ``isolated``."""
 
 POSES = "x_m,y_m,heading_deg\n0.5,0.5,0.0\n"
 
 CALLS = (
     ("isolated", "paths STUDY --tx 1,1,1.9 --rx 0.5,0.5,0.3"),
+    ("edges", "paths STUDY --tx 1,1,1.9 --rx 0.5,0.5,0.3"),
+    ("edges", "explain STUDY --tx 1,1,1.9 --rx 1.65,1.65,0.6 --path 0"),
+    ("edges", "map STUDY --out edges.nc"),
+    ("launched", "paths STUDY --tx 1,1,1.9 --rx 0.5,0.5,0.3"),
     ("isolated", "map STUDY --out isotropic.nc --isotropic"),
     ("isolated", "map STUDY --out map.nc"),
     ("isolated", "rss STUDY --tag tag --poses POSES --csv rss.csv"),
@@ -50,7 +69,7 @@ CALLS = (
     ("fullwave", "reader STUDY --out fullwave --step-deg 45"),
     ("fullwave", "study STUDY --out study --quick"),
 )
-"""Model of the reader and call: every verb that computes, each on the small scene."""
+"""Study (by its reader's model or its solver) and call: every verb that computes."""
 
 
 @click.command(name="warm-up")
@@ -77,8 +96,10 @@ def warm_up(*, quiet: bool) -> None:
 
 
 def _write_inputs(folder: Path) -> None:
-    for model in {model for model, _ in CALLS}:
-        (folder / f"{model}.toml").write_text(STUDY.replace("RESPONSE", model), encoding="utf-8")
+    for name in {name for name, _ in CALLS}:
+        text = STUDY.replace("RESPONSE", "isolated" if name in SOLVERS else name)
+        text = text.replace("SOLVER", SOLVERS.get(name, ""))
+        (folder / f"{name}.toml").write_text(text, encoding="utf-8")
     (folder / "poses.csv").write_text(POSES, encoding="utf-8")
 
 

@@ -198,3 +198,48 @@ def test_existing_csv_is_kept_without_force(octant, study_file, tmp_path):
     assert out.read_text() == "mine"
     assert octant(*arguments, "--force").code == 0
     assert len(rows_of(out.read_text())) == 63
+
+
+EDGES = """
+[[room.object]]
+kind = "box"
+size_m = [0.6, 0.4, 0.9]
+position_m = [1.2, 1.6, 0.0]
+material = { name = "glass", thickness_m = 0.01 }
+[solver]
+max_reflections = 2
+"""
+
+
+def test_interactions_are_letters_and_the_order_counts_bends(octant, study_file):
+    study = study_file(ROOM + EDGES + "diffraction = true\ntransmission = true\n")
+    rows, _ = found(octant, study, "0.7,1.9,0.5")
+    words = [row["interactions"].replace("-", "").split(",") for row in rows]
+    assert {letter for word in words for letter in word} >= {"R", "T", "D"}
+    for row, word in zip(rows, words, strict=True):
+        assert int(row["order"]) == sum(letter in {"R", "D"} for letter in word)
+    assert any(word.count("D") == 1 and "T" in word for word in words)
+
+
+@pytest.mark.parametrize(
+    ("setting", "letters"),
+    [("", "R"), ("diffraction = true", "RD"), ("transmission = true", "RT")],
+)
+def test_solver_settings_say_what_paths_do(octant, study_file, setting, letters):
+    rows, _ = found(octant, study_file(ROOM + EDGES + setting + "\n"), "0.7,1.9,0.5")
+    assert {x for row in rows for x in row["interactions"] if x.isalpha()} == set(letters)
+
+
+@pytest.mark.parametrize(
+    ("setting", "says"),
+    [
+        ("max_diffractions = 3", "max_diffractions"),
+        ('search = "some"', "search"),
+        ("rays = 0", "rays"),
+        ('faces = "round"', "faces"),
+        ("diffraction = 1", "diffraction"),
+    ],
+)
+def test_bad_solver_settings_are_refused_by_name(octant, study_file, setting, says):
+    study = study_file(ROOM + EDGES + setting + "\n")
+    assert says in octant("paths", study, "--tx", "1,1,1", "--rx", "2,2,1").refused()

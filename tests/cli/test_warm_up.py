@@ -30,6 +30,7 @@ response = "{model}"
 cells_per_wavelength = 5.0
 [solver]
 max_reflections = 2
+{solver}
 [map]
 spacing_m = 0.5
 [mission]
@@ -37,7 +38,22 @@ start_m = [1.0, 1.0]
 tags = ["a", "b"]
 controller = "fuzzy"
 """
+SOLVERS = {
+    "edges": "diffraction = true\nmax_diffractions = 2\ntransmission = true",
+    "launched": 'search = "rays"\nrays = 2000\ndiffraction = true',
+}
+OBJECT = """
+[[room.object]]
+kind = "box"
+size_m = [0.6, 0.4, 0.9]
+position_m = [1.2, 1.6, 0.0]
+material = { name = "glass", thickness_m = 0.01 }
+"""
 CALLS = (
+    "paths edges.toml --tx 2,0.5,2.7 --rx 1,1,0.3 --rx 1,2.2,0.3 --csv edges.csv -q",
+    "explain edges.toml --tx 2,0.5,2.7 --rx 1,2.2,0.3 --path 9 -q",
+    "map edges.toml --out edges.nc --antenna 2 -q",
+    "paths launched.toml --tx 2,0.5,2.7 --rx 1,1,0.3 --csv launched.csv -q",
     "paths rays.toml --tx 2,0.5,2.7 --rx 1,1,0.3 --rx 1,2,0.3 --csv paths.csv -q",
     "map rays.toml --out one.nc --antenna 2 --local-mean -q",
     "map isolated.toml --out isotropic.nc --isotropic --tag b -q",
@@ -69,7 +85,10 @@ assert run(["warm-up", "-q"]) == 0
 @pytest.mark.slow
 def test_after_warm_up_no_command_compiles(tmp_path):
     for model in ("rays", "isolated", "fullwave"):
-        (tmp_path / f"{model}.toml").write_text(STUDY.format(model=model))
+        (tmp_path / f"{model}.toml").write_text(STUDY.format(model=model, solver=""))
+    for name, solver in SOLVERS.items():
+        text = STUDY.format(model="isolated", solver=solver) + OBJECT
+        (tmp_path / f"{name}.toml").write_text(text)
     (tmp_path / "poses.csv").write_text("x_m,y_m,heading_deg\n1.0,1.0,0.0\n2.0,1.5,90.0\n")
     environment = os.environ | {
         "NUMBA_CACHE_DIR": str(tmp_path / "kernels"),
@@ -127,7 +146,7 @@ def test_nowhere_to_keep_kernels_is_one_sentence(tmp_path):
             (folder / "__pycache__").write_text("")  # a file, so that no folder can be made
     home = tmp_path / "home"
     home.write_text("")
-    (tmp_path / "study.toml").write_text(STUDY.format(model="isolated"))
+    (tmp_path / "study.toml").write_text(STUDY.format(model="isolated", solver=""))
     script = "from octant.reader_design.cli import main; main()"
     arguments = ["paths", "study.toml", "--tx", "1,1,1", "--rx", "2,1,1"]
     done = subprocess.run(

@@ -1,3 +1,5 @@
+import itertools
+
 import numpy as np
 import pytest
 import slow_edges
@@ -94,6 +96,34 @@ def test_paths_over_two_edges_are_those_of_a_brute_force_search(seed):
     ours = [length for _, length, _ in over_edges(traced(scene, source, [receiver], 2, 2), "DD")]
     theirs = slow_edges.over_two_edges(scene, source, receiver)
     assert np.allclose(ours, theirs, atol=1e-7)
+
+
+def test_two_edges_are_passed_on_one_side_of_their_facet():
+    """A sheet folded to a Z of 120 degrees: each fold has a wedge on either side."""
+    turn = np.radians(60.0)
+    up = np.array([np.cos(turn), 0.0, np.sin(turn)])
+    ends = [-up, np.zeros(3), np.array([1.0, 0.0, 0.0]), np.array([1.0, 0.0, 0.0]) + up]
+    strips = [plate(a, b - a, (0.0, 2.0, 0.0)) for a, b in itertools.pairwise(ends)]
+    body = Body(
+        name="z",
+        vertices_m=np.concatenate([s.vertices_m for s in strips]),
+        faces=np.concatenate([s.faces + 4 * i for i, s in enumerate(strips)]),
+        material="metal",
+    )
+    scene = build_scene((), objects=(body,))
+    wedges = find_wedges(scene)
+    places = [(x, 1.0, z) for x in (-1.5, 0.4, 2.5) for z in (-1.3, 1.1)]
+    found = 0
+    for source in places:
+        paths = traced(scene, source, places, 2, 2)
+        for k in range(len(paths)):
+            if paths.letters_of(k) == ("D", "D"):
+                first, last = wedges.face_normals[paths.element[k, :2]]
+                same = wedges.facets[paths.element[k, 0]][:, None]
+                shared = same == wedges.facets[paths.element[k, 1]]
+                assert ((first @ last.T > 0.0) & shared).any()
+                found += 1
+    assert found > 0
 
 
 def test_the_same_ways_lead_back():

@@ -6,15 +6,18 @@ import numpy as np
 import pytest
 
 from octant.em.antennas import Antenna, make_antenna
+from octant.em.candidates import search_candidates
 from octant.em.explain import explain_path
 from octant.em.image_search import search_images
 from octant.em.materials import material
 from octant.em.paths import path_gains, trace_paths
 from octant.em.radio_scene import radio_scene
+from octant.geometries.bodies import Body
 from octant.geometries.errors import GeometryError
 from octant.geometries.furniture import box, cabinet
 from octant.geometries.rooms import box_room
 from octant.geometries.scene import build_scene
+from octant.geometries.wedges import find_wedges
 
 F = 2.4e9
 WAVELENGTH = 299_792_458.0 / F
@@ -83,6 +86,60 @@ def test_every_budget_adds_up_to_the_gain_of_its_path(radio, traced, sender, tak
         assert budget.gain_db == pytest.approx(gain_db, abs=1e-9)
         assert abs(budget.gain - gains.gain[path]) <= 1e-11 * abs(gains.gain[path])
         assert budget.length_m == pytest.approx(gains.length_m[path], rel=1e-15)
+
+
+LAYERED = material(
+    {
+        "layers": [
+            {"name": "plasterboard", "thickness_m": 0.0125},
+            {"name": "air", "thickness_m": 0.05},
+            {"name": "wood", "thickness_m": 0.02},
+        ]
+    }
+)
+
+
+@pytest.mark.parametrize("sender", ["tilted", "table"])
+def test_budgets_over_edges_and_through_sheets_add_up(sender):
+    sheet = Body(
+        name="sheet",
+        vertices_m=np.array([(0.9, 0.4, 0.3), (1.1, 2.6, 0.2), (1.0, 2.5, 2.2), (0.8, 0.5, 2.1)]),
+        faces=np.array([[0, 1, 2], [0, 2, 3]]),
+        material="layered",
+    )
+    block = box((0.7, 0.4, 0.9), material="lined", position_m=(2.0, 1.2, 0.5), yaw_deg=15.0)
+    scene = build_scene(box_room((4.0, 3.0, 2.5), material="layered"), objects=(block, sheet))
+    lined = material({"layers": [{"name": "wood", "thickness_m": 0.02}, {"name": "concrete"}]})
+    radio = radio_scene(
+        scene,
+        F,
+        {"layered": LAYERED, "lined": lined},
+        transmission=True,
+        wedges=find_wedges(scene),
+    )
+    candidates = search_candidates(radio, (0.4, 0.7, 0.9), 2, max_diffractions=2)
+    paths = trace_paths(
+        radio,
+        candidates.images,
+        [(3.3, 2.2, 1.6), (0.5, 2.3, 0.7), (1.5, 1.6, 1.2)],
+        edges=candidates.edges,
+    )
+    ends = {"transmitter": ANTENNAS[sender], "receiver": ANTENNAS["tilted"]}
+    gains = path_gains(radio, paths, **ends)
+    words = set()
+    for path in range(len(paths)):
+        budget = explain_path(radio, paths, path, **ends)
+        word = "".join(paths.letters_of(path))
+        words.add(word)
+        assert len(budget.lines) == len(word) + 4 - word.count("DD")
+        total = sum(line.change_db for line in budget.lines)
+        gain_db = 10.0 * math.log10(abs(gains.gain[path]) ** 2)
+        if gain_db < -250.0:
+            continue
+        assert total == pytest.approx(gain_db, abs=1e-9)
+        assert abs(budget.gain - gains.gain[path]) <= 1e-10 * abs(gains.gain[path])
+    assert {"D", "DD", "T", "TR", "R"} <= words
+    assert any({"D", "T"} <= set(word) for word in words)
 
 
 def test_losses_lie_between_those_of_te_and_tm(radio, traced):

@@ -86,3 +86,35 @@ def sequences(scene, source, receiver, max_order, opaque=None):
             ):
                 continue
             yield sequence, images[-1], vertices[::-1]
+
+
+def through_sheets(scene, source, receiver, max_order, sheet):
+    """Return the sorted (length, words) of all specular paths, sheets that they cross included.
+
+    A word holds ``R`` and ``T`` with the facet's plane; facets that are no sheets block.
+    """
+    faces = polygons(scene)
+    found = []
+    walls = [not s for s in sheet]
+    for planes, image, vertices in sequences(scene, source, receiver, max_order, walls):
+        ends = [None, *planes, None]
+        word = []
+        for i in range(len(vertices) - 1):
+            word += [("T", p) for p in _crossed(faces, sheet, vertices[i : i + 2], ends[i : i + 2])]
+            word += [("R", planes[i])] if i < len(planes) else []
+        found.append((float(np.linalg.norm(image - receiver)), tuple(word)))
+    return sorted(found)
+
+
+def _crossed(faces, sheet, ends, skip):
+    """Return the planes of the sheets between two points, the nearest first."""
+    p, q = ends
+    places = []
+    for (normal, offset, outline, plane), lets_through in zip(faces, sheet, strict=True):
+        hp, hq = normal @ p - offset, normal @ q - offset
+        if not lets_through or plane in skip or hp * hq >= 0.0:
+            continue
+        t = hp / (hp - hq)
+        if inside(p + t * (q - p), normal, outline):
+            places.append((t, plane))
+    return [plane for _, plane in sorted(places)]

@@ -1,0 +1,120 @@
+"""Which sectors of air diffract."""
+
+import numpy as np
+import pytest
+
+from octant.geometries.bodies import Body
+from octant.geometries.furniture import box
+from octant.geometries.rooms import box_room
+from octant.geometries.scene import build_scene
+from octant.geometries.wedges import find_wedges, no_wedges
+
+
+def sheets(*corners, material="metal"):
+    """One body of parallelograms, each from a corner, a side and another."""
+    vertices, faces = [], []
+    for a, u, v in (np.array(c, float) for c in corners):
+        n = len(vertices)
+        vertices += [a, a + u, a + u + v, a + v]
+        faces += [[n, n + 1, n + 2], [n, n + 2, n + 3]]
+    return Body(
+        name="sheets", vertices_m=np.array(vertices), faces=np.array(faces), material=material
+    )
+
+
+def along(wedges, axis, place):
+    """Rows of the wedges parallel to an axis whose line runs through a place."""
+    offset = np.asarray(place) - wedges.origin_m
+    aside = np.linalg.norm(np.cross(offset, wedges.axis), axis=1)
+    return np.flatnonzero((np.abs(wedges.axis @ np.asarray(axis, float)) > 0.999) & (aside < 1e-6))
+
+
+def test_a_cabinet_on_the_floor_has_no_edges_where_it_stands():
+    cabinet = box((1.0, 0.6, 0.9), material="metal", position_m=(1.0, 1.0, 0.0))
+    scene = build_scene(box_room((4.0, 3.0, 2.5)), objects=(cabinet,))
+    wedges = find_wedges(scene)
+    middle = wedges.origin_m + 0.5 * wedges.length_m[:, None] * wedges.axis
+    half = 0.5 * wedges.exterior_rad[:, None]
+    air = middle + 1e-3 * (np.cos(half) * wedges.tangent + np.sin(half) * wedges.normal)
+    inside = scene.inside_room(air)
+    assert inside.sum() == 8
+    assert middle[inside, 2].min() > 0.4
+    assert not scene.inside_solid(air).any()
+
+
+@pytest.mark.parametrize("fold_deg", [40.0, 90.0, 130.0])
+def test_a_fold_of_a_sheet_has_two_wedges_that_make_a_full_turn(fold_deg):
+    a = np.radians(fold_deg)
+    fold = sheets(
+        ((0, 0, 0), (1, 0, 0), (0, 0, 2)), ((0, 0, 0), (np.cos(a), np.sin(a), 0), (0, 0, 2))
+    )
+    wedges = find_wedges(build_scene((), objects=(fold,)))
+    rows = along(wedges, (0, 0, 1), (0, 0, 0))
+    angles = np.sort(wedges.exterior_rad[rows])
+    if fold_deg == 90.0:  # the inner corner's images are exact
+        assert angles == pytest.approx([1.5 * np.pi])
+    else:
+        assert angles == pytest.approx(np.sort([a, 2.0 * np.pi - a]))
+    assert len(wedges) == 6 + len(rows)  # and the rims
+
+
+def test_a_junction_of_three_sheets_has_three_wedges():
+    turns = np.radians([0.0, 100.0, 230.0])
+    star = sheets(*(((0, 0, 0), (np.cos(t), np.sin(t), 0), (0, 0, 2)) for t in turns))
+    wedges = find_wedges(build_scene((), objects=(star,)))
+    rows = along(wedges, (0, 0, 1), (0, 0, 0))
+    assert np.sort(wedges.exterior_rad[rows]) == pytest.approx(np.radians([100.0, 130.0, 130.0]))
+    assert wedges.exterior_rad[rows].sum() == pytest.approx(2.0 * np.pi)
+
+
+def test_rims_are_half_planes_whose_two_faces_are_one_facet():
+    wedges = find_wedges(build_scene((), objects=(sheets(((0, 0, 0), (1, 0, 0), (0, 0, 2))),)))
+    assert len(wedges) == 4
+    assert np.array_equal(wedges.exterior_rad, np.full(4, 2.0 * np.pi))
+    assert np.array_equal(wedges.facets[:, 0], wedges.facets[:, 1])
+
+
+@pytest.mark.parametrize(("other", "count"), [("metal", 0), ("wood", 2)])
+def test_a_flush_seam_diffracts_only_between_two_materials(other, count):
+    left = sheets(((0, 0, 0), (1, 0, 0), (0, 0, 2)))
+    right = sheets(((1, 0, 0), (1, 0, 0), (0, 0, 2)), material=other)
+    wedges = find_wedges(build_scene((), objects=(left, right)))
+    rows = along(wedges, (0, 0, 1), (1, 0, 0))
+    assert len(rows) == count  # one on either side
+    assert wedges.exterior_rad[rows] == pytest.approx(np.full(count, np.pi))
+
+
+def test_triangles_of_one_plane_make_no_edges():
+    rng = np.random.default_rng(2)
+    inner = np.column_stack((rng.uniform(0.2, 0.8, 5), rng.uniform(0.2, 0.8, 5)))
+    corners = np.array([(0, 0), (1, 0), (1, 1), (0, 1)], float)
+    from scipy.spatial import Delaunay
+
+    points = np.vstack((corners, inner))
+    body = Body(
+        name="flat",
+        vertices_m=np.column_stack((points, np.zeros(9))),
+        faces=Delaunay(points).simplices.astype(np.int64),
+        material="metal",
+    )
+    assert len(find_wedges(build_scene((), objects=(body,)))) == 4
+
+
+@pytest.mark.parametrize("yaw_deg", [0.0, 27.0])
+def test_frames_lead_from_face_0_through_the_air_to_face_n(yaw_deg):
+    cabinet = box((1.0, 0.6, 0.9), material="metal", position_m=(0.2, 0.1, 0.3), yaw_deg=yaw_deg)
+    scene = build_scene((), objects=(cabinet,))
+    wedges = find_wedges(scene)
+    assert len(wedges) == 12
+    planes = scene.facets.plane_normal[scene.facets.facet_plane[wedges.facets]]
+    assert wedges.face_normals == pytest.approx(planes, abs=1e-12)  # outwards, into the air
+    middle = wedges.origin_m + 0.5 * wedges.length_m[:, None] * wedges.axis
+    for turn, inside in ((0.0, False), (1.5 * np.pi, False), (1.75 * np.pi, True)):
+        offset = np.cos(turn) * wedges.tangent + np.sin(turn) * wedges.normal
+        on_air_side = middle + 1e-3 * offset + (0.0 if inside else 1e-6) * planes.sum(axis=1)
+        assert scene.inside_solid(on_air_side).all() == inside
+
+
+def test_no_wedges_is_an_empty_set():
+    assert len(no_wedges()) == 0
+    assert no_wedges().face_normals.shape == (0, 2, 3)
