@@ -148,21 +148,6 @@ def _on_face(frames, edge, phi, nx, ny, nz):
 
 
 @njit(cache=True, error_model="numpy")
-def _as_seen_along(permittivity, distance):
-    """Return permittivities for a wave that runs along a face for a distance, times k.
-
-    Along a conductor the field dies out only where Sommerfeld's numerical distance k d / 2 |eps|
-    is long. Where it is short the conductor is perfect; the slope of its reflection at grazing,
-    which a dielectric is described by, would hold over a ten-thousandth of a radian only.
-    """
-    seen = permittivity.copy()
-    for i in range(len(seen)):
-        if -seen[i].imag > max(seen[i].real, distance):
-            seen[i] = complex(1.0, -np.inf)
-    return seen
-
-
-@njit(cache=True, error_model="numpy")
 def diffract_twice(
     frames,
     faces,
@@ -222,7 +207,6 @@ def diffract_twice(
     terms_1 = np.empty((4, TERM_SIZE), np.complex128)
     terms_2 = np.empty((4, TERM_SIZE), np.complex128)
     part = np.empty((2, 2), np.complex128)
-    seen = _as_seen_along(permittivity, wavenumber * between)
     d00, d01, d10, d11 = 0j, 0j, 0j, 0j
     for side in range(2 if both_free else 1):
         if shared:
@@ -242,7 +226,7 @@ def diffract_twice(
             frames[first, 6],
             cosine_1,
             sine_1,
-            seen,
+            permittivity,
             thickness,
             face(faces, first, 0),
             face(faces, first, 1),
@@ -260,7 +244,7 @@ def diffract_twice(
             frames[second, 6],
             cosine_2,
             sine_2,
-            seen,
+            permittivity,
             thickness,
             face(faces, second, 0),
             face(faces, second, 1),

@@ -5,12 +5,8 @@ import numpy as np
 from numba import njit
 
 from octant.em._transition_kernels import double_transition, scaled_transition
-from octant.em._wedge_kernels import (
-    boundary_weight,
-    cotangent_transition,
-    image_boundary,
-    image_is_lit,
-)
+from octant.em._wedge_kernels import cotangent_transition, image_boundary, image_is_lit
+from octant.em._wedge_weight_kernels import boundary_weight
 
 _STEP = 1e-4  # [rad], of the one-sided slope of a wall's coefficients
 _NEAR_BOUNDARY = 1e-4
