@@ -3,7 +3,7 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from slow_images import paths as slow_paths
 from slow_images import sequences as slow_sequences
@@ -117,6 +117,7 @@ def test_no_path_is_missed_at_third_order_in_a_furnished_room():
 )
 def test_every_interior_pair_of_a_box_has_63_paths(box_scene, place, source):
     """Also where paths run exactly through edges and corners: shared hits count once."""
+    assume(place != source)  # a receiver at the source is refused
     tree = search_images(box_scene, source, 3)
     paths = trace_paths(radio_scene(box_scene, 2.4e9), tree, [place])
     assert len(paths) == 63
