@@ -270,7 +270,7 @@ def find_paths(
             if depth > 0:
                 if plane == state[depth - 1, PLANE]:
                     continue
-            elif plane in (state[ends, RECEIVER] & 0xFFFFFFFF, state[ends, RECEIVER] >> 32):
+            elif plane in (state[ends, RECEIVER] & 0xFFFFFFFF, (state[ends, RECEIVER] >> 32) - 1):
                 continue
             nx, ny, nz = planes[plane, 0], planes[plane, 1], planes[plane, 2]
             ix, iy, iz = image[here, 0], image[here, 1], image[here, 2]

@@ -128,7 +128,7 @@ def build(lo, hi):
 @njit(cache=True, error_model="numpy")
 def two_planes(first, second):
     """Return one number for the two planes that meet at a segment's end, for segment_blocked."""
-    return (first & 0xFFFFFFFF) | (second << 32)
+    return first | (second + 1) << 32
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
@@ -143,8 +143,9 @@ def segment_blocked(
     triangles. Arrays come one by one, and few of anything: a tuple of arrays passed in an inner
     loop, or one argument too many to be inlined, costs more than the search itself.
     """
-    at_p, also_p = plane_p & 0xFFFFFFFF, plane_p >> 32
-    at_q, also_q = plane_q & 0xFFFFFFFF, plane_q >> 32
+    # A single plane has nothing in the upper half, which stands for no second one.
+    at_p, also_p = plane_p & 0xFFFFFFFF, (plane_p >> 32) - 1
+    at_q, also_q = plane_q & 0xFFFFFFFF, (plane_q >> 32) - 1
     dx, dy, dz = qx - px, qy - py, qz - pz
     length = np.sqrt(dx * dx + dy * dy + dz * dz)
     if length == 0.0:

@@ -15,8 +15,9 @@ class Call:
 
     @property
     def problems(self):
-        """Lines on stderr that are not warnings."""
-        return [line for line in self.err.splitlines() if not line.startswith("warning: ")]
+        """Lines on stderr that are neither warnings nor news of kernels being compiled."""
+        other = ("warning: ", "First use on this machine: ")
+        return [line for line in self.err.splitlines() if not line.startswith(other)]
 
     def refused(self):
         """The one sentence of a refusal: exit code 2, one line, no traceback."""
