@@ -215,8 +215,7 @@ def find_paths(
     Row by row, ``points`` receives receiver, reflections and source, ``facets`` the facet of each
     reflection in the same sense, ``orders`` the number of reflections. Where receiver or source is
     a point of an edge, the last row of the state names its planes, which do not block or reflect
-    there. ``several`` asks
-    for every path of an image; else the first is the only one.
+    there. ``several`` asks for every path of an image; else the first is the only one.
 
     A path exactly through the edge of two walls may be read as a reflection by either first. Which
     reading is taken must not depend on which end sends, or reciprocity would fail there: branches

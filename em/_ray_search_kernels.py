@@ -4,6 +4,8 @@
 import numpy as np
 from numba import njit
 
+from octant.geometries._bvh_kernels import RIM
+
 MAX_STACK = 130
 """Nodes waiting in a nearest-first walk: two per level of the deepest hierarchy, and some."""
 
@@ -12,9 +14,6 @@ MAX_BRANCHES = 256
 
 MAX_SEGMENTS = 4096
 """Segments [-] after which a launched ray is given up."""
-
-RIM = 1e-10
-"""Inclusive margin [-] in barycentric coordinates, so that no ray slips between two triangles."""
 
 
 @njit(cache=True, error_model="numpy")

@@ -4,6 +4,8 @@
 import numpy as np
 from numba import njit
 
+from octant.geometries._bvh_kernels import RIM
+
 TRANSMISSION = 1 << 40
 """Added to a facet's number where a path passes through it instead of being reflected."""
 
@@ -199,7 +201,3 @@ def insert_crossings(
         orders[left] = size
         left += 1
     return left
-
-
-RIM = 1e-10
-"""Inclusive margin [-] in barycentric coordinates, as for what blocks."""
