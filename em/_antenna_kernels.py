@@ -7,6 +7,7 @@ import numpy as np
 from numba import njit
 from numba.extending import overload
 
+from octant.em._phase_kernels import sine_cosine
 from octant.em._response_kernels import PAD, cubic_weights
 
 ISOTROPIC_THETA = 0
@@ -88,15 +89,11 @@ def _closed_form_field(antenna, dx, dy, dz):
     elif antenna.kind == MONOPOLE and c < 0.0:
         return 0.0, 0.0, 0.0
     else:
-        h = antenna.half_length_rad
         # cos(h c) - cos(h), without cancellation
-        strength = (
-            antenna.amplitude
-            * 2.0
-            * np.sin(0.5 * h * (1.0 + c))
-            * np.sin(0.5 * h * (1.0 - c))
-            / sine
-        )
+        h = 0.5 * antenna.half_length_rad
+        plus, _ = sine_cosine(h * (1.0 + c))
+        minus, _ = sine_cosine(h * (1.0 - c))
+        strength = antenna.amplitude * 2.0 * plus * minus / sine
     scale = strength / sine
     return scale * (c * dx - ax), scale * (c * dy - ay), scale * (c * dz - az)
 

@@ -143,6 +143,18 @@ def segment_blocked(
     triangles. Arrays come one by one, and few of anything: a tuple of arrays passed in an inner
     loop, or one argument too many to be inlined, costs more than the search itself.
     """
+    nodes = len(links)
+    # Most segments pass the outermost box by on one side, which needs no division to see.
+    if (
+        nodes == 0
+        or max(px, qx) < boxes[0, 0]
+        or max(py, qy) < boxes[0, 1]
+        or max(pz, qz) < boxes[0, 2]
+        or min(px, qx) > boxes[0, 3]
+        or min(py, qy) > boxes[0, 4]
+        or min(pz, qz) > boxes[0, 5]
+    ):
+        return False
     # A single plane has nothing in the upper half, which stands for no second one.
     at_p, also_p = plane_p & 0xFFFFFFFF, (plane_p >> 32) - 1
     at_q, also_q = plane_q & 0xFFFFFFFF, (plane_q >> 32) - 1
@@ -154,7 +166,6 @@ def segment_blocked(
     far = 1.0 - near
     ix, iy, iz = 1.0 / dx, 1.0 / dy, 1.0 / dz
     node = 0
-    nodes = len(links)
     while node < nodes:
         t0, t1 = (boxes[node, 0] - px) * ix, (boxes[node, 3] - px) * ix
         enter, leave = min(t0, t1), max(t0, t1)
