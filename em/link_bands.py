@@ -200,8 +200,14 @@ def link_bands(
         Frequencies in one room.
     source_m : (3,) float64
         Place of the tag [m].
-    max_reflections, max_diffractions, search, rays : int, int, str, int
-        As for :func:`octant.em.candidates.search_candidates`.
+    max_reflections : int
+        Greatest order of the room's paths [-].
+    max_diffractions : int
+        Diffractions of a path [-], 1 or 2, where the scenes have wedges.
+    search : str
+        ``complete`` or ``rays``.
+    rays : int
+        Rays launched [-] by ``rays``.
 
     Returns
     -------

@@ -16,10 +16,11 @@ from octant.navigation.arrival import arrival_tests
 from octant.navigation.controllers import Controller, FuzzyController, VectorSumController
 from octant.navigation.missions import Mission, MissionResult, run_missions
 from octant.navigation.robot import DifferentialDrive
-from octant.navigation.sensing import FieldSensor, PowerLink
+from octant.navigation.sensing import PowerLink
 from octant.reader_design.config.schema import Mission as MissionTable
 from octant.reader_design.config.schema import Study
 from octant.reader_design.rooms.study_scene import PlacedTag, StudyScene
+from octant.reader_design.study.sensors import study_sensor
 from octant.reader_design.sweep.design import design_of, design_responses
 from octant.reader_design.sweep.samples import standing_room
 
@@ -265,9 +266,10 @@ def drive_missions(
     robot = DifferentialDrive()
     return run_missions(
         study_mission(study, built, links),
-        FieldSensor(
-            links=links,
-            azimuths_rad=responses[0].azimuths_rad,
+        study_sensor(
+            study.sensor,
+            links,
+            responses[0].azimuths_rad,
             noise_db=table.noise_db if noise_db is None else noise_db,
         ),
         study_controller(table),

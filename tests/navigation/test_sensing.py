@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 
 from octant.geometries.errors import NavigationError
-from octant.navigation.sensing import FieldSensor, RssQuantiser, log_normal_rss
+from octant.navigation.rss_detector import RssQuantiser, log_normal_rss
+from octant.navigation.sensing import FieldSensor
 
 POSE = np.array([1.0, 0.5, 0.3])
 
