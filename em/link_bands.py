@@ -3,7 +3,7 @@
 import math
 import warnings
 from collections.abc import Sequence
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -26,6 +26,8 @@ from octant.geometries.errors import AntennaError, GeometryError, PhysicsWarning
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
+
+Arrays = TypeVar("Arrays", SceneArrays, TreeArrays, EdgeTreeArrays)
 
 PLACES_PER_BLOCK = 32
 """Places [-] that one call of the kernel takes: more would leave cores idle, fewer be overhead."""
@@ -232,20 +234,33 @@ def link_bands(
         scenes = [scene_arrays(channel.radio) for channel in group]
         bands.append(
             LinkBand(
-                scene=scenes[0],
+                scene=_own(scenes[0]),
                 walls=ChannelArrays(
                     wavelength=np.array([scene.wavelength for scene in scenes]),
                     layer_permittivity=np.stack([scene.layer_permittivity for scene in scenes]),
                     layer_thickness=np.stack([scene.layer_thickness for scene in scenes]),
                 ),
-                images=tree_arrays(radio, found.images),
-                ways=edge_arrays(radio, found.images, found.edges),
+                images=_own(tree_arrays(radio, found.images)),
+                ways=_own(edge_arrays(radio, found.images, found.edges)),
                 tag=antenna_channels([channel.tag for channel in group]),
                 response=response_arrays(tuple(channel.response for channel in group)),
                 tree=found.images,
             )
         )
     return tuple(bands)
+
+
+def _own(arrays: Arrays) -> Arrays:
+    """Return arrays that can be written to, as those of an unpickled link can.
+
+    Kernels are compiled for either kind apart; so a worker process finds them compiled.
+    """
+    own: dict[str, Any] = {
+        name: np.array(part)
+        for name, part in zip(arrays._fields, arrays, strict=True)
+        if isinstance(part, np.ndarray)
+    }
+    return arrays._replace(**own)
 
 
 def _what_paths_share(channel: Channel) -> tuple[object, ...]:

@@ -1,4 +1,5 @@
 import math
+import pickle
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
@@ -280,6 +281,39 @@ def test_channels_whose_paths_differ_are_traced_apart(box_scene):
     assert [band.channels for band in together.bands] == [2, 1]
     mean = np.mean([link.rss_w(poses) for link in alone], axis=0)
     assert together.rss_w(poses) == pytest.approx(mean, rel=1e-12)
+
+
+def arrays_in(part):
+    """Every array of nested tuples."""
+    if isinstance(part, np.ndarray):
+        return [part]
+    return [array for p in part for array in arrays_in(p)] if isinstance(part, tuple) else []
+
+
+@pytest.mark.parametrize("diffract", [False, True])
+def test_a_link_in_another_process_uses_the_same_compiled_kernels(isolated, diffract):
+    """Numba compiles apart for read-only arrays, and unpickled ones are not."""
+    obstacle = box((0.6, 0.1, 1.8), material="wood", position_m=(2.0, 2.0, 0.01))
+    scene = build_scene(box_room((5.0, 4.0, 3.0)), objects=[obstacle])
+    radio = radio_scene(scene, F, wedges=find_wedges(scene) if diffract else None)
+    link = reader_link(
+        radio,
+        tag_position_m=TAG,
+        tag_antenna=make_antenna("dipole", F),
+        tag_power_w=1.0,
+        response=isolated,
+        reader_height_m=0.3,
+        max_reflections=1,
+    )
+    there = pickle.loads(pickle.dumps(link))  # noqa: S301  our own
+    mine, theirs = (arrays_in(one.bands[0][:-1]) for one in (link, there))
+    assert len(mine) > 30
+    for one, other in zip(mine, theirs, strict=True):
+        assert (one.flags.writeable, one.flags.c_contiguous) == (
+            other.flags.writeable,
+            other.flags.c_contiguous,
+        )
+        assert np.array_equal(one, other, equal_nan=True)
 
 
 def test_channels_that_do_not_fit_are_refused(box_scene):
