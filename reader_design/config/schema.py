@@ -20,6 +20,7 @@ from octant.reader_design.config.room import (
     RoomObject,
     Table,
 )
+from octant.reader_design.config.tolerance import Tolerance
 from octant.reader_design.config.track import Track
 
 ReaderAntenna = Literal["dipole", "monopole"]
@@ -301,6 +302,8 @@ class Study(Table, frozen=True, kw_only=True):
         Trajectory tracking from RSS; None: the study has none.
     dock : Dock or None
         Docking at a tagged station; None: the study has none.
+    tolerance : Tolerance or None
+        How exactly readers are made; None: the defaults.
     layouts : tuple of Layout
         The tables ``[[layout]]``.
     """
@@ -317,4 +320,5 @@ class Study(Table, frozen=True, kw_only=True):
     mission: Mission | None = None
     track: Track | None = None
     dock: Dock | None = None
+    tolerance: Tolerance | None = None
     layouts: tuple[Layout, ...] = msgspec.field(default=(), name="layout")

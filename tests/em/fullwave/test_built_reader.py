@@ -237,7 +237,7 @@ def test_the_moved_sheets_are_those_of_the_built_body(shape):
         ({"gap_m": -0.005}, {}, "gap_m of antenna 1 would be 0 m"),
         ({"length_m": -0.07}, {}, "length_m of antenna 1 would be"),
         ({"length_m": -0.058}, {}, "feed_gap_m is 0.0057 m, but the antenna is only 0.004"),
-        ({"tilt_rad": 0.9, "tilt_azimuth_rad": 1.6}, {}, "antenna 1 touches the plate at"),
+        ({"tilt_rad": 1.4, "tilt_azimuth_rad": 1.6}, {}, "antenna 1 touches the plate at"),
         (
             {"radial_m": 1e-3},
             {"antenna": "monopole", "antenna_radius_m": 0.08},
