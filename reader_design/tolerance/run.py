@@ -3,7 +3,13 @@
 import hashlib
 import json
 from collections.abc import Iterator, Sequence
-from concurrent.futures import Executor, Future, ProcessPoolExecutor, as_completed
+from concurrent.futures import (
+    BrokenExecutor,
+    Executor,
+    Future,
+    ProcessPoolExecutor,
+    as_completed,
+)
 from contextlib import ExitStack
 from dataclasses import asdict
 from multiprocessing import get_context
@@ -133,6 +139,8 @@ def run_cases(
 
     Raises
     ------
+    SweepStateError
+        When a worker dies; what was finished is on disk.
     KeyboardInterrupt
         Passed on after the cases that have not begun are cancelled; finished ones are on disk.
     """
@@ -195,6 +203,12 @@ def _computed(
     try:
         for future in as_completed(futures):
             yield future.result()
+    except BrokenExecutor as exc:
+        msg = (
+            f"a worker ended before its reader was solved ({exc}), perhaps for want of memory; what "
+            "was computed is kept: run again, with fewer workers."
+        )
+        raise SweepStateError(msg) from exc
     finally:
         for future in futures:
             future.cancel()
