@@ -205,8 +205,8 @@ def _computed(
             yield future.result()
     except BrokenExecutor as exc:
         msg = (
-            f"a worker ended before its reader was solved ({exc}), perhaps for want of memory; what "
-            "was computed is kept: run again, with fewer workers."
+            f"a worker ended before its reader was solved ({exc}), perhaps for want of memory; "
+            "what was computed is kept: run again, with fewer workers."
         )
         raise SweepStateError(msg) from exc
     finally:
