@@ -200,15 +200,20 @@ def _computed(
     futures: list[Future[CaseScores]] = [
         executor.submit(compute_case, context, case, key) for key, case in missing.items()
     ]
+    broken: BaseException | None = None
     try:
         for future in as_completed(futures):
-            yield future.result()
-    except BrokenExecutor as exc:
-        msg = (
-            f"a worker ended before its reader was solved ({exc}), perhaps for want of memory; "
-            "what was computed is kept: run again, with fewer workers."
-        )
-        raise SweepStateError(msg) from exc
+            error = future.exception()
+            if isinstance(error, BrokenExecutor):
+                broken = error  # what others have finished is still to be fetched
+            else:
+                yield future.result()
     finally:
         for future in futures:
             future.cancel()
+    if broken is not None:
+        msg = (
+            f"a worker ended before its reader was solved ({broken}), perhaps for want of memory; "
+            "what was computed is kept: run again, with fewer workers."
+        )
+        raise SweepStateError(msg) from broken
