@@ -62,6 +62,7 @@ def distribution_figure(
                 _draw_distribution(ax, name, nominal[v], values[:, v], COLOURS[d % len(COLOURS)])
             ax.set_xlabel(view.label(), fontsize=9)
             ax.set_ylim(-0.02, 1.02)
+            ax.locator_params(axis="x", nbins=4)
             if v % columns == 0:
                 ax.set_ylabel("share of readers below [-]")
         for v in range(len(shown), rows * columns):
@@ -131,7 +132,9 @@ def slope_figure(shown: Sequence[View], slopes: Sequence[Slope], *, title: str) 
             labels = [f"{math_text(n)} [{u}]" for n, u in zip(names, units, strict=True)]
             ax.set_yticks(place, labels if v % columns == 0 else [""] * len(names))
             ax.invert_yaxis()
-            ax.set_xlabel(f"change of {view.title}\n[{view.unit} per mm or per °]", fontsize=9)
+            ax.set_xlabel(
+                f"change of {view.title}\n[{view.change_unit} per mm or per °]", fontsize=9
+            )
         for v in range(len(views), rows * columns):
             axes[v // columns, v % columns].set_visible(False)
         handles, labels = axes[0, 0].get_legend_handles_labels()
@@ -171,7 +174,8 @@ def explained_figure(
         image = ax.imshow(table, cmap="YlGnBu", vmin=0.0, vmax=1.0, aspect="auto", origin="upper")
         for i, j in np.ndindex(*table.shape):
             colour = "white" if table[i, j] > 0.6 else "#222222"
-            ax.text(j, i, f"{table[i, j]:.2f}", ha="center", va="center", color=colour, fontsize=9)
+            text = f"{round(table[i, j], 2) + 0.0:.2f}"  # no sign on zero
+            ax.text(j, i, text, ha="center", va="center", color=colour, fontsize=9)
         ax.set_xticks(range(len(kinds)), kinds, rotation=35, ha="right")
         labels = [f"{v.title}  (R² {e.r_squared:.2f}, new {e.r_squared_new:.2f})" for v, e in rows]
         ax.set_yticks(range(len(rows)), labels)

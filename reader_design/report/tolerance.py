@@ -165,6 +165,6 @@ def _slope_table(result: ToleranceStudy) -> ReportTable:
     return ReportTable(
         caption="Slopes around the drawing, for errors that all antennas or plates share: central "
         "difference ± its change with half the step, or less / more where the score bends.",
-        header=("parameter", *(view.label() for view in views)),
+        header=("parameter", *(f"{view.title} [{view.change_unit}]" for view in views)),
         rows=tuple(rows),
     )

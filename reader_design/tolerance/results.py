@@ -206,7 +206,7 @@ def _slope_variables(result: ToleranceStudy) -> "dict[str, xr.Variable]":
             out[f"slope_{kind}_{view.name}"] = variable(
                 ["parameter"],
                 [getattr(s, kind) for s in mine],
-                units=f"{view.unit} per mm or per degree",
+                units=f"{view.change_unit} per mm or per degree",
                 long_name=f"slope ({kind}) of the {view.title}",
             )
     return out

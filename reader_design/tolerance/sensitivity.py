@@ -218,7 +218,7 @@ def _slope(parameter: Parameter, view: View, five: tuple[float, ...]) -> Slope:
     return Slope(
         parameter=parameter.name,
         score=view.name,
-        unit=f"{view.unit}/{parameter.unit}",
+        unit=f"{view.change_unit}/{parameter.unit}",
         up=float(up),
         down=float(down),
         central=float(central),

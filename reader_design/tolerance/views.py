@@ -61,6 +61,11 @@ class View:
             return scores.levels_dbm[int(self.field)]
         return self.factor * float(getattr(getattr(scores, self.where), self.field))
 
+    @property
+    def change_unit(self) -> str:
+        """Unit of differences of the values: that of levels in dBm is dB."""
+        return "dB" if self.unit == "dBm" else self.unit
+
     def label(self) -> str:
         """Return title and unit [``unit``], for axes and tables."""
         return self.title if self.unit == "1" else f"{self.title} [{self.unit}]"

@@ -196,6 +196,7 @@ def test_strips_lie_along_the_lines_that_the_errors_give():
         towards = math.atan2(axis[1], axis[0]) - body.built.element_azimuths_rad[i]
         wrong = math.remainder(towards - errors.tilt_azimuth_rad[i], 2.0 * math.pi)
         assert abs(wrong) < 1e-9
+        assert np.allclose(mesh.phase_centres_m[i], 0.5 * (low + high), rtol=0.0, atol=1e-12)
         feed = mesh.feed_top_m[i] - mesh.feed_bottom_m[i]
         assert np.linalg.norm(feed) == pytest.approx(0.0057, rel=1e-12)
         assert np.linalg.norm(np.cross(feed, axis)) < 1e-12
