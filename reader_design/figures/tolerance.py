@@ -174,7 +174,7 @@ def explained_figure(
         image = ax.imshow(table, cmap="YlGnBu", vmin=0.0, vmax=1.0, aspect="auto", origin="upper")
         for i, j in np.ndindex(*table.shape):
             colour = "white" if table[i, j] > 0.6 else "#222222"
-            text = f"{round(table[i, j], 2) + 0.0:.2f}"  # no sign on zero
+            text = f"{round(float(table[i, j]), 2) + 0.0:.2f}"  # no sign on zero
             ax.text(j, i, text, ha="center", va="center", color=colour, fontsize=9)
         ax.set_xticks(range(len(kinds)), kinds, rotation=35, ha="right")
         labels = [f"{v.title}  (R² {e.r_squared:.2f}, new {e.r_squared_new:.2f})" for v, e in rows]
