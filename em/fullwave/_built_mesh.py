@@ -16,7 +16,6 @@ from octant.em.fullwave._symmetry import turned
 from octant.geometries._plane_geometry import FloatArray, IntArray
 from octant.geometries._reader_mesh import SAME_LENGTH, reach_to_rim_m
 from octant.geometries.build_errors import BuildErrors
-from octant.geometries.built_places import BuiltPlaces
 from octant.geometries.errors import GeometryError
 from octant.geometries.reader_body import ReaderBody
 
@@ -24,6 +23,13 @@ BoolArray = npt.NDArray[np.bool_]
 
 GROUND, PLATE, PLANE, AROUND, STRIP = range(5)
 """Kinds of sheet: ground plane, plates, monopoles' own planes, surroundings, antennas."""
+
+DRAGGED_M = 0.02
+"""Greatest distance [m] from an antenna's foot at which the ground plane's mesh follows it."""
+
+LEAST_DRAGGED_M = 0.008
+"""Distance [m] from a foot to the rim or a plate below which no mesh follows it: a millimetre's
+shift would press its triangles flat."""
 
 SAME_PLACE_M = 1e-8
 """Distance [m] below which two points are one."""
@@ -143,10 +149,10 @@ def _move_ground(
     free_rim = np.setdiff1d(rim, np.concatenate((on_plates, on_strips)))
     there[free_rim] = _built_rim_m(parts.vertices_m[free_rim], body, rim_m)
     held[np.intersect1d(ground, np.concatenate((on_plates, on_strips)))] = True
-    if not joined:
-        _drag_feet(there, held, ground, body, rim_m)
     shift = there[:, :2] - parts.vertices_m[:, :2]
     there[ground, :2] += _smooth(parts.vertices_m, faces, shift, held)[ground]
+    if not joined:
+        _drag_feet(there, parts.vertices_m, ground[held[ground]], ground[~held[ground]], body)
     a, b, c = (there[faces[:, k], :2] for k in range(3))
     u, v, w = (parts.vertices_m[faces[:, k], :2] for k in range(3))
     if (_cross(b - a, c - a) * _cross(v - u, w - u) <= 0.0).any():
@@ -231,23 +237,23 @@ def _refuse_moved_rim_feet(body: ReaderBody, errors: BuildErrors, rim_m: FloatAr
 
 
 def _drag_feet(
-    there: FloatArray, held: BoolArray, ground: IntArray, body: ReaderBody, rim_m: FloatArray
+    there: FloatArray, drawn_m: FloatArray, held: IntArray, free: IntArray, body: ReaderBody
 ) -> None:
-    """Let the ground plane's fine mesh follow each antenna, where it stands inside the rim."""
+    """Let the ground plane's fine mesh follow each antenna that stands well inside the sheets.
+
+    Nearer to the rim or a plate it stays: there the mesh is fine all around.
+    """
     from scipy.spatial import cKDTree
 
-    built: BuiltPlaces = body.built
-    reach = reach_to_rim_m(body.element_azimuths_rad, rim_m)
-    inside = body.antenna_radius_m < reach * (1.0 - SAME_LENGTH)
     drawn = body.antenna_radius_m * _directions(body.element_azimuths_rad)
-    distance, index = cKDTree(there[ground, :2]).query(drawn)
-    farthest = 0.5 * (body.antenna_radius_m + reach)  # the mesh has no corners beyond the rim
-    foot = np.minimum(built.element_radii_m, farthest)[:, None] * _directions(
-        built.element_azimuths_rad
-    )
-    for i in np.flatnonzero(inside & (distance < SAME_PLACE_M)):
-        there[ground[index[i]], :2] = foot[i]
-        held[ground[index[i]]] = True
+    built = body.built.element_radii_m[:, None] * _directions(body.built.element_azimuths_rad)
+    width = np.minimum(cKDTree(drawn_m[held, :2]).query(drawn)[0], DRAGGED_M)
+    apart, index = cKDTree(drawn_m[free, :2]).query(drawn)
+    chosen = np.flatnonzero((width >= LEAST_DRAGGED_M) & (apart < SAME_PLACE_M))
+    left = built - there[free[index], :2]
+    for i in chosen:
+        away = np.linalg.norm(drawn_m[free, :2] - drawn[i], axis=1)
+        there[free, :2] += np.maximum(1.0 - away / width[i], 0.0)[:, None] * left[i]
 
 
 def _directions(azimuths_rad: FloatArray) -> FloatArray:

@@ -60,6 +60,8 @@ def _yield_sentence(one: BuiltDesign, limits: tuple[str, ...]) -> str:
         f"{round(100 * good.value)} % ({round(100 * good.low)} to {round(100 * good.high)}) of "
         f"the readers of {one.name} reach {' and '.join(limits)}"
     )
+    if not one.drawn_is_good:
+        text += "; the drawing itself does not"
     if one.not_built:
         text += f"; {one.not_built} of {len(one.samples)} cannot be built, and count as bad"
     return text + "."

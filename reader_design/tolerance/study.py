@@ -75,6 +75,8 @@ class BuiltDesign:
         Median, 5 % and 95 % quantile of every score [units of the views].
     good : Interval
         Share of readers that meet the limits [-].
+    drawn_is_good : bool
+        Whether the drawing itself does.
     """
 
     name: str
@@ -84,6 +86,7 @@ class BuiltDesign:
     values: FloatArray
     spreads: tuple[tuple[Interval, ...], ...]
     good: Interval
+    drawn_is_good: bool
 
     @property
     def not_built(self) -> int:
@@ -292,6 +295,7 @@ def _built(
             quantiles(column, PROBABILITIES, random=random) for column in values[there].T
         ),
         good=wilson(sum(meets(tolerance.limits, case) for case in samples), len(samples)),
+        drawn_is_good=meets(tolerance.limits, nominal),
     )
 
 

@@ -232,6 +232,25 @@ def test_the_moved_sheets_are_those_of_the_built_body(shape):
     assert off.max() < 1e-12
 
 
+@pytest.mark.parametrize("shape", ["square", "round", "octagon"])
+@pytest.mark.parametrize("radius_m", [0.06, 0.075, 0.079, 0.08])
+@pytest.mark.parametrize("gap_m", [0.001, 0.005])
+def test_a_millimetre_and_two_degrees_can_always_be_meshed(shape, radius_m, gap_m):
+    errors = random_errors(6)
+    errors = replace(errors, gap_m=0.5 * gap_m * errors.gap_m / 1e-3)
+    mesh = mesh_of(errors, gap_m=gap_m, ground_plane_shape=shape, antenna_radius_m=radius_m)
+    ground = mesh.faces[np.abs(mesh.vertices_m[mesh.faces, 2]).max(axis=1) == 0.0]
+    corners = mesh.vertices_m[ground]
+    area = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 2]
+    assert np.abs(area).min() > 0.0
+    body = reader_body(
+        **{**DESIGN, "antenna_radius_m": radius_m, "ground_plane_shape": shape}, errors=errors
+    )
+    if radius_m < 0.07:  # well inside: the fine mesh is below the foot, wherever that is
+        nearest = np.abs(mesh.vertices_m[:, None] - body.element_feet_m).max(axis=2).min(axis=0)
+        assert nearest.max() < 1e-12
+
+
 @pytest.mark.parametrize(
     ("errors", "design", "reason"),
     [
