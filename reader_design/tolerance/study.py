@@ -184,7 +184,7 @@ def run_tolerance_study(
         study=study, built=build_study_scene(study), sampling=sampling or Sampling()
     )
     context = ToleranceContext(sweep=sweep, distances_m=tolerance.distances_m, room=tolerance.room)
-    designs = [("the chosen design", design_of(study.reader))]
+    designs = [("the study's reader", design_of(study.reader))]
     designs += [(rival.name, _rival_design(study, rival)) for rival in tolerance.rivals]
     parameters = parameters_of(designs[0][1])
     cases = list(sensitivity_cases(designs[0][1], parameters))
