@@ -71,7 +71,7 @@ def built_places(
     drawn : BuiltPlaces
         The drawing.
     errors : BuildErrors or None
-        What is built less what is drawn; None returns the drawing.
+        What is built less what is drawn; None, or errors of zero, return the drawing.
     rim_m : (k, 2) float64
         Corners of the drawn ground plane's rim, counter-clockwise [m].
     ground_plane_m : float
@@ -89,9 +89,19 @@ def built_places(
     ------
     GeometryError
         When nothing can be built so: no size or height is left, an antenna would stand on the axis
-        or beyond a plate, or a plate beyond the ground plane.
+        or beyond a plate, or a plate beyond the ground plane; or the errors are those of another
+        number of antennas.
     """
     if errors is None:
+        return drawn
+    antennas = len(drawn.element_azimuths_rad)
+    if errors.antennas != antennas:
+        msg = (
+            f"errors are those of {errors.antennas} antennas, but the reader has {antennas}; give "
+            "one value for each antenna."
+        )
+        raise GeometryError(msg)
+    if errors.is_zero:
         return drawn
     scale = 1.0 + errors.ground_plane_m / ground_plane_m
     if scale <= 0.0:

@@ -244,13 +244,6 @@ def reader_body(
     plates = elements + math.pi / antennas if has_plates else np.zeros(0)
     _refuse_overhang(radius, elements, rim, of="antenna_radius_m")
     _refuse_overhang(reach, plates, rim, of="plate_outer_radius_m")
-    if errors is not None and len(errors.radial_m) != antennas:
-        msg = (
-            f"errors are those of {errors.antennas} antennas, but the reader has {antennas}; give "
-            "one value for each antenna."
-        )
-        raise GeometryError(msg)
-    wrong = None if errors is None or errors.is_zero else errors
     built = built_places(
         BuiltPlaces(
             element_azimuths_rad=elements,
@@ -260,7 +253,7 @@ def reader_body(
             plate_rim_heights_m=np.full(len(plates), rim_height),
             plate_axis_height_m=axis_height,
         ),
-        wrong,
+        errors,
         rim_m=rim,
         ground_plane_m=side,
         is_round=ground_plane_shape == "round",
@@ -278,7 +271,7 @@ def reader_body(
         plate_azimuths_rad=plates,
         body=_sheets(built, rim, name=name, material=material),
         built=built,
-        errors=wrong,
+        errors=None if errors is None or errors.is_zero else errors,
     )
     _ = result.fitted_monopole_plane_m  # raises when no plane fits at all
     return result
