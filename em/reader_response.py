@@ -202,8 +202,8 @@ def reader_response(
     Raises
     ------
     AntennaError
-        For an unknown model, a negative gap, or in ``rays`` an antenna that is not an upright
-        dipole or monopole.
+        For an unknown model, a negative gap, a reader with build errors, or in ``rays`` an antenna
+        that is not an upright dipole or monopole.
 
     Notes
     -----
@@ -218,6 +218,12 @@ def reader_response(
         raise AntennaError(msg)
     if not (math.isfinite(gap_m) and gap_m >= 0.0):
         msg = f"gap_m = {gap_m} m is not a gap; give 0 m or more."
+        raise AntennaError(msg)
+    if body.errors is not None:
+        msg = (
+            f'response model "{model}" was given a reader with build errors, but only "fullwave" '
+            "knows them; take that, or the reader as drawn."
+        )
         raise AntennaError(msg)
     rows, columns = round(180.0 / GRID_STEP_DEG) + 1, round(360.0 / GRID_STEP_DEG)
     theta = np.linspace(0.0, math.pi, rows)

@@ -76,6 +76,8 @@ def check_study(study: Study) -> None:
         _check_dwell(study.sensor, study.mission, study.reader.antennas)
     if study.dock is not None:
         _check_dock(study.dock, study.tags)
+    if study.tolerance is not None:
+        _check_tolerance(study)
     for path, spec in material_specs(study):
         check_material(path, spec, study.radio.frequencies_hz)
     for path, unit in _units(study):
@@ -334,6 +336,26 @@ def _check_dwell(sensor: Sensor, mission: Mission, antennas: int) -> None:
             f"sensor.dwell_s is {sensor.dwell_s:g} s, so that one round of {antennas} antennas "
             f"takes {round_s:g} s, but mission.sample_time_s is {mission.sample_time_s:g} s; "
             "shorten the dwell time."
+        )
+        raise ConfigError(msg)
+
+
+def _check_tolerance(study: Study) -> None:
+    tolerance = study.tolerance
+    if tolerance is None:
+        return
+    _check_unique("tolerance.rival", "name", [rival.name for rival in tolerance.rivals])
+    if tolerance.room and study.room.free_space:
+        msg = (
+            "tolerance.room is true, but the study's room is free space; set it false, or give a "
+            "room."
+        )
+        raise ConfigError(msg)
+    percent = max(tolerance.permittivity_percent, tolerance.conductivity_percent)
+    if percent > 0.0 and not tolerance.room:
+        msg = (
+            f"tolerance gives materials errors of {percent:g} %, but tolerance.room is false, so "
+            "no room is scored; set tolerance.room = true, or leave the errors out."
         )
         raise ConfigError(msg)
 

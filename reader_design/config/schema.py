@@ -21,6 +21,7 @@ from octant.reader_design.config.room import (
     Table,
 )
 from octant.reader_design.config.sensor import Sensor
+from octant.reader_design.config.tolerance import Tolerance
 from octant.reader_design.config.track import Track
 
 ReaderAntenna = Literal["dipole", "monopole"]
@@ -304,6 +305,8 @@ class Study(Table, frozen=True, kw_only=True):
         Trajectory tracking from RSS; None: the study has none.
     dock : Dock or None
         Docking at a tagged station; None: the study has none.
+    tolerance : Tolerance or None
+        How exactly readers are made; None: the defaults.
     layouts : tuple of Layout
         The tables ``[[layout]]``.
     """
@@ -321,4 +324,5 @@ class Study(Table, frozen=True, kw_only=True):
     sensor: Sensor = Sensor()
     track: Track | None = None
     dock: Dock | None = None
+    tolerance: Tolerance | None = None
     layouts: tuple[Layout, ...] = msgspec.field(default=(), name="layout")
