@@ -9,6 +9,7 @@ from typing import Annotated, Literal
 import msgspec
 from msgspec import Meta
 
+from octant.reader_design.config.choice import Choice, Scoring
 from octant.reader_design.config.dock import Dock
 from octant.reader_design.config.room import (
     Name,
@@ -312,6 +313,8 @@ class Study(Table, frozen=True, kw_only=True):
     tags: tuple[Tag, ...] = msgspec.field(default=(), name="tag")
     reader: Reader = Reader()
     sweep: Sweep = Sweep()
+    scoring: Scoring = Scoring()
+    choice: Choice = Choice()
     solver: Solver = Solver()
     map: Map = Map()
     mission: Mission | None = None
