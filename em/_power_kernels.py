@@ -44,9 +44,9 @@ def antenna_power(
 def reader_power(
     scene, tree, edges, transmitter, response, places, turns, begin, end, coherent, mean, count
 ):
-    """Fill (m, n) gains of every antenna of the reader at each place, rows begin to end.
+    """Fill (m, h, n) gains of every antenna at each place and turn, rows begin to end.
 
-    ``turns`` [rad] is the room azimuth of the reader's x' axis.
+    ``turns`` (m, h) [rad] are the room azimuths of the reader's x' axis at each place.
     """
     scratch = tracing_scratch(scene, tree, edges)
     field = np.empty((len(scratch[0][3]), 3), dtype=np.complex128)
@@ -54,15 +54,16 @@ def reader_power(
     points, facets, orders = scratch[0][1], scratch[0][2], scratch[0][3]
     step, images, everything = tracing_steps(scene, tree, edges)
     table, centre = response.table, response.centre_rad
-    n = table.shape[2]
+    n, headings = table.shape[2], turns.shape[1]
     weight = np.empty((2, 4))
     pattern = np.empty((n, 2), dtype=np.complex128)
-    total = np.empty(n, dtype=np.complex128)
+    total = np.empty((headings, n), dtype=np.complex128)
     for i in range(begin, end):
         x, y, z = places[i, 0], places[i, 1], places[i, 2]
-        for k in range(n):
-            total[k] = 0.0
-            mean[i, k] = 0.0
+        for h in range(headings):
+            for k in range(n):
+                total[h, k] = 0.0
+                mean[i, h, k] = 0.0
         count[i] = 0
         place = 0
         while place < everything:
@@ -77,23 +78,26 @@ def reader_power(
                 e_theta = uz * (cp * field[p, 0] + sp * field[p, 1]) - across * field[p, 2]
                 e_phi = cp * field[p, 1] - sp * field[p, 0]
                 theta = np.arctan2(across, uz)
-                phi = np.arctan2(sp, cp) - turns[i]
-                far_fields(
-                    table,
-                    response.step_theta,
-                    response.step_phi,
-                    centre,
-                    theta,
-                    phi,
-                    weight,
-                    pattern,
-                )
-                for k in range(n):
-                    voltage = pattern[k, 0] * e_theta + pattern[k, 1] * e_phi
-                    total[k] += voltage
-                    mean[i, k] += voltage.real * voltage.real + voltage.imag * voltage.imag
-        for k in range(n):
-            coherent[i, k] = total[k].real * total[k].real + total[k].imag * total[k].imag
+                azimuth = np.arctan2(sp, cp)
+                for h in range(headings):
+                    far_fields(
+                        table,
+                        response.step_theta,
+                        response.step_phi,
+                        centre,
+                        theta,
+                        azimuth - turns[i, h],
+                        weight,
+                        pattern,
+                    )
+                    for k in range(n):
+                        voltage = pattern[k, 0] * e_theta + pattern[k, 1] * e_phi
+                        total[h, k] += voltage
+                        mean[i, h, k] += voltage.real * voltage.real + voltage.imag * voltage.imag
+        for h in range(headings):
+            for k in range(n):
+                v = total[h, k]
+                coherent[i, h, k] = v.real * v.real + v.imag * v.imag
 
 
 @njit(cache=True, error_model="numpy", nogil=True)

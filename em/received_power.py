@@ -190,14 +190,57 @@ class ReaderLink:
             For a pose outside the room.
         """
         pose = frozen_array(poses, name="poses", shape=(None, 3))
-        m = len(pose)
-        places = np.column_stack((pose[:, :2], np.full(m, self.reader_z_m)))
-        turns = np.ascontiguousarray(pose[:, 2] - 0.5 * math.pi)
-        coherent, mean = np.zeros((m, self.antennas)), np.zeros((m, self.antennas))
+        power = self._power(pose[:, :2], pose[:, 2:], progress)
+        return ReceivedPower(power.coherent_w[:, 0], power.local_mean_w[:, 0], power.path_count)
+
+    def power_by_heading(
+        self,
+        places_m: npt.ArrayLike,
+        headings_rad: npt.ArrayLike,
+        *,
+        progress: Progress | None = None,
+    ) -> ReceivedPower:
+        """Return the powers of all antennas at each place and heading; a place is traced once.
+
+        Parameters
+        ----------
+        places_m : (p, 2) float
+            x and y of the robot [m].
+        headings_rad : (h,) float
+            Headings of the robot [rad], the same at all places.
+        progress : callable, optional
+            Told about finished blocks of places.
+
+        Returns
+        -------
+        ReceivedPower
+            (p, h, n) powers [W], to the bit those of :meth:`power` at each pose, and (p,) counts of
+            paths [-].
+
+        Raises
+        ------
+        GeometryError
+            For a place outside the room.
+        """
+        places = frozen_array(places_m, name="places_m", shape=(None, 2))
+        headings = frozen_array(headings_rad, name="headings_rad", shape=(None,))
+        return self._power(
+            places, np.broadcast_to(headings, (len(places), len(headings))), progress
+        )
+
+    def _power(
+        self, places_m: FloatArray, headings_rad: FloatArray, progress: Progress | None
+    ) -> ReceivedPower:
+        """Return (m, h, n) powers at (m, 2) places and (m, h) headings, and (m,) counts."""
+        m = len(places_m)
+        places = np.column_stack((places_m, np.full(m, self.reader_z_m)))
+        turns = np.ascontiguousarray(headings_rad - 0.5 * math.pi)
+        shape = (*turns.shape, self.antennas)
+        coherent, mean = np.zeros(shape), np.zeros(shape)
         count = np.zeros(m, dtype=np.int64)
         for number, channel in enumerate(self.channels):
             checked = checked_receivers(channel.tree, places)
-            part, part_mean = np.zeros_like(coherent), np.zeros_like(mean)
+            part, part_mean = np.zeros(shape), np.zeros(shape)
             part_count = count if number == 0 else np.zeros_like(count)
             work = partial(_reader_block, channel, (checked, turns), (part, part_mean, part_count))
             run_blocks(work, m, block_size=128, progress=progress)
@@ -220,6 +263,23 @@ class ReaderLink:
             Received power [W]; 0 where no path arrives.
         """
         return self.power(poses).coherent_w
+
+    def rss_by_heading_w(self, places_m: npt.ArrayLike, headings_rad: npt.ArrayLike) -> FloatArray:
+        """Return the coherent RSS of all antennas at each place and heading.
+
+        Parameters
+        ----------
+        places_m : (p, 2) float
+            x and y of the robot [m].
+        headings_rad : (h,) float
+            Headings of the robot [rad].
+
+        Returns
+        -------
+        (p, h, n) float64
+            Received power [W]; 0 where no path arrives.
+        """
+        return self.power_by_heading(places_m, headings_rad).coherent_w
 
     def local_mean_rss_w(self, poses: npt.ArrayLike) -> FloatArray:
         """Return the power sum over paths of all antennas at each pose.

@@ -158,6 +158,29 @@ def test_channels_are_averaged_in_power(box_scene):
     assert np.ptp([link.rss_w(pose)[0, 0] for link in links]) > 0.0
 
 
+def test_every_heading_of_a_place_has_the_bits_of_its_pose(box_scene, rays):
+    link = link_in(box_scene, rays)
+    places = np.random.default_rng(3).uniform((0.2, 0.2), (4.8, 3.8), (150, 2))
+    headings = np.array([-9.0, -0.3, 0.0, 1.1, math.pi, 40.0])
+    grid = link.power_by_heading(places, headings)
+    assert grid.coherent_w.shape == grid.local_mean_w.shape == (150, 6, 8)
+    for j, heading in enumerate(headings):
+        one = link.power(np.column_stack((places, np.full(150, heading))))
+        assert (grid.coherent_w[:, j] == one.coherent_w).all()
+        assert (grid.local_mean_w[:, j] == one.local_mean_w).all()
+        assert (grid.path_count == one.path_count).all()
+    assert (link.rss_by_heading_w(places, headings) == grid.coherent_w).all()
+    assert (np.ptp(grid.coherent_w, axis=1) > 0.0).all()
+
+
+def test_no_place_and_no_heading_are_empty_results(box_scene, isolated):
+    link = link_in(box_scene, isolated, order=1)
+    assert link.rss_by_heading_w(np.zeros((0, 2)), [0.0]).shape == (0, 1, 8)
+    assert link.rss_by_heading_w([(1.0, 1.0)], []).shape == (1, 0, 8)
+    with pytest.raises(GeometryError, match="outside the region"):
+        link.rss_by_heading_w([(7.0, 1.0)], [0.0])
+
+
 def test_maps_are_the_powers_at_their_cells(box_scene, isolated, dipole, isotropic):
     x = grid_axis_m(0.0, 5.0, spacing_m=1.0)
     y = grid_axis_m(0.0, 4.0, spacing_m=1.0)
