@@ -7,6 +7,7 @@ from pathlib import Path
 import msgspec
 
 from octant.geometries.errors import ConfigError, GeometryError
+from octant.reader_design.config.choice import Choice, Scoring
 from octant.reader_design.config.dock import Dock
 from octant.reader_design.config.errors import unknown_name
 from octant.reader_design.config.materials import (
@@ -23,6 +24,7 @@ from octant.reader_design.config.room import (
     RoomMesh,
 )
 from octant.reader_design.config.schema import Layout, Mission, Reader, Study, Sweep, Tag
+from octant.reader_design.sweep.scores import SCORE_NAMES, higher_is_better, score_unit
 
 TAG_ANTENNAS = ("dipole", "monopole", "patch", "isotropic_theta")
 """Antennas of tags and of the ends of paths that need no file."""
@@ -66,6 +68,8 @@ def check_study(study: Study) -> None:
             _check_room(f"layout[{i}].room", layout.room)
     _check_unique("layout", "name", [layout.name for layout in study.layouts])
     _check_tags(study.tags)
+    _check_scoring(study.scoring)
+    _check_choice(study.choice)
     _check_reader(study.reader, study.sweep)
     _check_pattern_files(study.reader, study.sweep)
     _check_surroundings(study.reader)
@@ -77,6 +81,34 @@ def check_study(study: Study) -> None:
         check_material(path, spec, study.radio.frequencies_hz)
     for path, unit in _units(study):
         _check_unit(path, unit)
+
+
+def _check_scoring(scoring: Scoring) -> None:
+    if scoring.floor_dbm >= scoring.full_scale_dbm:
+        msg = (
+            f"scoring.floor_dbm is {scoring.floor_dbm:g} dBm, but the codes must rise to "
+            f"scoring.full_scale_dbm = {scoring.full_scale_dbm:g} dBm; choose less."
+        )
+        raise ConfigError(msg)
+
+
+def _check_choice(choice: Choice) -> None:
+    for i, criterion in enumerate(choice.criteria):
+        given = [(key, getattr(criterion, key)) for key in ("free", "room")]
+        named = [(key, name) for key, name in given if name]
+        if not named:
+            msg = f"choice.criterion[{i}] names no score; give free, room, or both."
+            raise ConfigError(msg)
+        for key, name in named:
+            if name not in SCORE_NAMES:
+                path = f"choice.criterion[{i}].{key}"
+                raise ConfigError(unknown_name(path, name, SCORE_NAMES, what="score"))
+        if len({(score_unit(n), higher_is_better(n)) for _, n in named}) > 1:
+            msg = (
+                f"choice.criterion[{i}] compares {criterion.free!r} in free space with "
+                f"{criterion.room!r} in the room, which cannot be averaged; name scores of one unit."
+            )
+            raise ConfigError(msg)
 
 
 def rooms_of(study: Study, layout: Layout | None = None) -> Room:

@@ -25,9 +25,11 @@ from octant.reader_design.report.thesis import (
 )
 from octant.reader_design.store import versions
 from octant.reader_design.study.mission_stage import RoomMission
+from octant.reader_design.study.shortlist import DrivenDesign
 from octant.reader_design.sweep.cells import Cell, SweepContext
-from octant.reader_design.sweep.choice import Candidate, Choice, Criteria
+from octant.reader_design.sweep.choice import Candidate, Choice
 from octant.reader_design.sweep.design import FULLWAVE
+from octant.reader_design.sweep.reasons import rule_sentences
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -44,8 +46,8 @@ class StudyContent:
         The scored ones.
     choice : Choice
         Their ranking.
-    missions : tuple of RoomMission
-        One for each room.
+    driven : tuple of DrivenDesign
+        The designs that drove the missions, the chosen one first.
     notes : tuple of str
         What the user should know: tags that were moved, validity of models.
     approximations : tuple of ResponseDifference
@@ -62,7 +64,7 @@ class StudyContent:
     cells: tuple[Cell, ...]
     candidates: tuple[Candidate, ...]
     choice: Choice
-    missions: tuple[RoomMission, ...]
+    driven: tuple[DrivenDesign, ...]
     notes: tuple[str, ...]
     study_toml: str
     quick: bool
@@ -73,6 +75,11 @@ class StudyContent:
     def chosen(self) -> Candidate:
         """The chosen design with its scores ([rad], [dB], [W], [-])."""
         return self.candidates[self.choice.chosen]
+
+    @property
+    def missions(self) -> tuple[RoomMission, ...]:
+        """Missions of the chosen design, one for each room ([s], [m], [rad], [W])."""
+        return self.driven[0].missions
 
     @property
     def claims(self) -> tuple[Claim, ...]:
@@ -226,7 +233,7 @@ def _sweep_section(content: StudyContent, figures: tuple[ReportFigure, ...]) -> 
     return ReportSection(
         heading="The sweep",
         paragraphs=(text, "The choice follows these rules, in this order:"),
-        points=Criteria().sentences(),
+        points=rule_sentences(content.choice.rules),
         tables=tuple(tables),
         figures=figures,
     )

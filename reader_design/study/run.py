@@ -25,9 +25,10 @@ from octant.reader_design.report.thesis import claim_sentence
 from octant.reader_design.rooms.study_scene import StudyScene, build_study_scene
 from octant.reader_design.store import versions, whole_file, write_dataset, write_text
 from octant.reader_design.study.map_stage import RoomMap, map_stage
-from octant.reader_design.study.mission_stage import RoomMission, collected_warnings, mission_stage
+from octant.reader_design.study.mission_stage import RoomMission, collected_warnings
+from octant.reader_design.study.shortlist import candidates_of, drive_shortlist
 from octant.reader_design.sweep.cells import Cell, SweepContext
-from octant.reader_design.sweep.choice import Candidate, choose
+from octant.reader_design.sweep.choice import choose
 from octant.reader_design.sweep.design import content_hash, design_responses
 from octant.reader_design.sweep.run import plan_sweep, run_sweep
 from octant.reader_design.sweep.samples import Sampling
@@ -146,13 +147,9 @@ def run_study(
             plan_sweep(context), out_dir / "cells", executor=executor, progress=progress
         )
         scored = [c for c in cells if c.free is not None]
-        candidates = tuple(
-            Candidate(label=c.design.label(), key=c.key, free=c.free, room=c.room)
-            for c in scored
-            if c.free is not None
-        )
         _refuse_nothing_scored(cells)
-        choice = choose(candidates, model=study.reader.response)
+        candidates = candidates_of(study, cells)
+        choice = choose(candidates, model=study.reader.response, rules=study.choice)
         chosen = scored[choice.chosen]
         progress.say(choice.reason[0])
         responses = design_responses(study, chosen.design)
@@ -161,29 +158,23 @@ def run_study(
         room_map = map_stage(
             context, responses, cell_key=chosen.key, folder=stages, progress=progress
         )
-        missions = []
-        for name, slug, built in rooms if study.mission is not None else ():
-            runs = study.mission.runs if study.mission is not None else 0
-            missions.append(
-                mission_stage(
-                    study,
-                    built,
-                    responses,
-                    name=name,
-                    slug=slug,
-                    design_key=chosen.design.key(),
-                    runs=min(runs, QUICK_RUNS) if quick else runs,
-                    folder=stages,
-                    progress=progress,
-                )
-            )
-            progress.say(mission_sentence(missions[-1]))
+        driven = drive_shortlist(
+            study,
+            rooms,
+            scored,
+            choice,
+            most_runs=QUICK_RUNS if quick else None,
+            folder=stages,
+            progress=progress,
+        )
+        for mission in driven[0].missions:
+            progress.say(mission_sentence(mission))
     content = StudyContent(
         context=context,
         cells=cells,
         candidates=candidates,
         choice=choice,
-        missions=tuple(missions),
+        driven=driven,
         notes=tuple(dict.fromkeys((*(n for _, _, b in rooms for n in b.notes), *warned))),
         study_toml=text,
         quick=quick,
@@ -272,7 +263,7 @@ def _publish(
     key = content_hash(
         {
             "cells": [[c.key, c.reason] for c in content.cells],
-            "missions": [[m.folder.name, m.reason] for m in content.missions],
+            "missions": [[m.folder.name, m.reason] for d in content.driven for m in d.missions],
             "map": content.context.study.map.spacing_m,
             "versions": versions(),
             "study": content.study_toml,

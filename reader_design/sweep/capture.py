@@ -80,8 +80,9 @@ def arriving_paths(
     paths = trace_paths(built.radios[0], found.images, places, edges=found.edges)
     fields = []
     for radio, antenna in zip(built.radios, tag.antennas, strict=True):
-        ends = make_antenna("isotropic_theta", radio.frequency_hz), _isotropic_phi(
-            radio.frequency_hz
+        ends = (
+            make_antenna("isotropic_theta", radio.frequency_hz),
+            _isotropic_phi(radio.frequency_hz),
         )
         gains = [path_gains(radio, paths, transmitter=antenna, receiver=end) for end in ends]
         fields.append(np.stack([g.gain for g in gains], axis=-1))
@@ -131,10 +132,10 @@ def captured(
     return out
 
 
-def captured_share(
+def captured_by_tag(
     study: Study, built: StudyScene, sampling: Sampling, responses: Sequence[ReaderResponse]
-) -> dict[str, float]:
-    """Return for each tag the share of the floor on which a reflection beats its direct ray [-].
+) -> dict[str, npt.NDArray[np.bool_]]:
+    """Return for each tag at which places of the floor a reflection beats its direct ray [-].
 
     Parameters
     ----------
@@ -149,13 +150,37 @@ def captured_share(
 
     Returns
     -------
-    dict of str to float
-        By tag; share of places within range, each antenna facing the tag in turn [-]. Tags without
-        a place in range are left out.
+    dict of str to (p, n) bool
+        By tag, place within range and antenna that faces the tag. Tags without a place in range are
+        left out. The mean over both axes is the tag's share of captured floor [-].
     """
-    shares = {}
+    found = {}
     for tag, places in room_places_m(study, built, sampling):
         towards = np.arctan2(*(tag.position_m[:2] - places).T[::-1])
-        paths = arriving_paths(study, built, tag, places)
-        shares[tag.id] = float(captured(paths, towards, responses).mean())
-    return shares
+        found[tag.id] = captured(arriving_paths(study, built, tag, places), towards, responses)
+    return found
+
+
+def captured_share(
+    study: Study, built: StudyScene, sampling: Sampling, responses: Sequence[ReaderResponse]
+) -> float:
+    """Return the share of places, tags and facing antennas where a reflection beats the ray [-].
+
+    Parameters
+    ----------
+    study : Study
+        With its solver.
+    built : StudyScene
+        One of its rooms.
+    sampling : Sampling
+        Which places count [m].
+    responses : sequence of ReaderResponse
+        The reader's, one for each frequency.
+
+    Returns
+    -------
+    float
+        Between 0 and 1 [-]; see :func:`captured`.
+    """
+    shares = captured_by_tag(study, built, sampling, responses)
+    return float(np.concatenate(list(shares.values())).mean())

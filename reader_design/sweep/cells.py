@@ -11,6 +11,7 @@ import warnings
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 
+import msgspec
 import numpy as np
 import numpy.typing as npt
 
@@ -25,25 +26,26 @@ from octant.reader_design.config.schema import Study
 from octant.reader_design.rooms.study_scene import PlacedTag, StudyScene
 from octant.reader_design.store import versions
 from octant.reader_design.study.missions import tag_link
+from octant.reader_design.sweep.capture import captured_share
 from octant.reader_design.sweep.design import (
     ReaderDesign,
     content_hash,
     design_responses,
     response_inputs,
 )
+from octant.reader_design.sweep.receiver import scoring_readings_w
 from octant.reader_design.sweep.samples import (
     Sampling,
-    floor_points_m,
     free_points_m,
     grid_azimuths_rad,
-    room_rss_w,
+    room_places_m,
     sample_rss_w,
 )
 from octant.reader_design.sweep.scores import USABLE_DBM, Scores, score_rss
 
 FloatArray = npt.NDArray[np.float64]
 
-CELL_FORMAT = 2
+CELL_FORMAT = 3
 """Raised when the meaning of a cell changes, so that old files are computed again."""
 
 
@@ -197,6 +199,8 @@ def cell_key(context: SweepContext, design: ReaderDesign, *, fingerprint: str) -
             "max_reflections": study.solver.max_reflections,
             "scene": fingerprint,
             "sampling": asdict(context.sampling),
+            "scoring": msgspec.to_builtins(study.scoring),
+            "seed": study.seed,
             "usable_dbm": context.usable_dbm,
         }
     )
@@ -304,11 +308,24 @@ def _scored(context: SweepContext, design: ReaderDesign, key: str) -> Cell:
     if context.has_room:
         room_azimuths = grid_azimuths_rad(elements.size, sampling.room_azimuths)
         rss = room_samples_w(context, responses, room_azimuths)
-        room = score_rss(rss, room_azimuths, elements, usable_dbm=context.usable_dbm)
+        room = score_rss(
+            rss,
+            room_azimuths,
+            elements,
+            usable_dbm=context.usable_dbm,
+            readings_w=scoring_readings_w(study, rss),
+            captured_share=captured_share(study, built, sampling, responses),
+        )
     return Cell(
         key=key,
         design=design,
-        free=score_rss(free, azimuths, elements, usable_dbm=context.usable_dbm),
+        free=score_rss(
+            free,
+            azimuths,
+            elements,
+            usable_dbm=context.usable_dbm,
+            readings_w=scoring_readings_w(study, free),
+        ),
         room=room,
         distances_m=distances,
         free_rss_w=free,
@@ -381,17 +398,8 @@ def room_samples_w(
         When no place of the floor lies within range of a tag.
     """
     study, built, sampling = context.study, context.built, context.sampling
-    places = floor_points_m(
-        built.scene,
-        spacing_m=sampling.room_spacing_m,
-        reader_z_m=built.reader_z_m,
-        clearance_m=study.reader.ground_plane_m / 2.0,
-    )
-    links = [(tag_link(study, built, tag, responses), tag.position_m[:2]) for tag in built.tags]
-    return room_rss_w(
-        links,
-        places,
-        azimuths_rad,
-        nearest_m=sampling.nearest_m,
-        farthest_m=sampling.farthest_m,
-    )
+    rows = []
+    for tag, places in room_places_m(study, built, sampling):
+        link = tag_link(study, built, tag, responses)
+        rows.append(sample_rss_w(link, places, tag.position_m[:2], azimuths_rad))
+    return np.concatenate(rows)

@@ -53,27 +53,31 @@ def summarise_errors(error_rad: FloatArray, weight: FloatArray | None = None) ->
     Returns
     -------
     ErrorSummary
-        Of the absolute errors.
+        Of the absolute errors; sums run in a fixed order, so that it has the same bits at any
+        number of threads (which BLAS would not give).
     """
     size = np.abs(error_rad).ravel()
     share = np.ones(size.size) if weight is None else weight.ravel()
     size, share = size[share > 0.0], share[share > 0.0]
-    share = share / share.sum()
     order = np.argsort(size, kind="stable")
     size, share = size[order], share[order]
-    cumulative = np.cumsum(share)
+    cumulative, total = np.cumsum(share), share.sum()
 
     def percentile(level: float) -> float:
-        return float(size[min(int(np.searchsorted(cumulative, level - 1e-12)), size.size - 1)])
+        index = int(np.searchsorted(cumulative, (level - 1e-12) * total))
+        return float(size[min(index, size.size - 1)])
+
+    def beyond(limit_rad: float) -> float:
+        return float(share[size > limit_rad + _ROUNDING_RAD].sum() / total)
 
     return ErrorSummary(
-        mean_rad=float(share @ size),
-        rms_rad=float(np.sqrt(share @ size**2)),
+        mean_rad=float((share * size).sum() / total),
+        rms_rad=float(np.sqrt((share * size**2).sum() / total)),
         median_rad=percentile(0.5),
         p90_rad=percentile(0.9),
         max_rad=float(size[-1]),
-        beyond_45_share=float(share[size > ASIDE_RAD + _ROUNDING_RAD].sum()),
-        beyond_90_share=float(share[size > ASTRAY_RAD + _ROUNDING_RAD].sum()),
+        beyond_45_share=beyond(ASIDE_RAD),
+        beyond_90_share=beyond(ASTRAY_RAD),
     )
 
 

@@ -8,8 +8,12 @@ import numpy.typing as npt
 from octant.geometries.errors import ConfigError
 from octant.navigation.sensing import RssQuantiser, log_normal_rss
 from octant.reader_design.config.choice import Scoring
+from octant.reader_design.config.schema import Study
 
 FloatArray = npt.NDArray[np.float64]
+
+SCORING_STREAM = 5_103
+"""Keeps the random numbers of the scores apart from those of other parts with the same seed [-]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -105,3 +109,23 @@ def receiver_of(table: Scoring) -> RssReceiver:
         thermal_noise_w=10.0 ** ((table.thermal_noise_dbm - 30.0) / 10.0),
         quantiser=quantiser,
     )
+
+
+def scoring_readings_w(study: Study, rss_w: FloatArray) -> FloatArray:
+    """Return what the study's receiver reads of samples of a design [W].
+
+    Parameters
+    ----------
+    study : Study
+        Table ``[scoring]`` and seed.
+    rss_w : (d, a, n) float64
+        Received powers [W] by distance or place, azimuth, antenna.
+
+    Returns
+    -------
+    (k, a, n) float64
+        Readings [W], k a multiple of d. The errors depend on the seed and on the shape only: all
+        designs meet the same ones, which takes their luck out of the comparison.
+    """
+    rng = np.random.default_rng((study.seed, SCORING_STREAM))
+    return receiver_of(study.scoring).readings(rss_w, rng, draws=study.scoring.draws)
