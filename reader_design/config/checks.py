@@ -106,7 +106,7 @@ def _check_choice(choice: Choice) -> None:
         if len({(score_unit(n), higher_is_better(n)) for _, n in named}) > 1:
             msg = (
                 f"choice.criterion[{i}] compares {criterion.free!r} in free space with "
-                f"{criterion.room!r} in the room, which cannot be averaged; name scores of one unit."
+                f"{criterion.room!r} in the room, which cannot be averaged; name like scores."
             )
             raise ConfigError(msg)
 

@@ -100,7 +100,7 @@ def error_maps(
                 towards = np.arctan2(*(tag.position_m[:2] - near).T[::-1])
                 paths = arriving_paths(study, built, tag, near)
                 columns[2, block] = captured(paths, towards, responses).mean(axis=1)
-                done(len(near))
+                done(begin + len(near))
         tables[:, number, standing] = columns
     dims = ["tag", "x", "y"]
     over = "over all headings of the robot"

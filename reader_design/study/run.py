@@ -20,7 +20,8 @@ from octant.reader_design.config.loading import to_toml
 from octant.reader_design.config.schema import Layout, Study
 from octant.reader_design.progress import Progress
 from octant.reader_design.report.approximations import approximation_errors
-from octant.reader_design.report.study import StudyContent, mission_sentence, study_report
+from octant.reader_design.report.missions import mission_sentence
+from octant.reader_design.report.study import StudyContent, study_report
 from octant.reader_design.report.thesis import claim_sentence
 from octant.reader_design.rooms.study_scene import StudyScene, build_study_scene
 from octant.reader_design.store import versions, whole_file, write_dataset, write_text
@@ -337,17 +338,20 @@ def _figures(
         mission_figures,
         reader_figures,
         room_figures,
-        sweep_figures,
     )
+    from octant.reader_design.figures.study_sweep import sweep_figures
     from octant.reader_design.rooms.plan import plan_of
 
+    study = content.context.study
     cell = next(c for c in content.cells if c.key == content.chosen.key)
     elements = cell.design.body().element_azimuths_rad
     plans = [plan_of(built.scene, built.reader_z_m) for _, _, built in rooms]
     pairs = list(zip(content.missions, plans, strict=False))
     drawn = itertools.chain(
-        sweep_figures(content.cells, content.candidates, content.choice),
-        reader_figures(cell, elements, room_map),
+        sweep_figures(
+            content.cells, content.candidates, content.choice, frequency_hz=study.radio.frequency_hz
+        ),
+        reader_figures(study, cell, elements, room_map),
         room_figures(content.context, room_map, elements),
         mission_figures(content.context, pairs, label=cell.design.label()),
     )

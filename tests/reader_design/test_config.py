@@ -250,15 +250,15 @@ def test_layers_stand_alone():
     assert "thickness_m beside layers" in message
 
 
-ROOM = "[room]\nbox_m = [4.0, 4.0, 3.0]\n"
+PLAIN_ROOM = "[room]\nbox_m = [4.0, 4.0, 3.0]\n"
 
 
-def parsed(text):
-    return parse_study(ROOM + text, source="test", directory=Path())
+def with_rules(text):
+    return parse_study(PLAIN_ROOM + text, source="test", directory=Path())
 
 
 def test_rules_of_the_choice_are_data_of_the_study():
-    study = parsed(
+    study = with_rules(
         "[scoring]\nnoise_db = 2.0\nbits = 0\n[choice]\ngreatest_height_m = 0.1\nmissions = 3\n"
         '[[choice.criterion]]\nroom = "captured_share"\ntolerance = 0.05\n'
         '[[choice.criterion]]\nfree = "level_median_dbm"\n'
@@ -289,4 +289,4 @@ def test_rules_of_the_choice_are_data_of_the_study():
 )
 def test_wrong_rules_are_refused_with_what_is_allowed(text, said):
     with pytest.raises(ConfigError, match=said):
-        parsed(text)
+        with_rules(text)

@@ -1,0 +1,93 @@
+"""Bearing errors inside four concrete walls, beside those of an independent prototype.
+
+Run from a checkout with ``octant`` installed::
+
+    python benchmarks/bench_room_bearing.py [--poses N]
+
+The room is 7 x 7 x 3.1 m around the thesis' 5 x 5 m area; paths of up to three reflections add up
+coherently; the reader is that of the thesis (r_a = 10 cm) by the method of moments. Each line gives
+median and 90th percentile of the vector sum's bearing error at random poses and tags.
+"""
+
+import argparse
+import math
+import time
+from pathlib import Path
+
+import numpy as np
+
+from octant.reader_design.config.loading import parse_study
+from octant.reader_design.rooms.study_scene import build_study_scene
+from octant.reader_design.sweep.design import design_of, design_responses
+from octant.reader_design.sweep.random_poses import random_pose_errors_rad
+
+AREA_M = (5.0, 5.0)
+TAGS_M = ((2.0, 0.5), (3.5, 2.0), (2.0, 3.5), (4.0, 3.5))
+CHANNELS_HZ = tuple(float(f) for f in np.linspace(2.402e9, 2.480e9, 16))
+BETTER = "antenna_radius_m = 0.09\ngap_m = 0.02\nground_plane_shape = 'round'\n"
+
+CASES = (
+    # name, room, channels, tag antenna, reader keys, prototype's median and 90 % [deg]
+    ("free space", False, (), "dipole", "", "0.7 / 3"),
+    ("concrete room", True, (), "dipole", "", "20-22 / 76-85"),
+    ("h_p = 0", True, (), "dipole", "plate_height_m = 0.0\n", "61 / 156"),
+    ("16 channels", True, CHANNELS_HZ, "dipole", "", "9 / 28"),
+    ("patch tag", True, (), "patch", "", "6 / 15"),
+    ("both", True, CHANNELS_HZ, "patch", "", "2.4 / 8"),
+    ("both, another reader", True, CHANNELS_HZ, "patch", BETTER, "1.4 / 5.3"),
+)
+
+
+def study_of(*, room, channels, antenna, reader):
+    """Return the study of one case."""
+    walls = (
+        'box_m = [7.0, 7.0, 3.1]\norigin_m = [-1.0, -1.0, 0.0]\nmaterial = "concrete"'
+        if room
+        else "free_space = true"
+    )
+    tags = "".join(
+        f'[[tag]]\nid = "{k}"\nantenna = "{antenna}"\nposition_m = [{x}, {y}, 3.05]\n'
+        for k, (x, y) in enumerate(TAGS_M)
+    )
+    text = (
+        f"[radio]\nchannels_hz = {list(channels)}\n[room]\n{walls}\n{tags}[reader]\n{reader}"
+        "[solver]\nmax_reflections = 3\n"
+    )
+    return parse_study(text, source="case", directory=Path.cwd())
+
+
+def errors_deg(study, *, poses):
+    """Return the absolute bearing errors of one case [deg]."""
+    responses = design_responses(study, design_of(study.reader))
+    errors = random_pose_errors_rad(
+        study,
+        build_study_scene(study),
+        responses,
+        area_m=AREA_M,
+        poses=poses,
+        rng=np.random.default_rng(study.seed),
+    )
+    return np.degrees(np.abs(errors))
+
+
+def main():
+    """Print one line for each case."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--poses", type=int, default=4000)
+    poses = parser.parse_args().poses
+    print(f"{'case':24s}{'median / 90 % [deg]':>22s}{'prototype':>16s}{'> 90 deg':>10s}{'s':>7s}")
+    for name, room, channels, antenna, reader, prototype in CASES:
+        began = time.perf_counter()
+        study = study_of(room=room, channels=channels, antenna=antenna, reader=reader)
+        error = errors_deg(study, poses=poses)
+        middle, high = np.quantile(error, [0.5, 0.9])
+        beyond = 100.0 * float((error > math.degrees(math.pi / 2)).mean())
+        print(
+            f"{name:24s}{f'{middle:.1f} / {high:.1f}':>22s}{prototype:>16s}{beyond:9.1f}%"
+            f"{time.perf_counter() - began:7.1f}",
+            flush=True,
+        )
+
+
+if __name__ == "__main__":
+    main()
