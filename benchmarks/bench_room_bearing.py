@@ -24,7 +24,7 @@ from octant.reader_design.sweep.random_poses import random_pose_errors_rad
 AREA_M = (5.0, 5.0)
 TAGS_M = ((2.0, 0.5), (3.5, 2.0), (2.0, 3.5), (4.0, 3.5))
 CHANNELS_HZ = tuple(float(f) for f in np.linspace(2.402e9, 2.480e9, 16))
-BETTER = "antenna_radius_m = 0.09\ngap_m = 0.02\nground_plane_shape = 'round'\n"
+BETTER = "ground_plane_shape = 'round'\n"
 
 CASES = (
     # name, room, channels, tag antenna, reader keys, prototype's median and 90 % [deg]

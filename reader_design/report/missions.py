@@ -1,4 +1,4 @@
-"""What a report says about missions: of the chosen reader, and of the short list beside its scores."""
+"""What a report says about missions: of the chosen reader, and of the short list."""
 
 import math
 from collections.abc import Sequence
@@ -107,8 +107,8 @@ def mission_section(
         paragraphs=(
             (
                 "The chosen reader drives the robot through the tags by the navigator of thesis "
-                f"section 5.2, with {table.noise_db:g} dB noise on each reading. Errors are distances to "
-                "the nearest point of the straight segment between consecutive tags; medians "
+                f"section 5.2, with {table.noise_db:g} dB noise on each reading. Errors are distances "
+                "to the nearest point of the straight segment between consecutive tags; medians "
                 "over the runs, unless the column says otherwise."
             ),
             *(mission_sentence(m) for m in missions),
@@ -147,8 +147,7 @@ def shortlist_table(
             (
                 f"{rank + 1}. {one.label}",
                 f"{100 * one.width_m:.3g} x {100 * one.height_m:.3g}",
-                f"{math.degrees(place.vector_median_rad):.1f} / "
-                f"{math.degrees(place.vector_p90_rad):.1f}",
+                _pair_deg(place.vector_median_rad, place.vector_p90_rad),
                 f"{place.vector_beyond_90_share:.1%}",
                 f"{place.captured_share:.1%}",
                 f"{place.read_right_share:.1%}",
@@ -175,6 +174,11 @@ def shortlist_table(
         words=True,
         best=0,
     )
+
+
+def _pair_deg(first_rad: float, second_rad: float) -> str:
+    """Return two angles in degrees."""
+    return f"{math.degrees(first_rad):.1f} / {math.degrees(second_rad):.1f}"
 
 
 def _driven_text(missions: Sequence[RoomMission], number: int) -> str:

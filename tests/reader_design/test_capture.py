@@ -79,7 +79,9 @@ def test_capture_is_what_single_paths_say(text):
 
 
 def test_paths_add_up_to_the_rss_of_the_link():
-    study, built = built_of(ROOM.replace("[room]", f"[radio]\nchannels_hz = {list(CHANNELS)}\n[room]"))
+    study, built = built_of(
+        ROOM.replace("[room]", f"[radio]\nchannels_hz = {list(CHANNELS)}\n[room]")
+    )
     tag, place, heading = built.tags[0], np.array([[3.3, 2.8]]), 0.7
     paths = arriving_paths(study, built, tag, place)
     azimuth = (paths.phi_rad - (heading - math.pi / 2)) % (2 * math.pi)

@@ -1,0 +1,68 @@
+"""What spoils a bearing inside concrete walls, and what helps: an independent prototype's order."""
+
+import importlib.util
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from octant.em.reader_response import sector_response
+from octant.reader_design.rooms.study_scene import build_study_scene
+from octant.reader_design.sweep.random_poses import random_pose_errors_rad
+
+BENCH = Path(__file__).resolve().parents[2] / "benchmarks" / "bench_room_bearing.py"
+SPEC = importlib.util.spec_from_file_location("bench_room_bearing", BENCH)
+bench = importlib.util.module_from_spec(SPEC)
+SPEC.loader.exec_module(bench)
+
+FEW = bench.CHANNELS_HZ[::5]
+
+
+def quantiles_deg(reader, **case):
+    """Median and 90 % of the errors of a small version of a case."""
+    given = {"room": True, "channels": (), "antenna": "dipole"}
+    study = bench.study_of(**{**given, **case}, reader=f"response = 'rays'\n{reader}")
+    return np.quantile(bench.errors_deg(study, poses=600), [0.5, 0.9])
+
+
+@pytest.fixture(scope="module")
+def plain():
+    return quantiles_deg("")
+
+
+def test_concrete_walls_spoil_the_bearing_that_free_space_gives(plain):
+    free = quantiles_deg("", room=False)
+    assert free[0] < 3.0
+    assert 10.0 < plain[0] < 35.0
+    assert 55.0 < plain[1] < 125.0
+
+
+def test_without_plates_the_room_leaves_no_bearing(plain):
+    bare = quantiles_deg("plate_height_m = 0.0\n")
+    assert bare[0] > 1.7 * plain[0]
+    assert bare[1] > 120.0
+
+
+def test_channels_and_a_patch_each_help_and_both_help_most(plain):
+    channels = quantiles_deg("", channels=FEW)
+    patch = quantiles_deg("", antenna="patch")
+    both = quantiles_deg("", channels=FEW, antenna="patch")
+    for better in (channels, patch):
+        assert (better < 0.8 * plain).all()
+        assert (both < better).all()
+
+
+def test_random_poses_come_from_the_generator_and_lie_in_the_area():
+    study = bench.study_of(room=True, channels=(), antenna="dipole", reader="")
+    built = build_study_scene(study)
+    response = sector_response(np.arange(8) * np.pi / 4, frequency_hz=2.4e9)
+
+    def drawn(seed):
+        rng = np.random.default_rng(seed)
+        return random_pose_errors_rad(
+            study, built, (response,), area_m=(5.0, 5.0), poses=50, rng=rng
+        )
+
+    np.testing.assert_array_equal(drawn(1), drawn(1))
+    assert (drawn(1) != drawn(2)).any()
+    assert drawn(1).shape == (50,)
