@@ -133,7 +133,7 @@ def element_pattern_figure(antenna: Antenna, *, title: str) -> "Figure":
         )
         ax.set_xlim(0.0, 180.0)
         ax.set_xticks(np.arange(0, 181, 30))
-        ax.set_ylim(bottom=0.0)
+        ax.set_ylim(0.0, 1.2 * float(gain.max()))
         ax.set_xlabel("elevation angle θ from the antenna's axis [°]")
         ax.set_ylabel("gain over isotropic [-]")
         ax.legend(loc="upper right")

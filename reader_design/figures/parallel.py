@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from textwrap import fill
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,6 +18,8 @@ FloatArray = npt.NDArray[np.float64]
 
 FEW_VALUES = 7
 """Different numbers on an axis [-] up to which each gets a tick of its own."""
+LINE = 15
+"""Letters in a line of a title [-]."""
 CHOSEN_COLOUR = "#cc3311"
 
 
@@ -27,7 +30,7 @@ class ParallelAxis:
     Attributes
     ----------
     title : str
-        Below the axis, with its unit, e.g. ``h_p [cm]``; a line break is allowed.
+        Below the axis, with its unit, e.g. ``h_p [cm]``.
     values : tuple of float, or of str
         One for each design in the title's unit [-]; words get a place each.
     """
@@ -58,7 +61,7 @@ class ParallelAxis:
         if shown.size > FEW_VALUES:
             shown = np.linspace(low, high, 5)
         ticks = (shown - low) / span if span > 0.0 else np.full(shown.size, 0.5)
-        return heights, [(float(y), f"{v:.4g}") for y, v in zip(ticks, shown, strict=True)]
+        return heights, [(float(y), f"{v:.3g}") for y, v in zip(ticks, shown, strict=True)]
 
 
 def parallel_figure(
@@ -104,7 +107,7 @@ def parallel_figure(
             _draw_axis(ax, k, ticks)
         ax.set_xlim(-0.35, width - 0.45)
         ax.set_ylim(-0.06, 1.06)
-        ax.set_xticks(range(width), [math_text(a.title) for a in axes_of], fontsize=8.5)
+        ax.set_xticks(range(width), [math_text(fill(a.title, LINE)) for a in axes_of], fontsize=8.5)
         ax.set_yticks([])
         ax.grid(visible=False)
         ax.tick_params(length=0)

@@ -88,10 +88,7 @@ def _comparisons(
     scores = _criterion_scores(candidates, choice)
     axes = [
         *parameter_axes([c.design for c in good]),
-        *(
-            ParallelAxis(title=s.title.replace(" [", "\n["), values=tuple(s.values.tolist()))
-            for s in scores
-        ),
+        *(ParallelAxis(title=s.title, values=tuple(s.values.tolist())) for s in scores),
     ]
     yield NamedFigure(
         file="sweep_parallel.png",
@@ -235,6 +232,7 @@ def _matrix_columns(rows: Sequence[Candidate]) -> list[MatrixColumn]:
     table: tuple[tuple[str, str, float, str, str], ...] = (
         ("right_share", "right antenna\n{} [%]", 100.0, "{:.0f}", "high"),
         ("vector_rms_rad", "vector sum\n{} rms [°]", math.degrees(1.0), "{:.1f}", "low"),
+        ("vector_beyond_90_share", "beyond 90°\n{} [%]", 100.0, "{:.0f}", "low"),
         ("margin_mean_db", "mean margin\n{} [dB]", 1.0, "{:+.1f}", "high"),
         ("front_to_back_mean_db", "front-to-back\n{} [dB]", 1.0, "{:+.1f}", "high"),
         ("level_median_dbm", "median level\n{} [dBm]", 1.0, "{:.0f}", "high"),

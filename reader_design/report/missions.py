@@ -107,9 +107,9 @@ def mission_section(
         paragraphs=(
             (
                 "The chosen reader drives the robot through the tags by the navigator of thesis "
-                f"section 5.2, with {table.noise_db:g} dB noise on each reading. Errors are distances "
-                "to the nearest point of the straight segment between consecutive tags; medians "
-                "over the runs, unless the column says otherwise."
+                f"section 5.2, with {table.noise_db:g} dB noise on each reading. Errors are "
+                "distances to the nearest point of the straight segment between consecutive tags; "
+                "medians over the runs, unless the column says otherwise."
             ),
             *(mission_sentence(m) for m in missions),
         ),
