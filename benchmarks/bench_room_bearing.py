@@ -79,9 +79,8 @@ def cosine_antenna(frequency_hz):
     )
 
 
-def errors_deg(study, *, antenna, poses):
+def errors_deg(study, responses, *, antenna, poses):
     """Return the absolute bearing errors of one case [deg]."""
-    responses = design_responses(study, design_of(study.reader))
     built = build_study_scene(study)
     if antenna == "cosine":
         own = tuple(cosine_antenna(f) for f in study.radio.frequencies_hz)
@@ -106,7 +105,8 @@ def main():
     for name, room, channels, antenna, reader, prototype in CASES:
         began = time.perf_counter()
         study = study_of(room=room, channels=channels, antenna=antenna, reader=reader)
-        error = errors_deg(study, antenna=antenna, poses=poses)
+        responses = design_responses(study, design_of(study.reader))
+        error = errors_deg(study, responses, antenna=antenna, poses=poses)
         middle, high = np.quantile(error, [0.5, 0.9])
         beyond = 100.0 * float((error > math.degrees(math.pi / 2)).mean())
         print(
