@@ -75,7 +75,7 @@ def error_maps(
     places_m : (nx, ny, 2) float64
         Grid [m].
     standing : (nx, ny) bool
-        Where the reader fits; elsewhere the maps hold NaN.
+        Where the reader fits [-]; elsewhere the maps hold NaN.
     progress : Progress
         Told about places.
 

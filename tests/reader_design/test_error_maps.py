@@ -67,7 +67,7 @@ def test_maps_hold_each_tag_and_nothing_where_no_robot_stands():
     context = context_of(ROOM)
     places = np.stack(np.meshgrid([1.0, 2.0, 3.0], [1.0, 2.0], indexing="ij"), axis=-1)
     standing = np.array([[True, True], [True, False], [True, True]])
-    maps = error_maps(context, (READER,), places, standing, Progress(quiet=True))
+    maps = error_maps(context, (READER,), places, standing, Progress())
     for name in ("vector_error", "strongest_error", "captured_share"):
         values = maps[name].values
         assert values.shape == (2, 3, 2)
