@@ -21,6 +21,7 @@ from octant.reader_design.config.room import (
     RoomObject,
     Table,
 )
+from octant.reader_design.config.sensor import Sensor
 from octant.reader_design.config.track import Track
 
 ReaderAntenna = Literal["dipole", "monopole"]
@@ -298,6 +299,8 @@ class Study(Table, frozen=True, kw_only=True):
         The tables ``[[tag]]``.
     mission : Mission or None
         None: the study drives no robot.
+    sensor : Sensor
+        How the robot's reader measures on missions.
     track : Track or None
         Trajectory tracking from RSS; None: the study has none.
     dock : Dock or None
@@ -318,6 +321,7 @@ class Study(Table, frozen=True, kw_only=True):
     solver: Solver = Solver()
     map: Map = Map()
     mission: Mission | None = None
+    sensor: Sensor = Sensor()
     track: Track | None = None
     dock: Dock | None = None
     layouts: tuple[Layout, ...] = msgspec.field(default=(), name="layout")

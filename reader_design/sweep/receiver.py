@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.geometries.errors import ConfigError
-from octant.navigation.sensing import RssQuantiser, log_normal_rss
+from octant.navigation.rss_detector import RssQuantiser, log_normal_rss
 from octant.reader_design.config.choice import Scoring
 from octant.reader_design.config.schema import Study
 

@@ -8,7 +8,7 @@ from scipy.special import ndtr
 
 from octant.geometries.errors import AntennaError, ConfigError
 from octant.navigation.bearing import wrap_angle
-from octant.navigation.sensing import RssQuantiser
+from octant.navigation.rss_detector import RssQuantiser
 from octant.reader_design.config.choice import Scoring
 from octant.reader_design.sweep.errors import summarise_errors, vector_errors_rad
 from octant.reader_design.sweep.measures import right_share
