@@ -184,7 +184,7 @@ def reader_figures(
             cell.free_rss_w[nearest],
             elements_rad,
             distance_m=float(cell.distances_m[nearest]),
-            title=f"Patterns of the chosen reader: {cell.design.label()}",
+            title=f"Patterns of the chosen reader: {cell.label}",
         ),
     )
     surroundings = [("free space, all distances", azimuths, cell.free_rss_w)]
@@ -200,7 +200,7 @@ def reader_figures(
         "error by the strongest antenna and by the vector sum of all; even an ideal reader of n "
         "antennas errs by 180°/n half-way between two of them if it takes the strongest.",
         figure=bearing_error_figure(
-            surroundings, elements_rad, title=f"Bearing error: {cell.design.label()}"
+            surroundings, elements_rad, title=f"Bearing error: {cell.label}"
         ),
     )
 

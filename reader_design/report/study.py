@@ -204,7 +204,7 @@ def _facts(content: StudyContent) -> tuple[tuple[str, str], ...]:
 
 def _sweep_section(content: StudyContent, figures: tuple[ReportFigure, ...]) -> ReportSection:
     tables = [merit_table(content.candidates, content.choice)]
-    failed = tuple((c.design.label(), c.reason) for c in content.cells if c.reason)
+    failed = tuple((c.label, c.reason) for c in content.cells if c.reason)
     if failed:
         tables.append(
             ReportTable(

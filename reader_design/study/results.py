@@ -11,7 +11,7 @@ from octant.reader_design.report.study import StudyContent
 from octant.reader_design.store import dataset, variable
 from octant.reader_design.study.map_stage import RoomMap
 from octant.reader_design.study.mission_stage import RoomMission
-from octant.reader_design.sweep.cell_files import score_variables, surrounding_variable
+from octant.reader_design.sweep.cell_files import as_variables, stored_scores, stored_surroundings
 from octant.reader_design.sweep.design import canonical_json
 from octant.reader_design.sweep.samples import grid_azimuths_rad
 from octant.reader_design.sweep.scores import SCORE_NAMES
@@ -141,10 +141,10 @@ def design_table(
 def _sweep_coordinates(content: StudyContent) -> "dict[str, xr.Variable]":
     cell = next(c for c in content.cells if not c.reason)
     count = cell.free_rss_w.shape[1]
-    labels = [c.design.label() for c in content.cells]
+    labels = [c.label for c in content.cells]
     return {
         "design": variable(["design"], labels, units="1", long_name="design"),
-        "surrounding": surrounding_variable(),
+        **as_variables({"surrounding": stored_surroundings()}),
         "distance": variable(
             ["distance"], cell.distances_m, units="m", long_name="horizontal distance to the tag"
         ),
@@ -214,7 +214,7 @@ def _sweep_variables(content: StudyContent) -> "dict[str, xr.Variable]":
             units="W",
             long_name="RSS in free space, antenna 1 towards the tag",
         ),
-        **score_variables([(c.free, c.room) for c in cells], dim="design"),
+        **as_variables(stored_scores([(c.free, c.room) for c in cells], dim="design")),
     }
 
 
