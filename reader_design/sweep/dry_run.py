@@ -41,21 +41,16 @@ def plan_lines(
     there = ", ".join(f"{number} {status}" for status, number in known.items()) or "none"
     refused = sum(bool(cell.reason) for cell in missing)
     scaled = f"scaled by {known[DONE]} cells of the folder" if known[DONE] else "expected"
+    whole, largest = sum(memory[:count]), max(memory, default=0.0)
+    longest = _duration(max(seconds, default=0.0))
+    source = f"{scaled}; less where full-wave solutions are kept from before"
     summary = (
         f"{len(plan.cells)} cells: {_sizes(plan)}",
-        (
-            f"computed already: {there}; to compute: {len(missing)}, of them {refused} that cannot be "
-            "built"
-        ),
-        (
-            f"time: {_duration(sum(seconds) / count)} with {count} workers, the longest cell "
-            f"{_duration(max(seconds, default=0.0))} ({scaled}; less where full-wave solutions are "
-            "kept from before)"
-        ),
-        (
-            f"memory: {_gigabytes(sum(memory[:count]))} in all, {_gigabytes(max(memory, default=0.0))} "
-            "for the largest cell"
-        ),
+        f"computed already: {there}",
+        f"to compute: {len(missing)}, of them {refused} that cannot be built",
+        f"time: {_duration(sum(seconds) / count)} with {count} workers ({source})",
+        f"the longest cell: {longest}",
+        f"memory: {_gigabytes(whole)} in all, {_gigabytes(largest)} for the largest cell",
     )
     cells = [_cell_line(cell, rows, scale) for cell in plan.cells[:MOST_LINES]]
     if len(plan.cells) > MOST_LINES:
