@@ -1,6 +1,7 @@
 """Which figures a study leaves, with the sentence that says what to see in each."""
 
 import math
+import textwrap
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -42,6 +43,8 @@ MOST_ROWS = 30
 """Designs that the sweep matrix shows at most [-]."""
 MOST_PANELS = 12
 """Panels or maps that one figure shows at most [-]."""
+PANEL_LETTERS = 32
+"""Letters that fit above a panel [-]."""
 AZIMUTH_DISTANCE_M = 2.0
 """Distance at which the patterns over azimuth are shown [m]; the nearest sampled one is taken."""
 
@@ -109,8 +112,7 @@ def sweep_figures(
         heights = len({c.design.plate_height_m for c in shown})
         panels = [
             DistancePanel(
-                title=f"r_a = {100 * c.design.antenna_radius_m:.4g} cm, "
-                f"h_p = {100 * c.design.plate_height_m:.4g} cm",
+                title="\n".join(_panel_title(c)),
                 rss_w=c.travel_rss_w,
             )
             for c in shown
@@ -125,10 +127,19 @@ def sweep_figures(
             figure=rss_distance_figure(
                 shown[0].travel_m,
                 panels,
-                columns=min(max(heights, 1), 4),
+                columns=min(heights if heights > 1 else 3, len(shown), 4),
                 title=f"RSS of the {kind} designs, antenna 1 towards the tag",
             ),
         )
+
+
+def _panel_title(cell: Cell) -> Iterator[str]:
+    """Yield the lines that tell a cell from others of its antenna, lengths in cm."""
+    design = cell.design
+    yield (
+        f"r_a = {100 * design.antenna_radius_m:.4g} cm, h_p = {100 * design.plate_height_m:.4g} cm"
+    )
+    yield from textwrap.wrap(cell.label.removeprefix(design.label()).strip(), PANEL_LETTERS)
 
 
 def _matrix_columns(rows: Sequence[Candidate]) -> list[MatrixColumn]:

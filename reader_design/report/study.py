@@ -77,13 +77,20 @@ class StudyContent:
     @property
     def claims(self) -> tuple[Claim, ...]:
         """Claims of the thesis that the sweep tests, numbers with their units [-]."""
+        if any(cell.label != cell.design.label() for cell in self.cells):
+            return ()  # the thesis varies antenna, r_a and h_p alone
         power_w = self.context.study.radio.tag_power_w
         return thesis_claims(self.cells, self.candidates, self.choice, tag_power_w=power_w)
 
     @property
+    def chosen_cell(self) -> Cell:
+        """The chosen design's cell, RSS in [W]."""
+        return next(cell for cell in self.cells if cell.key == self.chosen.key)
+
+    @property
     def candidates_antennas(self) -> int:
-        """Number of antennas of the designs [-]."""
-        return self.cells[0].design.antennas
+        """Number of antennas of the chosen design [-]."""
+        return self.chosen_cell.design.antennas
 
 
 def mission_sentence(mission: RoomMission) -> str:

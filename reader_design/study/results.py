@@ -139,7 +139,7 @@ def design_table(
 
 
 def _sweep_coordinates(content: StudyContent) -> "dict[str, xr.Variable]":
-    cell = next(c for c in content.cells if not c.reason)
+    cell = content.chosen_cell
     count = cell.free_rss_w.shape[1]
     labels = [c.label for c in content.cells]
     return {
@@ -168,16 +168,15 @@ def _sweep_coordinates(content: StudyContent) -> "dict[str, xr.Variable]":
 
 def _sweep_variables(content: StudyContent) -> "dict[str, xr.Variable]":
     cells = content.cells
-    good = next(c for c in cells if not c.reason)
     rank = np.full(len(cells), -1, dtype=np.int64)
     place = {c.key: i for i, c in enumerate(cells)}
     for position, index in enumerate(content.choice.ranking):
         rank[place[content.candidates[index].key]] = position + 1
 
     def filled(name: str) -> FloatArray:
-        shape = getattr(good, name).shape
-        rows = [getattr(c, name) if not c.reason else np.full(shape, np.nan) for c in cells]
-        return np.array(rows)
+        shape = getattr(content.chosen_cell, name).shape
+        rows = [getattr(c, name) for c in cells]
+        return np.array([row if row.shape == shape else np.full(shape, np.nan) for row in rows])
 
     return {
         "antenna_radius_m": variable(
@@ -206,7 +205,7 @@ def _sweep_variables(content: StudyContent) -> "dict[str, xr.Variable]":
             ["design", "distance", "azimuth", "antenna"],
             filled("free_rss_w"),
             units="W",
-            long_name="RSS in free space",
+            long_name="RSS in free space, of designs with as many antennas as the chosen one",
         ),
         "travel_rss_w": variable(
             ["design", "travel", "antenna"],
