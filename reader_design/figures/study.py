@@ -77,7 +77,7 @@ def reader_figures(
             cell.free_rss_w[nearest],
             elements_rad,
             distance_m=float(cell.distances_m[nearest]),
-            title=f"Patterns of the chosen reader: {cell.design.label()}",
+            title=f"Patterns of the chosen reader: {cell.label}",
         ),
     )
     yield NamedFigure(
@@ -90,7 +90,7 @@ def reader_figures(
             cell.travel_m,
             [DistancePanel(title="free space", rss_w=cell.travel_rss_w)],
             columns=1,
-            title=f"RSS against distance: {cell.design.label()}",
+            title=f"RSS against distance: {cell.label}",
         ),
     )
     surroundings = [("free space, all distances", azimuths, cell.free_rss_w)]
@@ -106,7 +106,7 @@ def reader_figures(
         "error by the strongest antenna and by the vector sum of all; even an ideal reader of n "
         "antennas errs by 180°/n half-way between two of them if it takes the strongest.",
         figure=bearing_error_figure(
-            surroundings, elements_rad, title=f"Bearing error: {cell.design.label()}"
+            surroundings, elements_rad, title=f"Bearing error: {cell.label}"
         ),
     )
     panels = []
@@ -138,7 +138,7 @@ def reader_figures(
         f"abscissa, exact and as read with {study.scoring.noise_db:g} dB error and "
         f"{study.scoring.bits} bits; dotted lines mark median, 90 %, 45° and 90°.",
         figure=error_distribution_figure(
-            panels, title=f"Distribution of the bearing error: {cell.design.label()}"
+            panels, title=f"Distribution of the bearing error: {cell.label}"
         ),
     )
 

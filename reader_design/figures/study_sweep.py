@@ -1,6 +1,7 @@
 """The figures of a study's sweep, with the sentence that says what to see in each."""
 
 import math
+import textwrap
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -27,6 +28,8 @@ FloatArray = npt.NDArray[np.float64]
 
 MOST_ROWS = 30
 """Designs that the sweep matrix shows at most [-]."""
+PANEL_LETTERS = 32
+"""Letters that fit above a panel [-]."""
 MOST_PANELS = 12
 """Panels that one figure shows at most [-]."""
 
@@ -203,14 +206,7 @@ def _antenna_figures(
         figure=element_pattern_figure(element, title=f"Gain of a {kind} of {cm}"),
     )
     heights = len({c.design.plate_height_m for c in shown})
-    panels = [
-        DistancePanel(
-            title=f"r_a = {100 * c.design.antenna_radius_m:.4g} cm, "
-            f"h_p = {100 * c.design.plate_height_m:.4g} cm",
-            rss_w=c.travel_rss_w,
-        )
-        for c in shown
-    ]
+    panels = [DistancePanel(title="\n".join(_panel_title(c)), rss_w=c.travel_rss_w) for c in shown]
     yield NamedFigure(
         file=f"rss_distance_{kind}.png",
         section="sweep",
@@ -221,10 +217,19 @@ def _antenna_figures(
         figure=rss_distance_figure(
             shown[0].travel_m,
             panels,
-            columns=min(max(heights, 1), 4),
+            columns=min(heights if heights > 1 else 3, len(shown), 4),
             title=f"RSS of the {kind} designs, antenna 1 towards the tag",
         ),
     )
+
+
+def _panel_title(cell: Cell) -> Iterator[str]:
+    """Yield the lines that tell a cell from others of its antenna, lengths in cm."""
+    design = cell.design
+    yield (
+        f"r_a = {100 * design.antenna_radius_m:.4g} cm, h_p = {100 * design.plate_height_m:.4g} cm"
+    )
+    yield from textwrap.wrap(cell.label.removeprefix(design.label()).strip(), PANEL_LETTERS)
 
 
 def _matrix_columns(rows: Sequence[Candidate]) -> list[MatrixColumn]:

@@ -83,13 +83,20 @@ class StudyContent:
     @property
     def claims(self) -> tuple[Claim, ...]:
         """Claims of the thesis that the sweep tests, numbers with their units [-]."""
+        if any(cell.label != cell.design.label() for cell in self.cells):
+            return ()  # the thesis varies antenna, r_a and h_p alone
         power_w = self.context.study.radio.tag_power_w
         return thesis_claims(self.cells, self.candidates, self.choice, tag_power_w=power_w)
 
     @property
+    def chosen_cell(self) -> Cell:
+        """The chosen design's cell, RSS in [W]."""
+        return next(cell for cell in self.cells if cell.key == self.chosen.key)
+
+    @property
     def candidates_antennas(self) -> int:
-        """Number of antennas of the designs [-]."""
-        return self.cells[0].design.antennas
+        """Number of antennas of the chosen design [-]."""
+        return self.chosen_cell.design.antennas
 
 
 def study_report(content: StudyContent, figures: dict[str, list[tuple[str, str, Path]]]) -> Report:
@@ -184,7 +191,7 @@ def _sweep_section(content: StudyContent, figures: tuple[ReportFigure, ...]) -> 
         merit_table(content.candidates, content.choice),
         shortlist_table(content.candidates, content.choice, content.driven),
     ]
-    failed = tuple((c.design.label(), c.reason) for c in content.cells if c.reason)
+    failed = tuple((c.label, c.reason) for c in content.cells if c.reason)
     if failed:
         tables.append(
             ReportTable(

@@ -1,6 +1,6 @@
 """The missions of the best designs of a study, so that the ranking can be held against them."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -52,7 +52,7 @@ def candidates_of(study: Study, cells: Sequence[Cell]) -> tuple[Candidate, ...]:
         width_m, height_m = reader_size_m(cell.design, study.radio.frequency_hz)
         out.append(
             Candidate(
-                label=cell.design.label(),
+                label=cell.label,
                 key=cell.key,
                 free=cell.free,
                 room=cell.room,
@@ -64,8 +64,7 @@ def candidates_of(study: Study, cells: Sequence[Cell]) -> tuple[Candidate, ...]:
 
 
 def drive_shortlist(
-    study: Study,
-    rooms: Sequence[tuple[str, str, StudyScene]],
+    settings: Callable[[Cell], tuple[Study, Sequence[tuple[str, str, StudyScene]]]],
     scored: Sequence[Cell],
     choice: Choice,
     *,
@@ -77,10 +76,9 @@ def drive_shortlist(
 
     Parameters
     ----------
-    study : Study
-        ``choice.missions`` says with how many designs, ``mission.runs`` how often.
-    rooms : sequence of (str, str, StudyScene)
-        Name, file name and scene of each room.
+    settings : callable
+        Returns the study of a cell and name, file name and scene of each of its rooms: a sweep may
+        vary those too. ``choice.missions`` says with how many designs, ``mission.runs`` how often.
     scored : sequence of Cell
         The candidates' cells, in their order.
     choice : Choice
@@ -98,8 +96,9 @@ def drive_shortlist(
         Best first: the chosen design is always there. All drive with the same seeds.
     """
     driven = []
-    for index in choice.ranking[: study.choice.missions]:
+    for index in choice.ranking[: choice.rules.missions]:
         cell, missions = scored[index], []
+        study, rooms = settings(cell)
         if study.mission is not None:
             responses = design_responses(study, cell.design)
             runs = study.mission.runs
