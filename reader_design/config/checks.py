@@ -16,6 +16,7 @@ from octant.reader_design.config.materials import (
     material_label,
     material_specs,
 )
+from octant.reader_design.config.optimise import check_optimise
 from octant.reader_design.config.room import (
     MeshObject,
     Room,
@@ -73,6 +74,8 @@ def check_study(study: Study) -> None:
         _check_mission(study.mission, study.tags)
     if study.dock is not None:
         _check_dock(study.dock, study.tags)
+    if study.optimise is not None:
+        check_optimise(study.optimise)
     for path, spec in material_specs(study):
         check_material(path, spec, study.radio.frequencies_hz)
     for path, unit in _units(study):

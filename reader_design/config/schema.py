@@ -10,6 +10,7 @@ import msgspec
 from msgspec import Meta
 
 from octant.reader_design.config.dock import Dock
+from octant.reader_design.config.optimise import Optimise
 from octant.reader_design.config.room import (
     Name,
     NotNegative,
@@ -96,6 +97,8 @@ class Reader(Table, frozen=True, kw_only=True):
         Height of the plates at the axis [m]; None: as at the rim.
     plate_outer_radius_m : float or None
         How far the plates reach from the axis [m]; None: half of ``ground_plane_m``.
+    antenna_length_m : float or None
+        Length of each antenna [m]; None: half a wave (dipole) or a quarter wave (monopole).
     antennas : int
         Number of antennas, at least 3.
     gap_m : float
@@ -132,6 +135,7 @@ class Reader(Table, frozen=True, kw_only=True):
     ground_plane_shape: Literal["square", "round", "octagon"] = "square"
     plate_height_axis_m: NotNegative | None = None
     plate_outer_radius_m: Positive | None = None
+    antenna_length_m: Positive | None = None
     antennas: Annotated[int, Meta(ge=3)] = 8
     gap_m: Positive = 0.005
     monopole_plane_m: NotNegative = 0.04
@@ -301,6 +305,8 @@ class Study(Table, frozen=True, kw_only=True):
         Trajectory tracking from RSS; None: the study has none.
     dock : Dock or None
         Docking at a tagged station; None: the study has none.
+    optimise : Optimise or None
+        The search for a reader design; None: the study has none.
     layouts : tuple of Layout
         The tables ``[[layout]]``.
     """
@@ -317,4 +323,5 @@ class Study(Table, frozen=True, kw_only=True):
     mission: Mission | None = None
     track: Track | None = None
     dock: Dock | None = None
+    optimise: Optimise | None = None
     layouts: tuple[Layout, ...] = msgspec.field(default=(), name="layout")

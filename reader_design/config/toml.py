@@ -7,6 +7,7 @@ from typing import Any
 _COMMENTS = {
     "plate_height_axis_m": "not given: as plate_height_m",
     "plate_outer_radius_m": "not given: half of ground_plane_m",
+    "antenna_length_m": "not given: half a wave, monopoles a quarter",
     "encoder_counts": "not given: the estimators are told the commands",
     "start_m": "not given: on the trajectory",
     "start_heading_deg": "not given: along the trajectory",

@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from octant.geometries.errors import SweepStateError
+from octant.reader_design.sweep.pareto import undominated
 from octant.reader_design.sweep.scores import Scores
 
 
@@ -244,13 +245,7 @@ def pareto_front(merits: Sequence[Merit]) -> tuple[bool, ...]:
         True: no other is at least as good in all four and better in one.
     """
     rows = [(m.right_share, -m.vector_rms_rad, m.margin_db, m.level_dbm) for m in merits]
-
-    def dominated(row: tuple[float, ...]) -> bool:
-        return any(
-            other != row and all(a >= b for a, b in zip(other, row, strict=True)) for other in rows
-        )
-
-    return tuple(not dominated(row) for row in rows)
+    return tuple(bool(kept) for kept in undominated(rows))
 
 
 def _numbers(candidate: Candidate) -> str:

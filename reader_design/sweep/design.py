@@ -347,6 +347,7 @@ def design_of(reader: Reader) -> ReaderDesign:
     """
     return ReaderDesign(
         antenna=reader.antenna,
+        antenna_length_m=reader.antenna_length_m,
         antenna_radius_m=reader.antenna_radius_m,
         plate_height_m=reader.plate_height_m,
         plate_height_axis_m=reader.plate_height_axis_m,
