@@ -348,7 +348,7 @@ def _parts(design: ReaderDesign, length_mm: float, frequency_hz: float) -> list[
         parts.append(("plates", plates))
     arms = ""
     if design.antenna == "dipole":
-        arms = f", two arms of {_mm(0.5 * (length_mm - MM * design.feed_gap_m))} about the feed"
+        arms = f", two arms of {0.5 * (length_mm - MM * design.feed_gap_m):.2f} about the feed"
     radius = MM * design.wire_radius_m
     antennas = (
         f"{design.antennas} {design.antenna}s, {_mm(length_mm)} over all{arms}, wire Ø "

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from octant.reader_design.config.optimise import SIZES, Goal
+from octant.reader_design.config.optimise import SIZES
 from octant.reader_design.figures.common import (
     antenna_legend,
     draw_antennas,
@@ -20,7 +20,6 @@ from octant.reader_design.optimise.shortlist import front
 from octant.reader_design.sweep.measures import power_dbm
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 FloatArray = npt.NDArray[np.float64]
@@ -72,21 +71,33 @@ def pareto_figure(search: Search, *, title: str) -> "Figure":
             ax.scatter(
                 x[on_front],
                 y[on_front],
-                s=70,
+                s=42,
                 facecolors="none",
                 edgecolors=BEST_COLOUR,
                 label="Pareto front of all goals",
-                linewidths=0.9,
+                linewidths=0.7,
             )
             best = [t.number for t in feasible].index(search.winner.number)
-            ax.scatter(x[best], y[best], s=170, c=BEST_COLOUR, marker="*", label="chosen", zorder=5)
+            ax.scatter(
+                x[best],
+                y[best],
+                s=260,
+                c=BEST_COLOUR,
+                marker="*",
+                label="chosen",
+                zorder=5,
+                edgecolors="white",
+            )
             ax.axvline(goals[a].value, color=GOAL_COLOUR, linewidth=0.9, linestyle="--")
             ax.axhline(
                 goals[b].value, color=GOAL_COLOUR, linewidth=0.9, linestyle="--", label="goal"
             )
             ax.set_xlabel(goal_name(goals[a]))
             ax.set_ylabel(goal_name(goals[b]))
-            _keep_most(ax, goals[a], goals[b], x, y)
+            if _spans_decades(x):
+                ax.set_xscale("log")
+            if _spans_decades(y):
+                ax.set_yscale("log")
         handles, labels = axes[0, 0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside lower center", ncols=6)
     return figure
@@ -97,11 +108,9 @@ def _tells(values: FloatArray) -> bool:
     return float(np.mean(np.abs(values - np.median(values)) > 1e-9)) > 0.1
 
 
-def _keep_most(ax: "Axes", goal_x: Goal, goal_y: Goal, x: FloatArray, y: FloatArray) -> None:
-    """Use a logarithmic axis where a score spans decades, as bearing errors do."""
-    for goal, values, scale in ((goal_x, x, ax.set_xscale), (goal_y, y, ax.set_yscale)):
-        if values.min() > 0.0 and values.max() > 8.0 * values.min() and goal.score != "level_dbm":
-            scale("log")
+def _spans_decades(values: FloatArray) -> bool:
+    """Return whether a score needs a logarithmic axis, as bearing errors do."""
+    return float(values.min()) > 0.0 and float(values.max()) > 8.0 * float(values.min())
 
 
 def convergence_figure(search: Search, *, title: str) -> "Figure":
@@ -131,23 +140,28 @@ def convergence_figure(search: Search, *, title: str) -> "Figure":
         ]
     )
     known = values[np.isfinite(values)]
-    low = float(min(np.quantile(known, 0.1), known[0])) - 0.5 if known.size else -1.0
+    # Designs far off the goals, as most readers are at first, would flatten all that follows.
+    low = float(np.quantile(known, 0.1)) - 0.5
     with figure_style():
         figure, axes = new_figure(width_in=10.0, height_in=4.0, title=title, columns=2)
         ax = axes[0, 0]
         for stage, colour, marker, size in STAGES:
             mine = [t.stage == stage and t.evaluation.feasible for t in search.trials]
             label = "the study's reader" if stage == "reader" else stage
-            ax.scatter(numbers[mine], values[mine], s=size, c=colour, marker=marker, label=label)
+            shown = np.maximum(values[mine], low)
+            ax.scatter(numbers[mine], shown, s=size, c=colour, marker=marker, label=label)
         barred = ~np.isfinite(values)
         if barred.any():
             floor = np.full(int(barred.sum()), low)
             ax.scatter(numbers[barred], floor, marker="x", c="#aa4499", label="infeasible")
-        ax.step(numbers, so_far, where="post", color=BEST_COLOUR, label="best so far")
+        ax.step(
+            numbers, np.maximum(so_far, low), where="post", color=BEST_COLOUR, label="best so far"
+        )
         ax.axhline(0.0, color=GOAL_COLOUR, linewidth=0.9, linestyle="--")
         ax.set_ylim(low - 0.2, max(float(known.max(initial=0.0)), 0.0) + 0.5)
         ax.set_xlabel("evaluation")
         ax.set_ylabel("attainment of the goals (0: all met)")
+        ax.set_title("lower designs stand at the rim")
         ax.legend(loc="best")
         right = axes[0, 1]
         for i, goal in enumerate(goals):
@@ -155,10 +169,10 @@ def convergence_figure(search: Search, *, title: str) -> "Figure":
             right.step(numbers, slacks[:, i], where="post", label=label, linewidth=1.6)
         right.axhline(0.0, color=GOAL_COLOUR, linewidth=0.9, linestyle="--")
         finite = slacks[np.isfinite(slacks)]
-        if finite.size:
-            right.set_ylim(max(float(finite.min()), -4.0) - 0.2, float(finite.max()) + 0.3)
+        right.set_ylim(max(float(finite.min()), -4.0) - 0.2, float(finite.max()) + 0.3)
         right.set_xlabel("evaluation")
-        right.set_ylabel("weighted slack of the best so far (0: met)")
+        right.set_ylabel("weighted slack (0: met)")
+        right.set_title("each goal, best design so far")
         handles, labels = right.get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside lower right", ncols=2)
     return figure
@@ -232,10 +246,11 @@ def survey_figure(search: Search, name: str, *, title: str) -> "Figure":
     """
     goals = search.targets.goals
     lines: dict[str, list[tuple[float, tuple[float, ...]]]] = {}
-    for trial in search.trials[1:] if len(search.trials) > 1 else search.trials:
+    for trial in reversed(search.trials):
         design = trial.evaluation.design
-        if trial.evaluation.feasible:
-            label = f"{design.ground_plane_shape}, {design.antenna}s"
+        label = f"{design.ground_plane_shape}, {design.antenna}s"
+        # The study's reader, first of all, joins a line only where it is one of the choices.
+        if trial.evaluation.feasible and (trial.number > 0 or label in lines):
             scores = search.targets.scores(trial.evaluation)
             lines.setdefault(label, []).append((float(getattr(design, name)), scores))
     per_unit, unit = (1e3, "mm") if name.endswith("_m") else (1.0, name.rsplit("_", 1)[-1])
@@ -245,12 +260,15 @@ def survey_figure(search: Search, name: str, *, title: str) -> "Figure":
             width_in=3.3 * len(goals), height_in=3.7, title=title, columns=len(goals)
         )
         for i, (ax, goal) in enumerate(zip(axes[0], goals, strict=True)):
-            for label, points in lines.items():
+            for label, points in reversed(lines.items()):
                 ordered = sorted(points)
                 x = [per_unit * p[0] for p in ordered]
                 ax.plot(x, [p[1][i] for p in ordered], marker="o", label=label)
             ax.set_xlabel(f"{words} [{unit}]")
             ax.set_ylabel(goal_name(goal))
+            values = np.array([p[1][i] for points in lines.values() for p in points])
+            if _spans_decades(values):
+                ax.set_yscale("log")
         handles, labels = axes[0, 0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside lower center", ncols=4)
     return figure

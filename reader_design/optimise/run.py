@@ -308,10 +308,10 @@ def _write_figures(
         path = keep(
             "search",
             f"survey_{name}",
-            f"Scores over {name}",
+            f"Scores over {_words(name)}",
             "How each score depends on this choice, all else equal.",
         )
-        save_figure(survey_figure(found, name, title=f"Scores over {name}"), path)
+        save_figure(survey_figure(found, name, title=f"Scores over {_words(name)}"), path)
     path = keep(
         "winner",
         "comparison",
@@ -346,3 +346,8 @@ def _numeric_choices(place: Bench) -> list[str]:
     numeric = [n for n, values in choices.items() if not isinstance(values[0], str)]
     alone = len(numeric) == 1 and not place.table.parameters.given()
     return numeric if alone and len(choices[numeric[0]]) > 1 else []
+
+
+def _words(name: str) -> str:
+    """Return a parameter's name in words, without its unit."""
+    return name.removesuffix("_m").removesuffix("_ohm").replace("_", " ")

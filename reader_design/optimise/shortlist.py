@@ -15,7 +15,7 @@ from octant.reader_design.optimise.search import Search, Trial
 from octant.reader_design.sweep.design import ReaderDesign
 from octant.reader_design.sweep.pareto import undominated
 
-LEAST_DIFFERENCE = 0.03
+LEAST_DIFFERENCE = 0.15
 """Least relative difference in some parameter between two designs of the short list [-]."""
 
 
@@ -68,7 +68,7 @@ def short_list(search: Search, count: int) -> tuple[Listed, ...]:
     Returns
     -------
     tuple of Listed
-        The winner first; designs that differ by less than 3 % in every parameter stand for one.
+        The winner first; designs that differ by less than 15 % in every parameter stand for one.
     """
     chosen: list[Trial] = []
     for trial in front(search):
