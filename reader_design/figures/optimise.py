@@ -30,6 +30,8 @@ STAGES = (
     ("reader", "#cc6677", "s", 48.0),
 )
 """Colour, marker and size [points^2] of each stage of a search."""
+DASHES = ("-", "--", ":", "-.")
+"""Line styles by which lines that lie on each other are told apart."""
 MOST_SCORES = 3
 """Scores that the figure of the Pareto front pairs [-]; more would make too many panels."""
 BEST_COLOUR, GOAL_COLOUR = "#117733", "#999999"
@@ -260,10 +262,12 @@ def survey_figure(search: Search, name: str, *, title: str) -> "Figure":
             width_in=3.3 * len(goals), height_in=3.7, title=title, columns=len(goals)
         )
         for i, (ax, goal) in enumerate(zip(axes[0], goals, strict=True)):
-            for label, points in reversed(lines.items()):
+            for k, (label, points) in enumerate(reversed(lines.items())):
                 ordered = sorted(points)
                 x = [per_unit * p[0] for p in ordered]
-                ax.plot(x, [p[1][i] for p in ordered], marker="o", label=label)
+                ax.plot(
+                    x, [p[1][i] for p in ordered], marker="o", label=label, linestyle=DASHES[k % 4]
+                )
             ax.set_xlabel(f"{words} [{unit}]")
             ax.set_ylabel(goal_name(goal))
             values = np.array([p[1][i] for points in lines.values() for p in points])
