@@ -25,7 +25,7 @@ from octant.reader_design.optimise.evaluation import (
     rss_over_azimuth,
 )
 from octant.reader_design.optimise.evaluation_files import read_evaluation, write_evaluation
-from octant.reader_design.optimise.goals import column_names
+from octant.reader_design.optimise.goals import column_names, goal_name, value_text
 from octant.reader_design.optimise.search import Search, Trial, planned_evaluations, search
 from octant.reader_design.optimise.shortlist import front, short_list
 from octant.reader_design.progress import Progress
@@ -41,6 +41,8 @@ from octant.reader_design.store import write_text
 from octant.reader_design.sweep.design import FULLWAVE, ReaderDesign
 from octant.reader_design.tables import put_table
 
+EVALUATIONS = "evaluations"
+"""Folder of the evaluations' files, in the folder of the results."""
 DESIGN_COLUMNS = (
     "antenna",
     "ground_plane_shape",
@@ -126,7 +128,7 @@ def run_optimise(
     _claim(out_dir, text, force=force)
     write_text(out_dir / "study.toml", text)
     planned = planned_evaluations(study, place.table)
-    folder = out_dir / "evaluations"
+    folder = out_dir / EVALUATIONS
     with progress.count(planned, label="designs") as tell:
         done = [0]
 
@@ -156,6 +158,40 @@ def run_optimise(
     report = out_dir / "report.html"
     write_text(report, render_report(optimise_report(content, figures)))
     return SearchOutcome(content=content, report=report)
+
+
+def plan_lines(study: Study, out_dir: Path) -> tuple[str, ...]:
+    """Return what a search would do, computing nothing; lengths in [mm].
+
+    Parameters
+    ----------
+    study : Study
+        With a table ``[optimise]``.
+    out_dir : Path
+        Folder of the results, where evaluations may be kept already.
+
+    Returns
+    -------
+    tuple of str
+        Number of designs, goals, limits.
+
+    Raises
+    ------
+    ConfigError
+        When the study has no search.
+    """
+    table = bench(study).table
+    kept = len(list((out_dir / EVALUATIONS).glob("*.json")))
+    goals = "; ".join(f"{goal_name(g)} {value_text(g, g.value)}" for g in table.goals)
+    varied = ", ".join((*table.parameters.given(), *table.choices.given()))
+    most = planned_evaluations(study, table)
+    model = study.reader.response
+    return (
+        f"At most {most} designs, response {model!r}; {kept} evaluations are kept in {out_dir}.",
+        f"Varied: {varied}.",
+        f"Goals: {goals}.",
+        f"Limits: footprint {1e3 * table.footprint_m:g} mm, height {1e3 * table.height_m:g} mm.",
+    )
 
 
 def kept_evaluation(

@@ -18,8 +18,9 @@ from octant.reader_design.verbs.arguments import common_options
     show_default=True,
     help="Folder for results.",
 )
+@click.option("--dry-run", is_flag=True, help="Say what would be computed, and leave.")
 @common_options
-def optimise(*, study: Path, out: Path, force: bool, quiet: bool) -> None:
+def optimise(*, study: Path, out: Path, dry_run: bool, force: bool, quiet: bool) -> None:
     """Search for a reader as the table [optimise] of STUDY asks: survey, then refinement.
 
     Leaves optimise.csv (every design), pareto.csv, best.toml (the study with the chosen reader),
@@ -27,9 +28,13 @@ def optimise(*, study: Path, out: Path, force: bool, quiet: bool) -> None:
     evaluation is kept there; the same command again goes on where the last one stopped.
     """
     from octant.reader_design.config.loading import load_study
-    from octant.reader_design.optimise.run import run_optimise
+    from octant.reader_design.optimise.run import plan_lines, run_optimise
 
     loaded = load_study(study)
+    if dry_run:
+        for line in plan_lines(loaded, out):
+            click.echo(line)
+        return
     try:
         outcome = run_optimise(loaded, out, force=force, progress=Progress(quiet=quiet))
     except KeyboardInterrupt as exc:

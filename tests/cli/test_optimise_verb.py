@@ -163,6 +163,14 @@ def test_refusals_are_one_sentence(octant, study_file, tmp_path, old, new, told)
     assert told in call.refused()
 
 
+def test_dry_run_says_what_would_be_done_and_does_nothing(octant, study_file, tmp_path):
+    call = octant("optimise", study_file(STUDY), "--out", tmp_path / "out", "--dry-run")
+    assert call.code == 0
+    assert "At most 11 designs" in call.out
+    assert "antenna_length_m, antenna_radius_m" in call.out
+    assert not (tmp_path / "out").exists()
+
+
 def test_a_study_without_the_table_is_refused(octant, study_file, tmp_path):
     text = STUDY.partition("[optimise]")[0]
     told = octant("optimise", study_file(text), "--out", tmp_path / "out").refused()

@@ -261,6 +261,18 @@ def test_short_list_leaves_near_twins_out_and_says_why():
     assert all(entry.trial.number in numbers for entry in listed)
 
 
+def test_front_takes_less_error_for_better():
+    goals = '[[optimise.goal]]\nscore = "bearing_error_deg"\nvalue = 0.3\n'
+    text = BOX.replace("evaluations = 120", "evaluations = 0") + goals
+
+    def model(design):  # a larger gap costs margin and raises the error
+        return made(design, margin_db=-100.0 * design.gap_m, bearing_deg=100.0 * design.gap_m)
+
+    found = search(study(text), model)
+    (best,) = {t.evaluation.design.gap_m for t in front(found)}
+    assert best == min(t.evaluation.design.gap_m for t in found.trials)
+
+
 def test_survey_starts_with_the_readers_own_values():
     table = study().optimise
     (box,) = boxes(study(), table)
