@@ -17,6 +17,7 @@ from octant.reader_design.config.materials import (
     material_label,
     material_specs,
 )
+from octant.reader_design.config.optimise import check_optimise
 from octant.reader_design.config.room import (
     MeshObject,
     Room,
@@ -83,6 +84,8 @@ def check_study(study: Study, *, shapes: bool = True) -> None:
         _check_dwell(study.sensor, study.mission, study.reader.antennas)
     if study.dock is not None:
         _check_dock(study.dock, study.tags)
+    if study.optimise is not None:
+        check_optimise(study.optimise)
     if study.tolerance is not None:
         _check_tolerance(study)
     for path, spec in material_specs(study):

@@ -11,6 +11,7 @@ from msgspec import Meta
 
 from octant.reader_design.config.choice import Choice, Scoring
 from octant.reader_design.config.dock import Dock
+from octant.reader_design.config.optimise import Optimise
 from octant.reader_design.config.room import (
     Name,
     NotNegative,
@@ -320,6 +321,8 @@ class Study(Table, frozen=True, kw_only=True):
         Trajectory tracking from RSS; None: the study has none.
     dock : Dock or None
         Docking at a tagged station; None: the study has none.
+    optimise : Optimise or None
+        The search for a reader design; None: the study has none.
     tolerance : Tolerance or None
         How exactly readers are made; None: the defaults.
     layouts : tuple of Layout
@@ -341,5 +344,6 @@ class Study(Table, frozen=True, kw_only=True):
     sensor: Sensor = Sensor()
     track: Track | None = None
     dock: Dock | None = None
+    optimise: Optimise | None = None
     tolerance: Tolerance | None = None
     layouts: tuple[Layout, ...] = msgspec.field(default=(), name="layout")
