@@ -3,9 +3,11 @@
 import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import get_args
 
 import msgspec
 
+from octant.em.antennas import AntennaKind
 from octant.geometries.errors import ConfigError, GeometryError
 from octant.reader_design.config.choice import Choice, Scoring
 from octant.reader_design.config.dock import Dock
@@ -28,7 +30,7 @@ from octant.reader_design.config.schema import Layout, Mission, Reader, Study, T
 from octant.reader_design.config.sensor import Sensor
 from octant.reader_design.sweep.scores import SCORE_NAMES, higher_is_better, score_unit
 
-TAG_ANTENNAS = ("dipole", "monopole", "patch", "isotropic_theta")
+TAG_ANTENNAS = get_args(AntennaKind)
 """Antennas of tags and of the ends of paths that need no file."""
 
 

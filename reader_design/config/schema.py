@@ -63,12 +63,13 @@ class Tag(Table, frozen=True, kw_only=True):
     position_m : (3,) tuple of float
         Place in the room's frame [m].
     antenna : str
-        ``dipole`` (half a wave), ``monopole`` (quarter wave), ``patch`` (half a wave square) or
+        ``dipole`` (half a wave), ``monopole`` (quarter wave), ``patch`` (half a wave square),
+        ``conical_patch`` (a disc whose beam is a cone of vertical polarisation) or
         ``isotropic_theta``; or a pattern file over the full sphere (FEKO .ffe, HFSS .ffd, CST .ffs,
         NEC output, MSI/Planet, CSV).
     axis : (3,) tuple of float or None
         Direction of the antenna's axis [-], of any length but zero: along the wire, where the patch
-        faces, the file's z axis. None: up, the patch down.
+        faces, the file's z axis. None: up, patches down.
     azimuth_deg : float
         Turn of a patch or a file about the axis [deg]; at 0 the patch's resonant side and the
         file's x axis point along +x, as far as that is across the axis.
