@@ -7,6 +7,7 @@ from pathlib import Path
 import msgspec
 
 from octant.geometries.errors import ConfigError, GeometryError
+from octant.reader_design.config.choice import Choice, Scoring
 from octant.reader_design.config.dock import Dock
 from octant.reader_design.config.errors import unknown_name
 from octant.reader_design.config.materials import (
@@ -23,6 +24,8 @@ from octant.reader_design.config.room import (
     RoomMesh,
 )
 from octant.reader_design.config.schema import Layout, Mission, Reader, Study, Tag
+from octant.reader_design.config.sensor import Sensor
+from octant.reader_design.sweep.scores import SCORE_NAMES, higher_is_better, score_unit
 
 TAG_ANTENNAS = ("dipole", "monopole", "patch", "isotropic_theta")
 """Antennas of tags and of the ends of paths that need no file."""
@@ -69,17 +72,51 @@ def check_study(study: Study, *, shapes: bool = True) -> None:
             _check_room(f"layout[{i}].room", layout.room, shapes=shapes)
     _check_unique("layout", "name", [layout.name for layout in study.layouts])
     _check_tags(study.tags)
+    _check_scoring(study.scoring)
+    _check_choice(study.choice)
     _check_reader(study.reader)
     _check_pattern_files(study.reader)
     _check_surroundings(study.reader)
+    _check_sensor(study.sensor)
     if study.mission is not None:
         _check_mission(study.mission, study.tags)
+        _check_dwell(study.sensor, study.mission, study.reader.antennas)
     if study.dock is not None:
         _check_dock(study.dock, study.tags)
+    if study.tolerance is not None:
+        _check_tolerance(study)
     for path, spec in material_specs(study):
         check_material(path, spec, study.radio.frequencies_hz)
     for path, unit in _units(study):
         _check_unit(path, unit)
+
+
+def _check_scoring(scoring: Scoring) -> None:
+    if scoring.floor_dbm >= scoring.full_scale_dbm:
+        msg = (
+            f"scoring.floor_dbm is {scoring.floor_dbm:g} dBm, but the codes must rise to "
+            f"scoring.full_scale_dbm = {scoring.full_scale_dbm:g} dBm; choose less."
+        )
+        raise ConfigError(msg)
+
+
+def _check_choice(choice: Choice) -> None:
+    for i, criterion in enumerate(choice.criteria):
+        given = [(key, getattr(criterion, key)) for key in ("free", "room")]
+        named = [(key, name) for key, name in given if name]
+        if not named:
+            msg = f"choice.criterion[{i}] names no score; give free, room, or both."
+            raise ConfigError(msg)
+        for key, name in named:
+            if name not in SCORE_NAMES:
+                path = f"choice.criterion[{i}].{key}"
+                raise ConfigError(unknown_name(path, name, SCORE_NAMES, what="score"))
+        if len({(score_unit(n), higher_is_better(n)) for _, n in named}) > 1:
+            msg = (
+                f"choice.criterion[{i}] compares {criterion.free!r} in free space with "
+                f"{criterion.room!r} in the room, which cannot be averaged; name like scores."
+            )
+            raise ConfigError(msg)
 
 
 def rooms_of(study: Study, layout: Layout | None = None) -> Room:
@@ -292,6 +329,53 @@ def _check_mission(mission: Mission, tags: Sequence[Tag]) -> None:
         msg = (
             f"mission.max_time_s is {mission.max_time_s:g} s, but a mission lasts at least one "
             f"sample of {mission.sample_time_s:g} s."
+        )
+        raise ConfigError(msg)
+
+
+def _check_sensor(sensor: Sensor) -> None:
+    if sensor.required_snr_db is not None and sensor.bandwidth_hz is None:
+        msg = (
+            f"sensor.required_snr_db is {sensor.required_snr_db:g} dB, but without "
+            "sensor.bandwidth_hz the receiver has no noise; give the bandwidth, or "
+            "sensor.sensitivity_dbm instead."
+        )
+        raise ConfigError(msg)
+    if sensor.floor_dbm >= sensor.full_scale_dbm:
+        msg = (
+            f"sensor.floor_dbm is {sensor.floor_dbm:g} dBm and sensor.full_scale_dbm "
+            f"{sensor.full_scale_dbm:g} dBm, but the floor must lie below; exchange them."
+        )
+        raise ConfigError(msg)
+
+
+def _check_dwell(sensor: Sensor, mission: Mission, antennas: int) -> None:
+    round_s = antennas * sensor.dwell_s
+    if round_s > mission.sample_time_s * (1.0 + 1e-12):
+        msg = (
+            f"sensor.dwell_s is {sensor.dwell_s:g} s, so that one round of {antennas} antennas "
+            f"takes {round_s:g} s, but mission.sample_time_s is {mission.sample_time_s:g} s; "
+            "shorten the dwell time."
+        )
+        raise ConfigError(msg)
+
+
+def _check_tolerance(study: Study) -> None:
+    tolerance = study.tolerance
+    if tolerance is None:
+        return
+    _check_unique("tolerance.rival", "name", [rival.name for rival in tolerance.rivals])
+    if tolerance.room and study.room.free_space:
+        msg = (
+            "tolerance.room is true, but the study's room is free space; set it false, or give a "
+            "room."
+        )
+        raise ConfigError(msg)
+    percent = max(tolerance.permittivity_percent, tolerance.conductivity_percent)
+    if percent > 0.0 and not tolerance.room:
+        msg = (
+            f"tolerance gives materials errors of {percent:g} %, but tolerance.room is false, so "
+            "no room is scored; set tolerance.room = true, or leave the errors out."
         )
         raise ConfigError(msg)
 

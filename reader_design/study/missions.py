@@ -9,17 +9,18 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.em.reader_response import ReaderResponse
-from octant.em.received_power import ReaderLink, channel_average, reader_link
+from octant.em.received_power import ReaderLink, reader_link
 from octant.geometries.errors import ConfigError, PhysicsWarning
 from octant.geometries.scene import Scene
 from octant.navigation.arrival import arrival_tests
 from octant.navigation.controllers import Controller, FuzzyController, VectorSumController
 from octant.navigation.missions import Mission, MissionResult, run_missions
 from octant.navigation.robot import DifferentialDrive
-from octant.navigation.sensing import FieldSensor, PowerLink
+from octant.navigation.sensing import PowerLink
 from octant.reader_design.config.schema import Mission as MissionTable
 from octant.reader_design.config.schema import Study
 from octant.reader_design.rooms.study_scene import PlacedTag, StudyScene
+from octant.reader_design.study.sensors import study_sensor
 from octant.reader_design.sweep.design import design_of, design_responses
 from octant.reader_design.sweep.samples import standing_room
 
@@ -120,22 +121,18 @@ def tag_link(
     ReaderLink
         Coherent RSS and local mean [W] of every antenna.
     """
-    links = [
-        reader_link(
-            radio,
-            tag_position_m=tag.position_m,
-            tag_antenna=antenna,
-            tag_power_w=study.radio.tag_power_w,
-            response=response,
-            reader_height_m=study.reader.height_m if height_m is None else height_m,
-            max_reflections=study.solver.max_reflections,
-            max_diffractions=study.solver.max_diffractions,
-            search=study.solver.search,
-            rays=study.solver.rays,
-        )
-        for radio, antenna, response in zip(built.radios, tag.antennas, responses, strict=True)
-    ]
-    return channel_average(links)
+    return reader_link(
+        built.radios,
+        tag_position_m=tag.position_m,
+        tag_antenna=tag.antennas,
+        tag_power_w=study.radio.tag_power_w,
+        response=responses,
+        reader_height_m=study.reader.height_m if height_m is None else height_m,
+        max_reflections=study.solver.max_reflections,
+        max_diffractions=study.solver.max_diffractions,
+        search=study.solver.search,
+        rays=study.solver.rays,
+    )
 
 
 def mission_table(study: Study) -> MissionTable:
@@ -269,9 +266,10 @@ def drive_missions(
     robot = DifferentialDrive()
     return run_missions(
         study_mission(study, built, links),
-        FieldSensor(
-            links=links,
-            azimuths_rad=responses[0].azimuths_rad,
+        study_sensor(
+            study.sensor,
+            links,
+            responses[0].azimuths_rad,
             noise_db=table.noise_db if noise_db is None else noise_db,
         ),
         study_controller(table),

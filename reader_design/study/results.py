@@ -72,7 +72,8 @@ def study_dataset(content: StudyContent, room_map: RoomMap) -> "xr.Dataset":
         **_sweep_variables(content),
         **{
             renamed.get(str(name), f"map_{name}"): maps[name].variable
-            for name in ("rss_w", "local_mean_rss_w", "path_count", "standing")
+            for name in maps.data_vars
+            if name != "sample_rss_w"
         },
     }
     if "sample_rss_w" in maps:

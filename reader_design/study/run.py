@@ -20,14 +20,16 @@ from octant.reader_design.config.loading import to_toml
 from octant.reader_design.config.schema import Layout, Study
 from octant.reader_design.progress import Progress
 from octant.reader_design.report.approximations import approximation_errors
-from octant.reader_design.report.study import StudyContent, mission_sentence, study_report
+from octant.reader_design.report.missions import mission_sentence
+from octant.reader_design.report.study import StudyContent, study_report
 from octant.reader_design.report.thesis import claim_sentence
 from octant.reader_design.rooms.study_scene import StudyScene, build_study_scene
 from octant.reader_design.store import versions, whole_file, write_dataset, write_text
 from octant.reader_design.study.map_stage import RoomMap, map_stage
-from octant.reader_design.study.mission_stage import RoomMission, collected_warnings, mission_stage
+from octant.reader_design.study.mission_stage import RoomMission, collected_warnings
+from octant.reader_design.study.shortlist import candidates_of, drive_shortlist
 from octant.reader_design.sweep.cells import Cell, SweepContext
-from octant.reader_design.sweep.choice import Candidate, choose
+from octant.reader_design.sweep.choice import choose
 from octant.reader_design.sweep.cost import cell_cost
 from octant.reader_design.sweep.design import content_hash, design_responses
 from octant.reader_design.sweep.executors import cores, open_crew
@@ -161,48 +163,42 @@ def run_study(
             plan, out_dir, executor=executor, workers=workers, cluster=cluster, progress=progress
         )
         scored = [c for c in cells if c.free is not None]
-        candidates = tuple(
-            Candidate(label=c.label, key=c.key, free=c.free, room=c.room)
-            for c in scored
-            if c.free is not None
-        )
         _refuse_nothing_scored(cells)
-        choice = choose(candidates, model=study.reader.response)
+        candidates = candidates_of(study, cells)
+        choice = choose(candidates, model=study.reader.response, rules=study.choice)
         chosen = scored[choice.chosen]
         progress.say(choice.reason[0])
-        context = next(p.context for p in plan.cells if p.key == chosen.key)
-        if context.study.room != study.room or context.built is not rooms[0][2]:
-            rooms = list(_rooms(context.study, context.built))
-        study = context.study
-        responses = design_responses(study, chosen.design)
+        contexts = {p.key: p.context for p in plan.cells}
+
+        def setting(cell: Cell) -> tuple[Study, list[tuple[str, str, StudyScene]]]:
+            own = contexts[cell.key]
+            same = own.built is rooms[0][2] and own.study.room == study.room
+            return own.study, rooms if same else list(_rooms(own.study, own.built))
+
+        context = contexts[chosen.key]
+        responses = design_responses(context.study, chosen.design)
         approximations = approximation_errors(context, chosen.design)
         stages = out_dir / "stages"
         room_map = map_stage(
             context, responses, cell_key=chosen.key, folder=stages, progress=progress
         )
-        missions = []
-        for name, slug, built in rooms if study.mission is not None else ():
-            runs = study.mission.runs if study.mission is not None else 0
-            missions.append(
-                mission_stage(
-                    study,
-                    built,
-                    responses,
-                    name=name,
-                    slug=slug,
-                    design_key=chosen.design.key(),
-                    runs=min(runs, QUICK_RUNS) if quick else runs,
-                    folder=stages,
-                    progress=progress,
-                )
-            )
-            progress.say(mission_sentence(missions[-1]))
+        driven = drive_shortlist(
+            setting,
+            scored,
+            choice,
+            most_runs=QUICK_RUNS if quick else None,
+            folder=stages,
+            progress=progress,
+        )
+        rooms = setting(chosen)[1]
+        for mission in driven[0].missions:
+            progress.say(mission_sentence(mission))
     content = StudyContent(
         context=context,
         cells=cells,
         candidates=candidates,
         choice=choice,
-        missions=tuple(missions),
+        driven=driven,
         notes=tuple(dict.fromkeys((*(n for _, _, b in rooms for n in b.notes), *warned))),
         study_toml=text,
         quick=quick,
@@ -313,7 +309,7 @@ def _publish(
     key = content_hash(
         {
             "cells": [[c.key, c.reason] for c in content.cells],
-            "missions": [[m.folder.name, m.reason] for m in content.missions],
+            "missions": [[m.folder.name, m.reason] for d in content.driven for m in d.missions],
             "map": content.context.study.map.spacing_m,
             "versions": versions(),
             "study": content.study_toml,
@@ -387,17 +383,20 @@ def _figures(
         mission_figures,
         reader_figures,
         room_figures,
-        sweep_figures,
     )
+    from octant.reader_design.figures.study_sweep import sweep_figures
     from octant.reader_design.rooms.plan import plan_of
 
+    study = content.context.study
     cell = next(c for c in content.cells if c.key == content.chosen.key)
     elements = cell.design.body().element_azimuths_rad
     plans = [plan_of(built.scene, built.reader_z_m) for _, _, built in rooms]
     pairs = list(zip(content.missions, plans, strict=False))
     drawn = itertools.chain(
-        sweep_figures(content.cells, content.candidates, content.choice),
-        reader_figures(cell, elements, room_map),
+        sweep_figures(
+            content.cells, content.candidates, content.choice, frequency_hz=study.radio.frequency_hz
+        ),
+        reader_figures(study, cell, elements, room_map),
         room_figures(content.context, room_map, elements),
         mission_figures(content.context, pairs, label=cell.label),
     )

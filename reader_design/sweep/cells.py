@@ -14,20 +14,21 @@ import numpy.typing as npt
 
 from octant.em.radio_scene import radio_scene
 from octant.em.reader_response import ReaderResponse
-from octant.em.received_power import ReaderLink, channel_average, reader_link
+from octant.em.received_power import ReaderLink, reader_link
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import ConfigError, OctantError, PhysicsWarning, SweepStateError
 from octant.geometries.scene import free_space_scene
 from octant.reader_design.config.schema import Study
 from octant.reader_design.rooms.study_scene import PlacedTag, StudyScene
 from octant.reader_design.study.missions import tag_link
+from octant.reader_design.sweep.capture import captured_share
 from octant.reader_design.sweep.design import ReaderDesign, design_responses
+from octant.reader_design.sweep.receiver import scoring_readings_w
 from octant.reader_design.sweep.samples import (
     Sampling,
-    floor_points_m,
     free_points_m,
     grid_azimuths_rad,
-    room_rss_w,
+    room_places_m,
     sample_rss_w,
 )
 from octant.reader_design.sweep.scores import USABLE_DBM, Scores, score_rss
@@ -232,11 +233,24 @@ def _scored(context: SweepContext, design: ReaderDesign, key: str) -> Cell:
     if context.has_room:
         room_azimuths = grid_azimuths_rad(elements.size, sampling.room_azimuths)
         rss = room_samples_w(context, responses, room_azimuths)
-        room = score_rss(rss, room_azimuths, elements, usable_dbm=context.usable_dbm)
+        room = score_rss(
+            rss,
+            room_azimuths,
+            elements,
+            usable_dbm=context.usable_dbm,
+            readings_w=scoring_readings_w(study, rss),
+            captured_share=captured_share(study, built, sampling, responses),
+        )
     return Cell(
         key=key,
         design=design,
-        free=score_rss(free, azimuths, elements, usable_dbm=context.usable_dbm),
+        free=score_rss(
+            free,
+            azimuths,
+            elements,
+            usable_dbm=context.usable_dbm,
+            readings_w=scoring_readings_w(study, free),
+        ),
         room=room,
         distances_m=distances,
         free_rss_w=free,
@@ -268,19 +282,14 @@ def free_link(
     study, scene = context.study, free_space_scene()
     place = np.array(tag.position_m)
     place[2] -= context.built.reader_z_m - study.reader.height_m
-    return channel_average(
-        [
-            reader_link(
-                radio_scene(scene, antenna.frequency_hz),
-                tag_position_m=place,
-                tag_antenna=antenna,
-                tag_power_w=study.radio.tag_power_w,
-                response=response,
-                reader_height_m=study.reader.height_m,
-                max_reflections=0,
-            )
-            for antenna, response in zip(tag.antennas, responses, strict=True)
-        ]
+    return reader_link(
+        [radio_scene(scene, antenna.frequency_hz) for antenna in tag.antennas],
+        tag_position_m=place,
+        tag_antenna=tag.antennas,
+        tag_power_w=study.radio.tag_power_w,
+        response=responses,
+        reader_height_m=study.reader.height_m,
+        max_reflections=0,
     )
 
 
@@ -309,17 +318,8 @@ def room_samples_w(
         When no place of the floor lies within range of a tag.
     """
     study, built, sampling = context.study, context.built, context.sampling
-    places = floor_points_m(
-        built.scene,
-        spacing_m=sampling.room_spacing_m,
-        reader_z_m=built.reader_z_m,
-        clearance_m=study.reader.ground_plane_m / 2.0,
-    )
-    links = [(tag_link(study, built, tag, responses), tag.position_m[:2]) for tag in built.tags]
-    return room_rss_w(
-        links,
-        places,
-        azimuths_rad,
-        nearest_m=sampling.nearest_m,
-        farthest_m=sampling.farthest_m,
-    )
+    rows = []
+    for tag, places in room_places_m(study, built, sampling):
+        link = tag_link(study, built, tag, responses)
+        rows.append(sample_rss_w(link, places, tag.position_m[:2], azimuths_rad))
+    return np.concatenate(rows)

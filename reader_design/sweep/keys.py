@@ -14,7 +14,7 @@ from octant.reader_design.store import versions
 from octant.reader_design.sweep.cells import SweepContext, reference_tag
 from octant.reader_design.sweep.design import ReaderDesign, content_hash, response_inputs
 
-CELL_FORMAT = 3
+CELL_FORMAT = 4
 """Raised when the meaning of a cell changes, so that old files are computed again."""
 
 
@@ -90,6 +90,8 @@ def cell_key(context: SweepContext, design: ReaderDesign, *, fingerprint: str) -
             "reference_tag": tag,
             "scene": fingerprint,
             "sampling": asdict(context.sampling),
+            "scoring": msgspec.to_builtins(study.scoring),
+            "seed": study.seed,
             "usable_dbm": context.usable_dbm,
         }
     )
