@@ -22,7 +22,8 @@ from octant.reader_design.figures.room import Drive
 from octant.reader_design.progress import Progress
 from octant.reader_design.rooms.study_scene import StudyScene
 from octant.reader_design.store import dataset, read_dataset, variable, versions, write_dataset
-from octant.reader_design.study.missions import drive_missions, mission_table
+from octant.reader_design.study.drives import drive_missions
+from octant.reader_design.study.missions import mission_table
 from octant.reader_design.sweep.cells import CELL_FORMAT, scene_fingerprint
 from octant.reader_design.sweep.design import content_hash, response_inputs
 

@@ -39,7 +39,8 @@ def navigate(
     from octant.reader_design.config.loading import load_study, to_toml
     from octant.reader_design.rooms.study_scene import build_study_scene
     from octant.reader_design.store import refuse_overwrite, write_text
-    from octant.reader_design.study.missions import drive_missions, mission_table, study_responses
+    from octant.reader_design.study.drives import drive_missions
+    from octant.reader_design.study.missions import mission_table, study_responses
     from octant.reader_design.sweep.design import design_of
 
     loaded = load_study(study)
