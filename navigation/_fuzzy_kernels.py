@@ -172,4 +172,5 @@ def mamdani_centroid(
     """Return the centroid of every output (k,) for one input; otherwise as mamdani_centroids."""
     one = np.empty(1)
     one[0] = x
-    return mamdani_centroids(one, low, high, input_corners, output_corners)[0]
+    crisp: _Floats = mamdani_centroids(one, low, high, input_corners, output_corners)[0]
+    return crisp

@@ -267,7 +267,7 @@ class PatternController:
         rss_w : (n,) float64
             One reading with a signal [W].
         azimuths_rad : (n,) float64
-            Not used: the patterns know where the antennas stand.
+            Not used: the patterns know where the antennas stand [rad].
         cruise_speed_m_per_s : float
             Speed of straight driving [m/s].
         robot : DifferentialDrive

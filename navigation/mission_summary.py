@@ -141,7 +141,7 @@ class MissionSummary:
     arrivals : tuple of Estimate
         Median distance from each tag's point on arrival [m], in the order of the visit.
     outcomes : tuple of (str, int)
-        How the runs ended, and how often, the most frequent first.
+        How the runs ended, and how often, the most frequent first [runs].
     """
 
     runs: int
