@@ -20,7 +20,10 @@ from octant.navigation.sensing import PowerLink
 FloatArray = npt.NDArray[np.float64]
 
 _FLOOR_SHARE = 1e-15
-_DIFFUSE_SHARE = 0.02
+
+NULL_SHARE = 0.01
+"""Share of the mean over the antennas that is added to each before decibels are compared [-]: how
+deep a null is below that, no table knows."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -148,8 +151,8 @@ class PatternMatcher:
     A reading z fits distance ρ and bearing φ with the sum of squares S = Σ (r_i - mean r)² of
     r_i = 10 log(z_i/P_i(ρ, φ)): the common level is left free, so neither tag power nor path loss
     matters. The posterior exp(-S/(2 error²)) over the table, equal for all ρ and φ before, has a
-    circular mean, the bearing, and a mean length R, the variance -2 ln R. A fiftieth of each
-    pattern's mean over the antennas is added to it: in rooms the deep nulls are filled.
+    circular mean, the bearing, and a mean length R, the variance -2 ln R. To reading and patterns
+    `NULL_SHARE` of their mean is added first.
     """
 
     table: PatternTable
@@ -160,7 +163,7 @@ class PatternMatcher:
     def __post_init__(self) -> None:
         check_positive(self.error_db, name="error_db", unit="dB")
         power = self.table.power_w.mean(axis=2)
-        power = power + _DIFFUSE_SHARE * power.mean(axis=2, keepdims=True)
+        power = power + NULL_SHARE * power.mean(axis=2, keepdims=True)
         level = 10.0 * np.log10(power)
         level -= level.mean(axis=2, keepdims=True)
         object.__setattr__(self, "_level_db", frozen_array(level, name="level", shape=level.shape))
@@ -187,7 +190,8 @@ class PatternMatcher:
         heard = rss_w > 0.0
         if np.count_nonzero(heard) < 2:
             return 0.0, ANY_DIRECTION_RAD2
-        residual = 10.0 * np.log10(rss_w[heard]) - self._level_db[..., heard]
+        filled = rss_w[heard] + NULL_SHARE * rss_w[heard].mean()
+        residual = 10.0 * np.log10(filled) - self._level_db[..., heard]
         squares = residual.var(axis=-1) * np.count_nonzero(heard)
         weight = np.exp(-0.5 * (squares - squares.min()) / self.error_db**2)
         mean = complex(weight.sum(axis=0) @ self._unit) / float(weight.sum())

@@ -22,6 +22,7 @@ def place_log_likelihood(
     noise_db: float,
     fading_db: float,
     level_db: float,
+    null_share: float,
     result: _Floats,
 ) -> None:
     """Write the log-likelihood of each supposed place and diffuse level into result (m,).
@@ -29,10 +30,12 @@ def place_log_likelihood(
     ahead, left (m,): the place in the robot's frame [m]; diffuse_db (m,): power that comes from
     everywhere, in the unit of power and rss_db; heading (m,): of the robot [rad]; power
     (r, b, s, n): the table, in that unit; rss_db (n,): the reading, -inf where
-    nothing was received, which tells nothing here.
+    nothing was received, which tells nothing here. To each antenna null_share of the mean direct
+    power is added: nulls deeper than that are not known.
     """
     rows, bearings, sides, antennas = power.shape
     turn = 2.0 * math.pi
+    direct = np.empty(antennas)
     for p in range(ahead.size):
         rho = math.sqrt(ahead[p] ** 2 + left[p] ** 2)
         phi = math.atan2(left[p], ahead[p])
@@ -46,18 +49,22 @@ def place_log_likelihood(
         j %= bearings
         k %= sides
         j_next, k_next = (j + 1) % bearings, (k + 1) % sides
-        diffuse = 10.0 ** (0.1 * diffuse_db[p])
-        weight, first, second, spread = 0.0, 0.0, 0.0, 0.0
+        mean = 0.0
         for a in range(antennas):
-            if rss_db[a] == -np.inf:
-                continue
             near = (1.0 - v) * ((1.0 - w) * power[i, j, k, a] + w * power[i, j, k_next, a]) + v * (
                 (1.0 - w) * power[i, j_next, k, a] + w * power[i, j_next, k_next, a]
             )
             far = (1.0 - v) * (
                 (1.0 - w) * power[i + 1, j, k, a] + w * power[i + 1, j, k_next, a]
             ) + v * ((1.0 - w) * power[i + 1, j_next, k, a] + w * power[i + 1, j_next, k_next, a])
-            total = (1.0 - u) * near + u * far + diffuse
+            direct[a] = (1.0 - u) * near + u * far
+            mean += direct[a] / antennas
+        diffuse = 10.0 ** (0.1 * diffuse_db[p]) + null_share * mean
+        weight, first, second, spread = 0.0, 0.0, 0.0, 0.0
+        for a in range(antennas):
+            if rss_db[a] == -np.inf:
+                continue
+            total = direct[a] + diffuse
             share = diffuse / total
             variance = noise_db**2 + fading_db**2 * share * (2.0 - share)
             error = rss_db[a] - 10.0 * math.log10(total)

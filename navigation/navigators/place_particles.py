@@ -15,7 +15,7 @@ from octant.geometries.errors import NavigationError
 from octant.navigation.checks import check_positive
 from octant.navigation.navigators._place_kernels import place_log_likelihood
 from octant.navigation.navigators.interface import Odometry
-from octant.navigation.pattern_match import PatternTable
+from octant.navigation.pattern_match import NULL_SHARE, PatternTable
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -141,8 +141,9 @@ class PlaceFilter:
     the room sends from everywhere, which each particle supposes for itself. The error in decibels
     has the variance noise² + fading² f(2 - f) with the diffuse share f = D/(P_i + D). So under a
     tag, where the dipoles' null leaves only reflections, a reading says little about bearings and
-    the filter knows it. The likelihood is a mixture: with the outlier's probability a reading
-    leaves the weights as they are.
+    the filter knows it. Nulls of the patterns deeper than `NULL_SHARE` of the mean count as that
+    deep. The likelihood is a mixture: with the outlier's probability a reading leaves the weights
+    as they are.
     """
 
     table: PatternTable
@@ -262,7 +263,7 @@ class PlaceFilter:
         if not heard.any():
             return belief
         rss_db = np.full(len(rss_w), -np.inf)
-        rss_db[heard] = 10.0 * np.log10(rss_w[heard])
+        rss_db[heard] = 10.0 * np.log10(rss_w[heard] + NULL_SHARE * rss_w[heard].mean())
         logs = np.empty(len(belief.weights))
         place_log_likelihood(
             belief.places[0],
@@ -275,6 +276,7 @@ class PlaceFilter:
             self.noise_db,
             self.fading_db,
             self.level_db,
+            NULL_SHARE,
             logs,
         )
         likelihood = np.exp(logs - logs.max())
