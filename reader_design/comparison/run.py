@@ -13,6 +13,7 @@ from octant.reader_design.rooms.study_scene import StudyScene, build_study_scene
 from octant.reader_design.store import refuse_overwrite, write_text
 from octant.reader_design.study.mission_stage import mission_stage
 from octant.reader_design.study.missions import study_responses
+from octant.reader_design.study.placements import first_placement
 from octant.reader_design.sweep.design import design_of
 from octant.reader_design.tables import put_table
 
@@ -118,6 +119,8 @@ def _cell_figures(
         from octant.reader_design.figures.drive import drive_figure
         from octant.reader_design.rooms.plan import plan_of
 
+        if mission.placement_m > 0.0:
+            built = first_placement(outcome.cell.study, None, runs=mission.runs)
         figure = drive_figure(
             drive,
             plan_of(built.scene, built.reader_z_m),

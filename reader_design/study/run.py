@@ -162,7 +162,8 @@ def run_study(
             context, responses, cell_key=chosen.key, folder=stages, progress=progress
         )
         missions = []
-        for name, slug, built in rooms if study.mission is not None else ():
+        places = zip((None, *study.layouts), rooms, strict=True)
+        for layout, (name, slug, built) in places if study.mission is not None else ():
             runs = study.mission.runs if study.mission is not None else 0
             missions.append(
                 mission_stage(
@@ -175,6 +176,7 @@ def run_study(
                     runs=min(runs, QUICK_RUNS) if quick else runs,
                     folder=stages,
                     progress=progress,
+                    layout=layout,
                 )
             )
             progress.say(mission_sentence(missions[-1]))

@@ -17,6 +17,9 @@ if TYPE_CHECKING:
     from octant.reader_design.rooms.study_scene import StudyScene
 
 
+_FILES = ("missions.csv", "missions_summary.csv", "trajectory.csv", "study.toml")
+
+
 @click.command()
 @click.argument("study", type=click.Path(path_type=Path))
 @click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder for results.")
@@ -50,8 +53,9 @@ def navigate(
 ) -> None:
     """Drive the robot through the tags of STUDY with the reader of its table [reader].
 
-    Writes missions.csv (one row a run), trajectory.csv (run 0: poses and the RSS of every antenna),
-    study.toml, and figures of the way, of the errors by percentile and of the RSS over time.
+    Writes missions.csv (one row a run), missions_summary.csv, trajectory.csv (run 0: poses and
+    the RSS of every antenna), study.toml, and figures of the way, of the errors by percentile and
+    of the RSS over time.
 
     With --compare, STUDY names layouts (study files) and what is to be compared in them; this
     writes compare.csv and report.html, keeps every cell, and goes on where it was interrupted.
@@ -71,13 +75,20 @@ def navigate(
         return
     from octant.navigation.metrics import measure
     from octant.navigation.mission_files import write_missions_csv, write_trajectory_csv
+    from octant.navigation.mission_summary import (
+        summarise,
+        summary_sentences,
+        write_summary_csv,
+    )
     from octant.reader_design.comparison.scenery import run_scenery
     from octant.reader_design.config.loading import load_study, to_toml
     from octant.reader_design.figures.animation import drive_frames, write_gif
     from octant.reader_design.figures.room import drive_of
     from octant.reader_design.rooms.study_scene import build_study_scene
     from octant.reader_design.store import refuse_overwrite, write_text
-    from octant.reader_design.study.missions import drive_missions, mission_table, study_responses
+    from octant.reader_design.study.drives import drive_missions
+    from octant.reader_design.study.missions import mission_table, study_responses
+    from octant.reader_design.study.placements import drive_placements
     from octant.reader_design.sweep.design import design_of
 
     loaded = load_study(study)
@@ -85,7 +96,7 @@ def navigate(
         msg = f"--animate is {animate}, but an animation is a GIF; name a file that ends in .gif."
         raise ConfigError(msg)
     table = mission_table(loaded)
-    files = {name: out / name for name in ("missions.csv", "trajectory.csv", "study.toml")}
+    files = {name: out / name for name in _FILES}
     refuse_overwrite(*files.values(), *([animate] if animate else []), force=force)
     built = build_study_scene(loaded)
     progress = Progress(quiet=quiet)
@@ -95,14 +106,22 @@ def navigate(
     responses = study_responses(loaded)
     number = table.runs if runs is None else runs
     with progress.count(number, label="missions") as done:
-        results = drive_missions(
-            loaded, built, responses, runs=number, noise_db=noise_db, progress=done
-        )
+        if table.placement_m > 0.0:
+            results, built = drive_placements(
+                loaded, None, responses, runs=number, noise_db=noise_db, progress=done
+            )
+        else:
+            results = drive_missions(
+                loaded, built, responses, runs=number, noise_db=noise_db, progress=done
+            )
     write_text(files["study.toml"], to_toml(loaded, relative_to=out))
     write_missions_csv(files["missions.csv"], results)
     write_trajectory_csv(files["trajectory.csv"], results[0])
     _write_figures(out / "figures", built, results[0], title=f"{loaded.name}: {design.label()}")
-    for line in mission_summary([measure(result) for result in results], results):
+    metrics = [measure(result) for result in results]
+    summary = summarise(metrics)
+    write_summary_csv(files["missions_summary.csv"], summary)
+    for line in (*mission_summary(metrics, results), *summary_sentences(summary)):
         click.echo(line)
     click.echo(f"written: {', '.join(str(p) for p in files.values())} and {out / 'figures'}")
     if animate is not None:
