@@ -96,13 +96,12 @@ def bearing_maps(cells: list[ComparisonCell], folder: Path) -> None:
     room = place_of(cells[0].study)
     for cell in cells:
         place = place_of(cell.study)
-        every = []
-        for tag_id in mission_table(cell.study).tags:
-            every.append(place.bearing_errors(tag_id)[2])
+        tag_ids = mission_table(cell.study).tags
+        every = [place.bearing_errors(tag_id)[2] for tag_id in tag_ids]
         words = error_words(np.array(every))
         print(f"{cell.layout} | {cell.link} | {cell.reader} | {words}", flush=True)
         if cell.reader == "r_a 10 cm, h_p 8 cm":
-            first = mission_table(cell.study).tags[0]
+            first = tag_ids[0]
             middle = np.degrees(np.nanmedian(np.abs(every[0]), axis=0))
             tags = {first: place.built.tag(first).point_m}
             title = f"{cell.link}\nall tags: {words}"
