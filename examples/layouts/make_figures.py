@@ -71,11 +71,10 @@ class Place:
         tag = self.built.tag(tag_id)
         link = tag_link(self.study, self.built, tag, self.responses)
         true = np.arctan2(*(np.asarray(tag.point_m) - places).T[::-1])
+        rss = link.rss_by_heading_w(places, HEADINGS_RAD)
+        bearing = vector_sum_bearing(rss, self.responses[0].azimuths_rad)
         errors = np.full((len(HEADINGS_RAD), *fits.shape), np.nan)
-        for k, heading in enumerate(HEADINGS_RAD):
-            rss = link.rss_w(np.column_stack([places, np.full(len(places), heading)]))
-            bearing = vector_sum_bearing(rss, self.responses[0].azimuths_rad)
-            errors[k][fits] = wrap_angle(room_azimuth(heading, bearing) - true)
+        errors[:, fits] = wrap_angle(room_azimuth(HEADINGS_RAD, bearing) - true[:, None]).T
         return x_m, y_m, errors
 
 
