@@ -15,11 +15,12 @@ from octant.navigation.missions import run_missions
 from octant.navigation.navigators.thesis import ThesisNavigator
 from octant.navigation.navigators.tracker import TrackerNavigator
 from octant.reader_design.config.loading import parse_study, to_toml
+from octant.reader_design.config.rules import mission_rules
 from octant.reader_design.figures.membership import membership_figure
 from octant.reader_design.rooms.study_scene import build_study_scene
 from octant.reader_design.study.drives import drive_missions, mission_space, mission_starts
 from octant.reader_design.study.missions import mission_tables, open_link, tag_link
-from octant.reader_design.study.navigators import study_controller, study_rules
+from octant.reader_design.study.navigators import study_controller
 from octant.reader_design.study.placements import drive_placements, placed
 
 ROOM = """
@@ -67,9 +68,9 @@ def responses(study):
 
 def test_the_default_membership_functions_are_the_thesis_ones_and_a_study_can_give_others():
     table = study_of().mission
-    assert study_rules(table).infer(0.3) == pytest.approx(thesis_rule_base().infer(0.3))
+    assert mission_rules(table).infer(0.3) == pytest.approx(thesis_rule_base().infer(0.3))
     given = study_of(MEMBERSHIP).mission
-    rules = study_rules(given)
+    rules = mission_rules(given)
     assert [term.name for term in rules.input_variable.terms] == ["L", "Z", "R"]
     assert rules.infer(0.0) == pytest.approx([0.5, 0.5])
     assert rules.infer(-1.0)[0] > 0.8
@@ -85,7 +86,7 @@ def test_membership_functions_survive_the_resolved_study():
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (("[-1, 0, 1]", "[1, 0, -1]"), "mission.membership.input.Z is [1.0, 0.0, -1.0]"),
+        (("[-1, 0, 1]", "[1, 0, -1]"), "term 'Z' has the corners [1.0, 0.0, 0.0, -1.0]"),
         (("[0, 0.5, 1]", "[0, 1]"), "mission.membership.speed"),
     ],
 )
@@ -106,8 +107,8 @@ def test_membership_functions_that_are_not_ordered_are_refused_when_read(change,
 )
 def test_rule_bases_that_cannot_be_are_refused_when_built(change, words):
     with pytest.raises(ConfigError, match=words) as caught:
-        study_rules(study_of(MEMBERSHIP.replace(*change)).mission)
-    assert str(caught.value).startswith("mission.membership: ")
+        study_of(MEMBERSHIP.replace(*change))
+    assert "mission.membership: " in str(caught.value)
 
 
 def test_the_membership_figure_shows_every_term_and_both_wheels():
@@ -157,9 +158,9 @@ def test_starts_are_checked_listed_or_drawn():
     drawn = mission_starts(study_of("random_starts = true\n"), space, np.zeros((1, 2)))
     poses = np.array([drawn.start(seed) for seed in np.random.SeedSequence(0).spawn(50)])
     assert space(poses[:, :2]).all()
-    inside = study_of("starts = [[3.7, 3.2, 0.0]]\n")
-    with pytest.raises(ConfigError, match=r"mission.starts\[0\] is \[3.7, 3.2\] m"):
-        mission_starts(inside, space, np.zeros((1, 2)))
+    beside = study_of("starts = [[3.42, 3.2, 0.0]]\n")  # the reader clears it, the robot does not
+    with pytest.raises(ConfigError, match=r"mission.starts\[0\] is \[3.42, 3.2\] m"):
+        mission_starts(beside, space, np.zeros((1, 2)))
 
 
 def test_sample_times_that_are_not_positive_and_unknown_tags_are_refused():
