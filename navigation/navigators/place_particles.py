@@ -217,11 +217,15 @@ class PlaceFilter:
         Returns
         -------
         PlaceBelief
-            The same places seen from the new pose. After a contact the way is doubtful by itself.
+            The same places seen from the new pose. After a contact the way is any part of what the
+            wheels turned.
         """
         count = len(belief.weights)
-        doubt = 1.0 if odometry.contact else self.travel_sd
-        way = odometry.distance_m * (1.0 + doubt * rng.standard_normal(count))
+        if odometry.contact:
+            part = rng.random(count)  # the wheels spun on where the robot had stopped
+        else:
+            part = 1.0 + self.travel_sd * rng.standard_normal(count)
+        way = odometry.distance_m * part
         turn = odometry.turn_rad * (1.0 + self.travel_sd * rng.standard_normal(count))
         turn += self.heading_sd_rad * rng.standard_normal(count)
         ahead = belief.places[0] - way * np.cos(0.5 * turn)

@@ -23,7 +23,7 @@ _SEARCH_TURN_RAD = 0.3
 _LEAST_STEP_SHARE = 0.3
 _BACK_STEPS = 3
 _ALONG_STEPS = 5
-_ARRIVAL_SHARE = 0.75
+_ARRIVAL_SHARE = 0.4
 _HEADING_SD_RAD = 0.05
 
 
@@ -97,9 +97,9 @@ class TrackerNavigator:
     robot: DifferentialDrive
     cruise_step_m: float
     period_s: float
-    arrival_radius_m: float = 0.15
+    arrival_radius_m: float = 0.08
     arrival_share: float = 0.6
-    arrival_spread_m: float = 0.35
+    arrival_spread_m: float = 0.3
     patience: int = 150
 
     def __post_init__(self) -> None:
@@ -251,8 +251,9 @@ def tracker_navigator(
     Returns
     -------
     TrackerNavigator
-        For `missions.run_mission`. It declares arrival within three quarters of the mission's
-        least arrival radius: what the estimate may err is kept back.
+        For `missions.run_mission`. It declares arrival within two fifths of the mission's least
+        arrival radius: the rest is kept back for the error of the estimate, whose table knows
+        neither floor nor ceiling.
     """
     return TrackerNavigator(
         filters=tuple(PlaceFilter(table=table) for table in tables),

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Iterator, Sequence
-from itertools import pairwise
 from pathlib import Path
 
 import msgspec
@@ -17,13 +16,14 @@ from octant.reader_design.config.materials import (
     material_label,
     material_specs,
 )
-from octant.reader_design.config.mission import Membership, Mission
+from octant.reader_design.config.mission import Mission
 from octant.reader_design.config.room import (
     MeshObject,
     Room,
     RoomMaterial,
     RoomMesh,
 )
+from octant.reader_design.config.rules import mission_rules
 from octant.reader_design.config.schema import Layout, Reader, Study, Sweep, Tag
 
 TAG_ANTENNAS = ("dipole", "monopole", "patch", "isotropic_theta")
@@ -308,19 +308,7 @@ def _check_mission(mission: Mission, tags: Sequence[Tag]) -> None:
             f"sample of {mission.sample_time_s:g} s."
         )
         raise ConfigError(msg)
-    if mission.membership is not None:
-        _check_membership(mission.membership)
-
-
-def _check_membership(table: Membership) -> None:
-    for name, terms in (("input", table.input), ("speed", table.speed)):
-        for term, corners in terms.items():
-            if any(b < a for a, b in pairwise(corners)):
-                msg = (
-                    f"mission.membership.{name}.{term} is {list(corners)}, which is not ordered; "
-                    "give its corners from left to right."
-                )
-                raise ConfigError(msg)
+    mission_rules(mission)
 
 
 def _check_dock(dock: Dock, tags: Sequence[Tag]) -> None:

@@ -74,6 +74,8 @@ class Mission(Table, frozen=True, kw_only=True):
     max_time_s : float or None
         A run that takes longer has failed [s]; None: 60 s and four times what the straight way
         takes.
+    silent_limit : int
+        Readings in a row without any signal after which a run ends [-].
     starts : tuple of (3,) tuple of float
         Starts that the runs take in turn: x, y [m], heading [deg]; empty: ``start_m``.
     random_starts : bool
@@ -110,6 +112,7 @@ class Mission(Table, frozen=True, kw_only=True):
     noise_db: NotNegative = 1.0
     arrival_radius_m: Positive = 0.2
     max_time_s: Positive | None = None
+    silent_limit: PositiveCount = 5
     starts: tuple[Start, ...] = ()
     random_starts: bool = False
     placement_m: NotNegative = 0.0

@@ -78,6 +78,7 @@ def study_mission(
         sample_time_s=table.sample_time_s,
         cruise_step_m=table.cruise_step_m,
         max_time_s=table.max_time_s,
+        silent_limit=table.silent_limit,
         contact=table.contact,
         rolling=Rolling(
             slip_sd=table.wheel_slip,

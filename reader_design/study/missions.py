@@ -15,6 +15,9 @@ from octant.reader_design.config.schema import Study
 from octant.reader_design.rooms.study_scene import PlacedTag, StudyScene, build_study_scene
 from octant.reader_design.sweep.design import design_of, design_responses
 
+_ROUND = ("dipole", "monopole", "isotropic_theta")
+_SIDES = 16
+
 
 def study_responses(study: Study) -> tuple[ReaderResponse, ...]:
     """Return the response of the reader of a study's table ``[reader]``, one for each frequency.
@@ -178,9 +181,11 @@ def mission_tables(
         height_m = float(built.tag(tag_id).position_m[2]) - built.scene.floor_height_m
         kind = repr((tag.antenna, tag.axis, tag.azimuth_deg, height_m))
         if kind not in made:
-            upright = tag.antenna in ("dipole", "monopole", "isotropic_theta") and tag.axis is None
+            upright = tag.antenna in _ROUND and (tag.axis is None or not any(tag.axis[:2]))
             made[kind] = pattern_table(
-                open_link(study, built, tag_id, responses), (0.0, 0.0), sides=1 if upright else 16
+                open_link(study, built, tag_id, responses),
+                (0.0, 0.0),
+                sides=1 if upright else _SIDES,
             )
         tables.append(made[kind])
     return tuple(tables)

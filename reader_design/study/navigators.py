@@ -4,14 +4,13 @@ from collections.abc import Sequence
 from typing import Any
 
 from octant.em.reader_response import ReaderResponse
-from octant.geometries.errors import ConfigError, NavigationError
+from octant.geometries.errors import ConfigError
 from octant.navigation.controllers import (
     Controller,
     FuzzyController,
     PatternController,
     VectorSumController,
 )
-from octant.navigation.fuzzy import Rule, RuleBase, thesis_rule_base, variable_from_table
 from octant.navigation.missions import Mission
 from octant.navigation.navigators.interface import Navigator
 from octant.navigation.navigators.thesis import thesis_navigator
@@ -19,46 +18,12 @@ from octant.navigation.navigators.tracker import tracker_navigator
 from octant.navigation.pattern_match import PatternMatcher, PatternTable
 from octant.navigation.robot import DifferentialDrive
 from octant.reader_design.config.mission import Mission as MissionTable
+from octant.reader_design.config.rules import mission_rules
 from octant.reader_design.config.schema import Study
 from octant.reader_design.rooms.study_scene import StudyScene
 from octant.reader_design.study.missions import mission_table, mission_tables
 
 _WATT_PER_NANOWATT = 1e-9
-
-
-def study_rules(table: MissionTable) -> RuleBase:
-    """Return the fuzzy controller's rule base: the study's own, or the thesis'.
-
-    Parameters
-    ----------
-    table : Mission
-        The table ``[mission]``.
-
-    Returns
-    -------
-    RuleBase
-        Steering input on [-1, 1] to the speeds of both wheels on [0, 1] [-].
-
-    Raises
-    ------
-    ConfigError
-        When terms are not ordered, leave a gap, or lack a rule.
-    """
-    given = table.membership
-    if given is None:
-        return thesis_rule_base()
-    try:
-        return RuleBase(
-            input_variable=variable_from_table("input", (-1.0, 1.0), given.input.items()),
-            outputs=tuple(
-                variable_from_table(name, (0.0, 1.0), given.speed.items())
-                for name in ("right wheel", "left wheel")
-            ),
-            rules=tuple(Rule(when=when, then=then) for when, then in given.rules.items()),
-        )
-    except NavigationError as exc:
-        msg = f"mission.membership: {exc}"
-        raise ConfigError(msg) from exc
 
 
 def study_controller(table: MissionTable, pattern: PatternTable | None = None) -> Controller:
@@ -92,7 +57,7 @@ def study_controller(table: MissionTable, pattern: PatternTable | None = None) -
     return FuzzyController(
         steering_input=table.steering_input,
         full_scale_w=table.full_scale_nw * _WATT_PER_NANOWATT,
-        rules=study_rules(table),
+        rules=mission_rules(table),
     )
 
 

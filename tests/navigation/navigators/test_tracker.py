@@ -124,6 +124,17 @@ def test_motion_moves_the_place_in_the_robots_frame_and_turns_the_heading(table)
     assert exact.moved(belief, quarter, rng).places[3, 0] == pytest.approx(0.3 + np.pi / 2)
 
 
+def test_after_a_contact_the_way_is_any_part_of_what_the_wheels_turned(table):
+    rng, count = np.random.default_rng(0), 4000
+    exact = PlaceFilter(table=table, travel_sd=1e-12, heading_sd_rad=1e-12)
+    places = np.zeros((4, count))
+    places[0] = 1.0
+    belief = PlaceBelief(places=places, weights=np.full(count, 1.0 / count))
+    moved = exact.moved(belief, Odometry(distance_m=0.1, contact=True), rng).places[0]
+    assert (moved.min(), moved.max()) == pytest.approx((0.9, 1.0), abs=1e-3)
+    assert moved.mean() == pytest.approx(0.95, abs=0.002)
+
+
 def test_readings_from_many_poses_agree_on_the_place(table, free_space_link):
     rng, place_filter, link = np.random.default_rng(0), PlaceFilter(table=table), free_space_link()
     pose = np.array([-2.0, -1.0, 0.0])
