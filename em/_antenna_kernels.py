@@ -7,6 +7,7 @@ import numpy as np
 from numba import njit
 from numba.extending import overload
 
+from octant.em._phase_kernels import sine_cosine
 from octant.em._response_kernels import PAD, cubic_weights
 
 ISOTROPIC_THETA = 0
@@ -44,6 +45,49 @@ class PatternArrays(NamedTuple):
     side_x: float
     side_y: float
     side_z: float
+
+
+class AntennaChannels(NamedTuple):
+    """One antenna of a closed-form pattern at c frequencies."""
+
+    kind: np.ndarray  # (c,) int64
+    numbers: np.ndarray  # (c, 9): what follows the kind in AntennaArrays
+
+
+class PatternChannels(NamedTuple):
+    """One antenna given by tables of one grid at c frequencies."""
+
+    tables: np.ndarray  # (c, T + 2 PAD, P + 2 PAD, 1, 2) complex128
+    numbers: np.ndarray  # (c, 8): what follows the table in PatternArrays
+
+
+def antenna_at(antennas: Any, channel: int) -> Any:
+    """Return an antenna at one of its frequencies."""
+    if isinstance(antennas, PatternChannels):
+        return _pattern_at(antennas, channel)
+    return _closed_form_at(antennas, channel)
+
+
+@overload(antenna_at, inline="never")
+def _antenna_at_of(antennas, channel):  # noqa: ARG001  numba asks for the same signature
+    if antennas.instance_class is PatternChannels:
+        return lambda antennas, channel: _pattern_at(antennas, channel)  # noqa: PLW0108
+    return lambda antennas, channel: _closed_form_at(antennas, channel)  # noqa: PLW0108
+
+
+@njit(cache=True, error_model="numpy")
+def _closed_form_at(antennas, channel):
+    n = antennas.numbers[channel]
+    return AntennaArrays(
+        antennas.kind[channel], n[0], n[1], n[2], n[3], n[4], n[5], n[6], n[7], n[8]
+    )
+
+
+@njit(cache=True, error_model="numpy")
+def _pattern_at(antennas, channel):
+    n = antennas.numbers[channel]
+    table = antennas.tables[channel]
+    return PatternArrays(table, n[0], n[1], n[2], n[3], n[4], n[5], n[6], n[7])
 
 
 def far_field(antenna: Any, dx: float, dy: float, dz: float) -> Any:
@@ -88,15 +132,11 @@ def _closed_form_field(antenna, dx, dy, dz):
     elif antenna.kind == MONOPOLE and c < 0.0:
         return 0.0, 0.0, 0.0
     else:
-        h = antenna.half_length_rad
         # cos(h c) - cos(h), without cancellation
-        strength = (
-            antenna.amplitude
-            * 2.0
-            * np.sin(0.5 * h * (1.0 + c))
-            * np.sin(0.5 * h * (1.0 - c))
-            / sine
-        )
+        h = 0.5 * antenna.half_length_rad
+        plus, _ = sine_cosine(h * (1.0 + c))
+        minus, _ = sine_cosine(h * (1.0 - c))
+        strength = antenna.amplitude * 2.0 * plus * minus / sine
     scale = strength / sine
     return scale * (c * dx - ax), scale * (c * dy - ay), scale * (c * dz - az)
 

@@ -6,62 +6,26 @@ from numba import njit
 
 from octant.em._antenna_kernels import far_field
 from octant.em._diffraction_kernels import diffract, diffract_twice
-from octant.em._reflection_kernels import displaced_air, wall
-from octant.em._transmission_kernels import TRANSMISSION
-
-
-@njit(cache=True, error_model="numpy")
-def wall_frame(nx, ny, nz, ix, iy, iz):
-    """Return the unit vector across the plane of incidence of a wave that travels along i."""
-    sx, sy, sz = iy * nz - iz * ny, iz * nx - ix * nz, ix * ny - iy * nx
-    sine = np.sqrt(sx * sx + sy * sy + sz * sz)
-    if sine >= 1e-9:
-        return sx / sine, sy / sine, sz / sine
-    # Along the normal TE and TM are one (r_te = -r_tm), so any transverse direction will do.
-    if abs(nx) < 0.7:
-        sx, sy, sz = 0.0, -nz, ny
-    else:
-        sx, sy, sz = nz, 0.0, -nx
-    sine = np.sqrt(sx * sx + sy * sy + sz * sz)
-    return sx / sine, sy / sine, sz / sine
-
-
-@njit(cache=True, error_model="numpy", inline="always")
-def _reflect(permittivity, thickness, begin, end, front, nx, ny, nz, ix, iy, iz, ex, ey, ez):
-    """Return the field after a reflection, from the wall's normal and the direction before.
-
-    Returns the field and the direction after it. Either side of a sheet may be hit.
-    """
-    cosine = -(ix * nx + iy * ny + iz * nz)
-    from_front = front == (cosine >= 0.0)
-    if cosine < 0.0:
-        nx, ny, nz, cosine = -nx, -ny, -nz, -cosine
-    rx, ry, rz = ix + 2.0 * cosine * nx, iy + 2.0 * cosine * ny, iz + 2.0 * cosine * nz
-    te, tm, _, _ = wall(permittivity, thickness, begin, end, cosine, from_front)
-    sx, sy, sz = wall_frame(nx, ny, nz, ix, iy, iz)
-    # Parallel directions s x d, in and out.
-    px, py, pz = sy * iz - sz * iy, sz * ix - sx * iz, sx * iy - sy * ix
-    qx, qy, qz = sy * rz - sz * ry, sz * rx - sx * rz, sx * ry - sy * rx
-    across = te * (ex * sx + ey * sy + ez * sz)
-    along = tm * (ex * px + ey * py + ez * pz)
-    ex, ey, ez = across * sx + along * qx, across * sy + along * qy, across * sz + along * qz
-    return ex, ey, ez, rx, ry, rz
-
-
-@njit(cache=True, error_model="numpy")
-def _transmit(permittivity, thickness, begin, end, front, nx, ny, nz, ix, iy, iz, ex, ey, ez):
-    """Return the field behind a sheet, which stands in place of the air along its normal."""
-    cosine = -(ix * nx + iy * ny + iz * nz)
-    from_front = front == (cosine >= 0.0)
-    if cosine < 0.0:
-        nx, ny, nz, cosine = -nx, -ny, -nz, -cosine
-    _, _, te, tm = wall(permittivity, thickness, begin, end, cosine, from_front)
-    air = displaced_air(thickness, begin, end, cosine)
-    sx, sy, sz = wall_frame(nx, ny, nz, ix, iy, iz)
-    px, py, pz = sy * iz - sz * iy, sz * ix - sx * iz, sx * iy - sy * ix
-    across = air * te * (ex * sx + ey * sy + ez * sz)
-    along = air * tm * (ex * px + ey * py + ez * pz)
-    return across * sx + along * px, across * sy + along * py, across * sz + along * pz
+from octant.em._wave_kernels import (
+    DX,
+    DY,
+    DZ,
+    LENGTH,
+    SIZE,
+    SPREAD,
+    WIDTH,
+    XI,
+    XR,
+    YI,
+    YR,
+    ZI,
+    ZR,
+    gather_walls,
+    meet_walls,
+    reflect_any_walls,
+    reflect_half_spaces,
+    travel,
+)
 
 
 @njit(cache=True, error_model="numpy")
@@ -90,146 +54,220 @@ def path_fields(
     name the facet or wedge of each interaction in the same sense. The field is times lambda / 4 pi,
     so that its product with a receiving pattern is the complex gain; the direction is the last
     leg's.
+
+    Neighbouring paths of one order are worked out side by side, one over an edge by itself.
     """
     wavenumber = 2.0 * np.pi / wavelength
-    for p in range(count):
-        order = orders[p]
-        # Lengths before, between and after the edges.
-        length, first, second = 0.0, 0.0, 0.0
-        edges = 0
-        for leg in range(order, -1, -1):
-            lx = points[p, leg, 0] - points[p, leg + 1, 0]
-            ly = points[p, leg, 1] - points[p, leg + 1, 1]
-            lz = points[p, leg, 2] - points[p, leg + 1, 2]
-            size = np.sqrt(lx * lx + ly * ly + lz * lz)
-            if leg == order:
-                dx, dy, dz = lx / size, ly / size, lz / size
-            length += size
-            if leg > 0 and facets[p, leg - 1] < 0:
-                if edges == 0:
-                    first = length
-                else:
-                    second = length - first
-                edges += 1
-        # From here on the direction is turned by each wall's normal, not taken from vertices, which
-        # nearly coincide where a path runs through a corner.
-        fx, fy, fz = far_field(antenna, dx, dy, dz)
-        ex, ey, ez = complex(fx), complex(fy), complex(fz)
+    state = np.empty(SIZE)
+    begin = 0
+    while begin < count:
+        order = orders[begin]
+        last = begin + 1
+        if not _has_edge(wedge_utd, facets, begin, order):
+            while (
+                last < count
+                and last < begin + WIDTH
+                and orders[last] == order
+                and not _has_edge(wedge_utd, facets, last, order)
+            ):
+                last += 1
+        width = last - begin
+        for i in range(width):
+            p = begin + i
+            lx = points[p, order, 0] - points[p, order + 1, 0]
+            ly = points[p, order, 1] - points[p, order + 1, 1]
+            lz = points[p, order, 2] - points[p, order + 1, 2]
+            length = np.sqrt(lx * lx + ly * ly + lz * lz)
+            scale = 1.0 / length
+            # From here on the direction is turned by each wall's normal, not taken from vertices,
+            # which nearly coincide where a path runs through a corner. Between edges a leg's length
+            # is its projection on that direction.
+            dx, dy, dz = scale * lx, scale * ly, scale * lz
+            fx, fy, fz = far_field(antenna, dx, dy, dz)
+            state[DX + i], state[DY + i], state[DZ + i] = dx, dy, dz
+            state[XR + i], state[YR + i], state[ZR + i] = fx.real, fy.real, fz.real
+            state[XI + i], state[YI + i], state[ZI + i] = fx.imag, fy.imag, fz.imag
+            state[LENGTH + i] = length
+        before, between, after, edges = _edge_lengths(wedge_utd, points, facets, begin, order)
         leg = order
         while leg > 0:
             leg -= 1
-            code = facets[p, leg]
-            if code < 0:
-                ox, oy, oz = _towards(points, p, leg)
-                if edges == 1:
-                    after = length - first
-                    ex, ey, ez = diffract(
-                        wedge_utd,
-                        wedge_faces,
-                        permittivity,
-                        thickness,
-                        -1 - code,
-                        wavenumber,
-                        tolerance,
-                        first,
-                        after,
-                        dx,
-                        dy,
-                        dz,
-                        ox,
-                        oy,
-                        oz,
-                        ex,
-                        ey,
-                        ez,
-                    )
-                    dx, dy, dz = ox, oy, oz
-                    continue
-                last = leg - 1
-                after = length - first - second
-                qx, qy, qz = _towards(points, p, last)
-                ex, ey, ez = diffract_twice(
+            if facets[begin, leg] < 0:
+                leg = _bend(
                     wedge_utd,
                     wedge_faces,
                     permittivity,
                     thickness,
-                    -1 - code,
-                    -1 - facets[p, last],
-                    True,
                     wavenumber,
                     tolerance,
-                    first,
-                    second,
+                    before,
+                    between,
                     after,
-                    dx,
-                    dy,
-                    dz,
-                    ox,
-                    oy,
-                    oz,
-                    qx,
-                    qy,
-                    qz,
-                    ex,
-                    ey,
-                    ez,
+                    edges,
+                    points,
+                    facets,
+                    begin,
+                    leg,
+                    state,
                 )
-                dx, dy, dz = qx, qy, qz
-                leg = last
                 continue
-            facet = code - TRANSMISSION if code >= TRANSMISSION else code
-            plane = facet_plane[facet]
-            nx, ny, nz = planes[plane, 0], planes[plane, 1], planes[plane, 2]
-            begin, end, front = facet_layers[facet, 0], facet_layers[facet, 1], facet_front[facet]
-            if code >= TRANSMISSION:
-                ex, ey, ez = _transmit(
+            simple = gather_walls(
+                planes,
+                facet_plane,
+                facet_layers,
+                permittivity,
+                thickness,
+                points,
+                facets,
+                begin,
+                leg,
+                width,
+                state,
+            )
+            reflect_half_spaces(state, width)
+            if not simple:
+                reflect_any_walls(
+                    facet_layers,
+                    facet_front,
                     permittivity,
                     thickness,
+                    facets,
                     begin,
-                    end,
-                    front,
-                    nx,
-                    ny,
-                    nz,
-                    dx,
-                    dy,
-                    dz,
-                    ex,
-                    ey,
-                    ez,
+                    leg,
+                    width,
+                    state,
                 )
+            meet_walls(state, width)
+        for i in range(width):
+            state[SPREAD + i] = state[LENGTH + i]
+        if edges == 1:
+            state[SPREAD] = np.sqrt(before * after * (before + after))
+            state[LENGTH] = before + after
+        elif edges == 2:
+            length = before + between + after
+            state[SPREAD] = np.sqrt(before * between * after * length)
+            state[LENGTH] = length
+        travel(state, width, wavenumber, wavelength / (4.0 * np.pi))
+        for i in range(width):
+            p = begin + i
+            field[p, 0] = complex(state[XR + i], state[XI + i])
+            field[p, 1] = complex(state[YR + i], state[YI + i])
+            field[p, 2] = complex(state[ZR + i], state[ZI + i])
+            direction[p, 0] = state[DX + i]
+            direction[p, 1] = state[DY + i]
+            direction[p, 2] = state[DZ + i]
+        begin = last
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _has_edge(wedge_utd, facets, p, order):
+    """Return whether a path bends at an edge."""
+    if len(wedge_utd) > 0:
+        for leg in range(order):
+            if facets[p, leg] < 0:
+                return True
+    return False
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _edge_lengths(wedge_utd, points, facets, p, order):
+    """Return the lengths of a path before, between and behind its edges [m], and their number."""
+    before, between, length, edges = 0.0, 0.0, 0.0, 0
+    if len(wedge_utd) == 0:
+        return before, between, length, edges
+    for leg in range(order, -1, -1):
+        lx = points[p, leg, 0] - points[p, leg + 1, 0]
+        ly = points[p, leg, 1] - points[p, leg + 1, 1]
+        lz = points[p, leg, 2] - points[p, leg + 1, 2]
+        length += np.sqrt(lx * lx + ly * ly + lz * lz)
+        if leg > 0 and facets[p, leg - 1] < 0:
+            if edges == 0:
+                before = length
             else:
-                ex, ey, ez, dx, dy, dz = _reflect(
-                    permittivity,
-                    thickness,
-                    begin,
-                    end,
-                    front,
-                    nx,
-                    ny,
-                    nz,
-                    dx,
-                    dy,
-                    dz,
-                    ex,
-                    ey,
-                    ez,
-                )
-        if edges == 0:
-            spread = length
-        elif edges == 1:
-            spread = np.sqrt(first * (length - first) * length)
-        else:
-            spread = np.sqrt(first * second * (length - first - second) * length)
-        phase = wavenumber * length
-        scale = wavelength / (4.0 * np.pi * spread)
-        factor = complex(scale * np.cos(phase), -scale * np.sin(phase))
-        field[p, 0] = ex * factor
-        field[p, 1] = ey * factor
-        field[p, 2] = ez * factor
-        direction[p, 0] = dx
-        direction[p, 1] = dy
-        direction[p, 2] = dz
+                between = length - before
+            edges += 1
+    return before, between, length - before - between, edges
+
+
+@njit(cache=True, error_model="numpy")
+def _bend(
+    wedge_utd,
+    wedge_faces,
+    permittivity,
+    thickness,
+    wavenumber,
+    tolerance,
+    before,
+    between,
+    after,
+    edges,
+    points,
+    facets,
+    p,
+    leg,
+    state,
+):
+    """Turn the one path in the state at its edge, or at both; return the leg that it leaves by."""
+    ex = complex(state[XR], state[XI])
+    ey = complex(state[YR], state[YI])
+    ez = complex(state[ZR], state[ZI])
+    dx, dy, dz = state[DX], state[DY], state[DZ]
+    ox, oy, oz = _towards(points, p, leg)
+    if edges == 1:
+        ex, ey, ez = diffract(
+            wedge_utd,
+            wedge_faces,
+            permittivity,
+            thickness,
+            -1 - facets[p, leg],
+            wavenumber,
+            tolerance,
+            before,
+            after,
+            dx,
+            dy,
+            dz,
+            ox,
+            oy,
+            oz,
+            ex,
+            ey,
+            ez,
+        )
+    else:
+        qx, qy, qz = _towards(points, p, leg - 1)
+        ex, ey, ez = diffract_twice(
+            wedge_utd,
+            wedge_faces,
+            permittivity,
+            thickness,
+            -1 - facets[p, leg],
+            -1 - facets[p, leg - 1],
+            True,
+            wavenumber,
+            tolerance,
+            before,
+            between,
+            after,
+            dx,
+            dy,
+            dz,
+            ox,
+            oy,
+            oz,
+            qx,
+            qy,
+            qz,
+            ex,
+            ey,
+            ez,
+        )
+        ox, oy, oz = qx, qy, qz
+        leg -= 1
+    state[XR], state[YR], state[ZR] = ex.real, ey.real, ez.real
+    state[XI], state[YI], state[ZI] = ex.imag, ey.imag, ez.imag
+    state[DX], state[DY], state[DZ] = ox, oy, oz
+    return leg
 
 
 @njit(cache=True, error_model="numpy")

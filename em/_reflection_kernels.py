@@ -8,29 +8,44 @@ these admittances p, scaled by the wave number of air, both reflect (p - p') / (
 import numpy as np
 from numba import njit
 
+_TINY = 1e-300
 
-@njit(cache=True, error_model="numpy")
+
+@njit(cache=True, error_model="numpy", forceinline=True)
 def _interface(near, far):
     """Return the reflection where a wave of admittance ``near`` meets one of admittance ``far``."""
-    if near == far:  # also where both vanish: grazing along two layers of air
-        return complex(0.0, 0.0)
-    return (near - far) / (near + far)
+    # In real numbers: a compiled complex division guards against overflow at many times the cost.
+    up_r, up_i = near.real - far.real, near.imag - far.imag
+    down_r, down_i = near.real + far.real, near.imag + far.imag
+    # Both vanish where a wave grazes along two layers of air.
+    scale = 1.0 / max(down_r * down_r + down_i * down_i, _TINY)
+    return complex((up_r * down_r + up_i * down_i) * scale, (up_i * down_r - up_r * down_i) * scale)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", forceinline=True)
 def _normal_wavenumber(eps_r, cosine):
     """Return k_z within a layer, over the wave number of air; it decays into the layer."""
-    # eps - sin^2, written so that air is matched to air exactly, however grazing.
-    return np.sqrt((eps_r - 1.0) + cosine * cosine)
+    # eps - sin^2, written so that air is matched to air exactly, however grazing; its principal
+    # root by halves, of which the larger is taken first, so that none loses digits.
+    re, im = (eps_r.real - 1.0) + cosine * cosine, eps_r.imag
+    larger = np.sqrt(0.5 * (np.sqrt(re * re + im * im) + abs(re)))
+    smaller = 0.5 * im / max(larger, _TINY)
+    decaying = -larger if im <= 0.0 else larger
+    return complex(larger if re >= 0.0 else abs(smaller), smaller if re >= 0.0 else decaying)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", forceinline=True)
 def half_space(eps_r, cosine):
     """Return the TE and TM reflection coefficients of a half-space; an infinite |eps_r| is PEC."""
-    if np.isinf(eps_r.imag):
-        return complex(-1.0, 0.0), complex(1.0, 0.0)
+    # Without a branch, so that several are computed at once.
+    conducts = abs(eps_r.imag) == np.inf
     root = _normal_wavenumber(eps_r, cosine)
-    return _interface(complex(cosine), root), _interface(eps_r * cosine, root)
+    dense = complex(eps_r.real * cosine, eps_r.imag * cosine)
+    te, tm = _interface(complex(cosine), root), _interface(dense, root)
+    return (
+        complex(-1.0 if conducts else te.real, 0.0 if conducts else te.imag),
+        complex(1.0 if conducts else tm.real, 0.0 if conducts else tm.imag),
+    )
 
 
 @njit(cache=True, error_model="numpy")

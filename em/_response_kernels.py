@@ -11,12 +11,18 @@ PAD = 2
 
 
 class ResponseArrays(NamedTuple):
-    """Embedded patterns of n antennas on a uniform grid, padded over the poles and around."""
+    """Embedded patterns of n antennas at c frequencies on one grid, padded over poles and around.
 
-    table: np.ndarray  # (T + 2 PAD, P + 2 PAD, n, 2) complex128, phase at each antenna's own centre
+    A direction's values of all frequencies stand together, since a path comes from one direction
+    whatever its frequency, and so real and imaginary parts can be weighed without multiplying
+    complex numbers.
+    """
+
+    table: np.ndarray  # (T + 2 PAD, P + 2 PAD, c n 4): real and imaginary parts of F_theta, F_phi,
+    # phase at each antenna's own centre
     step_theta: float  # [rad]
     step_phi: float  # [rad]
-    centre_rad: np.ndarray  # (n, 3): wavenumber times phase centre, reader frame
+    centre_rad: np.ndarray  # (c, n, 3): wavenumber times phase centre, reader frame
 
 
 @njit(cache=True, error_model="numpy")
@@ -31,46 +37,52 @@ def cubic_weights(t):
 
 
 @njit(cache=True, error_model="numpy")
-def _cubic(t, weight, row):
-    """Fill the four Lagrange weights of a place t between 0 and 1."""
-    weight[row, 0], weight[row, 1], weight[row, 2], weight[row, 3] = cubic_weights(t)
+def far_fields(table, step_theta, step_phi, centre, theta, phi, parts, out):
+    """Fill (c, n, 2) F_theta, F_phi of every antenna in one direction of the reader frame.
 
-
-@njit(cache=True, error_model="numpy")
-def far_fields(table, step_theta, step_phi, centre, theta, phi, weight, out):
-    """Fill (n, 2) F_theta, F_phi of every antenna in one direction of the reader frame."""
+    ``parts`` (c n 4,) is worked in.
+    """
     a = theta / step_theta
     b = phi / step_phi
     i = min(int(a), table.shape[0] - 2 * PAD - 2)
     j = int(np.floor(b))
-    _cubic(a - i, weight, 0)
-    _cubic(b - j, weight, 1)
-    around = table.shape[1] - 2 * PAD
+    row = cubic_weights(a - i)
+    v0, v1, v2, v3 = cubic_weights(b - j)
     i += PAD - 1
-    j = j % around + PAD - 1
-    n = table.shape[2]
-    for k in range(n):
-        out[k, 0] = 0.0
-        out[k, 1] = 0.0
+    j = j % (table.shape[1] - 2 * PAD) + PAD - 1
+    for m in range(len(parts)):
+        parts[m] = 0.0
     for p in range(4):
-        for q in range(4):
-            w = weight[0, p] * weight[1, q]
-            for k in range(n):
-                out[k, 0] += w * table[i + p, j + q, k, 0]
-                out[k, 1] += w * table[i + p, j + q, k, 1]
+        w0, w1, w2, w3 = row[p] * v0, row[p] * v1, row[p] * v2, row[p] * v3
+        first, second, third, fourth = (
+            table[i + p, j],
+            table[i + p, j + 1],
+            table[i + p, j + 2],
+            table[i + p, j + 3],
+        )
+        for m in range(len(parts)):
+            part = parts[m]
+            part += w0 * first[m]
+            part += w1 * second[m]
+            part += w2 * third[m]
+            part += w3 * fourth[m]
+            parts[m] = part
     st, ct = np.sin(theta), np.cos(theta)
     x, y, z = st * np.cos(phi), st * np.sin(phi), ct
-    for k in range(n):
-        angle = x * centre[k, 0] + y * centre[k, 1] + z * centre[k, 2]
-        turn = complex(np.cos(angle), np.sin(angle))
-        out[k, 0] *= turn
-        out[k, 1] *= turn
+    m = 0
+    for c in range(centre.shape[0]):
+        for k in range(centre.shape[1]):
+            angle = x * centre[c, k, 0] + y * centre[c, k, 1] + z * centre[c, k, 2]
+            turn = complex(np.cos(angle), np.sin(angle))
+            out[c, k, 0] = complex(parts[m], parts[m + 1]) * turn
+            out[c, k, 1] = complex(parts[m + 2], parts[m + 3]) * turn
+            m += 4
 
 
 @njit(cache=True, error_model="numpy")
 def fill_far_fields(response, theta, phi, out):
-    """Fill (m, n, 2) F_theta, F_phi for m directions."""
-    weight = np.empty((2, 4))
+    """Fill (m, c, n, 2) F_theta, F_phi for m directions."""
+    parts = np.empty(response.table.shape[2])
     for i in range(len(theta)):
         far_fields(
             response.table,
@@ -79,6 +91,6 @@ def fill_far_fields(response, theta, phi, out):
             response.centre_rad,
             theta[i],
             phi[i],
-            weight,
+            parts,
             out[i],
         )

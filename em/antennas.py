@@ -1,6 +1,7 @@
 """Antennas: closed-form patterns (thin dipole, monopole, patch, isotropic in theta) and tables."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Literal, get_args
@@ -9,7 +10,12 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.em import _antenna_kernels
-from octant.em._antenna_kernels import AntennaArrays, PatternArrays
+from octant.em._antenna_kernels import (
+    AntennaArrays,
+    AntennaChannels,
+    PatternArrays,
+    PatternChannels,
+)
 from octant.em._pattern_grid import padded_table
 from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
 from octant.geometries._arrays import frozen_array
@@ -160,6 +166,21 @@ class Antenna:
         phi_hat = np.stack((-sp, cp, np.zeros_like(sp)), axis=-1)
         parts = (np.sum(vector * theta_hat, axis=-1), np.sum(vector * phi_hat, axis=-1))
         return np.stack(parts, axis=-1)
+
+
+def antenna_channels(antennas: Sequence[Antenna]) -> AntennaChannels | PatternChannels:
+    """Return an antenna at several frequencies as the kernels take it, lengths in radians [rad].
+
+    Parameters
+    ----------
+    antennas : sequence of Antenna
+        One or more, all of closed form or all tables of one grid.
+    """
+    arrays = [antenna.kernel_arrays() for antenna in antennas]
+    numbers = np.array([one[1:] for one in arrays], dtype=np.float64)
+    if isinstance(arrays[0], PatternArrays):
+        return PatternChannels(np.stack([one[0] for one in arrays]), numbers)
+    return AntennaChannels(np.array([one[0] for one in arrays], dtype=np.int64), numbers)
 
 
 @lru_cache(maxsize=256)  # asked again for every block of receivers

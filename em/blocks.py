@@ -4,8 +4,8 @@ import os
 from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, Executor, ThreadPoolExecutor, wait
 
-BLOCK_SIZE = 1024
-"""Receivers per block [-]: long enough to hide the call, short enough to stop quickly."""
+BLOCK_SIZE = 256
+"""Receivers per block [-]: enough to hide the call, few enough to share out evenly."""
 
 Progress = Callable[[int, int], None]
 """Told (receivers done, receivers in all) after every block."""

@@ -7,6 +7,7 @@ rays, and the currents on all that metal radiate. (The full-wave model solves fo
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Literal, get_args
 
 import numpy as np
@@ -14,7 +15,7 @@ import numpy.typing as npt
 
 from octant.em import _response_kernels
 from octant.em._pattern_grid import padded_table
-from octant.em._response_kernels import ResponseArrays
+from octant.em._response_kernels import PAD, ResponseArrays
 from octant.em.antennas import Antenna, make_antenna
 from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
 from octant.em.ray_response import MAX_REFLECTIONS, ray_patterns
@@ -44,7 +45,7 @@ MATCHED_WARNING = (
 )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ReaderResponse:
     """Embedded patterns of a reader's antennas in the reader's own frame.
 
@@ -115,16 +116,6 @@ class ReaderResponse:
         phi: npt.NDArray[np.float64] = np.arange(columns) * (2.0 * math.pi / columns)
         return phi
 
-    def kernel_arrays(self) -> ResponseArrays:
-        """Return the padded table as the kernels take it, steps in radians [rad]."""
-        wavenumber = 2.0 * math.pi * self.frequency_hz / SPEED_OF_LIGHT_M_PER_S
-        return ResponseArrays(
-            table=padded_table(self.pattern),
-            step_theta=math.pi / (self.pattern.shape[2] - 1),
-            step_phi=2.0 * math.pi / self.pattern.shape[3],
-            centre_rad=np.ascontiguousarray(wavenumber * self.phase_centres_m),
-        )
-
     def far_field(
         self, theta_rad: npt.ArrayLike, phi_rad: npt.ArrayLike
     ) -> npt.NDArray[np.complex128]:
@@ -144,14 +135,39 @@ class ReaderResponse:
         theta, phi = np.broadcast_arrays(
             np.asarray(theta_rad, dtype=np.float64), np.asarray(phi_rad, dtype=np.float64)
         )
-        flat = np.empty((theta.size, self.antennas, 2), dtype=np.complex128)
+        flat = np.empty((theta.size, 1, self.antennas, 2), dtype=np.complex128)
         _response_kernels.fill_far_fields(
-            self.kernel_arrays(),
+            response_arrays((self,)),
             np.ascontiguousarray(theta.ravel()),
             np.ascontiguousarray(phi.ravel()),
             flat,
         )
         return np.moveaxis(flat.reshape(*theta.shape, self.antennas, 2), -2, 0)
+
+
+@lru_cache(maxsize=1)  # a room's tags are linked to one reader, one after the other
+def response_arrays(responses: tuple[ReaderResponse, ...]) -> ResponseArrays:
+    """Return a reader's patterns at several frequencies as the kernels take them, angles in [rad].
+
+    Parameters
+    ----------
+    responses : tuple of ReaderResponse
+        One or more, of as many antennas on the same grid.
+    """
+    first = responses[0]
+    n, _, rows, columns = first.pattern.shape
+    shape = (rows + 2 * PAD, columns + 2 * PAD, len(responses), n, 2)
+    table = np.empty(shape, dtype=np.complex128)
+    for channel, response in enumerate(responses):
+        table[:, :, channel] = padded_table(response.pattern)
+    wavenumbers = [2.0 * math.pi * r.frequency_hz / SPEED_OF_LIGHT_M_PER_S for r in responses]
+    centres = [k * r.phase_centres_m for k, r in zip(wavenumbers, responses, strict=True)]
+    return ResponseArrays(
+        table=table.reshape(*shape[:2], -1).view(np.float64),
+        step_theta=math.pi / (rows - 1),
+        step_phi=2.0 * math.pi / columns,
+        centre_rad=np.array(centres),
+    )
 
 
 def reader_response(
@@ -186,8 +202,8 @@ def reader_response(
     Raises
     ------
     AntennaError
-        For an unknown model, a negative gap, or in ``rays`` an antenna that is not an upright
-        dipole or monopole.
+        For an unknown model, a negative gap, a reader with build errors, or in ``rays`` an antenna
+        that is not an upright dipole or monopole.
 
     Notes
     -----
@@ -202,6 +218,12 @@ def reader_response(
         raise AntennaError(msg)
     if not (math.isfinite(gap_m) and gap_m >= 0.0):
         msg = f"gap_m = {gap_m} m is not a gap; give 0 m or more."
+        raise AntennaError(msg)
+    if body.errors is not None:
+        msg = (
+            f'response model "{model}" was given a reader with build errors, but only "fullwave" '
+            "knows them; take that, or the reader as drawn."
+        )
         raise AntennaError(msg)
     rows, columns = round(180.0 / GRID_STEP_DEG) + 1, round(360.0 / GRID_STEP_DEG)
     theta = np.linspace(0.0, math.pi, rows)

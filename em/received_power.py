@@ -1,31 +1,26 @@
 """Received power: at one antenna in many places, at all antennas of the reader for its poses."""
 
 import math
-import warnings
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
-from functools import partial
 from typing import Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from octant.em import _power_kernels
-from octant.em._edge_path_kernels import EdgeTreeArrays
-from octant.em._path_kernels import SceneArrays, TreeArrays
-from octant.em._response_kernels import ResponseArrays
 from octant.em.antennas import Antenna
 from octant.em.blocks import Progress, run_blocks
-from octant.em.candidates import search_candidates
 from octant.em.edge_search import EdgeTree
 from octant.em.image_tree import ImageTree
+from octant.em.link_bands import LinkBand, check_clearance, link_bands, link_channels
 from octant.em.paths import checked_receivers, edge_arrays, scene_arrays, tree_arrays
 from octant.em.radio_scene import RadioScene
 from octant.em.ray_search import DEFAULT_RAYS
 from octant.em.reader_response import ReaderResponse
 from octant.geometries._arrays import frozen_array
-from octant.geometries.errors import AntennaError, GeometryError, PhysicsWarning
+from octant.geometries.errors import AntennaError
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -102,51 +97,19 @@ def antenna_power(
     return ReceivedPower(power_w * coherent, power_w * mean, count)
 
 
-class _Channel(NamedTuple):
-    """One frequency of a link, ready for the kernels."""
-
-    scene: SceneArrays
-    images: TreeArrays
-    ways: EdgeTreeArrays
-    tree: ImageTree
-    tag: Antenna
-    response: ResponseArrays
-
-
-def _reader_block(
-    channel: _Channel,
-    poses: tuple[FloatArray, FloatArray],
-    rows: tuple[FloatArray, FloatArray, IntArray],
-    begin: int,
-    end: int,
-) -> None:
-    """Fill rows begin to end of the power arrays, from places and turns."""
-    _power_kernels.reader_power(
-        channel.scene,
-        channel.images,
-        channel.ways,
-        channel.tag.kernel_arrays(),
-        channel.response,
-        *poses,
-        begin,
-        end,
-        *rows,
-    )
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ReaderLink:
     """The link from one tag to the reader: RSS of all antennas for any pose of the robot.
 
-    The paths of the room are traced to the reader's centre; each arrives as a plane wave, which
-    the reader's embedded patterns weigh. That holds while the tag, and its images, are farther than
-    about 2 D^2 / lambda from a reader of diameter D, and reflectors do not stand in the reader's
-    own near field.
+    The paths of the room are traced to the reader's centre, once for all frequencies; each arrives
+    as a plane wave, which the reader's embedded patterns weigh. That holds while the tag, and its
+    images, are farther than about 2 D^2 / lambda from a reader of diameter D, and reflectors do not
+    stand in the reader's own near field.
 
     Parameters
     ----------
-    channels : tuple
-        One or more frequencies, over which RSS is averaged in power.
+    bands : tuple of LinkBand
+        Frequencies over which RSS is averaged in power; those of one band share their paths.
     azimuths_rad : (n,) float64
         Azimuth of each antenna in the reader's frame [rad].
     tag_position_m : (3,) float64
@@ -157,7 +120,7 @@ class ReaderLink:
         Height of the reader's centre in the room's frame [m].
     """
 
-    channels: tuple[_Channel, ...]
+    bands: tuple[LinkBand, ...]
     azimuths_rad: FloatArray
     tag_position_m: FloatArray
     tag_power_w: float
@@ -190,21 +153,56 @@ class ReaderLink:
             For a pose outside the room.
         """
         pose = frozen_array(poses, name="poses", shape=(None, 3))
-        m = len(pose)
-        places = np.column_stack((pose[:, :2], np.full(m, self.reader_z_m)))
-        turns = np.ascontiguousarray(pose[:, 2] - 0.5 * math.pi)
-        coherent, mean = np.zeros((m, self.antennas)), np.zeros((m, self.antennas))
-        count = np.zeros(m, dtype=np.int64)
-        for number, channel in enumerate(self.channels):
-            checked = checked_receivers(channel.tree, places)
-            part, part_mean = np.zeros_like(coherent), np.zeros_like(mean)
-            part_count = count if number == 0 else np.zeros_like(count)
-            work = partial(_reader_block, channel, (checked, turns), (part, part_mean, part_count))
-            run_blocks(work, m, block_size=128, progress=progress)
-            coherent += part
-            mean += part_mean
-        scale = self.tag_power_w / len(self.channels)
-        return ReceivedPower(scale * coherent, scale * mean, count)
+        power = self._power(pose[:, :2], pose[:, 2:], progress)
+        return ReceivedPower(power.coherent_w[:, 0], power.local_mean_w[:, 0], power.path_count)
+
+    def power_by_heading(
+        self,
+        places_m: npt.ArrayLike,
+        headings_rad: npt.ArrayLike,
+        *,
+        progress: Progress | None = None,
+    ) -> ReceivedPower:
+        """Return the powers of all antennas at each place and heading; a place is traced once.
+
+        Parameters
+        ----------
+        places_m : (p, 2) float
+            x and y of the robot [m].
+        headings_rad : (h,) float
+            Headings of the robot [rad], the same at all places.
+        progress : callable, optional
+            Told about finished blocks of places.
+
+        Returns
+        -------
+        ReceivedPower
+            (p, h, n) powers [W], to the bit those of :meth:`power` at each pose, and (p,) counts of
+            paths [-].
+
+        Raises
+        ------
+        GeometryError
+            For a place outside the room.
+        """
+        places = frozen_array(places_m, name="places_m", shape=(None, 2))
+        headings = frozen_array(headings_rad, name="headings_rad", shape=(None,))
+        return self._power(
+            places, np.broadcast_to(headings, (len(places), len(headings))), progress
+        )
+
+    def _power(
+        self, places_m: FloatArray, headings_rad: FloatArray, progress: Progress | None
+    ) -> ReceivedPower:
+        """Return (m, h, n) powers at (m, 2) places and (m, h) headings, and (m,) counts."""
+        places = np.column_stack((places_m, np.full(len(places_m), self.reader_z_m)))
+        shape = (*headings_rad.shape, self.antennas)
+        coherent, mean = np.zeros(shape), np.zeros(shape)
+        counts = np.zeros((len(self.bands), len(places)), dtype=np.int64)
+        for band, count in zip(self.bands, counts, strict=True):
+            band.add_power(places, headings_rad, (coherent, mean, count), progress)
+        scale = self.tag_power_w / sum(band.channels for band in self.bands)
+        return ReceivedPower(scale * coherent, scale * mean, counts[0])
 
     def rss_w(self, poses: npt.ArrayLike) -> FloatArray:
         """Return the coherent RSS of all antennas at each pose.
@@ -220,6 +218,23 @@ class ReaderLink:
             Received power [W]; 0 where no path arrives.
         """
         return self.power(poses).coherent_w
+
+    def rss_by_heading_w(self, places_m: npt.ArrayLike, headings_rad: npt.ArrayLike) -> FloatArray:
+        """Return the coherent RSS of all antennas at each place and heading.
+
+        Parameters
+        ----------
+        places_m : (p, 2) float
+            x and y of the robot [m].
+        headings_rad : (h,) float
+            Headings of the robot [rad].
+
+        Returns
+        -------
+        (p, h, n) float64
+            Received power [W]; 0 where no path arrives.
+        """
+        return self.power_by_heading(places_m, headings_rad).coherent_w
 
     def local_mean_rss_w(self, poses: npt.ArrayLike) -> FloatArray:
         """Return the power sum over paths of all antennas at each pose.
@@ -253,32 +268,33 @@ class ReaderLink:
 
 
 def reader_link(
-    radio: RadioScene,
+    radio: RadioScene | Sequence[RadioScene],
     *,
     tag_position_m: npt.ArrayLike,
-    tag_antenna: Antenna,
+    tag_antenna: Antenna | Sequence[Antenna],
     tag_power_w: float,
-    response: ReaderResponse,
+    response: ReaderResponse | Sequence[ReaderResponse],
     reader_height_m: float,
     max_reflections: int,
     max_diffractions: int = 1,
     search: Literal["complete", "rays"] = "complete",
     rays: int = DEFAULT_RAYS,
 ) -> ReaderLink:
-    """Return the link from a tag to a reader in a room, at one frequency.
+    """Return the link from a tag to a reader in a room, at one frequency or averaged over several.
 
     Parameters
     ----------
-    radio : RadioScene
-        Scene with resolved materials.
+    radio : RadioScene or sequence of RadioScene
+        Scene with resolved materials, at each frequency. Paths are searched and traced once for
+        all of them.
     tag_position_m : (3,) float
         Place of the tag [m], off every wall.
-    tag_antenna : Antenna
-        The tag's antenna in the room's frame.
+    tag_antenna : Antenna or sequence of Antenna
+        The tag's antenna in the room's frame, at each frequency.
     tag_power_w : float
         Power that the tag sends [W], > 0.
-    response : ReaderResponse
-        The reader, at the same frequency.
+    response : ReaderResponse or sequence of ReaderResponse
+        The reader, at each frequency.
     reader_height_m : float
         Height of the reader's ground plane above the floor [m].
     max_reflections : int
@@ -299,9 +315,10 @@ def reader_link(
     Raises
     ------
     AntennaError
-        When frequencies differ or the power is not positive.
+        When frequencies differ, readers do, or the power is not positive.
     GeometryError
-        When the tag is not above the reader's height or the order is negative.
+        When the tag is level with the reader, the order is negative, or the scenes are not of one
+        room.
 
     Warns
     -----
@@ -312,47 +329,22 @@ def reader_link(
     if not (math.isfinite(tag_power_w) and tag_power_w > 0.0):
         msg = f"tag_power_w = {tag_power_w} W is not a power; give a number above 0 W."
         raise AntennaError(msg)
-    frequencies = (radio.frequency_hz, response.frequency_hz, tag_antenna.frequency_hz)
-    if max(frequencies) - min(frequencies) > 1e-9 * max(frequencies):
-        given = ", ".join(f"{f / 1e9:g}" for f in frequencies)
-        msg = f"scene, reader and tag are at {given} GHz; give one frequency for all three."
-        raise AntennaError(msg)
+    channels = link_channels(radio, tag_antenna, response)
+    first = channels[0]
     tag = frozen_array(tag_position_m, name="tag_position_m", shape=(3,))
-    reader_z_m = radio.scene.floor_height_m + reader_height_m
-    clearance_m = abs(float(tag[2]) - reader_z_m)
-    if clearance_m == 0.0:
-        msg = (
-            f"the tag at z = {tag[2]:g} m is level with the reader's centre, so a pose could "
-            "coincide with it; move the tag or change height_m."
-        )
-        raise GeometryError(msg)
-    diameter_m = 2.0 * float(np.linalg.norm(response.phase_centres_m, axis=1).max())
-    limit_m = 2.0 * diameter_m**2 / radio.wavelength_m
-    if clearance_m < limit_m:
-        msg = (
-            f"the tag can come within {clearance_m:.2f} m of the reader, but its wave is plane "
-            f"across the reader only beyond 2 D^2/lambda = {limit_m:.2f} m"
-        )
-        warnings.warn(msg, PhysicsWarning, stacklevel=2)
-    found = search_candidates(
-        radio,
+    reader_z_m = first.radio.scene.floor_height_m + reader_height_m
+    check_clearance(abs(float(tag[2]) - reader_z_m), tag, channels)
+    bands = link_bands(
+        channels,
         tag,
-        max_reflections,
+        max_reflections=max_reflections,
         max_diffractions=max_diffractions,
         search=search,
         rays=rays,
     )
-    channel = _Channel(
-        scene_arrays(radio),
-        tree_arrays(radio, found.images),
-        edge_arrays(radio, found.images, found.edges),
-        found.images,
-        tag_antenna,
-        response.kernel_arrays(),
-    )
     return ReaderLink(
-        channels=(channel,),
-        azimuths_rad=response.azimuths_rad,
+        bands=bands,
+        azimuths_rad=first.response.azimuths_rad,
         tag_position_m=tag,
         tag_power_w=tag_power_w,
         reader_z_m=reader_z_m,
@@ -392,7 +384,7 @@ def channel_average(links: Sequence[ReaderLink]) -> ReaderLink:
             msg = "links of different tags, readers or heights cannot be averaged over channels."
             raise AntennaError(msg)
     return ReaderLink(
-        channels=tuple(channel for link in links for channel in link.channels),
+        bands=tuple(band for link in links for band in link.bands),
         azimuths_rad=first.azimuths_rad,
         tag_position_m=first.tag_position_m,
         tag_power_w=first.tag_power_w,

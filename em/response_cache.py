@@ -135,6 +135,7 @@ def cached_responses(
     feed_gap_m: float = FEED_GAP_M,
     surroundings: Sequence[Body] = (),
     folder: Path | None = None,
+    keep: bool = True,
 ) -> tuple[ReaderSolution, ...]:
     """Return the full-wave solutions of a reader, read from disk or solved and kept; gains [-].
 
@@ -161,6 +162,8 @@ def cached_responses(
         Further perfectly conducting meshes near the reader, in its own frame [m].
     folder : Path, optional
         Where solutions are kept; default: ``responses`` in `cache_folder`.
+    keep : bool
+        Whether the disk takes part; not for solutions that nobody asks for a second time.
 
     Returns
     -------
@@ -190,7 +193,7 @@ def cached_responses(
     numbers = {"band": band, "surroundings": [body_hash(b) for b in surroundings], **setup}
     keys = {f: _key(body, antenna, f, load_ohm, numbers) for f in wanted}
     setup["surroundings"] = tuple(surroundings)
-    place = _folder(folder)
+    place = _folder(folder) if keep else None
     found = {f: _read(place, keys[f]) for f in wanted}
     missing = [f for f in wanted if found[f] is None]
     if band and missing:
@@ -256,6 +259,7 @@ def _key(
             "monopole_plane_m": body.monopole_plane_m,
             "element_azimuths_rad": body.element_azimuths_rad.tolist(),
             "plate_azimuths_rad": body.plate_azimuths_rad.tolist(),
+            **({} if body.errors is None else {"errors": body.errors.as_dict()}),
         },
         "antenna": [antenna.kind, antenna.length_m, antenna.axis.tolist()],
         "frequency_hz": frequency_hz,

@@ -143,18 +143,28 @@ def segment_blocked(
     triangles. Arrays come one by one, and few of anything: a tuple of arrays passed in an inner
     loop, or one argument too many to be inlined, costs more than the search itself.
     """
+    nodes = len(links)
+    if nodes == 0:
+        return False
+    # Most segments pass the outermost box by on one side, which needs no division to see; in one
+    # condition, since six would be guessed wrong too often.
+    if (
+        (max(px, qx) < boxes[0, 0])
+        | (max(py, qy) < boxes[0, 1])
+        | (max(pz, qz) < boxes[0, 2])
+        | (min(px, qx) > boxes[0, 3])
+        | (min(py, qy) > boxes[0, 4])
+        | (min(pz, qz) > boxes[0, 5])
+    ):
+        return False
     # A single plane has nothing in the upper half, which stands for no second one.
     at_p, also_p = plane_p & 0xFFFFFFFF, (plane_p >> 32) - 1
     at_q, also_q = plane_q & 0xFFFFFFFF, (plane_q >> 32) - 1
     dx, dy, dz = qx - px, qy - py, qz - pz
-    length = np.sqrt(dx * dx + dy * dy + dz * dz)
-    if length == 0.0:
+    if dx == 0.0 and dy == 0.0 and dz == 0.0:
         return False
-    near = margin / length
-    far = 1.0 - near
     ix, iy, iz = 1.0 / dx, 1.0 / dy, 1.0 / dz
     node = 0
-    nodes = len(links)
     while node < nodes:
         t0, t1 = (boxes[node, 0] - px) * ix, (boxes[node, 3] - px) * ix
         enter, leave = min(t0, t1), max(t0, t1)
@@ -162,7 +172,7 @@ def segment_blocked(
         enter, leave = max(enter, min(t0, t1)), min(leave, max(t0, t1))
         t0, t1 = (boxes[node, 2] - pz) * iz, (boxes[node, 5] - pz) * iz
         enter, leave = max(enter, min(t0, t1)), min(leave, max(t0, t1))
-        if enter > leave or leave < near or enter > far:
+        if enter > leave or leave < 0.0 or enter > 1.0:
             node = links[node, 0]
             continue
         for i in range(links[node, 1], links[node, 1] + links[node, 2]):
@@ -184,7 +194,8 @@ def segment_blocked(
             if v < -RIM or u + v > 1.0 + RIM:
                 continue
             t = (bx * cx + by * cy + bz * cz) / det
-            if near < t < far and plane not in (also_p, also_q):
+            near = margin / np.sqrt(dx * dx + dy * dy + dz * dz)
+            if near < t < 1.0 - near and plane not in (also_p, also_q):
                 return True
         node += 1
     return False

@@ -45,9 +45,9 @@ def _polar(radius_m: float, azimuth_rad: float) -> FloatArray:
 
 def ground_triangles(
     rim_m: FloatArray,
-    antenna_radius_m: float,
+    antenna_radii_m: FloatArray,
     elements_rad: FloatArray,
-    plate_reach_m: float,
+    plate_reaches_m: FloatArray,
     plates_rad: FloatArray,
 ) -> list[FloatArray]:
     """Return the ground plane's triangles, cut along the plates' feet and through the antennas.
@@ -56,12 +56,12 @@ def ground_triangles(
     ----------
     rim_m : (k, 2) float64
         Corners of the rim, counter-clockwise around the centre [m].
-    antenna_radius_m : float
-        Distance of the antennas from the centre [m].
+    antenna_radii_m : (n,) float64
+        Distance of each antenna from the centre [m].
     elements_rad : (n,) float64
         Azimuth of each antenna [rad].
-    plate_reach_m : float
-        Distance of the plates' outer end from the centre [m].
+    plate_reaches_m : (n,) or (0,) float64
+        Distance of each plate's outer end from the centre [m].
     plates_rad : (n,) or (0,) float64
         Azimuth of each plate [rad].
 
@@ -70,8 +70,8 @@ def ground_triangles(
     list of (3, 3) float64
         Corners of each triangle, normal up [m].
     """
-    spokes = [(float(a), antenna_radius_m) for a in elements_rad]
-    spokes = sorted(spokes + [(float(a), plate_reach_m) for a in plates_rad])
+    spokes = list(zip(elements_rad.tolist(), antenna_radii_m.tolist(), strict=True))
+    spokes = sorted(spokes + list(zip(plates_rad.tolist(), plate_reaches_m.tolist(), strict=True)))
     angles = np.array([a for a, _ in spokes])
     ends = reach_to_rim_m(angles, rim_m)
     close = SAME_LENGTH * float(ends.max())
@@ -98,18 +98,22 @@ def ground_triangles(
 
 
 def plate_triangles(
-    reach_m: float, plates_rad: FloatArray, *, rim_height_m: float, axis_height_m: float
+    reaches_m: FloatArray,
+    plates_rad: FloatArray,
+    *,
+    rim_heights_m: FloatArray,
+    axis_height_m: float,
 ) -> list[FloatArray]:
     """Return the plates' triangles, each plate from the axis out.
 
     Parameters
     ----------
-    reach_m : float
-        Distance of the plates' outer end from the axis [m].
+    reaches_m : (n,) or (0,) float64
+        Distance of each plate's outer end from the axis [m].
     plates_rad : (n,) or (0,) float64
         Azimuth of each plate [rad].
-    rim_height_m : float
-        Height at the outer end [m].
+    rim_heights_m : (n,) or (0,) float64
+        Height of each plate at its outer end [m].
     axis_height_m : float
         Height at the axis [m].
 
@@ -119,8 +123,8 @@ def plate_triangles(
         Corners of each triangle [m].
     """
     triangles: list[FloatArray] = []
-    for azimuth in plates_rad:
-        x, y = _polar(reach_m, float(azimuth))
+    for azimuth, reach_m, rim_height_m in zip(plates_rad, reaches_m, rim_heights_m, strict=True):
+        x, y = _polar(float(reach_m), float(azimuth))
         axis, foot = (0.0, 0.0, 0.0), (x, y, 0.0)
         top_out, top_axis = (x, y, rim_height_m), (0.0, 0.0, axis_height_m)
         if rim_height_m > 0.0:

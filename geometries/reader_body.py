@@ -23,6 +23,8 @@ from octant.geometries._reader_mesh import (
     reach_to_rim_m,
 )
 from octant.geometries.bodies import Body
+from octant.geometries.build_errors import BuildErrors
+from octant.geometries.built_places import BuiltPlaces, built_places
 from octant.geometries.errors import GeometryError
 
 GroundPlaneShape = Literal["square", "round", "octagon"]
@@ -59,12 +61,17 @@ class ReaderBody:
     monopole_plane_m : float
         Side of the square plane asked for under each monopole [m]; 0: none of its own.
     element_azimuths_rad : (n,) float64
-        Azimuth of each antenna [rad].
+        Azimuth of each antenna [rad], as drawn.
     plate_azimuths_rad : (n,) float64
-        Azimuth of each plate [rad]; empty when there are none.
+        Azimuth of each plate [rad], as drawn; empty when there are none.
     body : Body
         The sheets as one mesh [m], in the reader frame. Plates share vertices with the ground plane
         along their feet, and with each other along the axis; the antennas' feet are vertices too.
+    built : BuiltPlaces
+        Azimuths [rad], distances and heights [m] of antennas and plates as built.
+    errors : BuildErrors or None
+        What was built less what was drawn: in ``built``, ``body`` and ``element_feet_m``, while all
+        other fields are the drawing's. None: as drawn.
     """
 
     antennas: int
@@ -78,6 +85,8 @@ class ReaderBody:
     element_azimuths_rad: npt.NDArray[np.float64]
     plate_azimuths_rad: npt.NDArray[np.float64]
     body: Body
+    built: BuiltPlaces
+    errors: BuildErrors | None = None
 
     def __post_init__(self) -> None:
         for name in ("element_azimuths_rad", "plate_azimuths_rad"):
@@ -110,9 +119,12 @@ class ReaderBody:
         (n, 3) float64
             Places in the reader frame [m]; z is zero.
         """
-        delta = self.element_azimuths_rad
+        delta = self.built.element_azimuths_rad
         flat = np.zeros(self.antennas)
-        return self.antenna_radius_m * np.column_stack((np.cos(delta), np.sin(delta), flat))
+        feet: npt.NDArray[np.float64] = self.built.element_radii_m[:, None] * np.column_stack(
+            (np.cos(delta), np.sin(delta), flat)
+        )
+        return feet
 
     @property
     def antenna_spacing_m(self) -> float:
@@ -154,6 +166,7 @@ def reader_body(
     monopole_plane_m: float = 0.0,
     material: str = "pec",
     name: str = "reader",
+    errors: BuildErrors | None = None,
 ) -> ReaderBody:
     """Return the body of a reader; the defaults are the thesis' choice.
 
@@ -186,6 +199,9 @@ def reader_body(
         Label of the sheets' material.
     name : str
         Name of the body.
+    errors : BuildErrors or None
+        What is built less what is drawn; None, or errors of zero: as drawn. With errors a dipole
+        may stand beyond the rim, as it touches nothing.
 
     Returns
     -------
@@ -196,7 +212,8 @@ def reader_body(
     ------
     GeometryError
         When a length is negative or not finite, there are fewer than 3 antennas, the shape is
-        unknown, or an antenna or a plate reaches beyond the ground plane.
+        unknown, an antenna or a plate reaches beyond the ground plane, or errors make a reader that
+        cannot be built.
 
     References
     ----------
@@ -227,9 +244,20 @@ def reader_body(
     plates = elements + math.pi / antennas if has_plates else np.zeros(0)
     _refuse_overhang(radius, elements, rim, of="antenna_radius_m")
     _refuse_overhang(reach, plates, rim, of="plate_outer_radius_m")
-    triangles = ground_triangles(rim, radius, elements, reach, plates)
-    triangles += plate_triangles(reach, plates, rim_height_m=rim_height, axis_height_m=axis_height)
-    vertices, faces = mesh_of_triangles(np.array(triangles))
+    built = built_places(
+        BuiltPlaces(
+            element_azimuths_rad=elements,
+            element_radii_m=np.full(antennas, radius),
+            plate_azimuths_rad=plates,
+            plate_reaches_m=np.full(len(plates), reach),
+            plate_rim_heights_m=np.full(len(plates), rim_height),
+            plate_axis_height_m=axis_height,
+        ),
+        errors,
+        rim_m=rim,
+        ground_plane_m=side,
+        is_round=ground_plane_shape == "round",
+    )
     result = ReaderBody(
         antennas=antennas,
         antenna_radius_m=radius,
@@ -241,10 +269,32 @@ def reader_body(
         monopole_plane_m=plane,
         element_azimuths_rad=elements,
         plate_azimuths_rad=plates,
-        body=Body(name=name, vertices_m=vertices, faces=faces, material=material),
+        body=_sheets(built, rim, name=name, material=material),
+        built=built,
+        errors=None if errors is None or errors.is_zero else errors,
     )
     _ = result.fitted_monopole_plane_m  # raises when no plane fits at all
     return result
+
+
+def _sheets(built: BuiltPlaces, rim_m: FloatArray, *, name: str, material: str) -> Body:
+    """Return ground plane and plates as built, as one mesh."""
+    rim = built.rim_scale * rim_m
+    ends = reach_to_rim_m(built.plate_azimuths_rad, rim) if len(built.plate_azimuths_rad) else 0.0
+    # A plate beyond the rim by more than rounding is one on the polygon of a round plane.
+    over = built.plate_reaches_m > ends * (1.0 + SAME_LENGTH)
+    reaches = np.where(over, ends, built.plate_reaches_m)
+    triangles = ground_triangles(
+        rim, built.element_radii_m, built.element_azimuths_rad, reaches, built.plate_azimuths_rad
+    )
+    triangles += plate_triangles(
+        reaches,
+        built.plate_azimuths_rad,
+        rim_heights_m=built.plate_rim_heights_m,
+        axis_height_m=built.plate_axis_height_m,
+    )
+    vertices, faces = mesh_of_triangles(np.array(triangles))
+    return Body(name=name, vertices_m=vertices, faces=faces, material=material)
 
 
 def ground_plane_outline_m(

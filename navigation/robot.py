@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.geometries.errors import NavigationError
+from octant.navigation.motion import pose_on_arc
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -190,14 +191,9 @@ class DifferentialDrive:
 
         Notes
         -----
-        The exact solution of thesis (3.7) for constant wheel rates: a chord of length
-        v T sinc(ω T / 2) along θ + ω T / 2.
+        The exact solution of thesis (3.7) for constant wheel rates.
         """
-        start = np.asarray(pose, dtype=np.float64)
         twist = self.twist(wheel_rates_rad_per_s)
-        turn = period_s * twist[..., 1]
-        chord = period_s * twist[..., 0] * np.sinc(turn / (2.0 * np.pi))
-        along = start[..., 2] + 0.5 * turn
-        moves = np.broadcast_arrays(chord * np.cos(along), chord * np.sin(along), turn)
-        moved: npt.NDArray[np.float64] = start + np.stack(moves, axis=-1)
-        return moved
+        return pose_on_arc(
+            pose, period_s, speed_m_per_s=twist[..., 0], turn_rate_rad_per_s=twist[..., 1]
+        )

@@ -1,7 +1,8 @@
 """What the robot reads: the RSS of every antenna for the tag it asks for, with the device's errors.
 
-The field comes from a `PowerLink` (the radio model's link between one tag and the reader); this
-module adds multiplicative noise, a sensitivity limit and the quantisation of an RSS detector.
+The field comes from a `PowerLink` (the radio model's link between one tag and the reader); the
+sensor adds the way driven from one antenna's reading to the next, the receiver's errors
+(`rss_detector`) and what is lost.
 """
 
 import difflib
@@ -14,6 +15,8 @@ import numpy.typing as npt
 
 from octant.geometries.errors import NavigationError
 from octant.navigation.bearing import checked_azimuths
+from octant.navigation.motion import AT_REST, Motion
+from octant.navigation.rss_detector import RssQuantiser, ThermalNoise, log_normal_rss
 
 
 class PowerLink(Protocol):
@@ -54,18 +57,27 @@ class Sensor(Protocol):
         ...
 
     def read(
-        self, pose: npt.NDArray[np.float64], tag_id: str, rng: np.random.Generator
+        self,
+        pose: npt.NDArray[np.float64],
+        tag_id: str,
+        rng: np.random.Generator,
+        *,
+        motion: Motion = AT_REST,
     ) -> npt.NDArray[np.float64]:
         """Return one reading of all antennas [W].
 
         Parameters
         ----------
         pose : (3,) float64
-            x [m], y [m], heading [rad] of the robot in the room.
+            x [m], y [m], heading [rad] of the robot in the room, when the reading ends.
         tag_id : str
             Which tag to ask for.
         rng : numpy.random.Generator
             Source of the reading's random errors.
+        motion : Motion
+            How the robot has driven since its last reading: a reader that takes its antennas one
+            after another read the first of them on that way. By default it has stood still. After
+            an arrival the next tag is read at once and standing.
 
         Returns
         -------
@@ -75,107 +87,9 @@ class Sensor(Protocol):
         ...
 
 
-def log_normal_rss(
-    rss_w: npt.ArrayLike, noise_db: float, rng: np.random.Generator
-) -> npt.NDArray[np.float64]:
-    """Return RSS with an independent log-normal factor on every value [W].
-
-    Parameters
-    ----------
-    rss_w : (...) float64
-        RSS free of noise [W].
-    noise_db : float
-        Standard deviation of the factor in decibels [dB], zero for none.
-    rng : numpy.random.Generator
-        Source of the noise; nothing is drawn when `noise_db` is zero.
-
-    Returns
-    -------
-    (...) float64
-        RSS times 10^(N(0, noise_db)/10) [W].
-
-    Notes
-    -----
-    The thesis writes additive noise, z = z^d Γ(δ) + ζ (5.2.2.1), without its size; errors of RSS
-    detectors are specified in decibels, hence the factor. Its median is one; its mean is not
-    (+0.1 dB for 1 dB, +1 dB for 3 dB).
-    """
-    rss = np.asarray(rss_w, dtype=np.float64)
-    if noise_db == 0.0:
-        return rss.copy()
-    noisy: npt.NDArray[np.float64] = rss * 10.0 ** (rng.normal(0.0, noise_db, rss.shape) / 10.0)
-    return noisy
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class RssQuantiser:
-    """Return an RSS detector with evenly spaced codes in decibels.
-
-    Parameters
-    ----------
-    bits : int
-        Length of the code [bit], 1 to 16.
-    floor_dbm : float
-        Power of the lowest code [dBm]; more than half a step below it nothing is received.
-    full_scale_dbm : float
-        Power of the highest code [dBm]; what is stronger reads as this.
-
-    Raises
-    ------
-    NavigationError
-        When the code length or the range is not allowed.
-
-    Notes
-    -----
-    The thesis fixes 8 bits for its tags (4.6.1) but neither range nor law; a logarithmic law is
-    what RSSI detectors have. -100 to 0 dBm on 8 bits makes steps of 0.39 dB.
-    """
-
-    bits: int = 8
-    floor_dbm: float = -100.0
-    full_scale_dbm: float = 0.0
-
-    def __post_init__(self) -> None:
-        if not 1 <= self.bits <= 16:
-            msg = f"bits is {self.bits}, but a detector has 1 to 16 bit: give a whole number there."
-            raise NavigationError(msg)
-        ends = np.array([self.floor_dbm, self.full_scale_dbm])
-        if not (np.isfinite(ends).all() and self.floor_dbm < self.full_scale_dbm):
-            msg = (
-                f"the detector's range is {self.floor_dbm} to {self.full_scale_dbm} dBm, but it "
-                "must rise and be finite: give the floor first."
-            )
-            raise NavigationError(msg)
-
-    @property
-    def step_db(self) -> float:
-        """Return the distance of two codes [dB]."""
-        codes: int = 2**self.bits
-        return (self.full_scale_dbm - self.floor_dbm) / (codes - 1)
-
-    def quantise(self, rss_w: npt.ArrayLike) -> npt.NDArray[np.float64]:
-        """Return RSS as the detector reports it [W].
-
-        Parameters
-        ----------
-        rss_w : (...) float64
-            Received power, not negative [W].
-
-        Returns
-        -------
-        (...) float64
-            The nearest code's power, zero below the lowest code [W].
-        """
-        rss = np.asarray(rss_w, dtype=np.float64)
-        level_dbm = 10.0 * np.log10(np.maximum(rss, np.finfo(np.float64).tiny)) + 30.0
-        code = np.rint((level_dbm - self.floor_dbm) / self.step_db)
-        power_dbm = self.floor_dbm + self.step_db * np.minimum(code, 2**self.bits - 1)
-        return np.where(code < 0.0, 0.0, 10.0 ** ((power_dbm - 30.0) / 10.0))
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FieldSensor:
-    """Return a sensor that reads the radio model's field.
+    """Return a sensor that reads the radio model's field as a device does.
 
     Parameters
     ----------
@@ -189,15 +103,29 @@ class FieldSensor:
         RSS below this is not received and reads zero [W].
     quantiser : RssQuantiser or None
         The detector's codes; None for none.
+    dwell_s : float
+        Time from one antenna's reading to the next one's [s]; zero reads all at once.
+    thermal : ThermalNoise or None
+        The receiver's own noise; None for none.
+    drop_out_probability : float
+        Probability that an antenna's reading is lost, each by itself, and reads zero [-].
+    read_probability : float
+        Probability that a tag within reach answers at all; otherwise all antennas read zero [-].
 
     Raises
     ------
     NavigationError
-        When there is no link, the antennas are too few, or a number is negative or not finite.
+        When there is no link, the antennas are too few, or a number is out of its range.
 
     Notes
     -----
-    All antennas are read at one pose: the multiplexer's delay is not modelled.
+    Errors come in the order of the device: thermal noise, log-normal error, sensitivity, codes,
+    then what is lost. One after another, the antennas read in the order of their numbers and the
+    last one at the given pose, antenna i (n - 1 - i) dwell times earlier.
+
+    Every reading draws the log-normal errors from the generator itself and everything else from a
+    child of its own, so that sensors that differ in any of these settings, given equal
+    generators, err alike in all others.
     """
 
     links: Mapping[str, PowerLink]
@@ -205,6 +133,10 @@ class FieldSensor:
     noise_db: float = 0.0
     sensitivity_w: float = 0.0
     quantiser: RssQuantiser | None = None
+    dwell_s: float = 0.0
+    thermal: ThermalNoise | None = None
+    drop_out_probability: float = 0.0
+    read_probability: float = 1.0
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "links", dict(self.links))
@@ -212,10 +144,15 @@ class FieldSensor:
         if not self.links:
             msg = "the sensor has no link to any tag; give at least one."
             raise NavigationError(msg)
-        for name, unit in (("noise_db", "dB"), ("sensitivity_w", "W")):
+        for name, unit in (("noise_db", "dB"), ("sensitivity_w", "W"), ("dwell_s", "s")):
             value = getattr(self, name)
             if not (np.isfinite(value) and value >= 0.0):
                 msg = f"{name} is {value} {unit}, but it must be finite and not negative: raise it."
+                raise NavigationError(msg)
+        for name in ("drop_out_probability", "read_probability"):
+            value = getattr(self, name)
+            if not 0.0 <= value <= 1.0:
+                msg = f"{name} is {value}, but a probability lies between 0 and 1: change it."
                 raise NavigationError(msg)
 
     @property
@@ -229,18 +166,25 @@ class FieldSensor:
         return tuple(self.links)
 
     def read(
-        self, pose: npt.NDArray[np.float64], tag_id: str, rng: np.random.Generator
+        self,
+        pose: npt.NDArray[np.float64],
+        tag_id: str,
+        rng: np.random.Generator,
+        *,
+        motion: Motion = AT_REST,
     ) -> npt.NDArray[np.float64]:
-        """Return one noisy reading of all antennas [W].
+        """Return one reading of all antennas with the device's errors [W].
 
         Parameters
         ----------
         pose : (3,) float64
-            x [m], y [m], heading [rad] of the robot in the room.
+            x [m], y [m], heading [rad] of the robot in the room, when the reading ends.
         tag_id : str
             Which tag to ask for.
         rng : numpy.random.Generator
-            Source of the noise.
+            Source of the errors.
+        motion : Motion
+            How the robot has driven since its last reading.
 
         Returns
         -------
@@ -252,18 +196,36 @@ class FieldSensor:
         NavigationError
             When the sensor has no link to that tag, or the link has another number of antennas.
         """
+        rss = self._field_w(np.asarray(pose, dtype=np.float64), tag_id, motion)
+        # Gamma variables, of which nobody knows how much they draw, come last.
+        own = rng.spawn(1)[0]
+        answers = float(own.random()) < self.read_probability
+        arrives = own.random(rss.shape) >= self.drop_out_probability
+        if self.thermal is not None:
+            rss = self.thermal.reading_w(rss, own)
+        rss = log_normal_rss(rss, self.noise_db, rng)
+        rss = np.where(rss < self.sensitivity_w, 0.0, rss)
+        if self.quantiser is not None:
+            rss = self.quantiser.quantise(rss)
+        return np.where(arrives & answers, rss, 0.0)
+
+    def _field_w(
+        self, pose: npt.NDArray[np.float64], tag_id: str, motion: Motion
+    ) -> npt.NDArray[np.float64]:
+        """Return the (n,) powers at the places where the antennas are read [W]."""
         if tag_id not in self.links:
             raise unknown_tag(tag_id, self.tag_ids)
-        clean = self.links[tag_id].rss_w(np.asarray(pose, dtype=np.float64).reshape(1, 3))[0]
-        if clean.shape != self.azimuths_rad.shape:
+        n = self.antennas
+        one_pose = self.dwell_s == 0.0 or motion.rests
+        times_s = np.zeros(1) if one_pose else self.dwell_s * np.arange(1 - n, 1)
+        rss = self.links[tag_id].rss_w(motion.poses(pose, times_s))
+        if rss.shape[1] != n:
             msg = (
-                f"the link of tag {tag_id!r} gives {clean.size} RSS values, but the reader has "
-                f"{self.antennas} antennas: build both from one reader."
+                f"the link of tag {tag_id!r} gives {rss.shape[1]} RSS values, but the reader has "
+                f"{n} antennas: build both from one reader."
             )
             raise NavigationError(msg)
-        rss = log_normal_rss(clean, self.noise_db, rng)
-        rss = np.where(rss < self.sensitivity_w, 0.0, rss)
-        return rss if self.quantiser is None else self.quantiser.quantise(rss)
+        return rss[0] if one_pose else rss.diagonal()
 
 
 def unknown_tag(tag_id: str, known: tuple[str, ...]) -> NavigationError:

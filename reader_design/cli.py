@@ -26,6 +26,10 @@ VERBS = {
     "rss": ("verbs.paths:rss", "What each antenna of the reader receives, pose by pose."),
     "reader": ("verbs.reader:reader", "The reader by itself: impedances, S-matrix, patterns."),
     "navigate": ("verbs.navigate:navigate", "Drive the robot through the tags of a study."),
+    "tolerance": (
+        "verbs.tolerance:tolerance",
+        "What build errors do to the reader: yield, sensitivity, confidence.",
+    ),
     "track": ("verbs.track:track", "Trajectory tracking from RSS: thesis chapters 6 and 7."),
     "dock": ("verbs.dock:dock", "Dock a robot at a tagged station, from across the room."),
     "audit": ("verbs.tables:audit", "What is wrong with a mesh, and what it means for rays."),

@@ -14,6 +14,15 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
+from octant.em.fullwave._built_mesh import (
+    AROUND,
+    PLANE,
+    STRIP,
+    Parts,
+    built_lines_m,
+    built_vertices_m,
+)
+from octant.em.fullwave._clearance import clearance_m, close_doubts, refuse_crossed_planes
 from octant.em.fullwave._element_size import GROWTH, ElementSize
 from octant.em.fullwave._reader_pieces import PieceMesher, ground_pieces, plane_pieces, plate_pieces
 from octant.em.fullwave._strips import Strip, strip_cells, strip_triangles
@@ -40,9 +49,6 @@ FEED_GAP_M = 0.0057
 
 SAME_PLACE_M = 1e-8
 """Distance [m] below which two pieces' vertices are one."""
-
-CLOSE_M = 0.011
-"""Distance [m] between a strip and a plate below which the result hangs on the refinement."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -184,12 +190,7 @@ def reader_mesh(
         length = positive_number(length_m, name="length_m")
     radius = positive_number(wire_radius_m, name="wire_radius_m")
     feed = positive_number(feed_gap_m, name="feed_gap_m", allow_zero=True)
-    if feed >= length:
-        msg = (
-            f"feed_gap_m is {feed:g} m, but the antenna is only {length:g} m long; give a shorter "
-            "feed, or 0 for a delta gap."
-        )
-        raise GeometryError(msg)
+    _refuse_long_feed(feed, length)
     own_plane_m = body.fitted_monopole_plane_m if antenna == "monopole" else 0.0
     joined = antenna == "monopole" and own_plane_m == 0.0
     gap = 0.0 if joined else positive_number(gap_m, name="gap_m")
@@ -210,7 +211,6 @@ def reader_mesh(
         )
         for azimuth in body.element_azimuths_rad
     ]
-    clearance = _clearance_m(body, strips)
     size = ElementSize(
         coarse_m=coarse,
         finest_m=min(2.0 * radius, coarse, GROWTH * gap if antenna == "dipole" else coarse),
@@ -219,33 +219,39 @@ def reader_mesh(
         plane_side_m=own_plane_m,
     )
     mesher = PieceMesher(size)
-    pieces = [*ground_pieces(body, rim, strips, mesher, joined=joined)]
-    pieces += plate_pieces(body, mesher)
-    if own_plane_m > 0.0:
-        pieces += plane_pieces(strips, own_plane_m, mesher)
+    ground = ground_pieces(body, rim, strips, mesher, joined=joined)
+    plates = plate_pieces(body, mesher)
+    planes = plane_pieces(strips, own_plane_m, mesher) if own_plane_m > 0.0 else []
     around = [refined_mesh(b.vertices_m, b.faces, longest_m=coarse) for b in surroundings]
-    beside = _beside_m(pieces, around)
-    pieces += around
-    owners = [np.full(len(faces), -1) for _, faces in pieces]
-    for index, strip in enumerate(strips):
-        pieces.append(strip_triangles(strip))
-        owners.append(np.full(len(pieces[-1][1]), index))
-    vertices, faces = joined_pieces(pieces)
-    bottom = np.array([strip.middle_line_m[0] for strip in strips])
-    middle = np.array([strip.middle_line_m.mean(axis=0) for strip in strips])
-    centre = middle if antenna == "dipole" else bottom
-    up = np.array((0.0, 0.0, feed))
+    upright = [strip_triangles(strip) for strip in strips]
+    parts = _joined_parts((ground, plates, planes, around, upright))
+    lines = built_lines_m(body, strips, joined=joined)
+    _refuse_long_feed(feed, float(np.linalg.norm(lines[:, 1] - lines[:, 0], axis=1).min()))
+    vertices = built_vertices_m(parts, body, strips, lines, rim_m=rim, joined=joined)
+    outlines = [vertices[parts.vertices_of(STRIP, i), :2] for i in range(len(strips))]
+    clearance = clearance_m(body, outlines, lines, width_m=4.0 * radius)
+    if body.errors is not None and planes:
+        both = ((2 * i, 2 * i + 1) for i in range(len(strips)))
+        refuse_crossed_planes(
+            body,
+            [vertices[np.union1d(*(parts.vertices_of(PLANE, k) for k in p)), :2] for p in both],
+        )
+    beside = _beside_m(vertices, parts, around)
+    bottom, middle = lines[:, 0], lines.mean(axis=1)
+    up = lines[:, 1] - lines[:, 0]
+    up *= feed / np.linalg.norm(up, axis=1)[:, None]
+    of_strip = parts.kind == STRIP
     return ReaderMesh(
         vertices_m=vertices,
-        faces=faces,
-        antenna_of_face=np.concatenate(owners),
+        faces=parts.faces,
+        antenna_of_face=np.where(of_strip, parts.number, -1),
         feed_bottom_m=middle - 0.5 * up if antenna == "dipole" else bottom,
         feed_top_m=middle + 0.5 * up if antenna == "dipole" else bottom + up,
         strip_of_feed=np.arange(len(strips)),
-        phase_centres_m=centre,
+        phase_centres_m=middle if antenna == "dipole" else bottom,
         coarse_m=coarse,
         frequency_hz=frequency_hz,
-        warnings=(*_doubts(clearance), *_near_doubts(beside, coarse)),
+        warnings=(*close_doubts(clearance), *_near_doubts(beside, coarse)),
     )
 
 
@@ -335,34 +341,30 @@ def joined_pieces(
     return points[used], faces.reshape(-1, 3).astype(np.int64)
 
 
-def _clearance_m(body: ReaderBody, strips: Sequence[Strip]) -> float:
-    """Return the least distance of a strip from plates and neighbours [m]; refuse what touches."""
-    least = math.inf
-    for i, strip in enumerate(strips):
-        ends = strip.foot_m[[0, 2], :2]
-        for azimuth in body.plate_azimuths_rad:
-            out = np.array((math.cos(azimuth), math.sin(azimuth)))
-            along = np.clip(ends @ out, 0.0, body.plate_outer_radius_m)
-            side = ends @ np.array((-out[1], out[0]))
-            beside = float(np.linalg.norm(ends - along[:, None] * out, axis=1).min())
-            if beside == 0.0 or (side[0] * side[1] < 0.0 and (along > 0.0).all()):
-                across = float((ends @ out).min()) <= body.plate_outer_radius_m
-                beside = 0.0 if across else beside
-            _refuse_contact(body, i, beside, f"the plate at {math.degrees(azimuth):g} deg")
-            least = min(least, beside)
-        for k, other in enumerate(strips[:i]):
-            apart = ends[:, None] - other.foot_m[[0, 2], :2][None, :]
-            beside = float(np.linalg.norm(apart, axis=2).min())
-            crossed = np.linalg.norm(strip.foot_m[1] - other.foot_m[1]) <= np.linalg.norm(
-                ends[1] - ends[0]
-            )
-            _refuse_contact(body, i, 0.0 if crossed else beside, f"antenna {k + 1}")
-            least = min(least, beside)
-    return least
+def _refuse_long_feed(feed_m: float, length_m: float) -> None:
+    """Raise when the feed is not shorter than the antenna."""
+    if feed_m >= length_m:
+        msg = (
+            f"feed_gap_m is {feed_m:g} m, but the antenna is only {length_m:g} m long; give a "
+            "shorter feed, or 0 for a delta gap."
+        )
+        raise GeometryError(msg)
+
+
+def _joined_parts(kinds: Sequence[Sequence[tuple[FloatArray, IntArray]]]) -> Parts:
+    """Return the pieces of each kind of sheet as one mesh, numbered within their kind."""
+    vertices, faces = joined_pieces([piece for kind in kinds for piece in kind])
+    sizes = [len(triangles) for kind in kinds for _, triangles in kind]
+    return Parts(
+        vertices_m=vertices,
+        faces=faces,
+        kind=np.repeat([number for number, kind in enumerate(kinds) for _ in kind], sizes),
+        number=np.repeat([i for kind in kinds for i in range(len(kind))], sizes),
+    )
 
 
 def _beside_m(
-    reader: Sequence[tuple[FloatArray, IntArray]], around: Sequence[tuple[FloatArray, IntArray]]
+    vertices_m: FloatArray, parts: Parts, around: Sequence[tuple[FloatArray, IntArray]]
 ) -> float:
     """Return the least distance between corners of reader and surroundings [m]; refuse crossings.
 
@@ -371,18 +373,17 @@ def _beside_m(
     from scipy.spatial import cKDTree
 
     least = math.inf
-    for vertices, faces in around:
-        for other_vertices, other_faces in reader:
-            for (v, f), (w, g) in (
-                ((vertices, faces), (other_vertices, other_faces)),
-                ((other_vertices, other_faces), (vertices, faces)),
-            ):
-                bvh = build_bvh(w[g], np.zeros(len(g), dtype=np.int64), extent_m=1.0)
-                starts, ends = v[f].reshape(-1, 3), v[f[:, [1, 2, 0]]].reshape(-1, 3)
-                if segments_blocked(bvh, starts, ends).any():
-                    msg = "surroundings cross the reader's ground plane or plates; move them apart."
-                    raise GeometryError(msg)
-            least = min(least, float(cKDTree(other_vertices).query(vertices)[0].min()))
+    own_faces = parts.faces[parts.kind < AROUND]
+    own = (vertices_m, own_faces)
+    for given in around:
+        for (v, f), (w, g) in ((given, own), (own, given)):
+            bvh = build_bvh(w[g], np.zeros(len(g), dtype=np.int64), extent_m=1.0)
+            starts, ends = v[f].reshape(-1, 3), v[f[:, [1, 2, 0]]].reshape(-1, 3)
+            if segments_blocked(bvh, starts, ends).any():
+                msg = "surroundings cross the reader's ground plane or plates; move them apart."
+                raise GeometryError(msg)
+        corners = cKDTree(vertices_m[np.unique(own_faces)])
+        least = min(least, float(corners.query(given[0])[0].min()))
     return least
 
 
@@ -396,25 +397,3 @@ def _near_doubts(beside_m: float, coarse_m: float) -> tuple[str, ...]:
         "coarse"
     )
     return (text,)
-
-
-def _refuse_contact(body: ReaderBody, antenna: int, beside_m: float, what: str) -> None:
-    """Raise when an antenna touches something."""
-    if beside_m <= SAME_PLACE_M:
-        msg = (
-            f"antenna {antenna + 1} touches {what} at antenna_radius_m = "
-            f"{body.antenna_radius_m:g} m; move the antennas out, or give thinner wire."
-        )
-        raise GeometryError(msg)
-
-
-def _doubts(clearance_m: float) -> tuple[str, ...]:
-    """Return what makes the result doubtful."""
-    if clearance_m >= CLOSE_M:
-        return ()
-    doubt = (
-        f"the antennas are {1e3 * clearance_m:.2g} mm from the nearest sheet or neighbour, nearer "
-        f"than {1e3 * CLOSE_M:.2g} mm: patterns may be off by several tenths of a decibel, and "
-        "deep between plates they mean little"
-    )
-    return (doubt,)

@@ -25,6 +25,7 @@ from octant.reader_design.config.room import (
 )
 from octant.reader_design.config.rules import mission_rules
 from octant.reader_design.config.schema import Layout, Reader, Study, Sweep, Tag
+from octant.reader_design.config.sensor import Sensor
 
 TAG_ANTENNAS = ("dipole", "monopole", "patch", "isotropic_theta")
 """Antennas of tags and of the ends of paths that need no file."""
@@ -71,10 +72,14 @@ def check_study(study: Study) -> None:
     _check_reader(study.reader, study.sweep)
     _check_pattern_files(study.reader, study.sweep)
     _check_surroundings(study.reader)
+    _check_sensor(study.sensor)
     if study.mission is not None:
         _check_mission(study.mission, study.tags)
+        _check_dwell(study.sensor, study.mission, study.reader.antennas)
     if study.dock is not None:
         _check_dock(study.dock, study.tags)
+    if study.tolerance is not None:
+        _check_tolerance(study)
     for path, spec in material_specs(study):
         check_material(path, spec, study.radio.frequencies_hz)
     for path, unit in _units(study):
@@ -309,6 +314,53 @@ def _check_mission(mission: Mission, tags: Sequence[Tag]) -> None:
         )
         raise ConfigError(msg)
     mission_rules(mission)
+
+
+def _check_sensor(sensor: Sensor) -> None:
+    if sensor.required_snr_db is not None and sensor.bandwidth_hz is None:
+        msg = (
+            f"sensor.required_snr_db is {sensor.required_snr_db:g} dB, but without "
+            "sensor.bandwidth_hz the receiver has no noise; give the bandwidth, or "
+            "sensor.sensitivity_dbm instead."
+        )
+        raise ConfigError(msg)
+    if sensor.floor_dbm >= sensor.full_scale_dbm:
+        msg = (
+            f"sensor.floor_dbm is {sensor.floor_dbm:g} dBm and sensor.full_scale_dbm "
+            f"{sensor.full_scale_dbm:g} dBm, but the floor must lie below; exchange them."
+        )
+        raise ConfigError(msg)
+
+
+def _check_dwell(sensor: Sensor, mission: Mission, antennas: int) -> None:
+    round_s = antennas * sensor.dwell_s
+    if round_s > mission.sample_time_s * (1.0 + 1e-12):
+        msg = (
+            f"sensor.dwell_s is {sensor.dwell_s:g} s, so that one round of {antennas} antennas "
+            f"takes {round_s:g} s, but mission.sample_time_s is {mission.sample_time_s:g} s; "
+            "shorten the dwell time."
+        )
+        raise ConfigError(msg)
+
+
+def _check_tolerance(study: Study) -> None:
+    tolerance = study.tolerance
+    if tolerance is None:
+        return
+    _check_unique("tolerance.rival", "name", [rival.name for rival in tolerance.rivals])
+    if tolerance.room and study.room.free_space:
+        msg = (
+            "tolerance.room is true, but the study's room is free space; set it false, or give a "
+            "room."
+        )
+        raise ConfigError(msg)
+    percent = max(tolerance.permittivity_percent, tolerance.conductivity_percent)
+    if percent > 0.0 and not tolerance.room:
+        msg = (
+            f"tolerance gives materials errors of {percent:g} %, but tolerance.room is false, so "
+            "no room is scored; set tolerance.room = true, or leave the errors out."
+        )
+        raise ConfigError(msg)
 
 
 def _check_dock(dock: Dock, tags: Sequence[Tag]) -> None:

@@ -112,6 +112,8 @@ def to_toml(study: Study, *, relative_to: Path | None = None) -> str:
     tables["reader"]["object"] = tables["reader"]["object"] or None
     if tables["track"]:
         tables["track"]["trajectory"] = tables["track"]["trajectory"] or None
+    if tables["tolerance"]:
+        tables["tolerance"]["rival"] = tables["tolerance"]["rival"] or None
     empty = [key for key in ("tag", "layout") if not tables[key]]
     return toml_text({key: value for key, value in tables.items() if key not in empty})
 

@@ -21,6 +21,8 @@ from octant.reader_design.config.room import (
     RoomObject,
     Table,
 )
+from octant.reader_design.config.sensor import Sensor
+from octant.reader_design.config.tolerance import Tolerance
 from octant.reader_design.config.track import Track
 
 ReaderAntenna = Literal["dipole", "monopole"]
@@ -246,10 +248,14 @@ class Study(Table, frozen=True, kw_only=True):
         The tables ``[[tag]]``.
     mission : Mission or None
         None: the study drives no robot.
+    sensor : Sensor
+        How the robot's reader measures on missions.
     track : Track or None
         Trajectory tracking from RSS; None: the study has none.
     dock : Dock or None
         Docking at a tagged station; None: the study has none.
+    tolerance : Tolerance or None
+        How exactly readers are made; None: the defaults.
     layouts : tuple of Layout
         The tables ``[[layout]]``.
     """
@@ -264,6 +270,8 @@ class Study(Table, frozen=True, kw_only=True):
     solver: Solver = Solver()
     map: Map = Map()
     mission: Mission | None = None
+    sensor: Sensor = Sensor()
     track: Track | None = None
     dock: Dock | None = None
+    tolerance: Tolerance | None = None
     layouts: tuple[Layout, ...] = msgspec.field(default=(), name="layout")

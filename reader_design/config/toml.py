@@ -10,6 +10,10 @@ _COMMENTS = {
     "encoder_counts": "not given: the estimators are told the commands",
     "start_m": "not given: on the trajectory",
     "start_heading_deg": "not given: along the trajectory",
+    "bandwidth_hz": "not given: no thermal noise",
+    "required_snr_db": "not given: none is needed",
+    "sensitivity_dbm": "not given: no limit",
+    "bits": "not given: readings are not rounded",
     "max_time_s": "not given: 60 s and four times what the straight way takes",
 }
 

@@ -14,11 +14,12 @@ from octant.navigation.mission_starts import ListedStarts, RandomStarts, Starts
 from octant.navigation.missions import Mission, MissionResult, run_missions
 from octant.navigation.robot import DifferentialDrive
 from octant.navigation.rolling import Rolling
-from octant.navigation.sensing import FieldSensor, PowerLink
+from octant.navigation.sensing import PowerLink
 from octant.reader_design.config.schema import Study
 from octant.reader_design.rooms.study_scene import StudyScene
 from octant.reader_design.study.missions import mission_table, open_link, tag_link
 from octant.reader_design.study.navigators import study_navigator
+from octant.reader_design.study.sensors import study_sensor
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -213,9 +214,10 @@ def drive_missions(
     space = mission_space(study, built)
     return run_missions(
         mission,
-        FieldSensor(
-            links=links,
-            azimuths_rad=responses[0].azimuths_rad,
+        study_sensor(
+            study.sensor,
+            links,
+            responses[0].azimuths_rad,
             noise_db=table.noise_db if noise_db is None else noise_db,
         ),
         study_navigator(study, built, mission, responses, robot=robot),

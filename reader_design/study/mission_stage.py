@@ -149,6 +149,7 @@ def mission_stage(
             **response_inputs(study),
             "scene": scene_fingerprint(built),
             "mission": msgspec.to_builtins(mission_table(study)),
+            "sensor": msgspec.to_builtins(study.sensor),
             "radio": msgspec.to_builtins(study.radio),
             "solver": msgspec.to_builtins(study.solver),
             "seed": study.seed,

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import msgspec
 
 from octant.em.reader_response import ReaderResponse
-from octant.em.received_power import ReaderLink, channel_average, reader_link
+from octant.em.received_power import ReaderLink, reader_link
 from octant.geometries.errors import ConfigError, PhysicsWarning
 from octant.navigation.pattern_match import PatternTable, pattern_table
 from octant.reader_design.config.mission import Mission as MissionTable
@@ -76,22 +76,18 @@ def tag_link(
     ReaderLink
         Coherent RSS and local mean [W] of every antenna.
     """
-    links = [
-        reader_link(
-            radio,
-            tag_position_m=tag.position_m,
-            tag_antenna=antenna,
-            tag_power_w=study.radio.tag_power_w,
-            response=response,
-            reader_height_m=study.reader.height_m if height_m is None else height_m,
-            max_reflections=study.solver.max_reflections,
-            max_diffractions=study.solver.max_diffractions,
-            search=study.solver.search,
-            rays=study.solver.rays,
-        )
-        for radio, antenna, response in zip(built.radios, tag.antennas, responses, strict=True)
-    ]
-    return channel_average(links)
+    return reader_link(
+        built.radios,
+        tag_position_m=tag.position_m,
+        tag_antenna=tag.antennas,
+        tag_power_w=study.radio.tag_power_w,
+        response=responses,
+        reader_height_m=study.reader.height_m if height_m is None else height_m,
+        max_reflections=study.solver.max_reflections,
+        max_diffractions=study.solver.max_diffractions,
+        search=study.solver.search,
+        rays=study.solver.rays,
+    )
 
 
 def mission_table(study: Study) -> MissionTable:

@@ -17,7 +17,7 @@ import numpy.typing as npt
 from octant.em.antennas import Antenna
 from octant.em.radio_scene import radio_scene
 from octant.em.reader_response import ReaderResponse
-from octant.em.received_power import ReaderLink, channel_average, reader_link
+from octant.em.received_power import ReaderLink, reader_link
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import ConfigError, OctantError, PhysicsWarning, SweepStateError
 from octant.geometries.scene import free_space_scene
@@ -340,19 +340,14 @@ def free_link(
     study, scene = context.study, free_space_scene()
     place = np.array(tag.position_m)
     place[2] -= context.built.reader_z_m - study.reader.height_m
-    return channel_average(
-        [
-            reader_link(
-                radio_scene(scene, antenna.frequency_hz),
-                tag_position_m=place,
-                tag_antenna=antenna,
-                tag_power_w=study.radio.tag_power_w,
-                response=response,
-                reader_height_m=study.reader.height_m,
-                max_reflections=0,
-            )
-            for antenna, response in zip(tag.antennas, responses, strict=True)
-        ]
+    return reader_link(
+        [radio_scene(scene, antenna.frequency_hz) for antenna in tag.antennas],
+        tag_position_m=place,
+        tag_antenna=tag.antennas,
+        tag_power_w=study.radio.tag_power_w,
+        response=responses,
+        reader_height_m=study.reader.height_m,
+        max_reflections=0,
     )
 
 

@@ -12,6 +12,7 @@ from octant.em.fullwave.mesh import CELLS_PER_WAVELENGTH, FEED_GAP_M, WIRE_RADIU
 from octant.em.reader_response import ReaderResponse, reader_response
 from octant.em.response_cache import ReaderSolution, body_hash, cached_responses
 from octant.geometries.bodies import Body
+from octant.geometries.build_errors import BuildErrors
 from octant.geometries.reader_body import GroundPlaneShape, ReaderBody, reader_body
 from octant.reader_design.config.schema import Reader, Study
 from octant.reader_design.rooms.bodies import object_bodies
@@ -178,8 +179,13 @@ class ReaderDesign:
         """
         return content_hash(self.as_dict())
 
-    def body(self) -> ReaderBody:
+    def body(self, errors: BuildErrors | None = None) -> ReaderBody:
         """Return the reader's metal body and element places [m].
+
+        Parameters
+        ----------
+        errors : BuildErrors or None
+            What is built less what is drawn ([m], [rad]); None: as drawn.
 
         Returns
         -------
@@ -200,6 +206,7 @@ class ReaderDesign:
             ground_plane_m=self.ground_plane_m,
             ground_plane_shape=self.ground_plane_shape,
             monopole_plane_m=self.monopole_plane_m if self.antenna == "monopole" else 0.0,
+            errors=errors,
         )
 
     def element(self, frequency_hz: float) -> Antenna:

@@ -1,0 +1,37 @@
+# mypy: allow-untyped-defs
+"""Compiled sine and cosine of a phase, both at once and inlined.
+
+The library's take one call each, and with them a third of the time of a path's field.
+"""
+
+import numpy as np
+from numba import njit
+
+_TWO_OVER_PI = 2.0 / np.pi
+# pi/2 in two parts, of which the first has 33 bits: its multiples are exact for a million radians.
+_HALF_PI_HIGH = 1.57079632673412561417
+_HALF_PI_LOW = 6.07710050650619224932e-11
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def sine_cosine(phase):
+    """Return sine and cosine of a phase of up to 1e6 rad, to 2e-16.
+
+    Reduced to [-pi/4, pi/4] after Cody and Waite (Software Manual for the Elementary Functions,
+    1980), where the series up to the 16th power is exact to rounding.
+    """
+    quarter = np.floor(phase * _TWO_OVER_PI + 0.5)
+    y = (phase - quarter * _HALF_PI_HIGH) - quarter * _HALF_PI_LOW
+    z = y * y
+    sine = 1.0 / 6227020800.0 - z * (1.0 / 1307674368000.0)
+    sine = 1.0 / 362880.0 - z * (1.0 / 39916800.0 - z * sine)
+    sine = 1.0 / 6.0 - z * (1.0 / 120.0 - z * (1.0 / 5040.0 - z * sine))
+    sine = y - y * z * sine
+    cosine = 1.0 / 479001600.0 - z * (1.0 / 87178291200.0 - z * (1.0 / 20922789888000.0))
+    cosine = 1.0 / 720.0 - z * (1.0 / 40320.0 - z * (1.0 / 3628800.0 - z * cosine))
+    cosine = 1.0 - z * (0.5 - z * (1.0 / 24.0 - z * cosine))
+    half = 0.5 * quarter
+    odd = half != np.floor(half)
+    back = np.floor(half) != 2.0 * np.floor(0.5 * half)  # quarters 2 and 3
+    sine, cosine = (cosine if odd else sine), (-sine if odd else cosine)
+    return (-sine if back else sine), (-cosine if back else cosine)

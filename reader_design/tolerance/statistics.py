@@ -1,0 +1,213 @@
+"""Intervals of shares and quantiles, and shares of explained variance."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.geometries.errors import ConfigError
+
+FloatArray = npt.NDArray[np.float64]
+
+Z_95 = 1.959963984540054
+"""Two-sided 95 % point of the normal distribution [-]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Interval:
+    """An estimate and its 95 % confidence interval, all in one unit.
+
+    Attributes
+    ----------
+    value : float
+        The estimate [its unit].
+    low, high : float
+        Ends of the interval [its unit].
+    """
+
+    value: float
+    low: float
+    high: float
+
+
+def wilson(successes: float, trials: int) -> Interval:
+    """Return a share and its 95 % interval after Wilson [-].
+
+    Parameters
+    ----------
+    successes : float
+        Number of successes [-]; a tie may count one half.
+    trials : int
+        Number of independent trials [-]; at least 1.
+
+    Returns
+    -------
+    Interval
+        Share [-]; never below 0 or above 1.
+
+    Raises
+    ------
+    ConfigError
+        When there is no trial, or more successes than trials.
+
+    References
+    ----------
+    .. [1] E. B. Wilson, J. Am. Stat. Assoc. 22 (1927) 209-212.
+    .. [2] R. G. Newcombe, Stat. Med. 17 (1998) 857-872, method 3.
+    """
+    if trials < 1 or not 0.0 <= successes <= trials:
+        msg = (
+            f"{successes:g} of {trials} is no share, but 0 to all of at least one trial is "
+            "needed; draw samples first."
+        )
+        raise ConfigError(msg)
+    square = Z_95**2
+    middle = (successes + 0.5 * square) / (trials + square)
+    half = (
+        Z_95
+        / (trials + square)
+        * math.sqrt(successes * (trials - successes) / trials + 0.25 * square)
+    )
+    return Interval(
+        value=successes / trials,
+        low=0.0 if successes == 0 else middle - half,
+        high=1.0 if successes == trials else middle + half,
+    )
+
+
+def quantiles(
+    values: npt.ArrayLike,
+    probabilities: tuple[float, ...],
+    *,
+    random: np.random.Generator,
+    resamples: int = 2000,
+) -> tuple[Interval, ...]:
+    """Return quantiles of a sample and their 95 % intervals by the percentile bootstrap.
+
+    Parameters
+    ----------
+    values : (s,) array_like
+        Sample, in any unit [its unit]; not empty.
+    probabilities : tuple of float
+        Wanted quantiles, 0 to 1 [-].
+    random : numpy.random.Generator
+        Of the resamples.
+    resamples : int
+        Number of them [-].
+
+    Returns
+    -------
+    tuple of Interval
+        One for each probability [its unit].
+
+    Notes
+    -----
+    The 5 % quantile of fewer than some 60 samples is near the smallest one, and its interval then
+    ends there: it cannot say what has not been seen.
+
+    References
+    ----------
+    .. [1] B. Efron and R. J. Tibshirani, An Introduction to the Bootstrap (1993), section 13.3.
+    """
+    sample = np.asarray(values, dtype=np.float64)
+    drawn = sample[random.integers(0, sample.size, (resamples, sample.size))]
+    estimates = np.quantile(sample, probabilities)
+    spread = np.quantile(np.quantile(drawn, probabilities, axis=1), (0.025, 0.975), axis=1)
+    return tuple(
+        Interval(value=float(v), low=float(a), high=float(b))
+        for v, a, b in zip(estimates, *spread, strict=True)
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Explained:
+    """How much of a score's variance goes with each regressor.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Regressors.
+    coefficients : (p,) float64
+        Standardised regression coefficients [-].
+    shares : (p,) float64
+        Share of the variance [-]: coefficient times correlation; their sum is ``r_squared``. Small
+        negative ones are noise.
+    r_squared : float
+        Share explained by all together in the sample [-].
+    r_squared_new : float
+        The same for samples left out of the fit, one at a time [-]: what the fit is worth. Below
+        0 it is worth nothing.
+    """
+
+    names: tuple[str, ...]
+    coefficients: FloatArray
+    shares: FloatArray
+    r_squared: float
+    r_squared_new: float
+
+    def by_kind(self) -> dict[str, float]:
+        """Return the shares added up over what stands before the colon of a name [-].
+
+        Returns
+        -------
+        dict of str to float
+            Kind of error -> share, in the order of the names [-].
+        """
+        out: dict[str, float] = {}
+        for name, share in zip(self.names, self.shares, strict=True):
+            kind = name.split(":")[0]
+            out[kind] = out.get(kind, 0.0) + float(share)
+        return out
+
+
+def explained_variance(
+    names: tuple[str, ...], columns: npt.ArrayLike, values: npt.ArrayLike
+) -> Explained | None:
+    """Return the shares of a score's variance by standardised linear regression [-].
+
+    Parameters
+    ----------
+    names : tuple of str
+        Regressors.
+    columns : (s, p) array_like
+        Their values, each in a unit of its own [-].
+    values : (s,) array_like
+        The score [its unit].
+
+    Returns
+    -------
+    Explained or None
+        None when there are fewer than p + 2 samples, or nothing varies.
+
+    Notes
+    -----
+    Shares are Pratt's product measure beta_j r_j: for independent regressors the squared
+    standardised coefficients. The left-out error is the residual over one less the leverage.
+
+    References
+    ----------
+    .. [1] J. W. Pratt, Proc. 2nd Tampere Conf. in Statistics (1987) 245-260.
+    .. [2] D. M. Allen, Technometrics 16 (1974) 125-127 (PRESS).
+    """
+    x, y = np.asarray(columns, dtype=np.float64), np.asarray(values, dtype=np.float64)
+    count, parameters = x.shape
+    # A score in floating point that "varies" by rounding only does not vary.
+    flat = np.ptp(y) <= 1e-12 * max(1.0, float(np.abs(y).max(initial=0.0)))
+    if not parameters or count < parameters + 2 or flat:
+        return None
+    x = (x - x.mean(axis=0)) / x.std(axis=0)
+    y = (y - y.mean()) / y.std()
+    coefficients = np.linalg.lstsq(x, y, rcond=None)[0]
+    shares = coefficients * (x * y[:, None]).mean(axis=0)
+    residual = y - x @ coefficients
+    basis = np.linalg.qr(np.column_stack((np.ones(count), x)))[0]
+    left_out = residual / np.maximum(1.0 - (basis**2).sum(axis=1), 1e-12)
+    mean_left_out = count / (count - 1)  # the mean, too, is that of the others
+    return Explained(
+        names=names,
+        coefficients=coefficients,
+        shares=shares,
+        r_squared=1.0 - float(residual @ residual) / count,
+        r_squared_new=1.0 - float(left_out @ left_out) / (count * mean_left_out**2),
+    )
