@@ -7,6 +7,9 @@ from concurrent.futures import FIRST_COMPLETED, Executor, ThreadPoolExecutor, wa
 BLOCK_SIZE = 256
 """Receivers per block [-]: enough to hide the call, few enough to share out evenly."""
 
+THREADS_VARIABLE = "OCTANT_THREADS"
+"""Environment variable with the number of threads of a process; without it one for each core."""
+
 Progress = Callable[[int, int], None]
 """Told (receivers done, receivers in all) after every block."""
 
@@ -31,7 +34,8 @@ def run_blocks(
     block_size : int
         Rows per call [-].
     executor : Executor, optional
-        Runs the blocks, sharing memory; by default a pool of one thread per core for this call.
+        Runs the blocks, sharing memory; by default a pool of one thread per core for this call, or
+        of as many as ``$OCTANT_THREADS`` says.
     progress : callable, optional
         Told about every finished block.
 
@@ -44,7 +48,8 @@ def run_blocks(
         if progress is not None:
             progress(count, count)
         return
-    pool = executor or ThreadPoolExecutor(max_workers=os.cpu_count() or 1)
+    threads = int(os.environ.get(THREADS_VARIABLE) or os.cpu_count() or 1)
+    pool = executor or ThreadPoolExecutor(max_workers=threads)
     try:
         pending = {
             pool.submit(work, begin, min(begin + block_size, count)): min(block_size, count - begin)

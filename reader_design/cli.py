@@ -19,6 +19,7 @@ from octant.reader_design.config.errors import nearest
 
 VERBS = {
     "study": ("verbs.study:study", "The main job: sweep, choice, map, missions, report."),
+    "sweep": ("verbs.sweep:sweep", "Any parameters swept: one resumable table of scores."),
     "map": ("verbs.map:radio_map", "Received power over the floor of a room."),
     "paths": ("verbs.paths:paths", "Every path between a transmitter and receivers."),
     "explain": ("verbs.explain:explain", "One path's budget in dB, interaction by interaction."),

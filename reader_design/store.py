@@ -5,6 +5,7 @@ import platform
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import cache
 from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -259,13 +260,17 @@ def versions() -> dict[str, str]:
         Versions of Octant, Python and the numeric packages [-]; ``not installed`` for Octant run
         from a working tree.
     """
-    found = {"python_version": platform.python_version()}
-    for package in ("octant", "numpy", "scipy", "numba", "trimesh"):
-        try:
-            found[f"{package}_version"] = metadata.version(package)
-        except metadata.PackageNotFoundError:
-            found[f"{package}_version"] = "not installed"
-    return found
+    packages = ("octant", "numpy", "scipy", "numba", "trimesh")
+    found = {f"{package}_version": _version(package) for package in packages}
+    return {"python_version": platform.python_version(), **found}
+
+
+@cache  # thousands of cells ask, and each answer means reading files
+def _version(package: str) -> str:
+    try:
+        return metadata.version(package)
+    except metadata.PackageNotFoundError:
+        return "not installed"
 
 
 def _umask() -> int:

@@ -90,6 +90,26 @@ def put_table(
         _write_rows(file, header, rows)
 
 
+def csv_text(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+    """Return a CSV table as text.
+
+    Parameters
+    ----------
+    header : sequence of str
+        Column names, with their units.
+    rows : iterable of sequences
+        Values [-]; floats get the digits that read back to the same number.
+
+    Returns
+    -------
+    str
+        One line a row.
+    """
+    text = io.StringIO(newline="")
+    _write_rows(text, header, rows)
+    return text.getvalue()
+
+
 def _write_rows(file: TextIO, header: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
     writer = csv.writer(file, lineterminator="\n")
     writer.writerow(header)

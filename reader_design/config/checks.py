@@ -7,6 +7,7 @@ from pathlib import Path
 import msgspec
 
 from octant.geometries.errors import ConfigError, GeometryError
+from octant.reader_design.config.choice import Choice, Scoring
 from octant.reader_design.config.dock import Dock
 from octant.reader_design.config.errors import unknown_name
 from octant.reader_design.config.materials import (
@@ -24,8 +25,9 @@ from octant.reader_design.config.room import (
     RoomMesh,
 )
 from octant.reader_design.config.rules import mission_rules
-from octant.reader_design.config.schema import Layout, Reader, Study, Sweep, Tag
+from octant.reader_design.config.schema import Layout, Reader, Study, Tag
 from octant.reader_design.config.sensor import Sensor
+from octant.reader_design.sweep.scores import SCORE_NAMES, higher_is_better, score_unit
 
 TAG_ANTENNAS = ("dipole", "monopole", "patch", "isotropic_theta")
 """Antennas of tags and of the ends of paths that need no file."""
@@ -50,27 +52,32 @@ def unknown_antenna(path: str, name: str) -> str:
     return unknown_name(path, name, TAG_ANTENNAS, what=what)
 
 
-def check_study(study: Study) -> None:
+def check_study(study: Study, *, shapes: bool = True) -> None:
     """Return nothing; refuse a study whose keys contradict each other.
 
     Parameters
     ----------
     study : Study
         A study whose single values are already within their ranges.
+    shapes : bool
+        False: leave out whether the walls of rooms fit together, which building the scene finds
+        out as well; it takes a hundred times as long as the rest.
 
     Raises
     ------
     ConfigError
         With the key path, what was given and what is allowed.
     """
-    _check_room("room", study.room)
+    _check_room("room", study.room, shapes=shapes)
     for i, layout in enumerate(study.layouts):
         if layout.room is not None:
-            _check_room(f"layout[{i}].room", layout.room)
+            _check_room(f"layout[{i}].room", layout.room, shapes=shapes)
     _check_unique("layout", "name", [layout.name for layout in study.layouts])
     _check_tags(study.tags)
-    _check_reader(study.reader, study.sweep)
-    _check_pattern_files(study.reader, study.sweep)
+    _check_scoring(study.scoring)
+    _check_choice(study.choice)
+    _check_reader(study.reader)
+    _check_pattern_files(study.reader)
     _check_surroundings(study.reader)
     _check_sensor(study.sensor)
     if study.mission is not None:
@@ -84,6 +91,34 @@ def check_study(study: Study) -> None:
         check_material(path, spec, study.radio.frequencies_hz)
     for path, unit in _units(study):
         _check_unit(path, unit)
+
+
+def _check_scoring(scoring: Scoring) -> None:
+    if scoring.floor_dbm >= scoring.full_scale_dbm:
+        msg = (
+            f"scoring.floor_dbm is {scoring.floor_dbm:g} dBm, but the codes must rise to "
+            f"scoring.full_scale_dbm = {scoring.full_scale_dbm:g} dBm; choose less."
+        )
+        raise ConfigError(msg)
+
+
+def _check_choice(choice: Choice) -> None:
+    for i, criterion in enumerate(choice.criteria):
+        given = [(key, getattr(criterion, key)) for key in ("free", "room")]
+        named = [(key, name) for key, name in given if name]
+        if not named:
+            msg = f"choice.criterion[{i}] names no score; give free, room, or both."
+            raise ConfigError(msg)
+        for key, name in named:
+            if name not in SCORE_NAMES:
+                path = f"choice.criterion[{i}].{key}"
+                raise ConfigError(unknown_name(path, name, SCORE_NAMES, what="score"))
+        if len({(score_unit(n), higher_is_better(n)) for _, n in named}) > 1:
+            msg = (
+                f"choice.criterion[{i}] compares {criterion.free!r} in free space with "
+                f"{criterion.room!r} in the room, which cannot be averaged; name like scores."
+            )
+            raise ConfigError(msg)
 
 
 def rooms_of(study: Study, layout: Layout | None = None) -> Room:
@@ -132,7 +167,7 @@ def _check_unit(path: str, unit: str) -> None:
         raise ConfigError(msg) from exc
 
 
-def _check_room(path: str, room: Room) -> None:
+def _check_room(path: str, room: Room, *, shapes: bool) -> None:
     kinds = {
         "box_m": room.box_m is not None,
         "outline_m": room.outline_m is not None,
@@ -148,7 +183,7 @@ def _check_room(path: str, room: Room) -> None:
     parametric = given[0] in {"box_m", "outline_m"}
     if isinstance(room.material, RoomMaterial):
         _check_surfaces(path, room.material, parametric=parametric)
-    if parametric:
+    if parametric and shapes:
         _check_shape(path, room)
 
 
@@ -242,23 +277,15 @@ def _check_tags(tags: Sequence[Tag]) -> None:
             raise ConfigError(msg)
 
 
-def _check_reader(reader: Reader, sweep: Sweep) -> None:
+def _check_reader(reader: Reader) -> None:
     limit_m = reader.ground_plane_m / 2.0
-    radii = [("reader.antenna_radius_m", reader.antenna_radius_m)]
-    radii += [(f"sweep.antenna_radius_m[{i}]", r) for i, r in enumerate(sweep.antenna_radius_m)]
-    for path, radius_m in radii:
-        if radius_m > limit_m * (1.0 + 1e-9):
-            msg = (
-                f"{path} is {radius_m:g} m, but the antennas must stand on the ground plane, whose "
-                f"half is {limit_m:g} m; choose a smaller radius or a larger reader.ground_plane_m."
-            )
-            raise ConfigError(msg)
-    for key in ("antenna", "antenna_radius_m", "plate_height_m"):
-        values = getattr(sweep, key)
-        for i, value in enumerate(values):
-            if value in values[:i]:
-                msg = f"sweep.{key}[{i}] is {value!r} a second time; name every value once."
-                raise ConfigError(msg)
+    if reader.antenna_radius_m > limit_m * (1.0 + 1e-9):
+        msg = (
+            f"reader.antenna_radius_m is {reader.antenna_radius_m:g} m, but the antennas must "
+            f"stand on the ground plane, whose half is {limit_m:g} m; choose a smaller radius or "
+            "a larger reader.ground_plane_m."
+        )
+        raise ConfigError(msg)
 
 
 def _check_surroundings(reader: Reader) -> None:
@@ -277,7 +304,7 @@ def _check_surroundings(reader: Reader) -> None:
             raise ConfigError(msg)
 
 
-def _check_pattern_files(reader: Reader, sweep: Sweep) -> None:
+def _check_pattern_files(reader: Reader) -> None:
     given = len(reader.pattern_files)
     if reader.response != "files":
         if given:
@@ -293,13 +320,6 @@ def _check_pattern_files(reader: Reader, sweep: Sweep) -> None:
             "antennas; give one file for each, in their order."
         )
         raise ConfigError(msg)
-    for key in ("antenna", "antenna_radius_m", "plate_height_m"):
-        if len(getattr(sweep, key)) > 1:
-            msg = (
-                f'sweep.{key} has {len(getattr(sweep, key))} values, but reader.response = "files" '
-                "is one given reader; leave the sweep out."
-            )
-            raise ConfigError(msg)
 
 
 def _check_mission(mission: Mission, tags: Sequence[Tag]) -> None:

@@ -1,7 +1,9 @@
 """Reading a study file and writing it back with every default resolved."""
 
+import itertools
 import math
 import os
+from collections.abc import Mapping
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -10,10 +12,11 @@ import msgspec
 
 from octant.geometries.errors import ConfigError
 from octant.reader_design.config.checks import TAG_ANTENNAS, check_study
-from octant.reader_design.config.errors import path_text, sentence, unit_of
+from octant.reader_design.config.errors import path_text, sentence, unit_of, value_text
 from octant.reader_design.config.materials import room_material
 from octant.reader_design.config.room import MeshObject, Room, RoomMesh, RoomObject
 from octant.reader_design.config.schema import Layout, Study, Tag
+from octant.reader_design.config.sweep import expanded, parameter_key, put, taken
 from octant.reader_design.config.toml import toml_text
 from octant.reader_design.config.toml_files import toml_file_text, toml_tables
 
@@ -79,7 +82,7 @@ def parse_study(text: str, *, source: str, directory: Path) -> Study:
         except msgspec.ValidationError as exc:
             raise ConfigError(sentence(exc, raw, Study)) from exc
         check_study(study)
-        return resolved(study, directory=directory)
+        return _with_sweep(resolved(study, directory=directory), directory)
     except ConfigError as exc:
         msg = f"{source}: {exc}"
         raise ConfigError(msg) from exc
@@ -106,7 +109,8 @@ def to_toml(study: Study, *, relative_to: Path | None = None) -> str:
     def named(file: str) -> str:
         return file if base is None else os.path.relpath(file, base)
 
-    tables = msgspec.to_builtins(_with_files(study, named))
+    tables = msgspec.to_builtins(_with_files(study, named, axes=False))
+    tables["sweep"] = {key: _named(values, named) for key, values in expanded(study.sweep).items()}
     for room in [tables["room"], *(e["room"] for e in tables["layout"] if e["room"])]:
         _tidy_room(room)
     tables["reader"]["object"] = tables["reader"]["object"] or None
@@ -131,8 +135,9 @@ def resolved(study: Study, *, directory: Path) -> Study:
     Returns
     -------
     Study
-        Sweep lists filled from the reader, the map's height [m], the room's material, the
-        tags' axes; mesh and pattern files as absolute paths.
+        The ranges of the sweep written out, the map's height [m], the room's material, the
+        tags' axes; mesh and pattern files as absolute paths. What depends on a swept key stays
+        open.
 
     Raises
     ------
@@ -147,17 +152,91 @@ def resolved(study: Study, *, directory: Path) -> Study:
             raise ConfigError(msg)
         return str(full)
 
-    reader, sweep = study.reader, study.sweep
+    sweep = expanded(study.sweep)
+    height_m = study.map.height_m
+    if not {"height_m", "reader.height_m", "reader"} & set(sweep):
+        height_m = height_m or study.reader.height_m
     return replace(
-        _with_files(study, absolute),
-        sweep=replace(
-            sweep,
-            antenna=sweep.antenna or (reader.antenna,),
-            antenna_radius_m=sweep.antenna_radius_m or (reader.antenna_radius_m,),
-            plate_height_m=sweep.plate_height_m or (reader.plate_height_m,),
-        ),
-        map=replace(study.map, height_m=study.map.height_m or reader.height_m),
+        _with_files(study, absolute, axes=not {"tag", "tag.antenna"} & set(sweep)),
+        sweep=dict(sweep),
+        map=replace(study.map, height_m=height_m),
     )
+
+
+def study_variant(
+    study: Study, values: Mapping[str, Any], *, directory: Path = Path("/"), shapes: bool = True
+) -> Study:
+    """Return a study with other values in some places: one cell of its sweep.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    values : mapping
+        Value by parameter, named as in ``[sweep]`` and in the unit of its key ([m], [Hz], ...).
+    directory : Path
+        Where relative files among the values are looked for; those of a loaded study are absolute.
+    shapes : bool
+        As in `check_study`.
+
+    Returns
+    -------
+    Study
+        Checked and resolved; its own sweep is empty.
+
+    Raises
+    ------
+    ConfigError
+        When a value is wrong for its key, or contradicts another key.
+    """
+    tables = put(study, values)
+    try:
+        variant = msgspec.convert(tables, Study)
+    except msgspec.ValidationError as exc:
+        raise ConfigError(sentence(exc, tables, Study)) from exc
+    check_study(variant, shapes=shapes)
+    return resolved(variant, directory=directory)
+
+
+def _with_sweep(study: Study, directory: Path) -> Study:
+    """Return a study whose swept values have been tried one by one; files as absolute paths."""
+    lists = expanded(study.sweep)
+    tried: dict[str, tuple[Any, ...]] = {}
+    for name, values in lists.items():
+        tried[name] = tuple(
+            _tried(study, lists, name, place, directory) for place in range(len(values))
+        )
+        seen: set[str] = set()
+        for place, value in enumerate(tried[name]):
+            text = repr(value)
+            if text in seen:
+                msg = (
+                    f"{parameter_key(name)}[{place}] is {value_text((name,), value)} a second "
+                    "time; name every value once."
+                )
+                raise ConfigError(msg)
+            seen.add(text)
+    return replace(study, sweep=dict(tried))
+
+
+def _tried(
+    study: Study, lists: Mapping[str, tuple[Any, ...]], name: str, place: int, directory: Path
+) -> Any:  # noqa: ANN401
+    """Return one value of a sweep as its key holds it, if any combination can have it."""
+    others = [key for key in lists if key != name]
+    refusal: ConfigError | None = None
+    for combination in itertools.chain([()], itertools.product(*(lists[key] for key in others))):
+        values = {name: lists[name][place], **dict(zip(others, combination, strict=False))}
+        try:
+            variant = study_variant(study, values, directory=directory, shapes=False)
+        except ConfigError as exc:
+            refusal = refusal or exc
+            if isinstance(exc.__cause__, msgspec.ValidationError):
+                break
+        else:
+            return taken(msgspec.to_builtins(variant), name)
+    msg = f"{parameter_key(name)}[{place}]: {refusal}"
+    raise ConfigError(msg) from refusal
 
 
 def _refuse_infinite(value: Any, path: tuple[str | int, ...]) -> None:  # noqa: ANN401
@@ -176,7 +255,9 @@ def _refuse_infinite(value: Any, path: tuple[str | int, ...]) -> None:  # noqa: 
         raise ConfigError(msg)
 
 
-def _with_files(study: Study, convert: Any) -> Study:  # noqa: ANN401  str -> str
+def _with_files(study: Study, convert: Any, *, axes: bool = True) -> Study:  # noqa: ANN401
+    """Return a study with every file's name converted, str to str, and tags' axes if wanted."""
+
     def of_objects(objects: tuple[RoomObject, ...]) -> tuple[RoomObject, ...]:
         return tuple(
             replace(o, file=convert(o.file)) if isinstance(o, MeshObject) else o for o in objects
@@ -199,15 +280,23 @@ def _with_files(study: Study, convert: Any) -> Study:  # noqa: ANN401  str -> st
     def of_tag(tag: Tag) -> Tag:
         known = tag.antenna in TAG_ANTENNAS
         down = (0.0, 0.0, -1.0 if tag.antenna == "patch" else 1.0)
-        return replace(
-            tag, antenna=tag.antenna if known else convert(tag.antenna), axis=tag.axis or down
-        )
+        antenna = tag.antenna if known else convert(tag.antenna)
+        return replace(tag, antenna=antenna, axis=tag.axis or (down if axes else None))
 
     layouts = tuple(of_layout(layout) for layout in study.layouts)
     patterns = tuple(convert(file) for file in study.reader.pattern_files)
     reader = replace(study.reader, pattern_files=patterns, objects=of_objects(study.reader.objects))
     tags = tuple(of_tag(tag) for tag in study.tags)
     return replace(study, room=of_room(study.room), tags=tags, layouts=layouts, reader=reader)
+
+
+def _named(value: Any, named: Any) -> Any:  # noqa: ANN401  named: str -> str
+    """Return a swept value in which files, which stand there by absolute path, are named anew."""
+    if isinstance(value, dict):
+        return {key: _named(item, named) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_named(item, named) for item in value]
+    return named(value) if isinstance(value, str) and Path(value).is_absolute() else value
 
 
 def _tidy_room(room: dict[str, Any]) -> None:

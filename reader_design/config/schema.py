@@ -4,11 +4,12 @@ Only shape and single-value rules stand here; what one key demands of another is
 `config_checks`, what only the finished room can tell (a tag outside it) in `study_scene`.
 """
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import msgspec
 from msgspec import Meta
 
+from octant.reader_design.config.choice import Choice, Scoring
 from octant.reader_design.config.dock import Dock
 from octant.reader_design.config.mission import Mission
 from octant.reader_design.config.room import (
@@ -87,6 +88,8 @@ class Reader(Table, frozen=True, kw_only=True):
     ----------
     antenna : str
         ``dipole`` or ``monopole``.
+    antenna_length_m : float or None
+        Length of each antenna [m]; None: half a wave (dipole) or a quarter wave (monopole).
     antenna_radius_m : float
         Distance r_a of the antennas from the axis [m].
     plate_height_m : float
@@ -129,6 +132,7 @@ class Reader(Table, frozen=True, kw_only=True):
     """
 
     antenna: ReaderAntenna = "dipole"
+    antenna_length_m: Positive | None = None
     antenna_radius_m: Positive = 0.10
     plate_height_m: NotNegative = 0.08
     ground_plane_m: Positive = 0.20
@@ -148,22 +152,33 @@ class Reader(Table, frozen=True, kw_only=True):
     objects: tuple[RoomObject, ...] = msgspec.field(default=(), name="object")
 
 
-class Sweep(Table, frozen=True, kw_only=True):
-    """The design space: table ``[sweep]``; every combination is one design.
+class Range(Table, frozen=True, kw_only=True):
+    """Evenly spaced values of a swept parameter, ends included: ``{from = 0.05, to = 0.12, ...}``.
 
     Parameters
     ----------
-    antenna : tuple of str
-        Antenna types; empty: the reader's own.
-    antenna_radius_m : tuple of float
-        Radii r_a [m]; empty: the reader's own.
-    plate_height_m : tuple of float
-        Plate heights h_p [m]; empty: the reader's own.
+    low, high : float
+        First and last value, in the parameter's unit: the keys ``from`` and ``to``. They may
+        descend.
+    count : int or None
+        Number of values [-]; instead of ``step``.
+    step : float or None
+        Distance of neighbouring values, in the parameter's unit, above 0; the last value is
+        ``to`` only where a whole number of steps leads there.
     """
 
-    antenna: tuple[ReaderAntenna, ...] = ()
-    antenna_radius_m: tuple[Positive, ...] = ()
-    plate_height_m: tuple[NotNegative, ...] = ()
+    low: float = msgspec.field(name="from")
+    high: float = msgspec.field(name="to")
+    count: Annotated[int, Meta(ge=2)] | None = None
+    step: Positive | None = None
+
+
+Sweep = dict[str, tuple[Any, ...] | Range]
+"""The design space: table ``[sweep]``; every combination of its values is one study.
+
+A name is a key of ``[reader]``, or the dotted path of any key of ``[radio]``, ``[room]``,
+``[[tag]]``, ``[reader]`` and ``[solver]`` in quotes: see `octant.reader_design.config.sweep`.
+"""
 
 
 class Solver(Table, frozen=True, kw_only=True):
@@ -266,7 +281,9 @@ class Study(Table, frozen=True, kw_only=True):
     room: Room
     tags: tuple[Tag, ...] = msgspec.field(default=(), name="tag")
     reader: Reader = Reader()
-    sweep: Sweep = Sweep()
+    sweep: Sweep = {}  # noqa: RUF012  msgspec gives every study a table of its own
+    scoring: Scoring = Scoring()
+    choice: Choice = Choice()
     solver: Solver = Solver()
     map: Map = Map()
     mission: Mission | None = None

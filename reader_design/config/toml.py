@@ -5,6 +5,7 @@ import re
 from typing import Any
 
 _COMMENTS = {
+    "antenna_length_m": "not given: half a wave (dipole), a quarter wave (monopole)",
     "plate_height_axis_m": "not given: as plate_height_m",
     "plate_outer_radius_m": "not given: half of ground_plane_m",
     "encoder_counts": "not given: the estimators are told the commands",

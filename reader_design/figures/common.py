@@ -8,6 +8,7 @@ global state. :mod:`octant.reader_design.figures.sweep` has the figures of many 
 import importlib.resources
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -41,6 +42,31 @@ ANTENNA_COLOURS = (
 """One colour for each antenna number, told apart also with colour-blind eyes; cycled beyond 8."""
 ANTENNA_DASHES = ("-", "--", "-.", ":")
 """Line styles by antenna: symmetric partners (2 and 8, 3 and 7, 4 and 6) differ in style."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NamedFigure:
+    """A figure with its file name and what to see in it.
+
+    Attributes
+    ----------
+    file : str
+        File name.
+    section : str
+        ``sweep``, ``reader``, ``room`` or ``mission``.
+    title : str
+        Its name.
+    caption : str
+        One sentence, with the units that matter [m, dB, deg].
+    figure : Figure
+        The figure.
+    """
+
+    file: str
+    section: str
+    title: str
+    caption: str
+    figure: "Figure"
 
 
 @contextmanager

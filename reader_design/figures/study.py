@@ -1,15 +1,20 @@
 """Which figures a study leaves, with the sentence that says what to see in each."""
 
 import math
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from octant.navigation.bearing import wrap_angle
-from octant.reader_design.figures.common import bearing_error_figure, rss_azimuth_figure
+from octant.reader_design.config.schema import Study
+from octant.reader_design.figures.common import (
+    NamedFigure,
+    bearing_error_figure,
+    rss_azimuth_figure,
+)
+from octant.reader_design.figures.distributions import ErrorCurve, error_distribution_figure
 from octant.reader_design.figures.room import (
     MapPanel,
     map_figure,
@@ -17,148 +22,36 @@ from octant.reader_design.figures.room import (
     rss_time_figure,
     trajectory_figure,
 )
-from octant.reader_design.figures.sweep import (
-    DistancePanel,
-    MatrixColumn,
-    rss_distance_figure,
-    sweep_matrix_figure,
-)
+from octant.reader_design.figures.sweep import DistancePanel, rss_distance_figure
 from octant.reader_design.rooms.plan import Plan, plan_of
 from octant.reader_design.study.map_stage import RoomMap
 from octant.reader_design.study.mission_stage import RoomMission
 from octant.reader_design.sweep.cells import Cell, SweepContext
-from octant.reader_design.sweep.choice import Candidate, Choice
-from octant.reader_design.sweep.measures import power_dbm
+from octant.reader_design.sweep.errors import vector_errors_rad
+from octant.reader_design.sweep.measures import power_dbm, strongest_errors_rad
+from octant.reader_design.sweep.receiver import scoring_readings_w
 from octant.reader_design.sweep.samples import grid_azimuths_rad
-from octant.reader_design.sweep.scores import Scores
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.figure import Figure
 
 FloatArray = npt.NDArray[np.float64]
 
-MOST_ROWS = 30
-"""Designs that the sweep matrix shows at most [-]."""
 MOST_PANELS = 12
 """Panels or maps that one figure shows at most [-]."""
 AZIMUTH_DISTANCE_M = 2.0
 """Distance at which the patterns over azimuth are shown [m]; the nearest sampled one is taken."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class NamedFigure:
-    """A figure with its file name and what to see in it.
-
-    Attributes
-    ----------
-    file : str
-        File name.
-    section : str
-        ``sweep``, ``reader``, ``room`` or ``mission``.
-    title : str
-        Its name.
-    caption : str
-        One sentence, with the units that matter [m, dB, deg].
-    figure : Figure
-        The figure.
-    """
-
-    file: str
-    section: str
-    title: str
-    caption: str
-    figure: "Figure"
-
-
-def sweep_figures(
-    cells: Sequence[Cell], candidates: Sequence[Candidate], choice: Choice
-) -> Iterator[NamedFigure]:
-    """Yield the figures of the sweep: all scores, and RSS [dBm] against distance [m].
-
-    Parameters
-    ----------
-    cells : sequence of Cell
-        All cells.
-    candidates : sequence of Candidate
-        The scored ones.
-    choice : Choice
-        Their ranking.
-
-    Yields
-    ------
-    NamedFigure
-        The matrix, then one figure for each antenna type.
-    """
-    order = choice.ranking[:MOST_ROWS]
-    yield NamedFigure(
-        file="sweep_matrix.png",
-        section="sweep",
-        title="The designs side by side",
-        caption="Designs from best to worst with the numbers that decide; dark is good, each "
-        "column on its own scale, and the first row is the chosen design.",
-        figure=sweep_matrix_figure(
-            [candidates[i].label for i in order],
-            _matrix_columns([candidates[i] for i in order]),
-            title="The designs, best first",
-        ),
-    )
-    good = [c for c in cells if not c.reason]
-    for kind in dict.fromkeys(c.design.antenna for c in good):
-        shown = [c for c in good if c.design.antenna == kind][:MOST_PANELS]
-        heights = len({c.design.plate_height_m for c in shown})
-        panels = [
-            DistancePanel(
-                title=f"r_a = {100 * c.design.antenna_radius_m:.4g} cm, "
-                f"h_p = {100 * c.design.plate_height_m:.4g} cm",
-                rss_w=c.travel_rss_w,
-            )
-            for c in shown
-        ]
-        yield NamedFigure(
-            file=f"rss_distance_{kind}.png",
-            section="sweep",
-            title=f"RSS against distance, {kind}s",
-            caption="What each antenna receives in free space while the robot moves away from the "
-            "point under the tag with antenna 1 facing the tag (thesis Fig. 5.9 and 5.11); a good "
-            "design keeps antenna 1 on top and the curves apart.",
-            figure=rss_distance_figure(
-                shown[0].travel_m,
-                panels,
-                columns=min(max(heights, 1), 4),
-                title=f"RSS of the {kind} designs, antenna 1 towards the tag",
-            ),
-        )
-
-
-def _matrix_columns(rows: Sequence[Candidate]) -> list[MatrixColumn]:
-    """Return the columns of the sweep matrix: the deciding scores, in free space and the room."""
-    table: tuple[tuple[str, str, float, str, str], ...] = (
-        ("right_share", "right antenna\n{} [%]", 100.0, "{:.0f}", "high"),
-        ("vector_rms_rad", "vector sum\n{} rms [°]", math.degrees(1.0), "{:.1f}", "low"),
-        ("margin_mean_db", "mean margin\n{} [dB]", 1.0, "{:+.1f}", "high"),
-        ("front_to_back_mean_db", "front-to-back\n{} [dB]", 1.0, "{:+.1f}", "high"),
-        ("level_median_dbm", "median level\n{} [dBm]", 1.0, "{:.0f}", "high"),
-    )
-    columns = []
-    for name, heading, scale, text, better in table:
-        for place in ("free", "room"):
-            scores: list[Scores | None] = [getattr(row, place) for row in rows]
-            known = [s for s in scores if s is not None]
-            if len(known) == len(scores):
-                values = scale * np.array([getattr(s, name) for s in known])
-                title = heading.format(place)
-                columns.append(MatrixColumn(title=title, values=values, text=text, better=better))
-    return columns
-
-
 def reader_figures(
-    cell: Cell, elements_rad: FloatArray, room_map: RoomMap
+    study: Study, cell: Cell, elements_rad: FloatArray, room_map: RoomMap
 ) -> Iterator[NamedFigure]:
     """Yield the figures of the chosen reader: patterns [dBm] and bearing errors [deg].
 
     Parameters
     ----------
+    study : Study
+        Its receiver reads the RSS.
     cell : Cell
         Its cell.
     elements_rad : (n,) float64
@@ -169,7 +62,7 @@ def reader_figures(
     Yields
     ------
     NamedFigure
-        Two figures.
+        Four figures.
     """
     azimuths = grid_azimuths_rad(1, cell.free_rss_w.shape[1])
     nearest = int(np.argmin(np.abs(cell.distances_m - AZIMUTH_DISTANCE_M)))
@@ -184,7 +77,20 @@ def reader_figures(
             cell.free_rss_w[nearest],
             elements_rad,
             distance_m=float(cell.distances_m[nearest]),
-            title=f"Patterns of the chosen reader: {cell.design.label()}",
+            title=f"Patterns of the chosen reader: {cell.label}",
+        ),
+    )
+    yield NamedFigure(
+        file="rss_distance.png",
+        section="reader",
+        title="RSS of the chosen reader against distance",
+        caption="RSS of all antennas in free space on the way out from under the tag, antenna 1 "
+        "towards it: weak right under the tag, greatest some way off, then falling with distance.",
+        figure=rss_distance_figure(
+            cell.travel_m,
+            [DistancePanel(title="free space", rss_w=cell.travel_rss_w)],
+            columns=1,
+            title=f"RSS against distance: {cell.label}",
         ),
     )
     surroundings = [("free space, all distances", azimuths, cell.free_rss_w)]
@@ -200,7 +106,39 @@ def reader_figures(
         "error by the strongest antenna and by the vector sum of all; even an ideal reader of n "
         "antennas errs by 180°/n half-way between two of them if it takes the strongest.",
         figure=bearing_error_figure(
-            surroundings, elements_rad, title=f"Bearing error: {cell.design.label()}"
+            surroundings, elements_rad, title=f"Bearing error: {cell.label}"
+        ),
+    )
+    panels = []
+    for name, angles, rss in surroundings:
+        read = scoring_readings_w(study, rss)
+        curves = [
+            ErrorCurve(
+                label="strongest antenna",
+                error_rad=strongest_errors_rad(rss, angles, elements_rad)[0],
+                weight=strongest_errors_rad(rss, angles, elements_rad)[1],
+            ),
+            ErrorCurve(
+                label="strongest antenna, as read",
+                error_rad=strongest_errors_rad(read, angles, elements_rad)[0],
+                weight=strongest_errors_rad(read, angles, elements_rad)[1],
+            ),
+            ErrorCurve(label="vector sum", error_rad=vector_errors_rad(rss, angles, elements_rad)),
+            ErrorCurve(
+                label="vector sum, as read",
+                error_rad=vector_errors_rad(read, angles, elements_rad),
+            ),
+        ]
+        panels.append((name, curves))
+    yield NamedFigure(
+        file="error_distribution.png",
+        section="reader",
+        title="Distribution of the bearing error",
+        caption="Share of places and headings at which the bearing errs by no more than the "
+        f"abscissa, exact and as read with {study.scoring.noise_db:g} dB error and "
+        f"{study.scoring.bits} bits; dotted lines mark median, 90 %, 45° and 90°.",
+        figure=error_distribution_figure(
+            panels, title=f"Distribution of the bearing error: {cell.label}"
         ),
     )
 
@@ -222,7 +160,7 @@ def room_figures(
     Yields
     ------
     NamedFigure
-        Three figures.
+        RSS, bearing error and capture.
     """
     data, built = room_map.data, context.built
     plan = plan_of(built.scene, built.reader_z_m)
@@ -290,6 +228,56 @@ def room_figures(
             bar_label="absolute bearing error [°]",
             limits=(0.0, 180.0),
             colours="magma_r",
+        ),
+    )
+    yield from _floor_figures(data, names, panel, (x, y), plan)
+
+
+def _floor_figures(
+    data: "xr.Dataset",
+    names: Sequence[str],
+    panel: Callable[..., MapPanel],
+    grid: tuple[FloatArray, FloatArray],
+    plan: Plan,
+) -> Iterator[NamedFigure]:
+    """Yield the maps over all headings: bearing error and capture."""
+    vector = np.degrees(data["vector_error"].values)
+    strongest = np.degrees(data["strongest_error"].values)
+    panels = [panel(f"vector sum, tag {n}", vector[i], n) for i, n in enumerate(names)]
+    for label, table in (("vector sum", vector), ("strongest antenna", strongest)):
+        panels.append(panel(f"{label}, all tags", np.sqrt((table**2).mean(axis=0)), *names))
+    yield NamedFigure(
+        file="map_bearing_rms.png",
+        section="room",
+        title="Bearing error over the floor, all headings",
+        caption="Rms error of the bearing over all headings of the robot at each place, for each "
+        "tag and over all tags: red places send the robot astray however it stands.",
+        figure=map_figure(
+            *grid,
+            panels,
+            plan,
+            title="Rms bearing error over all headings",
+            bar_label="rms bearing error [°]",
+            limits=(0.0, 90.0),
+            colours="YlOrRd",
+            columns=3 if len(panels) > 4 else 2,
+        ),
+    )
+    captured = 100.0 * data["captured_share"].values
+    yield NamedFigure(
+        file="map_capture.png",
+        section="room",
+        title="Where a reflection is stronger than the tag",
+        caption="Share of the antennas, each facing the tag in turn, to which a single path with "
+        "bends brings more power than the direct ray: there the reader sees a mirror image first.",
+        figure=map_figure(
+            *grid,
+            [panel(f"tag {n}", captured[i], n) for i, n in enumerate(names)],
+            plan,
+            title="Capture by a reflection",
+            bar_label="antennas captured [%]",
+            limits=(0.0, 100.0),
+            colours="YlGnBu",
         ),
     )
 

@@ -82,7 +82,8 @@ def rss_distance_figure(
                 ax.set_xlabel("horizontal distance [m]")
         for k in range(len(panels), rows * columns):
             axes[k // columns, k % columns].set_visible(False)
-        antenna_legend(figure, axes[0, 0])
+        fullest = max(range(len(panels)), key=lambda k: panels[k].rss_w.shape[1])
+        antenna_legend(figure, axes[fullest // columns, fullest % columns])
     return figure
 
 

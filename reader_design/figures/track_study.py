@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from octant.reader_design.figures.study import NamedFigure
+from octant.reader_design.figures.common import NamedFigure
 from octant.reader_design.figures.track import (
     convergence_figure,
     eight_poses_figure,

@@ -5,20 +5,27 @@ from collections.abc import Sequence
 
 from octant.reader_design.report.html import ReportTable
 from octant.reader_design.sweep.choice import Candidate, Choice
+from octant.reader_design.sweep.reasons import criterion_name, score_text
 from octant.reader_design.sweep.scores import Scores
 
 DEGREE = math.degrees(1.0)
 
 SCORE_COLUMNS: tuple[tuple[str, str, float, str], ...] = (
     ("right_share", "right antenna [%]", 100.0, "{:.1f}"),
-    ("strongest_mean_rad", "strongest: mean [°]", DEGREE, "{:.1f}"),
+    ("strongest_median_rad", "strongest: median [°]", DEGREE, "{:.1f}"),
+    ("strongest_mean_rad", "mean [°]", DEGREE, "{:.1f}"),
     ("strongest_rms_rad", "rms [°]", DEGREE, "{:.1f}"),
     ("strongest_p90_rad", "90 % [°]", DEGREE, "{:.1f}"),
     ("strongest_max_rad", "max [°]", DEGREE, "{:.0f}"),
-    ("vector_mean_rad", "vector sum: mean [°]", DEGREE, "{:.1f}"),
+    ("strongest_beyond_45_share", "beyond 45° [%]", 100.0, "{:.1f}"),
+    ("strongest_beyond_90_share", "beyond 90° [%]", 100.0, "{:.1f}"),
+    ("vector_median_rad", "vector sum: median [°]", DEGREE, "{:.1f}"),
+    ("vector_mean_rad", "mean [°]", DEGREE, "{:.1f}"),
     ("vector_rms_rad", "rms [°]", DEGREE, "{:.1f}"),
     ("vector_p90_rad", "90 % [°]", DEGREE, "{:.1f}"),
     ("vector_max_rad", "max [°]", DEGREE, "{:.0f}"),
+    ("vector_beyond_45_share", "beyond 45° [%]", 100.0, "{:.1f}"),
+    ("vector_beyond_90_share", "beyond 90° [%]", 100.0, "{:.1f}"),
     ("front_to_back_mean_db", "front-to-back: mean [dB]", 1.0, "{:.1f}"),
     ("front_to_back_worst_db", "worst [dB]", 1.0, "{:.1f}"),
     ("margin_mean_db", "margin: mean [dB]", 1.0, "{:+.1f}"),
@@ -32,6 +39,13 @@ SCORE_COLUMNS: tuple[tuple[str, str, float, str], ...] = (
     ("usable_share", "usable [%]", 100.0, "{:.1f}"),
     ("level_median_dbm", "level: median [dBm]", 1.0, "{:.1f}"),
     ("level_p10_dbm", "10 % [dBm]", 1.0, "{:.1f}"),
+    ("captured_share", "captured [%]", 100.0, "{:.1f}"),
+    ("read_right_share", "as read: right antenna [%]", 100.0, "{:.1f}"),
+    ("read_strongest_rms_rad", "strongest rms [°]", DEGREE, "{:.1f}"),
+    ("read_vector_median_rad", "vector sum: median [°]", DEGREE, "{:.1f}"),
+    ("read_vector_rms_rad", "rms [°]", DEGREE, "{:.1f}"),
+    ("read_vector_p90_rad", "90 % [°]", DEGREE, "{:.1f}"),
+    ("read_vector_beyond_90_share", "beyond 90° [%]", 100.0, "{:.1f}"),
 )
 
 SCORE_MEANINGS = (
@@ -52,7 +66,16 @@ SCORE_MEANINGS = (
         "share of distances or places it grows all the way, its slope straight ahead and its full "
         "scale (medians), in watts and normalised by z2 + z4."
     ),
+    (
+        "beyond 45°, beyond 90°: share of places and headings at which that bearing errs by more; "
+        "beyond 90° it sends the robot away from the tag."
+    ),
     "usable, level: share of samples above the threshold, and the strongest antenna's RSS.",
+    (
+        "captured: share of places at which a single path with bends brings more power than the "
+        "direct ray to the antenna that faces the tag."
+    ),
+    "as read: the same of readings with the receiver's noise, error and codes ([scoring]).",
 )
 
 
@@ -77,11 +100,11 @@ def merit_table(candidates: Sequence[Candidate], choice: Choice) -> ReportTable:
         rows.append(
             (
                 f"{rank + 1}. {candidates[index].label}",
-                f"{100.0 * m.usable_share:.1f}",
-                f"{100.0 * m.right_share:.1f}",
-                f"{math.degrees(m.vector_rms_rad):.1f}",
-                f"{m.margin_db:+.1f}",
-                f"{m.level_dbm:.1f}",
+                f"{m.usable_share:.1%}",
+                *(
+                    score_text(c.free or c.room, value)
+                    for c, value in zip(choice.rules.criteria, m.values, strict=True)
+                ),
                 "yes" if choice.pareto[index] else "no",
             )
         )
@@ -89,11 +112,8 @@ def merit_table(candidates: Sequence[Candidate], choice: Choice) -> ReportTable:
         caption="What the ranking compares, in the order in which it counts.",
         header=(
             "design",
-            "usable [%]",
-            "right antenna [%]",
-            "vector sum rms [°]",
-            "margin [dB]",
-            "level [dBm]",
+            "usable",
+            *(criterion_name(c) for c in choice.rules.criteria),
             "on the Pareto front",
         ),
         rows=tuple(rows),

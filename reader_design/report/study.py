@@ -4,8 +4,6 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
 from octant.em.response_comparison import ResponseDifference
 from octant.reader_design.config.schema import Solver
 from octant.reader_design.report.approximations import approximation_table
@@ -16,6 +14,7 @@ from octant.reader_design.report.html import (
     ReportTable,
     embedded_figures,
 )
+from octant.reader_design.report.missions import mission_section, mission_sentence, shortlist_table
 from octant.reader_design.report.score_tables import SCORE_MEANINGS, merit_table, score_table
 from octant.reader_design.report.thesis import (
     Claim,
@@ -25,9 +24,11 @@ from octant.reader_design.report.thesis import (
 )
 from octant.reader_design.store import versions
 from octant.reader_design.study.mission_stage import RoomMission
+from octant.reader_design.study.shortlist import DrivenDesign
 from octant.reader_design.sweep.cells import Cell, SweepContext
-from octant.reader_design.sweep.choice import Candidate, Choice, Criteria
+from octant.reader_design.sweep.choice import Candidate, Choice
 from octant.reader_design.sweep.design import FULLWAVE
+from octant.reader_design.sweep.reasons import rule_sentences
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -44,8 +45,8 @@ class StudyContent:
         The scored ones.
     choice : Choice
         Their ranking.
-    missions : tuple of RoomMission
-        One for each room.
+    driven : tuple of DrivenDesign
+        The designs that drove the missions, the chosen one first.
     notes : tuple of str
         What the user should know: tags that were moved, validity of models.
     approximations : tuple of ResponseDifference
@@ -62,7 +63,7 @@ class StudyContent:
     cells: tuple[Cell, ...]
     candidates: tuple[Candidate, ...]
     choice: Choice
-    missions: tuple[RoomMission, ...]
+    driven: tuple[DrivenDesign, ...]
     notes: tuple[str, ...]
     study_toml: str
     quick: bool
@@ -75,46 +76,27 @@ class StudyContent:
         return self.candidates[self.choice.chosen]
 
     @property
+    def missions(self) -> tuple[RoomMission, ...]:
+        """Missions of the chosen design, one for each room ([s], [m], [rad], [W])."""
+        return self.driven[0].missions
+
+    @property
     def claims(self) -> tuple[Claim, ...]:
         """Claims of the thesis that the sweep tests, numbers with their units [-]."""
+        if any(cell.label != cell.design.label() for cell in self.cells):
+            return ()  # the thesis varies antenna, r_a and h_p alone
         power_w = self.context.study.radio.tag_power_w
         return thesis_claims(self.cells, self.candidates, self.choice, tag_power_w=power_w)
 
     @property
+    def chosen_cell(self) -> Cell:
+        """The chosen design's cell, RSS in [W]."""
+        return next(cell for cell in self.cells if cell.key == self.chosen.key)
+
+    @property
     def candidates_antennas(self) -> int:
-        """Number of antennas of the designs [-]."""
-        return self.cells[0].design.antennas
-
-
-def mission_sentence(mission: RoomMission) -> str:
-    """Return how the runs in one room ended, in one sentence with [m] and [s].
-
-    Parameters
-    ----------
-    mission : RoomMission
-        The runs.
-
-    Returns
-    -------
-    str
-        Success, errors, and why runs failed.
-    """
-    if mission.data is None:
-        return f"Mission in {mission.name}: it could not be driven: {mission.reason}"
-    data = mission.data
-    success = data["success"].values.astype(bool)
-    text = (
-        f"Mission in {mission.name}: {int(success.sum())} of {success.size} runs reached every "
-        f"tag; RMSE to the straight segments {float(np.median(data['rmse_m'].values)):.2f} m, 90 % "
-        f"of the time within {float(np.median(data['p90_position_m'].values)):.2f} m (medians over "
-        f"the runs)"
-    )
-    if success.all():
-        return f"{text}."
-    ends = data["ended_because"].values.astype(str)[~success]
-    common = max(dict.fromkeys(ends), key=lambda reason: int((ends == reason).sum()))
-    wrong = "a tag was declared reached too far away" if common.startswith("all tags") else common
-    return f"{text}; most failed because {wrong}."
+        """Number of antennas of the chosen design [-]."""
+        return self.chosen_cell.design.antennas
 
 
 def study_report(content: StudyContent, figures: dict[str, list[tuple[str, str, Path]]]) -> Report:
@@ -172,7 +154,9 @@ def study_report(content: StudyContent, figures: dict[str, list[tuple[str, str, 
                     points=_room_points(content),
                     figures=embedded_figures(figures, "room"),
                 ),
-                _mission_section(content, embedded_figures(figures, "mission")),
+                mission_section(
+                    content.missions, study.mission, embedded_figures(figures, "mission")
+                ),
                 _scores_section(content),
                 _validity_section(content),
                 _study_section(content),
@@ -203,8 +187,11 @@ def _facts(content: StudyContent) -> tuple[tuple[str, str], ...]:
 
 
 def _sweep_section(content: StudyContent, figures: tuple[ReportFigure, ...]) -> ReportSection:
-    tables = [merit_table(content.candidates, content.choice)]
-    failed = tuple((c.design.label(), c.reason) for c in content.cells if c.reason)
+    tables = [
+        merit_table(content.candidates, content.choice),
+        shortlist_table(content.candidates, content.choice, content.driven),
+    ]
+    failed = tuple((c.label, c.reason) for c in content.cells if c.reason)
     if failed:
         tables.append(
             ReportTable(
@@ -226,7 +213,7 @@ def _sweep_section(content: StudyContent, figures: tuple[ReportFigure, ...]) -> 
     return ReportSection(
         heading="The sweep",
         paragraphs=(text, "The choice follows these rules, in this order:"),
-        points=Criteria().sentences(),
+        points=rule_sentences(content.choice.rules),
         tables=tuple(tables),
         figures=figures,
     )
@@ -305,65 +292,6 @@ def _paths_point(solver: Solver) -> str:
     through = "through sheets with a thickness" if solver.transmission else "none through walls"
     how = f", as far as {solver.rays:g} rays find them" if solver.search == "rays" else ""
     return f"paths of up to {solver.max_reflections} bends, {over}, {through}{how}"
-
-
-def _mission_section(
-    content: StudyContent, figures: tuple[ReportFigure, ...]
-) -> ReportSection | None:
-    if not content.missions:
-        return None
-    header = (
-        "room",
-        "runs",
-        "reached every tag",
-        "captured",
-        "collided",
-        "RMSE [m]",
-        "worst RMSE [m]",
-        "90 % position [m]",
-        "90 % heading [°]",
-        "arrival error [m]",
-        "time [s]",
-        "way [m]",
-    )
-    rows = []
-    for mission in content.missions:
-        if mission.data is None:
-            rows.append((mission.name, "0", *["–"] * (len(header) - 2)))
-            continue
-        d = mission.data
-        arrivals = d["arrival_error_m"].values
-        arrival = f"{np.nanmedian(arrivals):.2f}" if np.isfinite(arrivals).any() else "–"
-        rows.append(
-            (
-                mission.name,
-                str(d.sizes["run"]),
-                *(str(int(d[n].values.sum())) for n in ("success", "captured", "collided")),
-                f"{np.median(d['rmse_m'].values):.3f}",
-                f"{np.max(d['rmse_m'].values):.3f}",
-                f"{np.median(d['p90_position_m'].values):.3f}",
-                f"{np.degrees(np.median(d['p90_heading_rad'].values)):.1f}",
-                arrival,
-                f"{np.median(d['time_s'].values):.0f}",
-                f"{np.median(d['path_m'].values):.2f}",
-            )
-        )
-    table = content.context.study.mission
-    noise = 0.0 if table is None else table.noise_db
-    return ReportSection(
-        heading="Missions",
-        paragraphs=(
-            (
-                "The chosen reader drives the robot through the tags by the navigator of thesis "
-                f"section 5.2, with {noise:g} dB noise on each reading. Errors are distances to "
-                "the nearest point of the straight segment between consecutive tags; medians "
-                "over the runs, unless the column says otherwise."
-            ),
-            *(mission_sentence(m) for m in content.missions),
-        ),
-        tables=(ReportTable(caption="All runs, room by room.", header=header, rows=tuple(rows)),),
-        figures=figures,
-    )
 
 
 def _validity_section(content: StudyContent) -> ReportSection:

@@ -12,6 +12,7 @@ from octant.reader_design.config.loading import to_toml
 from octant.reader_design.progress import Progress
 from octant.reader_design.rooms.map_grid import map_axes_m
 from octant.reader_design.store import dataset, read_dataset, variable, write_dataset
+from octant.reader_design.study.error_maps import error_maps
 from octant.reader_design.study.missions import tag_link
 from octant.reader_design.sweep.cells import SweepContext, room_samples_w
 from octant.reader_design.sweep.design import content_hash
@@ -19,6 +20,10 @@ from octant.reader_design.sweep.samples import grid_azimuths_rad, standing_room
 
 if TYPE_CHECKING:
     import xarray as xr
+
+
+MAP_FORMAT = 2
+"""Raised when the meaning of a map changes, so that old files are computed again."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -29,7 +34,8 @@ class RoomMap:
     ----------
     data : xarray.Dataset
         ``rss_w`` and ``local_mean_rss_w`` (tag, x, y, antenna) [W], ``path_count`` (tag, x, y),
-        ``standing`` (x, y), ``sample_rss_w`` (sample, sample_azimuth, antenna) [W].
+        ``standing`` (x, y), the maps of :func:`octant.reader_design.study.error_maps.error_maps`,
+        ``sample_rss_w`` (sample, sample_azimuth, antenna) [W].
     """
 
     data: "xr.Dataset"
@@ -66,7 +72,13 @@ def map_stage(
     study = context.study
     heading_rad = np.radians(90.0 if study.mission is None else study.mission.heading_deg)
     key = content_hash(
-        {"stage": "map", "cell": cell_key, "spacing_m": study.map.spacing_m, "h": heading_rad}
+        {
+            "stage": "map",
+            "format": MAP_FORMAT,
+            "cell": cell_key,
+            "spacing_m": study.map.spacing_m,
+            "h": heading_rad,
+        }
     )
     path = folder / f"map-{key[:16]}.nc"
     if path.exists():
@@ -106,6 +118,7 @@ def _mapped(
             )
     n = responses[0].antennas
     variables = {
+        **error_maps(context, responses, grid.reshape(*standing.shape, 2), standing, progress),
         "rss_w": variable(
             ["tag", "x", "y", "antenna"],
             np.array([m.coherent_w for m in maps], dtype=np.float32),

@@ -25,8 +25,8 @@ from octant.reader_design.store import dataset, read_dataset, variable, versions
 from octant.reader_design.study.drives import drive_missions
 from octant.reader_design.study.missions import mission_table
 from octant.reader_design.study.placements import drive_placements
-from octant.reader_design.sweep.cells import CELL_FORMAT, scene_fingerprint
 from octant.reader_design.sweep.design import content_hash, response_inputs
+from octant.reader_design.sweep.keys import CELL_FORMAT, scene_fingerprint
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -11,7 +11,7 @@ from octant.reader_design.report.study import StudyContent
 from octant.reader_design.store import dataset, variable
 from octant.reader_design.study.map_stage import RoomMap
 from octant.reader_design.study.mission_stage import RoomMission
-from octant.reader_design.sweep.cell_files import score_variables, surrounding_variable
+from octant.reader_design.sweep.cell_files import as_variables, stored_scores, stored_surroundings
 from octant.reader_design.sweep.design import canonical_json
 from octant.reader_design.sweep.samples import grid_azimuths_rad
 from octant.reader_design.sweep.scores import SCORE_NAMES
@@ -72,7 +72,8 @@ def study_dataset(content: StudyContent, room_map: RoomMap) -> "xr.Dataset":
         **_sweep_variables(content),
         **{
             renamed.get(str(name), f"map_{name}"): maps[name].variable
-            for name in ("rss_w", "local_mean_rss_w", "path_count", "standing")
+            for name in maps.data_vars
+            if name != "sample_rss_w"
         },
     }
     if "sample_rss_w" in maps:
@@ -139,12 +140,12 @@ def design_table(
 
 
 def _sweep_coordinates(content: StudyContent) -> "dict[str, xr.Variable]":
-    cell = next(c for c in content.cells if not c.reason)
+    cell = content.chosen_cell
     count = cell.free_rss_w.shape[1]
-    labels = [c.design.label() for c in content.cells]
+    labels = [c.label for c in content.cells]
     return {
         "design": variable(["design"], labels, units="1", long_name="design"),
-        "surrounding": surrounding_variable(),
+        **as_variables({"surrounding": stored_surroundings()}),
         "distance": variable(
             ["distance"], cell.distances_m, units="m", long_name="horizontal distance to the tag"
         ),
@@ -168,16 +169,15 @@ def _sweep_coordinates(content: StudyContent) -> "dict[str, xr.Variable]":
 
 def _sweep_variables(content: StudyContent) -> "dict[str, xr.Variable]":
     cells = content.cells
-    good = next(c for c in cells if not c.reason)
     rank = np.full(len(cells), -1, dtype=np.int64)
     place = {c.key: i for i, c in enumerate(cells)}
     for position, index in enumerate(content.choice.ranking):
         rank[place[content.candidates[index].key]] = position + 1
 
     def filled(name: str) -> FloatArray:
-        shape = getattr(good, name).shape
-        rows = [getattr(c, name) if not c.reason else np.full(shape, np.nan) for c in cells]
-        return np.array(rows)
+        shape = getattr(content.chosen_cell, name).shape
+        rows = [getattr(c, name) for c in cells]
+        return np.array([row if row.shape == shape else np.full(shape, np.nan) for row in rows])
 
     return {
         "antenna_radius_m": variable(
@@ -206,7 +206,7 @@ def _sweep_variables(content: StudyContent) -> "dict[str, xr.Variable]":
             ["design", "distance", "azimuth", "antenna"],
             filled("free_rss_w"),
             units="W",
-            long_name="RSS in free space",
+            long_name="RSS in free space, of designs with as many antennas as the chosen one",
         ),
         "travel_rss_w": variable(
             ["design", "travel", "antenna"],
@@ -214,7 +214,7 @@ def _sweep_variables(content: StudyContent) -> "dict[str, xr.Variable]":
             units="W",
             long_name="RSS in free space, antenna 1 towards the tag",
         ),
-        **score_variables([(c.free, c.room) for c in cells], dim="design"),
+        **as_variables(stored_scores([(c.free, c.room) for c in cells], dim="design")),
     }
 
 

@@ -20,19 +20,27 @@ from octant.reader_design.config.loading import to_toml
 from octant.reader_design.config.schema import Layout, Study
 from octant.reader_design.progress import Progress
 from octant.reader_design.report.approximations import approximation_errors
-from octant.reader_design.report.study import StudyContent, mission_sentence, study_report
+from octant.reader_design.report.missions import mission_sentence
+from octant.reader_design.report.study import StudyContent, study_report
 from octant.reader_design.report.thesis import claim_sentence
 from octant.reader_design.rooms.study_scene import StudyScene, build_study_scene
 from octant.reader_design.store import versions, whole_file, write_dataset, write_text
 from octant.reader_design.study.map_stage import RoomMap, map_stage
-from octant.reader_design.study.mission_stage import RoomMission, collected_warnings, mission_stage
+from octant.reader_design.study.mission_stage import RoomMission, collected_warnings
+from octant.reader_design.study.shortlist import candidates_of, drive_shortlist
 from octant.reader_design.sweep.cells import Cell, SweepContext
-from octant.reader_design.sweep.choice import Candidate, choose
+from octant.reader_design.sweep.choice import choose
+from octant.reader_design.sweep.cost import cell_cost
 from octant.reader_design.sweep.design import content_hash, design_responses
-from octant.reader_design.sweep.run import plan_sweep, run_sweep
+from octant.reader_design.sweep.executors import cores, open_crew
+from octant.reader_design.sweep.folder import cell_path
+from octant.reader_design.sweep.plan import SweepPlan, plan_sweep
+from octant.reader_design.sweep.run import run_sweep
 from octant.reader_design.sweep.samples import Sampling
 from octant.reader_design.tables import put_table
 
+WORTH_PROCESSES_S = 20.0
+"""Expected time of a sweep [s] above which worker processes are worth starting."""
 QUICK_RUNS = 3
 """Runs of a mission in a quick look [-]."""
 QUICK_SPACING_M = 0.2
@@ -71,7 +79,7 @@ class StudyOutcome:
     @property
     def failed(self) -> tuple[tuple[str, str], ...]:
         """Designs without scores and the reason of each [-]."""
-        return tuple((c.design.label(), c.reason) for c in self.content.cells if c.reason)
+        return tuple((c.label, c.reason) for c in self.content.cells if c.reason)
 
     def lines(self) -> tuple[str, ...]:
         """Return what a person wants to read at the end; numbers carry their units [m, dB, deg].
@@ -100,6 +108,8 @@ def run_study(
     force: bool = False,
     progress: Progress | None = None,
     executor: Executor | None = None,
+    workers: int | None = None,
+    cluster: str | None = None,
 ) -> StudyOutcome:
     """Return the outcome of a study and leave its files; see DESIGN section 6 for what they hold.
 
@@ -117,6 +127,11 @@ def run_study(
         Told what happens.
     executor : concurrent.futures.Executor, optional
         Computes the sweep's cells; see :func:`octant.reader_design.sweep.run.run_sweep`.
+    workers : int or None
+        Processes of this machine that compute them instead [-]; None: one for each core where the
+        sweep is long enough to gain from it.
+    cluster : str or None
+        Address of a dask scheduler that computes them instead, or ``local:N``.
 
     Returns
     -------
@@ -142,50 +157,47 @@ def run_study(
         for note in dict.fromkeys(n for _, _, built in rooms for n in built.notes):
             progress.say(note)
         write_text(out_dir / "study.toml", text)
-        cells = run_sweep(
-            plan_sweep(context), out_dir / "cells", executor=executor, progress=progress
+        plan = plan_sweep(context)
+        cells = _swept(
+            plan, out_dir, executor=executor, workers=workers, cluster=cluster, progress=progress
         )
         scored = [c for c in cells if c.free is not None]
-        candidates = tuple(
-            Candidate(label=c.design.label(), key=c.key, free=c.free, room=c.room)
-            for c in scored
-            if c.free is not None
-        )
         _refuse_nothing_scored(cells)
-        choice = choose(candidates, model=study.reader.response)
+        candidates = candidates_of(study, cells)
+        choice = choose(candidates, model=study.reader.response, rules=study.choice)
         chosen = scored[choice.chosen]
         progress.say(choice.reason[0])
-        responses = design_responses(study, chosen.design)
+        contexts = {p.key: p.context for p in plan.cells}
+
+        def setting(cell: Cell) -> tuple[Study, list[tuple[str, str, StudyScene]]]:
+            own = contexts[cell.key]
+            same = own.built is rooms[0][2] and own.study.room == study.room
+            return own.study, rooms if same else list(_rooms(own.study, own.built))
+
+        context = contexts[chosen.key]
+        responses = design_responses(context.study, chosen.design)
         approximations = approximation_errors(context, chosen.design)
         stages = out_dir / "stages"
         room_map = map_stage(
             context, responses, cell_key=chosen.key, folder=stages, progress=progress
         )
-        missions = []
-        places = zip((None, *study.layouts), rooms, strict=True)
-        for layout, (name, slug, built) in places if study.mission is not None else ():
-            runs = study.mission.runs if study.mission is not None else 0
-            missions.append(
-                mission_stage(
-                    study,
-                    built,
-                    responses,
-                    name=name,
-                    slug=slug,
-                    design_key=chosen.design.key(),
-                    runs=min(runs, QUICK_RUNS) if quick else runs,
-                    folder=stages,
-                    progress=progress,
-                    layout=layout,
-                )
-            )
-            progress.say(mission_sentence(missions[-1]))
+        driven = drive_shortlist(
+            setting,
+            scored,
+            choice,
+            most_runs=QUICK_RUNS if quick else None,
+            folder=stages,
+            progress=progress,
+        )
+        rooms = setting(chosen)[1]
+        for mission in driven[0].missions:
+            progress.say(mission_sentence(mission))
     content = StudyContent(
         context=context,
         cells=cells,
         candidates=candidates,
         choice=choice,
-        missions=tuple(missions),
+        driven=driven,
         notes=tuple(dict.fromkeys((*(n for _, _, b in rooms for n in b.notes), *warned))),
         study_toml=text,
         quick=quick,
@@ -194,6 +206,28 @@ def run_study(
     )
     _publish(content, room_map, rooms, out_dir, force=force, progress=progress)
     return StudyOutcome(content=content, folder=out_dir, report=out_dir / "report.html")
+
+
+def _swept(
+    plan: SweepPlan,
+    out_dir: Path,
+    *,
+    executor: Executor | None,
+    workers: int | None,
+    cluster: str | None,
+    progress: Progress,
+) -> tuple[Cell, ...]:
+    """Return the cells of the sweep, computed by whoever was asked for."""
+    folder = out_dir / "cells"
+    if executor is not None:
+        return run_sweep(plan, folder, executor=executor, progress=progress)
+    missing = [p for p in plan.cells if not cell_path(folder, p.key).exists()]
+    if workers is None:
+        long = sum(cell_cost(p).seconds for p in missing) > WORTH_PROCESSES_S
+        workers = cores() if long else 1
+    workers = min(workers, max(1, len(missing)))
+    with open_crew(workers=workers, cluster=cluster if missing else None) as crew:
+        return run_sweep(plan, folder, crew=crew, progress=progress)
 
 
 def _context(study: Study, *, quick: bool) -> SweepContext:
@@ -225,7 +259,7 @@ def _refuse_nothing_scored(cells: Sequence[Cell]) -> None:
         reason = first.reason.rstrip(".")
         msg = (
             f"none of the {len(cells)} designs has scores, so none can be chosen: "
-            f"{first.design.label()} failed because {reason}; change [sweep] or [reader]."
+            f"{first.label} failed because {reason}; change [sweep] or [reader]."
         )
         raise SweepStateError(msg)
 
@@ -274,7 +308,7 @@ def _publish(
     key = content_hash(
         {
             "cells": [[c.key, c.reason] for c in content.cells],
-            "missions": [[m.folder.name, m.reason] for m in content.missions],
+            "missions": [[m.folder.name, m.reason] for d in content.driven for m in d.missions],
             "map": content.context.study.map.spacing_m,
             "versions": versions(),
             "study": content.study_toml,
@@ -348,19 +382,22 @@ def _figures(
         mission_figures,
         reader_figures,
         room_figures,
-        sweep_figures,
     )
+    from octant.reader_design.figures.study_sweep import sweep_figures
     from octant.reader_design.rooms.plan import plan_of
 
+    study = content.context.study
     cell = next(c for c in content.cells if c.key == content.chosen.key)
     elements = cell.design.body().element_azimuths_rad
     plans = [plan_of(built.scene, built.reader_z_m) for _, _, built in rooms]
     pairs = list(zip(content.missions, plans, strict=False))
     drawn = itertools.chain(
-        sweep_figures(content.cells, content.candidates, content.choice),
-        reader_figures(cell, elements, room_map),
+        sweep_figures(
+            content.cells, content.candidates, content.choice, frequency_hz=study.radio.frequency_hz
+        ),
+        reader_figures(study, cell, elements, room_map),
         room_figures(content.context, room_map, elements),
-        mission_figures(content.context, pairs, label=cell.design.label()),
+        mission_figures(content.context, pairs, label=cell.label),
     )
     entries: dict[str, list[tuple[str, str, Path]]] = {}
     for one in progress.track(drawn, label="figures"):

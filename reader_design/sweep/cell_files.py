@@ -3,18 +3,19 @@
 import hashlib
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from octant.geometries.errors import ConfigError, SweepStateError
 from octant.reader_design.config.loading import to_toml
-from octant.reader_design.store import dataset, read_dataset, variable, write_dataset
+from octant.reader_design.store import variable, versions, whole_file
 from octant.reader_design.sweep.cells import Cell, SweepContext
 from octant.reader_design.sweep.design import ReaderDesign, canonical_json
 from octant.reader_design.sweep.samples import grid_azimuths_rad
 from octant.reader_design.sweep.scores import SCORE_NAMES, Scores, score_unit
+from octant.reader_design.sweep.small_netcdf import Stored, netcdf_bytes, read_netcdf
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -29,14 +30,14 @@ def _digest(cell: Cell) -> str:
     for array in (cell.distances_m, cell.free_rss_w, cell.travel_m, cell.travel_rss_w):
         digest.update(np.ascontiguousarray(array).tobytes())
     scores = [s.as_dict() if s is not None else None for s in (cell.free, cell.room)]
-    text = canonical_json([cell.key, cell.reason, list(cell.notes), cell.seconds, scores])
-    digest.update(text.encode())
+    told = [cell.key, cell.reason, cell.unexpected, list(cell.notes), cell.seconds, scores]
+    digest.update(canonical_json(told).encode())
     return digest.hexdigest()
 
 
-def score_variables(
+def stored_scores(
     rows: list[tuple[Scores | None, Scores | None]], *, dim: str | None
-) -> "dict[str, xr.Variable]":
+) -> dict[str, Stored]:
     """Return one variable for each score, by design and surrounding, in the score's own unit [-].
 
     Parameters
@@ -48,106 +49,126 @@ def score_variables(
 
     Returns
     -------
-    dict of str to xarray.Variable
+    dict of str to (dimensions, values, units, long name)
         With units and names.
     """
-    out = {}
+    out: dict[str, Stored] = {}
     for name in SCORE_NAMES:
         table: npt.NDArray[np.float64] = np.array(
             [[np.nan if s is None else getattr(s, name) for s in row] for row in rows]
-        )
-        out[name] = variable(
-            ["surrounding"] if dim is None else [dim, "surrounding"],
-            table[0] if dim is None else table,
-            units=score_unit(name),
-            long_name=name.rsplit("_" + score_unit(name), 1)[0].replace("_", " "),
-        )
+        ).reshape(-1, 2)
+        long_name = name.rsplit("_" + score_unit(name), 1)[0].replace("_", " ")
+        dims = ["surrounding"] if dim is None else [dim, "surrounding"]
+        out[name] = dims, table[0] if dim is None else table, score_unit(name), long_name
     return out
 
 
-def surrounding_variable() -> "xr.Variable":
+def stored_surroundings() -> Stored:
     """Return the coordinate that names where scores hold [-].
 
     Returns
     -------
-    xarray.Variable
+    (dimensions, values, units, long name)
         ``free_space`` and ``room``.
     """
-    return variable(
-        ["surrounding"], list(SURROUNDINGS), units="1", long_name="where the design is scored"
-    )
+    return ["surrounding"], list(SURROUNDINGS), "1", "where the design is scored"
 
 
-def write_cell(path: Path, cell: Cell, context: SweepContext) -> None:
-    """Return nothing; write a cell whole or not at all; powers in [W].
+def as_variables(stored: dict[str, Stored]) -> "dict[str, xr.Variable]":
+    """Return stored variables as those of xarray, units unchanged [-].
+
+    Parameters
+    ----------
+    stored : dict of str to (dimensions, values, units, long name)
+        From :func:`stored_scores`, for example.
+
+    Returns
+    -------
+    dict of str to xarray.Variable
+        With ``units`` and ``long_name``.
+    """
+    return {
+        name: variable(dims, values, units=units, long_name=long_name)
+        for name, (dims, values, units, long_name) in stored.items()
+    }
+
+
+def cell_bytes(cell: Cell, context: SweepContext) -> bytes:
+    """Return the content of a cell's file; powers in [W].
+
+    Parameters
+    ----------
+    cell : Cell
+        The cell.
+    context : SweepContext
+        Its study, for the attributes.
+
+    Returns
+    -------
+    bytes
+        netCDF4 that xarray opens.
+    """
+    _, count, antennas = cell.free_rss_w.shape
+    azimuths = np.degrees(grid_azimuths_rad(1, count)) if count else np.zeros(0)
+    away = "horizontal distance to the tag"
+    facing = "RSS in free space, antenna 1 towards the tag"
+    stored: dict[str, Stored] = {
+        "distance": (["distance"], cell.distances_m, "m", away),
+        "azimuth": (["azimuth"], azimuths, "deg", "azimuth of the tag in the reader frame"),
+        "travel": (["travel"], cell.travel_m, "m", away),
+        "antenna": (["antenna"], np.arange(1, antennas + 1), "1", "number of the antenna"),
+        "surrounding": stored_surroundings(),
+        "free_rss_w": (
+            ["distance", "azimuth", "antenna"],
+            cell.free_rss_w,
+            "W",
+            "RSS in free space",
+        ),
+        "travel_rss_w": (["travel", "antenna"], cell.travel_rss_w, "W", facing),
+        **stored_scores([(cell.free, cell.room)], dim=None),
+    }
+    attributes: dict[str, str | int | float] = {
+        "title": f"sweep cell: {cell.label}",
+        "study": to_toml(context.study),
+        "seed": context.study.seed,
+        **versions(),
+        "cell_key": cell.key,
+        "design": canonical_json(cell.design.as_dict()),
+        "failed_because": cell.reason,
+        "unexpected": int(cell.unexpected),
+        "has_free_scores": int(cell.free is not None),
+        "has_room_scores": int(cell.room is not None),
+        "notes": json.dumps(cell.notes),
+        "seconds": cell.seconds,
+        "digest": _digest(cell),
+    }
+    return netcdf_bytes(stored, attributes)
+
+
+def put_bytes(path: Path, content: bytes) -> None:
+    """Return nothing; write a file of a sweep whole or not at all.
 
     Parameters
     ----------
     path : Path
-        Its file.
-    cell : Cell
-        The cell.
-    context : SweepContext
-        The study, for the attributes.
+        The file.
+    content : bytes
+        All of it.
 
     Raises
     ------
     ConfigError
-        When the folder cannot be written to.
+        When the folder cannot be written to, or the disk is full.
     """
-    count = cell.free_rss_w.shape[1]
-    azimuths = np.degrees(grid_azimuths_rad(1, count)) if count else np.zeros(0)
-    variables = {
-        "free_rss_w": variable(
-            ["distance", "azimuth", "antenna"],
-            cell.free_rss_w,
-            units="W",
-            long_name="RSS in free space",
-        ),
-        "travel_rss_w": variable(
-            ["travel", "antenna"],
-            cell.travel_rss_w,
-            units="W",
-            long_name="RSS in free space, antenna 1 towards the tag",
-        ),
-        **score_variables([(cell.free, cell.room)], dim=None),
-    }
-    coordinates = {
-        "distance": variable(
-            ["distance"], cell.distances_m, units="m", long_name="horizontal distance to the tag"
-        ),
-        "azimuth": variable(
-            ["azimuth"], azimuths, units="deg", long_name="azimuth of the tag in the reader frame"
-        ),
-        "travel": variable(
-            ["travel"], cell.travel_m, units="m", long_name="horizontal distance to the tag"
-        ),
-        "antenna": variable(
-            ["antenna"],
-            np.arange(1, cell.free_rss_w.shape[2] + 1),
-            units="1",
-            long_name="number of the antenna",
-        ),
-        "surrounding": surrounding_variable(),
-    }
-    data = dataset(
-        variables,
-        coordinates=coordinates,
-        study_toml=to_toml(context.study),
-        seed=context.study.seed,
-        title=f"sweep cell: {cell.design.label()}",
-        attributes={
-            "cell_key": cell.key,
-            "design": canonical_json(cell.design.as_dict()),
-            "failed_because": cell.reason,
-            "has_free_scores": int(cell.free is not None),
-            "has_room_scores": int(cell.room is not None),
-            "notes": json.dumps(cell.notes),
-            "seconds": cell.seconds,
-            "digest": _digest(cell),
-        },
-    )
-    write_dataset(data, path, force=True)
+    try:
+        with whole_file(path) as part:
+            part.write_bytes(content)
+    except OSError as exc:
+        msg = (
+            f"{path} cannot be written ({exc.strerror or exc}); make room for it or give another "
+            "folder: what was computed before is kept, and the same command goes on from there."
+        )
+        raise ConfigError(msg) from exc
 
 
 def read_cell(path: Path, design: ReaderDesign, key: str) -> Cell:
@@ -173,31 +194,73 @@ def read_cell(path: Path, design: ReaderDesign, key: str) -> Cell:
         When the file cannot be read, is damaged, or belongs to another cell.
     """
     try:
-        data = read_dataset(path)
-        scores = [
-            Scores(**{name: float(data[name].values[i]) for name in SCORE_NAMES})
-            if int(data.attrs[flag])
-            else None
-            for i, flag in enumerate(("has_free_scores", "has_room_scores"))
-        ]
-        cell = Cell(
-            key=str(data.attrs["cell_key"]),
-            design=design,
-            reason=str(data.attrs["failed_because"]),
-            free=scores[0],
-            room=scores[1],
-            distances_m=data["distance"].values,
-            free_rss_w=data["free_rss_w"].values,
-            travel_m=data["travel"].values,
-            travel_rss_w=data["travel_rss_w"].values,
-            notes=tuple(json.loads(data.attrs["notes"])),
-            seconds=float(data.attrs["seconds"]),
-        )
-        told = str(data.attrs["digest"])
-    except (ConfigError, KeyError, ValueError, OSError, RuntimeError) as exc:
-        msg = f"the cell file {path} cannot be read ({exc}); delete it, or let it be overwritten."
-        raise SweepStateError(msg) from exc
+        content = path.read_bytes()
+    except OSError as exc:
+        raise SweepStateError(_unreadable(path, exc)) from exc
+    return cell_of_bytes(content, path, design, key)
+
+
+def cell_of_bytes(content: bytes, path: Path, design: ReaderDesign, key: str) -> Cell:
+    """Return the cell of a file's content, checked as by :func:`read_cell`; powers in [W].
+
+    Parameters
+    ----------
+    content : bytes
+        All of the file.
+    path : Path
+        Where it lies, for messages.
+    design : ReaderDesign
+        The design that the key stands for.
+    key : str
+        Expected name of the cell.
+
+    Returns
+    -------
+    Cell
+        As it was written, bit by bit.
+
+    Raises
+    ------
+    SweepStateError
+        As :func:`read_cell`.
+    """
+    try:
+        arrays, attributes = read_netcdf(content)
+        cell = _cell(arrays, attributes, design)
+        told = str(attributes["digest"])
+    except (KeyError, ValueError, TypeError, OSError, RuntimeError) as exc:
+        raise SweepStateError(_unreadable(path, exc)) from exc
     if cell.key != key or told != _digest(cell):
         msg = f"the cell file {path} is damaged or another design's; delete it."
         raise SweepStateError(msg)
     return cell
+
+
+def _cell(
+    arrays: dict[str, npt.NDArray[Any]], attributes: dict[str, Any], design: ReaderDesign
+) -> Cell:
+    free, room = (
+        Scores(**{name: float(arrays[name][i]) for name in SCORE_NAMES})
+        if int(attributes[flag])
+        else None
+        for i, flag in enumerate(("has_free_scores", "has_room_scores"))
+    )
+    return Cell(
+        key=str(attributes["cell_key"]),
+        design=design,
+        reason=str(attributes["failed_because"]),
+        free=free,
+        room=room,
+        distances_m=arrays["distance"],
+        free_rss_w=arrays["free_rss_w"],
+        travel_m=arrays["travel"],
+        travel_rss_w=arrays["travel_rss_w"],
+        notes=tuple(json.loads(attributes["notes"])),
+        seconds=float(attributes["seconds"]),
+        unexpected=bool(int(attributes["unexpected"])),
+    )
+
+
+def _unreadable(path: Path, exc: Exception) -> str:
+    what = " ".join(str(exc).split())
+    return f"the cell file {path} cannot be read ({what}); delete it, or let it be overwritten."

@@ -1,20 +1,17 @@
 """One cell of a sweep: a design in a study, scored in free space and in the room.
 
-A cell's name is the hash of everything that its numbers depend on.
-:mod:`octant.reader_design.sweep.run` runs many of them,
-:mod:`octant.reader_design.sweep.cell_files` keeps them.
+:mod:`octant.reader_design.sweep.keys` names cells, :mod:`octant.reader_design.sweep.run` runs many
+of them, :mod:`octant.reader_design.sweep.cell_files` keeps them.
 """
 
-import hashlib
 import time
 import warnings
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
-from octant.em.antennas import Antenna
 from octant.em.radio_scene import radio_scene
 from octant.em.reader_response import ReaderResponse
 from octant.em.received_power import ReaderLink, reader_link
@@ -23,28 +20,20 @@ from octant.geometries.errors import ConfigError, OctantError, PhysicsWarning, S
 from octant.geometries.scene import free_space_scene
 from octant.reader_design.config.schema import Study
 from octant.reader_design.rooms.study_scene import PlacedTag, StudyScene
-from octant.reader_design.store import versions
 from octant.reader_design.study.missions import tag_link
-from octant.reader_design.sweep.design import (
-    ReaderDesign,
-    content_hash,
-    design_responses,
-    response_inputs,
-)
+from octant.reader_design.sweep.capture import captured_share
+from octant.reader_design.sweep.design import ReaderDesign, design_responses
+from octant.reader_design.sweep.receiver import scoring_readings_w
 from octant.reader_design.sweep.samples import (
     Sampling,
-    floor_points_m,
     free_points_m,
     grid_azimuths_rad,
-    room_rss_w,
+    room_places_m,
     sample_rss_w,
 )
 from octant.reader_design.sweep.scores import USABLE_DBM, Scores, score_rss
 
 FloatArray = npt.NDArray[np.float64]
-
-CELL_FORMAT = 2
-"""Raised when the meaning of a cell changes, so that old files are computed again."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -101,6 +90,11 @@ class Cell:
         Warnings of the reader's model.
     seconds : float
         Time that it took [s].
+    unexpected : bool
+        Whether it failed for a reason that is not the design's own, such as want of memory: the
+        next run tries it again.
+    label : str
+        Human name, with every swept parameter [-]; by default the design's own.
     """
 
     key: str
@@ -114,8 +108,11 @@ class Cell:
     travel_rss_w: FloatArray
     notes: tuple[str, ...] = ()
     seconds: float = 0.0
+    unexpected: bool = False
+    label: str = ""
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "label", self.label or self.design.label())
         d, t = np.size(self.distances_m), np.size(self.travel_m)
         for name, shape in (
             ("distances_m", (d,)),
@@ -125,81 +122,6 @@ class Cell:
         ):
             array = frozen_array(getattr(self, name), name=name, shape=shape, error=SweepStateError)
             object.__setattr__(self, name, array)
-
-
-def scene_fingerprint(built: StudyScene) -> str:
-    """Return a hash of everything in a room that the radio model sees, 64 hexadecimal digits [-].
-
-    Parameters
-    ----------
-    built : StudyScene
-        Room, materials at every frequency and tags.
-
-    Returns
-    -------
-    str
-        Another one when a vertex, a material or a tag changes.
-    """
-    bodies = []
-    for body in built.scene.bodies:
-        digest = hashlib.sha256(np.ascontiguousarray(body.vertices_m).tobytes())
-        digest.update(np.ascontiguousarray(body.faces).tobytes())
-        bodies.append([body.material, digest.hexdigest()])
-    tags = [
-        [tag.id, tag.position_m.tolist(), *_antenna_inputs(a)]
-        for tag in built.tags
-        for a in tag.antennas
-    ]
-    radios = [[r.frequency_hz, [asdict(m) for m in r.materials]] for r in built.radios]
-    return content_hash(
-        {
-            "bodies": bodies,
-            "tags": tags,
-            "radios": radios,
-            "heights_m": [built.reader_z_m, built.map_z_m],
-        }
-    )
-
-
-def _antenna_inputs(antenna: Antenna) -> list[object]:
-    table = b"" if antenna.pattern is None else antenna.pattern.tobytes()
-    turn = [antenna.axis.tolist(), antenna.azimuth_rad]
-    size = [antenna.frequency_hz, antenna.length_m]
-    return [antenna.kind, *size, *turn, hashlib.sha256(table).hexdigest()]
-
-
-def cell_key(context: SweepContext, design: ReaderDesign, *, fingerprint: str) -> str:
-    """Return the name of a cell: the hash of its full input, 64 hexadecimal digits [-].
-
-    Parameters
-    ----------
-    context : SweepContext
-        Study and sampling.
-    design : ReaderDesign
-        The design.
-    fingerprint : str
-        From :func:`scene_fingerprint`, computed once for all cells.
-
-    Returns
-    -------
-    str
-        The same on every machine with this version of Octant.
-    """
-    study = context.study
-    return content_hash(
-        {
-            "format": CELL_FORMAT,
-            "octant": versions()["octant_version"],
-            "design": design.as_dict(),
-            **response_inputs(study),
-            "frequencies_hz": list(study.radio.frequencies_hz),
-            "tag_power_w": study.radio.tag_power_w,
-            "max_reflections": study.solver.max_reflections,
-            "scene": fingerprint,
-            "sampling": asdict(context.sampling),
-            "usable_dbm": context.usable_dbm,
-        }
-    )
 
 
 def reference_tag(study: Study, built: StudyScene) -> PlacedTag:
@@ -238,7 +160,7 @@ def compute_cell(context: SweepContext, design: ReaderDesign, key: str) -> Cell:
     design : ReaderDesign
         The design.
     key : str
-        From :func:`cell_key`.
+        From :func:`octant.reader_design.sweep.keys.cell_key`.
 
     Returns
     -------
@@ -250,9 +172,13 @@ def compute_cell(context: SweepContext, design: ReaderDesign, key: str) -> Cell:
     Free space uses :func:`reference_tag` at its height, without the room; the room uses every tag
     and every place of the floor on which the reader fits. RSS is coherent.
     """
+    from threadpoolctl import threadpool_limits
+
     began = time.perf_counter()
     try:
-        with warnings.catch_warnings():
+        # Sums and factors of BLAS and LAPACK depend on the number of threads in their last bits;
+        # what a cell holds must not depend on who computed it.
+        with threadpool_limits(limits=1, user_api="blas"), warnings.catch_warnings():
             # The responses carry the same warnings, and the report prints them.
             warnings.simplefilter("ignore", PhysicsWarning)
             cell = _scored(context, design, key)
@@ -261,7 +187,7 @@ def compute_cell(context: SweepContext, design: ReaderDesign, key: str) -> Cell:
     return replace(cell, seconds=time.perf_counter() - began)
 
 
-def failed_cell(design: ReaderDesign, key: str, reason: str) -> Cell:
+def failed_cell(design: ReaderDesign, key: str, reason: str, *, unexpected: bool = False) -> Cell:
     """Return a cell without numbers [-].
 
     Parameters
@@ -272,6 +198,8 @@ def failed_cell(design: ReaderDesign, key: str, reason: str) -> Cell:
         Its name.
     reason : str
         Why there are none.
+    unexpected : bool
+        Whether the reason is not the design's own.
 
     Returns
     -------
@@ -282,6 +210,7 @@ def failed_cell(design: ReaderDesign, key: str, reason: str) -> Cell:
         key=key,
         design=design,
         reason=reason,
+        unexpected=unexpected,
         distances_m=np.zeros(0),
         free_rss_w=np.zeros((0, 0, design.antennas)),
         travel_m=np.zeros(0),
@@ -304,11 +233,24 @@ def _scored(context: SweepContext, design: ReaderDesign, key: str) -> Cell:
     if context.has_room:
         room_azimuths = grid_azimuths_rad(elements.size, sampling.room_azimuths)
         rss = room_samples_w(context, responses, room_azimuths)
-        room = score_rss(rss, room_azimuths, elements, usable_dbm=context.usable_dbm)
+        room = score_rss(
+            rss,
+            room_azimuths,
+            elements,
+            usable_dbm=context.usable_dbm,
+            readings_w=scoring_readings_w(study, rss),
+            captured_share=captured_share(study, built, sampling, responses),
+        )
     return Cell(
         key=key,
         design=design,
-        free=score_rss(free, azimuths, elements, usable_dbm=context.usable_dbm),
+        free=score_rss(
+            free,
+            azimuths,
+            elements,
+            usable_dbm=context.usable_dbm,
+            readings_w=scoring_readings_w(study, free),
+        ),
         room=room,
         distances_m=distances,
         free_rss_w=free,
@@ -376,17 +318,8 @@ def room_samples_w(
         When no place of the floor lies within range of a tag.
     """
     study, built, sampling = context.study, context.built, context.sampling
-    places = floor_points_m(
-        built.scene,
-        spacing_m=sampling.room_spacing_m,
-        reader_z_m=built.reader_z_m,
-        clearance_m=study.reader.ground_plane_m / 2.0,
-    )
-    links = [(tag_link(study, built, tag, responses), tag.position_m[:2]) for tag in built.tags]
-    return room_rss_w(
-        links,
-        places,
-        azimuths_rad,
-        nearest_m=sampling.nearest_m,
-        farthest_m=sampling.farthest_m,
-    )
+    rows = []
+    for tag, places in room_places_m(study, built, sampling):
+        link = tag_link(study, built, tag, responses)
+        rows.append(sample_rss_w(link, places, tag.position_m[:2], azimuths_rad))
+    return np.concatenate(rows)

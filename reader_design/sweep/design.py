@@ -293,13 +293,18 @@ class ReaderDesign:
         GeometryError, AntennaError
             When the design cannot be built, meshed or solved.
         """
-        return cached_responses(
-            self.body(),
-            self.element(frequencies_hz[0]),
-            frequencies_hz,
-            cells_per_wavelength=cells_per_wavelength,
-            **self.feed(),
-        )
+        from threadpoolctl import threadpool_limits
+
+        # LAPACK's factors of a matrix depend on the number of threads in their last bits; solutions
+        # are kept on disk and must not depend on who made them.
+        with threadpool_limits(limits=1, user_api="blas"):
+            return cached_responses(
+                self.body(),
+                self.element(frequencies_hz[0]),
+                frequencies_hz,
+                cells_per_wavelength=cells_per_wavelength,
+                **self.feed(),
+            )
 
     def feed(self) -> Feed:
         """Return how the antennas stand and are fed, as the full-wave solver takes it [m], [ohm].
@@ -354,6 +359,7 @@ def design_of(reader: Reader) -> ReaderDesign:
     """
     return ReaderDesign(
         antenna=reader.antenna,
+        antenna_length_m=reader.antenna_length_m,
         antenna_radius_m=reader.antenna_radius_m,
         plate_height_m=reader.plate_height_m,
         plate_height_axis_m=reader.plate_height_axis_m,

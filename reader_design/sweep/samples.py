@@ -6,16 +6,18 @@ antenna), which :mod:`octant.reader_design.sweep.scores` averages.
 """
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
+from octant.em.received_power import ReaderLink
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import ConfigError
 from octant.geometries.scene import Scene
 from octant.navigation.sensing import PowerLink
+from octant.reader_design.config.schema import Study
+from octant.reader_design.rooms.study_scene import PlacedTag, StudyScene
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -167,8 +169,10 @@ def sample_rss_w(
         RSS [W].
     """
     poses = facing_poses(points_m, tag_point_m, azimuths_rad)
-    rss = link.rss_w(poses.reshape(-1, 3))
-    return rss.reshape(*poses.shape[:2], -1)
+    if isinstance(link, ReaderLink):  # each place is traced once for all headings
+        rows = [link.rss_by_heading_w(pose[:1, :2], pose[:, 2]) for pose in poses]
+        return np.concatenate(rows)
+    return link.rss_w(poses.reshape(-1, 3)).reshape(*poses.shape[:2], -1)
 
 
 def free_points_m(distances_m: npt.ArrayLike) -> FloatArray:
@@ -255,47 +259,48 @@ def floor_points_m(
     return grid[fits]
 
 
-def room_rss_w(
-    links: Sequence[tuple[PowerLink, FloatArray]],
-    places_m: FloatArray,
-    azimuths_rad: FloatArray,
-    *,
-    nearest_m: float,
-    farthest_m: float,
-) -> FloatArray:
-    """Return the RSS over all places, azimuths and tags of a room [W].
+def room_places_m(
+    study: Study, built: StudyScene, sampling: Sampling
+) -> list[tuple[PlacedTag, FloatArray]]:
+    """Return the places of the floor at which each tag's RSS counts [m].
 
     Parameters
     ----------
-    links : sequence of (PowerLink, (2,) float64)
-        Link of each tag and the point under it [m].
-    places_m : (p, 2) float64
-        Places of the robot [m].
-    azimuths_rad : (a,) float64
-        Azimuths of the tag in the reader frame [rad].
-    nearest_m, farthest_m : float
-        Horizontal distances to each tag that count [m].
+    study : Study
+        With its reader.
+    built : StudyScene
+        One of its rooms.
+    sampling : Sampling
+        Grid and range [m].
 
     Returns
     -------
-    (k, a, n) float64
-        RSS [W], one row for each place and tag within range.
+    list of (PlacedTag, (p, 2) float64)
+        Tags with at least one place, and the places within range of each on which the reader
+        fits [m].
 
     Raises
     ------
     ConfigError
         When no place lies within range of any tag.
     """
-    rows = []
-    for link, tag_point in links:
-        distance = np.hypot(*(places_m - tag_point).T)
-        near = (distance >= nearest_m - 1e-9) & (distance <= farthest_m + 1e-9)
+    places = floor_points_m(
+        built.scene,
+        spacing_m=sampling.room_spacing_m,
+        reader_z_m=built.reader_z_m,
+        clearance_m=study.reader.ground_plane_m / 2.0,
+    )
+    found = []
+    for tag in built.tags:
+        distance = np.hypot(*(places - tag.position_m[:2]).T)
+        near = distance >= sampling.nearest_m - 1e-9
+        near &= distance <= sampling.farthest_m + 1e-9
         if near.any():
-            rows.append(sample_rss_w(link, places_m[near], tag_point, azimuths_rad))
-    if not rows:
+            found.append((tag, places[near]))
+    if not found:
         msg = (
-            f"none of the {len(places_m)} places on the floor lies {nearest_m:g} to "
-            f"{farthest_m:g} m from a tag; check the tags' positions and the room."
+            f"none of the {len(places)} places on the floor lies {sampling.nearest_m:g} to "
+            f"{sampling.farthest_m:g} m from a tag; check the tags' positions and the room."
         )
         raise ConfigError(msg)
-    return np.concatenate(rows)
+    return found

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import AntennaError
-from octant.navigation.bearing import wrap_angle
+from octant.reader_design.sweep.errors import ErrorSummary, summarise_errors, vector_errors_rad
 from octant.reader_design.sweep.measures import (
     SteeringSignal,
     facing_ratios_db,
@@ -19,7 +19,6 @@ from octant.reader_design.sweep.measures import (
     right_share,
     steering_signal,
     strongest_errors_rad,
-    vector_sum_bearing_rad,
 )
 
 FloatArray = npt.NDArray[np.float64]
@@ -40,8 +39,17 @@ class Scores:
     strongest_mean_rad, strongest_rms_rad, strongest_p90_rad, strongest_max_rad : float
         Error [rad] of the bearing "azimuth of the strongest antenna": mean absolute value, root
         mean square, 90th percentile and largest absolute value.
+    strongest_median_rad : float
+        Its 50th percentile [rad].
+    strongest_beyond_45_share, strongest_beyond_90_share : float
+        Shares of directions [-] in which it errs by more than 45 and 90 degrees.
     vector_mean_rad, vector_rms_rad, vector_p90_rad, vector_max_rad : float
         The same [rad] for the bearing of the RSS-weighted vector sum.
+    vector_median_rad : float
+        Its 50th percentile [rad].
+    vector_beyond_45_share, vector_beyond_90_share : float
+        Shares of directions [-] in which it errs by more than 45 and 90 degrees; beyond 90 the
+        robot is sent away from the tag.
     front_to_back_mean_db, front_to_back_worst_db : float
         RSS of the antenna that faces the tag over that of the opposite one [dB].
     margin_mean_db, margin_worst_db : float
@@ -59,6 +67,15 @@ class Scores:
         Share of samples [-] whose strongest antenna reaches the threshold.
     level_median_dbm, level_p10_dbm : float
         Median and 10th percentile of the strongest antenna's RSS [dBm].
+    captured_share : float
+        Share of places and facing antennas [-] where one reflection brings more power than the
+        direct ray; 0 in free space.
+    read_right_share, read_strongest_rms_rad : float
+        As ``right_share`` [-] and ``strongest_rms_rad`` [rad], of what the receiver reads.
+    read_vector_median_rad, read_vector_rms_rad, read_vector_p90_rad : float
+        As the scores of the vector sum [rad], of what the receiver reads.
+    read_vector_beyond_90_share : float
+        As ``vector_beyond_90_share`` [-], of what the receiver reads.
     """
 
     right_share: float
@@ -66,10 +83,16 @@ class Scores:
     strongest_rms_rad: float
     strongest_p90_rad: float
     strongest_max_rad: float
+    strongest_median_rad: float
+    strongest_beyond_45_share: float
+    strongest_beyond_90_share: float
     vector_mean_rad: float
     vector_rms_rad: float
     vector_p90_rad: float
     vector_max_rad: float
+    vector_median_rad: float
+    vector_beyond_45_share: float
+    vector_beyond_90_share: float
     front_to_back_mean_db: float
     front_to_back_worst_db: float
     margin_mean_db: float
@@ -83,6 +106,13 @@ class Scores:
     usable_share: float
     level_median_dbm: float
     level_p10_dbm: float
+    captured_share: float
+    read_right_share: float
+    read_strongest_rms_rad: float
+    read_vector_median_rad: float
+    read_vector_rms_rad: float
+    read_vector_p90_rad: float
+    read_vector_beyond_90_share: float
 
     def as_dict(self) -> dict[str, float]:
         """Return the scores by name, each in the unit that its name carries [rad, dB, W or -].
@@ -97,6 +127,25 @@ class Scores:
 
 SCORE_NAMES = tuple(field.name for field in fields(Scores))
 """Names of all scores in their order; the suffix of each is its unit."""
+
+
+_LESS_IS_BETTER = ("strongest_", "vector_", "captured_", "read_strongest_", "read_vector_")
+
+
+def higher_is_better(name: str) -> bool:
+    """Return whether a score is better when it is higher [-].
+
+    Parameters
+    ----------
+    name : str
+        A name of ``SCORE_NAMES``.
+
+    Returns
+    -------
+    bool
+        False for errors, and for shares of directions or floor that mislead.
+    """
+    return not name.startswith(_LESS_IS_BETTER)
 
 
 def score_unit(name: str) -> str:
@@ -125,22 +174,6 @@ def score_unit(name: str) -> str:
     return "1"
 
 
-def _error_summary(error_rad: FloatArray, weight: FloatArray) -> tuple[float, float, float, float]:
-    """Return mean absolute, rms, 90th percentile and maximum of weighted errors [rad]."""
-    keep = weight.ravel() > 0.0
-    size = np.abs(error_rad.ravel()[keep])
-    share = weight.ravel()[keep] / weight.sum()
-    order = np.argsort(size, kind="stable")
-    cumulative = np.cumsum(share[order])
-    index = min(int(np.searchsorted(cumulative, 0.9 - 1e-12)), size.size - 1)
-    return (
-        float(share @ size),
-        float(np.sqrt(share @ size**2)),
-        float(size[order][index]),
-        float(size.max()),
-    )
-
-
 def _steering_scores(steering: SteeringSignal) -> dict[str, float]:
     """Return the six scores of the steering signal."""
     slope = {}
@@ -161,12 +194,48 @@ def _steering_scores(steering: SteeringSignal) -> dict[str, float]:
     }
 
 
+def _error_scores(method: str, errors: ErrorSummary) -> dict[str, float]:
+    """Return the scores of one way to read off the bearing."""
+    return {f"{method}_{name}": value for name, value in asdict(errors).items()}
+
+
+def _reading_scores(
+    readings_w: FloatArray, azimuths_rad: FloatArray, element_azimuths_rad: FloatArray
+) -> dict[str, float]:
+    """Return the scores of what a receiver reads."""
+    strongest = strongest_errors_rad(readings_w, azimuths_rad, element_azimuths_rad)
+    vector = summarise_errors(vector_errors_rad(readings_w, azimuths_rad, element_azimuths_rad))
+    return {
+        "read_right_share": right_share(readings_w, azimuths_rad, element_azimuths_rad),
+        "read_strongest_rms_rad": summarise_errors(*strongest).rms_rad,
+        "read_vector_median_rad": vector.median_rad,
+        "read_vector_rms_rad": vector.rms_rad,
+        "read_vector_p90_rad": vector.p90_rad,
+        "read_vector_beyond_90_share": vector.beyond_90_share,
+    }
+
+
+def _powers(
+    name: str, powers_w: npt.ArrayLike, azimuths_rad: FloatArray, element_azimuths_rad: FloatArray
+) -> FloatArray:
+    """Return powers by distance or place, azimuth and antenna, checked."""
+    shape = (None, azimuths_rad.size, element_azimuths_rad.size)
+    powers: FloatArray = frozen_array(powers_w, name=name, shape=shape, error=AntennaError)
+    if powers.size == 0 or powers.min() < 0.0:
+        least = "nothing" if powers.size == 0 else f"{powers.min():.3g} W"
+        msg = f"{name} holds {least} where powers of zero or more are needed; check the samples."
+        raise AntennaError(msg)
+    return powers
+
+
 def score_rss(
     rss_w: npt.ArrayLike,
     azimuths_rad: npt.ArrayLike,
     element_azimuths_rad: npt.ArrayLike,
     *,
     usable_dbm: float = USABLE_DBM,
+    readings_w: npt.ArrayLike | None = None,
+    captured_share: float = 0.0,
 ) -> Scores:
     """Return all scores of a reader from the RSS of its antennas; angles in [rad], ratios in [dB].
 
@@ -181,6 +250,11 @@ def score_rss(
         Azimuths of the antennas in the reader frame [rad], ascending and evenly spaced.
     usable_dbm : float
         RSS at which a tag is still read [dBm].
+    readings_w : (k, a, n) array_like, optional
+        What a receiver reads of such samples [W], for the scores whose names begin with ``read``;
+        default: the RSS itself.
+    captured_share : float
+        Passed on [-]; see :mod:`octant.reader_design.sweep.capture`.
 
     Returns
     -------
@@ -205,28 +279,15 @@ def score_rss(
     azimuths: FloatArray = frozen_array(
         azimuths_rad, name="azimuths_rad", shape=(None,), error=AntennaError
     )
-    shape = (None, azimuths.size, elements.size)
-    rss: FloatArray = frozen_array(rss_w, name="rss_w", shape=shape, error=AntennaError)
-    if rss.size == 0 or rss.min() < 0.0:
-        least = "nothing" if rss.size == 0 else f"{rss.min():.3g} W"
-        msg = f"rss_w holds {least} where powers of zero or more are needed; check the samples."
-        raise AntennaError(msg)
-    strongest = _error_summary(*strongest_errors_rad(rss, azimuths, elements))
-    error = wrap_angle(vector_sum_bearing_rad(rss, elements) - azimuths)
-    error = np.where(np.isnan(error), np.pi, error)
-    vector = _error_summary(error, np.ones_like(error))
+    rss = _powers("rss_w", rss_w, azimuths, elements)
+    strongest = summarise_errors(*strongest_errors_rad(rss, azimuths, elements))
+    vector = summarise_errors(vector_errors_rad(rss, azimuths, elements))
     front_to_back, margin = facing_ratios_db(rss, azimuths, elements)
     level = power_dbm(np.maximum(rss.max(axis=-1), 1e-30))
     return Scores(
         right_share=right_share(rss, azimuths, elements),
-        strongest_mean_rad=strongest[0],
-        strongest_rms_rad=strongest[1],
-        strongest_p90_rad=strongest[2],
-        strongest_max_rad=strongest[3],
-        vector_mean_rad=vector[0],
-        vector_rms_rad=vector[1],
-        vector_p90_rad=vector[2],
-        vector_max_rad=vector[3],
+        **_error_scores("strongest", strongest),
+        **_error_scores("vector", vector),
         front_to_back_mean_db=float(front_to_back.mean()),
         front_to_back_worst_db=float(front_to_back.min()),
         margin_mean_db=float(margin.mean()),
@@ -235,4 +296,10 @@ def score_rss(
         usable_share=float((level >= usable_dbm).mean()),
         level_median_dbm=float(np.median(level)),
         level_p10_dbm=float(np.quantile(level, 0.1)),
+        captured_share=captured_share,
+        **_reading_scores(
+            rss if readings_w is None else _powers("readings_w", readings_w, azimuths, elements),
+            azimuths,
+            elements,
+        ),
     )

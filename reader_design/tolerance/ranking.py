@@ -7,7 +7,8 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.geometries.errors import SweepStateError
-from octant.reader_design.sweep.choice import Candidate, Criteria, choose
+from octant.reader_design.config.choice import Choice as Rules
+from octant.reader_design.sweep.choice import Candidate, choose
 from octant.reader_design.sweep.scores import score_rss
 from octant.reader_design.tolerance.cases import CaseScores
 from octant.reader_design.tolerance.statistics import Interval, wilson
@@ -38,7 +39,7 @@ def wins(
     first: Sequence[CaseScores],
     second: Sequence[CaseScores],
     *,
-    criteria: Criteria | None = None,
+    rules: Rules | None = None,
 ) -> Interval:
     """Return how often the first design is chosen over the second, built with the same errors [-].
 
@@ -46,8 +47,8 @@ def wins(
     ----------
     first, second : sequence of CaseScores
         Scores of two designs, sample by sample with the same errors.
-    criteria : Criteria, optional
-        Rules of the choice; default: those of Criteria.
+    rules : Rules, optional
+        Rules of the choice; default: those of Rules.
 
     Returns
     -------
@@ -66,11 +67,11 @@ def wins(
             "designs with the same errors."
         )
         raise SweepStateError(msg)
-    won = sum(_won(a, b, criteria) for a, b in zip(first, second, strict=True))
+    won = sum(_won(a, b, rules) for a, b in zip(first, second, strict=True))
     return wilson(won, len(first))
 
 
-def _won(first: CaseScores, second: CaseScores, criteria: Criteria | None) -> float:
+def _won(first: CaseScores, second: CaseScores, rules: Rules | None) -> float:
     """Return 1 when the first is chosen, 0 when the second is, one half for neither."""
     if first.free is None or second.free is None:
         return 0.5 + 0.5 * (first.free is not None) - 0.5 * (second.free is not None)
@@ -80,8 +81,8 @@ def _won(first: CaseScores, second: CaseScores, criteria: Criteria | None) -> fl
         if case.free is not None
     ]
     # Asked in both orders: what is equal in everything follows the order.
-    ahead = choose(pair, model="fullwave", criteria=criteria).chosen == 0
-    behind = choose(pair[::-1], model="fullwave", criteria=criteria).chosen == 1
+    ahead = choose(pair, model="fullwave", rules=rules).chosen == 0
+    behind = choose(pair[::-1], model="fullwave", rules=rules).chosen == 1
     return 0.5 * (ahead + behind)
 
 
@@ -91,7 +92,7 @@ def wins_over_places(
     *,
     random: np.random.Generator,
     resamples: int = 200,
-    criteria: Criteria | None = None,
+    rules: Rules | None = None,
 ) -> Interval:
     """Return how often the first design is chosen over resampled places of the room [-].
 
@@ -103,8 +104,8 @@ def wins_over_places(
         Of the resamples; both designs always get the same places.
     resamples : int
         Number of them [-].
-    criteria : Criteria, optional
-        Rules of the choice; default: those of Criteria.
+    rules : Rules, optional
+        Rules of the choice; default: those of Rules.
 
     Returns
     -------
@@ -132,7 +133,7 @@ def wins_over_places(
     for _ in range(resamples):
         places = random.integers(0, count, count)
         pair = [_with_places(case, room, places) for case, room in (first, second)]
-        won += _won(pair[0], pair[1], criteria)
+        won += _won(pair[0], pair[1], rules)
     return wilson(won, resamples)
 
 

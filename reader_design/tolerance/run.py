@@ -18,7 +18,7 @@ from pathlib import Path
 from octant.geometries.errors import SweepStateError
 from octant.reader_design.progress import Progress
 from octant.reader_design.store import write_text
-from octant.reader_design.sweep.cells import scene_fingerprint
+from octant.reader_design.sweep.keys import scene_fingerprint
 from octant.reader_design.sweep.scores import Scores
 from octant.reader_design.tolerance.cases import (
     Case,

@@ -84,3 +84,38 @@ def common_options(command: Decorated) -> Decorated:
     force = click.option("--force", is_flag=True, help="Overwrite files that exist.")
     quiet = click.option("--quiet", "-q", is_flag=True, help="No progress and no messages.")
     return cast("Decorated", quiet(force(announcing)))
+
+
+def worker_options(command: Decorated) -> Decorated:
+    """Return a command that also takes ``--workers`` and ``--cluster``, but not both.
+
+    Parameters
+    ----------
+    command : callable
+        With the parameters ``workers`` and ``cluster``.
+
+    Returns
+    -------
+    callable
+        The same, with the two options [-].
+    """
+
+    @wraps(command)
+    def checked(*args: Any, workers: int | None, cluster: str | None, **options: Any) -> Any:  # noqa: ANN401
+        if workers is not None and cluster is not None:
+            msg = "--workers and --cluster are both given, but cells are computed by one of them."
+            raise click.UsageError(msg)
+        return command(*args, workers=workers, cluster=cluster, **options)
+
+    processes = click.option(
+        "--workers",
+        type=click.IntRange(min=1),
+        metavar="N",
+        help="Processes on this machine; by default one for each core.",
+    )
+    scheduler = click.option(
+        "--cluster",
+        metavar="ADDRESS",
+        help="A dask scheduler that computes instead, or local:N to start N workers here.",
+    )
+    return cast("Decorated", processes(scheduler(checked)))

@@ -6,7 +6,7 @@ import click
 
 from octant.reader_design.cli import InterruptedRunError
 from octant.reader_design.progress import Progress
-from octant.reader_design.verbs.arguments import common_options
+from octant.reader_design.verbs.arguments import common_options, worker_options
 
 FAILED_CELLS = 3
 """Exit code of a study that finished, but not with scores for every design [-]."""
@@ -22,10 +22,19 @@ FAILED_CELLS = 3
     help="Folder for results.",
 )
 @click.option("--quick", is_flag=True, help="Coarse sampling, a coarse map, few runs.")
+@worker_options
 @common_options
 @click.pass_context
 def study(
-    ctx: click.Context, *, study: Path | None, out: Path, quick: bool, force: bool, quiet: bool
+    ctx: click.Context,
+    *,
+    study: Path | None,
+    out: Path,
+    quick: bool,
+    workers: int | None,
+    cluster: str | None,
+    force: bool,
+    quiet: bool,
 ) -> None:
     """Sweep the reader's design over STUDY, choose one, map the room, drive the missions.
 
@@ -37,7 +46,15 @@ def study(
 
     loaded = load_study(study)
     try:
-        outcome = run_study(loaded, out, quick=quick, force=force, progress=Progress(quiet=quiet))
+        outcome = run_study(
+            loaded,
+            out,
+            quick=quick,
+            force=force,
+            progress=Progress(quiet=quiet),
+            workers=workers,
+            cluster=cluster,
+        )
     except KeyboardInterrupt as exc:
         msg = f"what was computed is kept in {out}; the same command goes on from there."
         raise InterruptedRunError(msg) from exc

@@ -6,14 +6,10 @@ import numpy as np
 import pytest
 
 from octant.geometries.errors import SweepStateError
-from octant.reader_design.sweep.choice import (
-    Candidate,
-    Criteria,
-    choose,
-    merit,
-    pareto_front,
-)
-from octant.reader_design.sweep.scores import score_rss
+from octant.reader_design.config.choice import CRITERIA, Choice, Criterion
+from octant.reader_design.sweep.choice import Candidate, choose, criterion_value, merit
+from octant.reader_design.sweep.reasons import rule_sentences, score_phrase, score_text
+from octant.reader_design.sweep.scores import SCORE_NAMES, higher_is_better, score_rss
 
 ELEMENTS = np.arange(8) * np.pi / 4
 AZIMUTHS = np.arange(48) * np.pi / 24
@@ -76,7 +72,7 @@ def test_difference_within_the_tolerance_does_not_decide():
         model="fullwave",
     )
     assert out.chosen == 1
-    strict = Criteria(share_tolerance=0.0)
+    strict = Choice(criteria=(Criterion(free="right_share"), *CRITERIA[1:]))
     assert (
         choose(
             [
@@ -84,7 +80,7 @@ def test_difference_within_the_tolerance_does_not_decide():
                 candidate("b", right_share=0.89, vector_rms_rad=0.1),
             ],
             model="fullwave",
-            criteria=strict,
+            rules=strict,
         ).chosen
         == 0
     )
@@ -115,24 +111,82 @@ def test_ranking_names_every_design_once_and_is_independent_of_the_input_order()
     assert [pool[k].label for k in out.ranking] == [pool[order[k]].label for k in shuffled.ranking]
 
 
-def test_room_and_free_space_weigh_the_same():
-    better = dataclasses.replace(BASE, right_share=0.6)
-    worse = dataclasses.replace(BASE, right_share=0.2)
-    assert merit(Candidate(label="", key="", free=better, room=worse)).right_share == 0.4
-    assert merit(Candidate(label="", key="", free=better, room=None)).right_share == 0.6
+def test_room_and_free_space_weigh_the_same_and_errors_by_their_squares():
+    better = dataclasses.replace(BASE, right_share=0.6, vector_rms_rad=0.3)
+    worse = dataclasses.replace(BASE, right_share=0.2, vector_rms_rad=0.1)
+    share, error = CRITERIA[:2]
+    assert criterion_value(share, better, worse) == 0.4
+    assert criterion_value(share, better, None) == 0.6
+    assert criterion_value(error, better, worse) == pytest.approx(np.sqrt(0.05))
+    assert criterion_value(error, better, None) == 0.3
+
+
+def test_a_criterion_may_look_at_one_surrounding_only():
+    free = dataclasses.replace(BASE, captured_share=0.0, level_median_dbm=-50.0)
+    room = dataclasses.replace(BASE, captured_share=0.3, level_median_dbm=-40.0)
+    assert criterion_value(Criterion(room="captured_share"), free, room) == 0.3
+    assert criterion_value(Criterion(free="level_median_dbm"), free, room) == -50.0
+    assert criterion_value(Criterion(room="captured_share"), free, None) == 0.0
+
+
+def test_criteria_of_the_study_decide_in_their_order_and_direction():
+    rules = Choice(criteria=(Criterion(room="captured_share", tolerance=0.05), CRITERIA[3]))
+    pool = [
+        candidate("a", captured_share=0.30, level_median_dbm=-40.0),
+        candidate("b", captured_share=0.10, level_median_dbm=-60.0),
+        candidate("c", captured_share=0.14, level_median_dbm=-50.0),
+    ]
+    out = choose(pool, model="fullwave", rules=rules)
+    assert out.ranking == (2, 1, 0)
+    assert out.decided == ("level", "share of captured floor", "only one design")
+    assert "10.0% against 30.0%" in out.comparisons[1]
+    assert out.pareto == (True, True, True)
+
+
+def test_a_reader_that_is_too_large_ranks_below_all_that_fit():
+    rules = Choice(greatest_width_m=0.2, greatest_height_m=0.10)
+    pool = [
+        dataclasses.replace(candidate("high", right_share=1.0), width_m=0.2, height_m=0.15),
+        dataclasses.replace(candidate("fits", right_share=0.5), width_m=0.2, height_m=0.10),
+        dataclasses.replace(candidate("wide", right_share=1.0), width_m=0.3, height_m=0.05),
+    ]
+    out = choose(pool, model="fullwave", rules=rules)
+    assert [pool[i].label for i in out.ranking] == ["fits", "high", "wide"]
+    assert out.decided[:2] == ("size", "size")
+    assert "0 cm against 5 cm too large" in out.comparisons[0]
+    assert choose(pool, model="fullwave").chosen == 0
+    alone = choose(pool[2:], model="fullwave", rules=rules)
+    assert "exceeds it least, by 10 cm" in " ".join(alone.reason)
+
+
+def test_short_list_is_the_head_of_the_ranking():
+    out = choose([candidate(str(k)) for k in range(9)], model="rays", rules=Choice(shortlist=3))
+    assert out.shortlist == out.ranking[:3]
+    assert len(out.comparisons) == 9
 
 
 def test_pareto_front_keeps_designs_that_nothing_dominates():
-    merits = [
-        merit(candidate("best share", right_share=0.9, margin_worst_db=0.0)),
-        merit(candidate("best margin", right_share=0.8, margin_worst_db=3.0)),
-        merit(candidate("dominated", right_share=0.8, margin_worst_db=0.0)),
+    pool = [
+        candidate("best share", right_share=0.9, margin_worst_db=0.0),
+        candidate("best margin", right_share=0.8, margin_worst_db=3.0),
+        candidate("dominated", right_share=0.8, margin_worst_db=0.0),
     ]
-    assert pareto_front(merits) == (True, True, False)
+    assert choose(pool, model="fullwave").pareto == (True, True, False)
 
 
 def test_equal_designs_do_not_dominate_each_other():
-    assert pareto_front([merit(candidate("a")), merit(candidate("b"))]) == (True, True)
+    assert choose([candidate("a"), candidate("b")], model="fullwave").pareto == (True, True)
+
+
+def test_every_score_has_a_phrase_a_text_and_a_direction():
+    for name in SCORE_NAMES:
+        assert score_phrase(name)
+        assert score_text(name, 0.5)
+    assert score_text("vector_rms_rad", np.radians(2.0)) == "2.0°"
+    assert score_text("full_scale_w", 3e-9) == "3 nW"
+    worse = {n for n in SCORE_NAMES if not higher_is_better(n)}
+    assert {"vector_p90_rad", "captured_share", "read_vector_beyond_90_share"} <= worse
+    assert not {"right_share", "read_right_share", "level_median_dbm", "margin_worst_db"} & worse
 
 
 @pytest.mark.parametrize(("model", "word"), [("rays", "coupling"), ("isolated", "alone")])
@@ -164,6 +218,18 @@ def test_no_candidate_is_an_error():
 
 
 def test_rules_are_said_in_words_with_their_tolerances():
-    text = " ".join(Criteria(share_tolerance=0.03, margin_tolerance_db=0.7).sentences())
+    rules = Choice(
+        greatest_height_m=0.1,
+        criteria=(
+            Criterion(free="right_share", room="right_share", tolerance=0.03),
+            Criterion(room="margin_mean_db", tolerance=0.7),
+            Criterion(free="vector_rms_rad", tolerance=0.05, relative=True),
+        ),
+    )
+    text = " ".join(rule_sentences(rules))
     assert "3 percentage points" in text
     assert "0.7 dB" in text
+    assert "within 5% of the best" in text
+    assert "at most 10 cm high" in text
+    assert "in the room); more is better" in text
+    assert "in free space); less is better" in text

@@ -38,13 +38,6 @@ def test_minimal_study_gets_the_documented_defaults():
     assert study.room.material == "concrete"
 
 
-def test_empty_sweep_means_the_readers_own_values():
-    study = parsed(MINIMAL + '[reader]\nantenna = "monopole"\n[sweep]\nplate_height_m = [0, 0.1]\n')
-    assert study.sweep.antenna == ("monopole",)
-    assert study.sweep.antenna_radius_m == (0.10,)
-    assert study.sweep.plate_height_m == (0.0, 0.1)
-
-
 def test_map_height_follows_the_reader_unless_given():
     assert parsed(MINIMAL + "[reader]\nheight_m = 0.7\n").map.height_m == 0.7
     assert parsed(MINIMAL + "[map]\nheight_m = 1.2\n").map.height_m == 1.2
@@ -64,9 +57,11 @@ def test_built_in_study_is_the_thesis():
         (2.0, 3.5, 3.0),
         (4.0, 3.5, 3.0),
     ]
-    assert study.sweep.antenna == ("dipole", "monopole")
-    assert study.sweep.antenna_radius_m == (0.05, 0.10)
-    assert study.sweep.plate_height_m == (0.0, 0.08, 0.15)
+    assert study.sweep == {
+        "antenna": ("dipole", "monopole"),
+        "antenna_radius_m": (0.05, 0.10),
+        "plate_height_m": (0.0, 0.08, 0.15),
+    }
     assert study.mission is not None
     assert (study.mission.start_m, study.mission.heading_deg) == ((0.0, 0.0), 90.0)
 
@@ -248,3 +243,45 @@ def test_bad_layers_are_refused_with_their_path(layers, words):
 def test_layers_stand_alone():
     message = refusal(MINIMAL + LAYERED.replace("layers", "thickness_m = 0.1, layers"))
     assert "thickness_m beside layers" in message
+
+
+PLAIN_ROOM = "[room]\nbox_m = [4.0, 4.0, 3.0]\n"
+
+
+def with_rules(text):
+    return parse_study(PLAIN_ROOM + text, source="test", directory=Path())
+
+
+def test_rules_of_the_choice_are_data_of_the_study():
+    study = with_rules(
+        "[scoring]\nnoise_db = 2.0\nbits = 0\n[choice]\ngreatest_height_m = 0.1\nmissions = 3\n"
+        '[[choice.criterion]]\nroom = "captured_share"\ntolerance = 0.05\n'
+        '[[choice.criterion]]\nfree = "level_median_dbm"\n'
+    )
+    assert study.scoring.bits == 0
+    assert [c.room or c.free for c in study.choice.criteria] == [
+        "captured_share",
+        "level_median_dbm",
+    ]
+    assert parse_study(to_toml(study), source="again", directory=Path()) == study
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ('[[choice.criterion]]\nroom = "captured_shar"\n', "captured_share"),
+        ("[[choice.criterion]]\ntolerance = 1.0\n", "names no score"),
+        (
+            '[[choice.criterion]]\nfree = "right_share"\nroom = "vector_rms_rad"\n',
+            "cannot be averaged",
+        ),
+        ("[choice]\ncriterion = []\n", "criterion"),
+        ("[choice]\nmissions = 0\n", "missions"),
+        ("[scoring]\nfloor_dbm = 0.0\n", "codes must rise"),
+        ("[scoring]\nbits = 17\n", "bits"),
+        ("[scoring]\nnoise_db = -1.0\n", "noise_db"),
+    ],
+)
+def test_wrong_rules_are_refused_with_what_is_allowed(text, said):
+    with pytest.raises(ConfigError, match=said):
+        with_rules(text)

@@ -1,5 +1,7 @@
 """Laws of the places and poses at which designs are probed."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -12,13 +14,15 @@ from octant.geometries.furniture import box
 from octant.geometries.rooms import Doorway, box_room, prism_room
 from octant.geometries.scene import build_scene, free_space_scene
 from octant.navigation.bearing import reader_azimuth, wrap_angle
+from octant.reader_design.config.loading import parse_study
+from octant.reader_design.rooms.study_scene import build_study_scene
 from octant.reader_design.sweep.samples import (
     Sampling,
     facing_poses,
     floor_points_m,
     free_points_m,
     grid_azimuths_rad,
-    room_rss_w,
+    room_places_m,
     sample_rss_w,
     standing_room,
 )
@@ -117,22 +121,57 @@ def test_robot_fits_everywhere_in_free_space():
     assert fits.all()
 
 
+STUDY = """
+[room]
+box_m = [6.0, 4.0, 3.0]
+[[tag]]
+id = "A"
+position_m = [1.0, 1.0, 2.9]
+[[tag]]
+id = "B"
+position_m = [5.0, 3.0, 2.9]
+"""
+
+
 def test_room_samples_take_only_places_within_range_of_each_tag():
-    places = np.array([[0.0, 0.0], [1.0, 0.0], [9.0, 0.0]])
-    links = [(CountingLink(), np.array([0.0, 0.0])), (CountingLink(), np.array([8.5, 0.0]))]
-    rss = room_rss_w(links, places, np.array([0.0]), nearest_m=0.5, farthest_m=5.0)
-    np.testing.assert_array_equal(rss[:, 0, 0], [1.0, 9.0])
+    study = parse_study(STUDY, source="test", directory=Path())
+    sampling = Sampling(nearest_m=0.5, farthest_m=2.0)
+    built = build_study_scene(study)
+    found = {tag.id: places for tag, places in room_places_m(study, built, sampling)}
+    assert set(found) == {"A", "B"}
+    for name, point in (("A", (1.0, 1.0)), ("B", (5.0, 3.0))):
+        distance = np.hypot(*(found[name] - point).T)
+        assert distance.size > 10
+        assert distance.min() >= 0.5
+        assert distance.max() <= 2.0
 
 
 def test_room_without_a_place_in_range_is_refused():
-    with pytest.raises(ConfigError, match="none of the 1 places"):
-        room_rss_w(
-            [(CountingLink(), np.array([50.0, 0.0]))],
-            np.zeros((1, 2)),
-            np.array([0.0]),
-            nearest_m=0.5,
-            farthest_m=5.0,
-        )
+    study = parse_study(STUDY, source="test", directory=Path())
+    sampling = Sampling(nearest_m=20.0, farthest_m=30.0)
+    with pytest.raises(ConfigError, match=r"none of the \d+ places on the floor lies 20 to 30 m"):
+        room_places_m(study, build_study_scene(study), sampling)
+
+
+def test_a_link_and_a_stand_in_give_the_same_samples():
+    link = reader_link(
+        radio_scene(ROOM, F),
+        tag_position_m=(1.0, 1.0, 2.5),
+        tag_antenna=make_antenna("dipole", F),
+        tag_power_w=1.0,
+        response=sector_response(np.arange(8) * np.pi / 4, frequency_hz=F),
+        reader_height_m=0.3,
+        max_reflections=1,
+    )
+
+    class StandIn:
+        def rss_w(self, poses):
+            return link.rss_w(poses)
+
+    points, azimuths = np.array([[2.0, 0.0], [-0.5, 1.5]]), grid_azimuths_rad(8, 2)
+    one = sample_rss_w(link, points, [1.0, 1.0], azimuths)
+    other = sample_rss_w(StandIn(), points, [1.0, 1.0], azimuths)
+    np.testing.assert_array_equal(one, other)
 
 
 def test_ideal_sector_reader_is_right_in_every_direction_of_free_space():
