@@ -163,3 +163,14 @@ def mamdani_centroids(
                         moment += part_moment
             result[m, k] = moment / area if area > 0.0 else np.nan
     return result
+
+
+@njit(cache=True)
+def mamdani_centroid(
+    x: float, low: float, high: float, input_corners: _Floats, output_corners: _Floats
+) -> _Floats:
+    """Return the centroid of every output (k,) for one input; otherwise as mamdani_centroids."""
+    one = np.empty(1)
+    one[0] = x
+    crisp: _Floats = mamdani_centroids(one, low, high, input_corners, output_corners)[0]
+    return crisp

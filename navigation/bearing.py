@@ -14,6 +14,9 @@ from octant.geometries.errors import NavigationError
 FRONT_AZIMUTH_RAD = np.pi / 2.0
 """Reader azimuth of the robot's front [rad]: +y', where antenna 3 of eight stands."""
 
+ANY_DIRECTION_RAD2 = np.pi**2 / 3.0
+"""Variance of a direction that may be any [rad²]."""
+
 _SAME_DIRECTION_RAD = 1e-6
 
 
@@ -215,6 +218,43 @@ def vector_sum_bearing(
     azimuths = np.asarray(azimuths_rad, dtype=np.float64)
     bearing = np.arctan2(rss @ np.sin(azimuths), rss @ np.cos(azimuths))
     return np.asarray(np.where(rss.max(axis=-1) > 0.0, bearing, np.nan))
+
+
+def vector_sum_variance(
+    rss_w: npt.ArrayLike, azimuths_rad: npt.ArrayLike, *, noise_db: float
+) -> npt.NDArray[np.float64]:
+    """Return the variance of the vector sum's bearing under noise of the readings [rad²].
+
+    Parameters
+    ----------
+    rss_w : (..., n) float64
+        RSS z_i of the antennas [W], not negative.
+    azimuths_rad : (n,) float64
+        Azimuths δ_i of the antennas in the reader frame [rad].
+    noise_db : float
+        Standard deviation of the independent log-normal error of each RSS [dB].
+
+    Returns
+    -------
+    (...) float64
+        Σ (z_i sin(δ_i - γ) / R)² s², with the vector sum's length R and direction γ and
+        s = noise_db ln(10)/10, cut at π²/3, that of a direction that may be any [rad²]; so also
+        where nothing is received.
+
+    Notes
+    -----
+    To first order in the noise: ∂γ/∂z_i = sin(δ_i - γ)/R. It knows nothing of reflections.
+    """
+    rss = np.asarray(rss_w, dtype=np.float64)
+    azimuths = np.asarray(azimuths_rad, dtype=np.float64)
+    along, across = rss @ np.cos(azimuths), rss @ np.sin(azimuths)
+    length2 = along**2 + across**2
+    sine = along[..., None] * np.sin(azimuths) - across[..., None] * np.cos(azimuths)
+    moment = np.sum((rss * sine) ** 2, axis=-1)
+    noise2 = (noise_db * np.log(10.0) / 10.0) ** 2
+    some = length2 > 0.0
+    variance = noise2 * moment / np.where(some, length2, 1.0) ** 2
+    return np.asarray(np.where(some, np.minimum(variance, ANY_DIRECTION_RAD2), ANY_DIRECTION_RAD2))
 
 
 def turn_towards(bearing_rad: npt.ArrayLike) -> npt.NDArray[np.float64]:

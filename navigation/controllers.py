@@ -1,5 +1,6 @@
 """Controllers of the navigation mode: from the RSS of one reading to the wheels' rates."""
 
+import math
 from dataclasses import dataclass, field
 from typing import Literal, Protocol, get_args
 
@@ -7,8 +8,15 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.geometries.errors import NavigationError
-from octant.navigation.bearing import steering_pair, turn_towards, vector_sum_bearing
+from octant.navigation.bearing import (
+    steering_pair,
+    turn_towards,
+    vector_sum_bearing,
+    vector_sum_variance,
+)
+from octant.navigation.checks import check_positive
 from octant.navigation.fuzzy import RuleBase, thesis_rule_base
+from octant.navigation.pattern_match import PatternMatcher
 from octant.navigation.robot import DifferentialDrive
 
 SteeringInput = Literal["normalised", "nanowatt"]
@@ -164,27 +172,27 @@ class VectorSumController:
     gain_per_s : float
         Turn rate per bearing error [1/s]. Sampled with period T it converges without overshoot for
         gain T up to 1 and not at all above 2.
+    noise_db : float
+        Noise of the readings that the law reckons with [dB]; 0: none.
 
     Raises
     ------
     NavigationError
-        When the gain is not positive and finite.
+        When the gain is not positive and finite, or the noise is negative.
 
     Notes
     -----
-    With the bearing error e: ω = gain · e, v = cruise speed · max(0, cos e). It uses all antennas,
-    so it needs no antenna at any particular place and works for any number of them.
+    With the bearing error e: v = cruise speed · max(0, cos e), ω = gain · e · exp(-s²/2), where s²
+    is the bearing's variance: the mean of the turn over what the bearing may truly be. It uses all
+    antennas, so it needs no antenna at any particular place and works for any number of them.
     """
 
     gain_per_s: float = 0.5
+    noise_db: float = 0.0
 
     def __post_init__(self) -> None:
-        if not (np.isfinite(self.gain_per_s) and self.gain_per_s > 0.0):
-            msg = (
-                f"gain_per_s is {self.gain_per_s} 1/s, but it must be positive and finite: "
-                "0.5 suits a period of 1 s."
-            )
-            raise NavigationError(msg)
+        _check_gain(self.gain_per_s)
+        check_positive(self.noise_db, name="noise_db", unit="dB", allow_zero=True)
 
     def wheel_rates(
         self,
@@ -212,8 +220,104 @@ class VectorSumController:
         (2,) float64
             Right and left [rad/s], not saturated.
         """
-        error = turn_towards(vector_sum_bearing(rss_w, azimuths_rad))
-        return robot.wheel_rates(
-            speed_m_per_s=cruise_speed_m_per_s * np.maximum(0.0, np.cos(error)),
-            turn_rate_rad_per_s=self.gain_per_s * error,
+        variance = float(vector_sum_variance(rss_w, azimuths_rad, noise_db=self.noise_db))
+        return proportional_rates(
+            float(turn_towards(vector_sum_bearing(rss_w, azimuths_rad))),
+            gain_per_s=self.gain_per_s * math.exp(-0.5 * variance),
+            cruise_speed_m_per_s=cruise_speed_m_per_s,
+            robot=robot,
         )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PatternController:
+    """Return the same proportional law on the bearing that best explains all RSS values.
+
+    Parameters
+    ----------
+    matcher : PatternMatcher
+        Patterns of the reader, and the errors that readings have.
+    gain_per_s : float
+        Turn rate per bearing error [1/s].
+
+    Raises
+    ------
+    NavigationError
+        When the gain is not positive and finite.
+    """
+
+    matcher: PatternMatcher
+    gain_per_s: float = 0.5
+
+    def __post_init__(self) -> None:
+        _check_gain(self.gain_per_s)
+
+    def wheel_rates(
+        self,
+        rss_w: npt.NDArray[np.float64],
+        *,
+        azimuths_rad: npt.NDArray[np.float64],  # noqa: ARG002
+        cruise_speed_m_per_s: float,
+        robot: DifferentialDrive,
+    ) -> npt.NDArray[np.float64]:
+        """Return the rates of the right and the left wheel for the next period [rad/s].
+
+        Parameters
+        ----------
+        rss_w : (n,) float64
+            One reading with a signal [W].
+        azimuths_rad : (n,) float64
+            Not used: the patterns know where the antennas stand [rad].
+        cruise_speed_m_per_s : float
+            Speed of straight driving [m/s].
+        robot : DifferentialDrive
+            Wheels and axle.
+
+        Returns
+        -------
+        (2,) float64
+            Right and left [rad/s], not saturated.
+        """
+        bearing_rad, variance = self.matcher.bearing(rss_w)
+        return proportional_rates(
+            bearing_rad,
+            gain_per_s=self.gain_per_s * math.exp(-0.5 * variance),
+            cruise_speed_m_per_s=cruise_speed_m_per_s,
+            robot=robot,
+        )
+
+
+def proportional_rates(
+    error_rad: float, *, gain_per_s: float, cruise_speed_m_per_s: float, robot: DifferentialDrive
+) -> npt.NDArray[np.float64]:
+    """Return the wheel rates of v = cruise speed · max(0, cos e), ω = gain · e [rad/s].
+
+    Parameters
+    ----------
+    error_rad : float
+        Bearing e from the robot's front, counter-clockwise positive [rad].
+    gain_per_s : float
+        Turn rate per bearing error [1/s].
+    cruise_speed_m_per_s : float
+        Speed of straight driving [m/s].
+    robot : DifferentialDrive
+        Wheels and axle.
+
+    Returns
+    -------
+    (2,) float64
+        Right and left [rad/s], not saturated.
+    """
+    return robot.wheel_rates(
+        speed_m_per_s=cruise_speed_m_per_s * max(0.0, math.cos(error_rad)),
+        turn_rate_rad_per_s=gain_per_s * error_rad,
+    )
+
+
+def _check_gain(gain_per_s: float) -> None:
+    if not (np.isfinite(gain_per_s) and gain_per_s > 0.0):
+        msg = (
+            f"gain_per_s is {gain_per_s} 1/s, but it must be positive and finite: "
+            "0.5 suits a period of 1 s."
+        )
+        raise NavigationError(msg)

@@ -9,8 +9,9 @@ from octant.geometries.errors import NavigationError
 from octant.navigation.docking_coarse import CoarseDrive
 from octant.navigation.docking_drive import DockingDrive
 from octant.navigation.docking_fine import FineDrive
-from octant.navigation.docking_setting import DockingSetting, StartArea
+from octant.navigation.docking_setting import DockingSetting
 from octant.navigation.docking_task import DockingResult, DockingTask, Failure
+from octant.navigation.mission_starts import RandomStarts
 from octant.navigation.sensing import unknown_tag
 
 
@@ -66,13 +67,13 @@ class DockingJob:
         What to do.
     setting : DockingSetting
         Reader, camera, robot and obstacles.
-    starts : StartArea
+    starts : RandomStarts
         Where missions start.
     """
 
     task: DockingTask
     setting: DockingSetting
-    starts: StartArea
+    starts: RandomStarts
 
     def __call__(self, seed: np.random.SeedSequence) -> DockingResult:
         """Return the record of the run of a seed [-].

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import NavigationError
-from octant.navigation._fuzzy_kernels import mamdani_centroids
+from octant.navigation._fuzzy_kernels import mamdani_centroid, mamdani_centroids
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -273,6 +273,15 @@ class RuleBase:
         Exact up to rounding: the aggregated set is piecewise linear, and its area and first moment
         are summed piece by piece, so no grid enters.
         """
+        if isinstance(value, float):  # one step of a mission: no array to be shaped
+            crisp: npt.NDArray[np.float64] = mamdani_centroid(
+                value,
+                float(self.input_variable.low),
+                float(self.input_variable.high),
+                self._input_corners,
+                self._output_corners,
+            )
+            return crisp
         x = np.ascontiguousarray(value, dtype=np.float64)
         outputs: npt.NDArray[np.float64] = mamdani_centroids(
             x.reshape(-1),

@@ -122,7 +122,7 @@ class MissionMetrics:
 
     Parameters
     ----------
-    outcome : {"completed", "time-out", "no signal", "collision"}
+    outcome : {"completed", "time-out", "no signal", "collision", "stuck"}
         Why the run ended.
     success : bool
         All tags were declared reached, each within the success radius of its point.
@@ -130,7 +130,12 @@ class MissionMetrics:
         The field held the robot at a wrong place: a tag was declared reached outside the success
         radius, or time ran out while the robot circled or stood outside it.
     collided : bool
-        The run ended at an obstacle.
+        The robot touched an obstacle.
+    contacts : int
+        Periods in which it did [-].
+    near_miss : bool
+        A tag that was not reached, or was declared reached elsewhere, had been within the success
+        radius while it was the target.
     time_s : float
         Duration [s].
     path_m : float
@@ -155,6 +160,8 @@ class MissionMetrics:
     success: bool
     captured: bool
     collided: bool
+    contacts: int
+    near_miss: bool
     time_s: float
     path_m: float
     rmse_m: float
@@ -233,12 +240,17 @@ def measure(result: MissionResult, *, success_radius_m: float | None = None) -> 
     heading_rad = np.abs(errors[:, 2])
     arrival_m = np.linalg.norm(result.arrival_points_m - mission.tag_points_m, axis=1)
     false_arrival = bool((arrival_m > radii_m).any())
+    closest_m = _closest(result, arrival_m)
+    # NaN, where the tag never was the target or was not reached, counts as not within.
+    near = (closest_m <= radii_m) & ~(arrival_m <= radii_m)
     moves_m = np.linalg.norm(np.diff(result.poses[:, :2], axis=0), axis=1)
     return MissionMetrics(
         outcome=result.outcome,
         success=bool((arrival_m <= radii_m).all()),
         captured=false_arrival or _held(result, float(radii_m[result.targets[-1]])),
-        collided=result.outcome == "collision",
+        collided=result.contacts > 0 or result.outcome == "collision",
+        contacts=result.contacts,
+        near_miss=bool(near.any()),
         time_s=float(result.time_s[-1]),
         path_m=float(moves_m.sum()),
         rmse_m=root_mean_square(position_m),
@@ -247,7 +259,7 @@ def measure(result: MissionResult, *, success_radius_m: float | None = None) -> 
         position_errors_m=position_m,
         heading_errors_rad=heading_rad,
         arrival_errors_m=arrival_m,
-        closest_m=_closest(result, arrival_m),
+        closest_m=closest_m,
     )
 
 

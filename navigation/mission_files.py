@@ -23,6 +23,12 @@ MISSION_COLUMNS = (
     "arrivals_m",
     "captured",
     "collided",
+    "outcome",
+    "contacts",
+    "near_miss",
+    "start_x_m",
+    "start_y_m",
+    "start_heading_deg",
 )
 """Columns of missions.csv: times [s], lengths [m], angles [deg], flags 0 or 1 [-]."""
 
@@ -76,6 +82,12 @@ def write_missions_csv(
                 ";".join(number_text(error) for error in metrics.arrival_errors_m),
                 int(metrics.captured),
                 int(metrics.collided),
+                metrics.outcome,
+                metrics.contacts,
+                int(metrics.near_miss),
+                number_text(result.mission.start_m[0]),
+                number_text(result.mission.start_m[1]),
+                number_text(math.degrees(result.mission.heading_rad)),
             )
         )
     write_csv(Path(path), MISSION_COLUMNS, rows)

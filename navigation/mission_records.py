@@ -1,7 +1,7 @@
 """What a mission asks for and what a run of it leaves behind."""
 
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal, get_args
 
 import numpy as np
@@ -10,12 +10,10 @@ import numpy.typing as npt
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import NavigationError, PhysicsWarning
 from octant.navigation.arrival import ArrivalTest
-from octant.navigation.navigator import Rotation
+from octant.navigation.floor_motion import Contact, Motion
+from octant.navigation.rolling import Rolling
 
-Motion = Literal["euler", "arc"]
-"""How a period moves the robot: thesis (5.1), or the exact arc."""
-
-Outcome = Literal["completed", "time-out", "no signal", "collision"]
+Outcome = Literal["completed", "time-out", "no signal", "collision", "stuck"]
 """Why a run ended."""
 
 _ORBIT_STEPS = 0.8
@@ -43,12 +41,16 @@ class Mission:
         Distance driven straight ahead in one period [m].
     max_time_s : float or None
         Time-out [s]; None for 60 s and four times what the straight legs take at cruise speed.
-    rotation : {"strongest", "vector_sum"}
-        Bearing to which the rotation mode turns.
     motion : {"euler", "arc"}
         How a period moves the robot.
     silent_limit : int
         Readings in a row without any signal after which the run ends [-].
+    contact : {"end", "slide"}
+        Whether the run ends when the robot touches something, or the robot slides along it.
+    contact_limit : int
+        Contacts on one leg after which a sliding robot counts as stuck [-].
+    rolling : Rolling
+        Slip of the wheels and resolution of their encoders.
 
     Raises
     ------
@@ -70,9 +72,11 @@ class Mission:
     sample_time_s: float = 1.0
     cruise_step_m: float = 0.09
     max_time_s: float | None = None
-    rotation: Rotation = "strongest"
     motion: Motion = "euler"
     silent_limit: int = 5
+    contact: Contact = "end"
+    contact_limit: int = 60
+    rolling: Rolling = field(default_factory=Rolling)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "tag_ids", tuple(self.tag_ids))
@@ -93,12 +97,13 @@ class Mission:
             ("cruise_step_m", "m"),
             ("max_time_s", "s"),
             ("silent_limit", "readings"),
+            ("contact_limit", "contacts"),
         ):
             value = getattr(self, name)
             if value is not None and not (np.isfinite(value) and value > 0):
                 msg = f"{name} is {value} {unit}, but it must be positive and finite: raise it."
                 raise NavigationError(msg)
-        for name, allowed in (("rotation", get_args(Rotation)), ("motion", get_args(Motion))):
+        for name, allowed in (("motion", get_args(Motion)), ("contact", get_args(Contact))):
             value = getattr(self, name)
             if value not in allowed:
                 msg = f"{name} is {value!r}, but it must be one of {list(allowed)}: choose one."
@@ -154,7 +159,7 @@ class MissionResult:
     ----------
     mission : Mission
         What was asked for.
-    outcome : {"completed", "time-out", "no signal", "collision"}
+    outcome : {"completed", "time-out", "no signal", "collision", "stuck"}
         Why the run ended.
     reason : str
         The same in a sentence.
@@ -163,7 +168,7 @@ class MissionResult:
     poses : (s, 3) float64
         x [m], y [m], heading in (-π, π] [rad].
     modes : tuple of str
-        "rotation", "navigation" or "stopped" in the period that begins then.
+        "rotation", "navigation", "search", "evade" or "stopped" in the period that begins then.
     targets : (s,) int64
         Index of the tag that was read [-].
     rss_w : (s, n) float64
@@ -173,6 +178,8 @@ class MissionResult:
         When each tag was declared reached [s]; NaN where it was not.
     arrival_points_m : (k, 2) float64
         Where the robot was then [m]; NaN where it was not.
+    contacts : int
+        Periods in which the robot touched something [-].
     """
 
     mission: Mission
@@ -185,6 +192,7 @@ class MissionResult:
     rss_w: npt.NDArray[np.float64]
     arrival_times_s: npt.NDArray[np.float64]
     arrival_points_m: npt.NDArray[np.float64]
+    contacts: int = 0
 
     def __post_init__(self) -> None:
         rows, tags = len(self.modes), len(self.mission.tag_ids)

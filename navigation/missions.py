@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -10,24 +11,22 @@ import numpy.typing as npt
 from octant.geometries.errors import NavigationError
 from octant.navigation.batches import run_seeded
 from octant.navigation.bearing import wrap_angle
-from octant.navigation.controllers import Controller
+from octant.navigation.floor_motion import Blocked, Floor
 from octant.navigation.mission_records import Mission, MissionResult, Outcome
-from octant.navigation.navigator import Navigator, NavigatorState
+from octant.navigation.mission_starts import Starts
+from octant.navigation.navigators.interface import STILL, Decision, Navigator, Odometry
+from octant.navigation.odometry import wheel_travel
 from octant.navigation.robot import DifferentialDrive
+from octant.navigation.rolling import RollingWheels
 from octant.navigation.sensing import Sensor, unknown_tag
 
 __all__ = ["Blocked", "Mission", "MissionResult", "run_mission", "run_missions"]
-
-Blocked = Callable[[npt.NDArray[np.float64]], npt.NDArray[np.bool_]]
-"""Says for (m, 2) points on the floor [m] whether the robot's centre cannot stand there."""
-
-_COLLISION_SPACING_M = 0.01
 
 
 def run_mission(
     mission: Mission,
     sensor: Sensor,
-    controller: Controller,
+    navigator: Navigator[Any],
     robot: DifferentialDrive,
     rng: np.random.Generator,
     *,
@@ -41,15 +40,16 @@ def run_mission(
         Start, tags and manner.
     sensor : Sensor
         What the robot reads.
-    controller : Controller
-        Law of the navigation mode.
+    navigator : Navigator
+        What decides; it gets readings and odometry and nothing else.
     robot : DifferentialDrive
         The robot.
     rng : numpy.random.Generator
-        Source of every random number of the run.
+        Source of every random number of the run: of the sensor's by itself, of the wheels' and of
+        the navigator's through two children.
     blocked : callable or None
-        (m, 2) points on the floor [m] -> (m,) bool: where the robot's centre cannot be. The run
-        ends at the last free point before one.
+        (m, 2) points on the floor [m] -> (m,) bool: where the robot's centre cannot be. What
+        happens there is said by the mission's `contact`.
 
     Returns
     -------
@@ -68,35 +68,46 @@ def run_mission(
     A reading takes no time: after an arrival the next tag is read at once, in the same period.
     """
     _check_run(mission, sensor, robot, blocked)
-    navigator = Navigator(
-        arrivals=mission.arrivals,
-        azimuths_rad=sensor.azimuths_rad,
-        controller=controller,
+    wheels_rng, navigator_rng = rng.spawn(2)
+    wheels = RollingWheels(mission.rolling, wheels_rng)
+    floor = Floor(
         robot=robot,
-        cruise_speed_m_per_s=mission.cruise_speed_m_per_s,
         period_s=mission.sample_time_s,
-        rotation=mission.rotation,
+        motion=mission.motion,
+        contact=mission.contact,
+        blocked=blocked,
     )
-    pose = np.array([*mission.start_m, float(wrap_angle(mission.heading_rad))])
+    heading_rad = float(wrap_angle(mission.heading_rad))
+    pose = np.array([*mission.start_m, heading_rad])
     log = _Log(mission)
-    state = NavigatorState()
-    collided = False
+    target, silent, touched = 0, 0, 0
+    memory, odometry = navigator.begin(0, None, heading_rad=heading_rad), STILL
     last = int(np.floor(mission.time_limit_s / mission.sample_time_s * (1.0 + 1e-12)))
     for k in range(last + 1):
-        rss_w = sensor.read(pose, mission.tag_ids[state.target], rng)
-        arrived, following = navigator.arrived(state, rss_w)
-        if arrived:
-            log.arrive(k, pose, state.target)
-            if following.mode != "stopped":
-                rss_w = sensor.read(pose, mission.tag_ids[following.target], rng)
-                _, following = navigator.arrived(following, rss_w)
-        state = following
-        ended = _ended(mission, state, collided=collided, out_of_time=k == last)
-        log.row(k, pose, state, rss_w, ended is not None)
+        rss_w = sensor.read(pose, mission.tag_ids[target], rng)
+        decision = navigator.decide(memory, rss_w, odometry, navigator_rng)
+        while decision.reached:
+            log.arrive(k, pose, target)
+            if target + 1 == len(mission.tag_ids):
+                log.row(k, pose, decision, target, rss_w)
+                return log.result("completed", "all tags were declared reached")
+            target, silent, touched = target + 1, 0, 0
+            rss_w = sensor.read(pose, mission.tag_ids[target], rng)
+            memory = navigator.begin(target, decision.memory, heading_rad=heading_rad)
+            decision = navigator.decide(memory, rss_w, STILL, navigator_rng)
+        silent = 0 if float(rss_w.max()) > 0.0 else silent + 1
+        touched += odometry.contact
+        ended = _ended(mission, target, silent=silent, touched=touched, out_of_time=k == last)
         if ended is not None:
+            log.row(k, pose, replace(decision, mode="stopped"), target, rss_w)
             return log.result(*ended)
-        rates, state = navigator.decide(state, rss_w)
-        pose, collided = _move(mission, robot, pose, rates, blocked)
+        log.row(k, pose, decision, target, rss_w)
+        rotations = mission.sample_time_s * decision.rates
+        pose, contact = floor.moved(pose, wheels.roll(rotations) / mission.sample_time_s)
+        log.contacts += contact
+        distance_m, turn_rad = wheel_travel(wheels.count(rotations), robot)
+        odometry = Odometry(distance_m=float(distance_m), turn_rad=float(turn_rad), contact=contact)
+        memory = decision.memory
     raise AssertionError  # the last turn always ends the run
 
 
@@ -121,43 +132,18 @@ def _check_run(
 
 
 def _ended(
-    mission: Mission, state: NavigatorState, *, collided: bool, out_of_time: bool
+    mission: Mission, target: int, *, silent: int, touched: int, out_of_time: bool
 ) -> tuple[Outcome, str] | None:
-    tag_id = mission.tag_ids[state.target]
-    if state.mode == "stopped":
-        return "completed", "all tags were declared reached"
-    if collided:
+    tag_id = mission.tag_ids[target]
+    if touched and mission.contact == "end":
         return "collision", f"the robot ran into an obstacle on its way to tag {tag_id}"
-    if state.silent_readings >= mission.silent_limit:
-        return "no signal", (
-            f"no antenna received tag {tag_id} in {state.silent_readings} readings in a row"
-        )
+    if touched >= mission.contact_limit:
+        return "stuck", f"the robot touched obstacles {touched} times on its way to tag {tag_id}"
+    if silent >= mission.silent_limit:
+        return "no signal", f"no antenna received tag {tag_id} in {silent} readings in a row"
     if out_of_time:
         return "time-out", f"tag {tag_id} was not reached within {mission.time_limit_s:g} s"
     return None
-
-
-def _move(
-    mission: Mission,
-    robot: DifferentialDrive,
-    pose: npt.NDArray[np.float64],
-    rates: npt.NDArray[np.float64],
-    blocked: Blocked | None,
-) -> tuple[npt.NDArray[np.float64], bool]:
-    step = robot.step_euler if mission.motion == "euler" else robot.step_arc
-    reached = step(pose, rates, period_s=mission.sample_time_s)
-    collided = False
-    if blocked is not None:
-        length_m = abs(float(robot.twist(rates)[0])) * mission.sample_time_s
-        parts = int(np.ceil(length_m / _COLLISION_SPACING_M))
-        times_s = mission.sample_time_s * np.arange(1, parts + 1) / max(parts, 1)
-        way = np.array([step(pose, rates, period_s=float(t)) for t in times_s]).reshape(-1, 3)
-        hits = np.flatnonzero(blocked(way[:, :2])) if parts else np.array([], dtype=np.int64)
-        if hits.size:
-            collided = True
-            reached = np.array(way[hits[0] - 1] if hits[0] > 0 else pose)
-    reached[2] = wrap_angle(reached[2])
-    return reached, collided
 
 
 class _Log:
@@ -170,17 +156,17 @@ class _Log:
         tags = len(mission.tag_ids)
         self._arrival_times_s = np.full(tags, np.nan)
         self._arrival_points_m = np.full((tags, 2), np.nan)
+        self.contacts = 0
 
     def row(
         self,
         k: int,
         pose: npt.NDArray[np.float64],
-        state: NavigatorState,
+        decision: Decision[Any],
+        target: int,
         rss_w: npt.NDArray[np.float64],
-        ended: bool,
     ) -> None:
-        mode = "stopped" if ended else state.mode
-        self._rows.append((k * self._mission.sample_time_s, pose, mode, state.target))
+        self._rows.append((k * self._mission.sample_time_s, pose, decision.mode, target))
         self._rss_w.append(rss_w)
 
     def arrive(self, k: int, pose: npt.NDArray[np.float64], target: int) -> None:
@@ -200,13 +186,14 @@ class _Log:
             rss_w=np.array(self._rss_w),
             arrival_times_s=self._arrival_times_s,
             arrival_points_m=self._arrival_points_m,
+            contacts=self.contacts,
         )
 
 
 def run_missions(
     mission: Mission,
     sensor: Sensor,
-    controller: Controller,
+    navigator: Navigator[Any],
     robot: DifferentialDrive,
     *,
     runs: int,
@@ -214,6 +201,7 @@ def run_missions(
     workers: int = 1,
     executor: Executor | None = None,
     blocked: Blocked | None = None,
+    starts: Starts | None = None,
     progress: Callable[[int], object] | None = None,
 ) -> tuple[MissionResult, ...]:
     """Return the records of many runs of one mission, in order, each with its own random numbers.
@@ -224,8 +212,8 @@ def run_missions(
         Start, tags and manner.
     sensor : Sensor
         What the robot reads.
-    controller : Controller
-        Law of the navigation mode.
+    navigator : Navigator
+        What decides.
     robot : DifferentialDrive
         The robot.
     runs : int
@@ -239,6 +227,8 @@ def run_missions(
         Runs the batches in place of `workers` own processes; `workers` then only sizes them.
     blocked : callable or None
         As for `run_mission`.
+    starts : Starts or None
+        Start of each run in place of the mission's own.
     progress : callable or None
         Called in this process with the number of finished runs, whenever some have finished.
 
@@ -255,7 +245,14 @@ def run_missions(
         Passed on after the batches that have not begun are cancelled.
     """
     results = run_seeded(
-        _Job(mission=mission, sensor=sensor, controller=controller, robot=robot, blocked=blocked),
+        _Job(
+            mission=mission,
+            sensor=sensor,
+            navigator=navigator,
+            robot=robot,
+            blocked=blocked,
+            starts=starts,
+        ),
         runs=runs,
         seed=seed,
         workers=workers,
@@ -264,22 +261,30 @@ def run_missions(
     )
     # Unpickled arrays are writable and each result has its own copy of the mission: make them
     # whole again.
-    return tuple(replace(result, mission=mission) for result in results)
+    return tuple(
+        replace(result, mission=mission if starts is None else replace(result.mission))
+        for result in results
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Job:
     mission: Mission
     sensor: Sensor
-    controller: Controller
+    navigator: Navigator[Any]
     robot: DifferentialDrive
     blocked: Blocked | None
+    starts: Starts | None
 
     def __call__(self, seed: np.random.SeedSequence) -> MissionResult:
+        mission = self.mission
+        if self.starts is not None:
+            x, y, heading = self.starts.start(seed)
+            mission = replace(mission, start_m=np.array([x, y]), heading_rad=float(heading))
         return run_mission(
-            self.mission,
+            mission,
             self.sensor,
-            self.controller,
+            self.navigator,
             self.robot,
             np.random.default_rng(seed),
             blocked=self.blocked,

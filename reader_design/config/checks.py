@@ -19,6 +19,7 @@ from octant.reader_design.config.materials import (
     material_label,
     material_specs,
 )
+from octant.reader_design.config.mission import Mission
 from octant.reader_design.config.optimise import check_optimise
 from octant.reader_design.config.room import (
     MeshObject,
@@ -26,7 +27,8 @@ from octant.reader_design.config.room import (
     RoomMaterial,
     RoomMesh,
 )
-from octant.reader_design.config.schema import Layout, Mission, Reader, Study, Tag
+from octant.reader_design.config.rules import mission_rules
+from octant.reader_design.config.schema import Layout, Reader, Study, Tag
 from octant.reader_design.config.sensor import Sensor
 from octant.reader_design.sweep.scores import SCORE_NAMES, higher_is_better, score_unit
 
@@ -336,6 +338,7 @@ def _check_mission(mission: Mission, tags: Sequence[Tag]) -> None:
             f"sample of {mission.sample_time_s:g} s."
         )
         raise ConfigError(msg)
+    mission_rules(mission)
 
 
 def _check_sensor(sensor: Sensor) -> None:

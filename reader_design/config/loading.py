@@ -3,8 +3,6 @@
 import itertools
 import math
 import os
-import re
-import tomllib
 from collections.abc import Mapping
 from importlib import resources
 from pathlib import Path
@@ -21,6 +19,7 @@ from octant.reader_design.config.room import MeshObject, Room, RoomMesh, RoomObj
 from octant.reader_design.config.schema import Layout, Study, Tag
 from octant.reader_design.config.sweep import expanded, parameter_key, put, taken
 from octant.reader_design.config.toml import toml_text
+from octant.reader_design.config.toml_files import toml_file_text, toml_tables
 
 replace = msgspec.structs.replace
 
@@ -50,19 +49,8 @@ def load_study(path: str | Path | None = None, *, built_in: str = "thesis_study"
         name = f"{built_in}.toml"
         text = resources.files(__package__).joinpath(name).read_text("utf-8")
         return parse_study(text, source=name, directory=Path.cwd())
-    file = Path(path)
-    try:
-        text = file.read_text("utf-8")
-    except FileNotFoundError as exc:
-        msg = f"The study file {str(path)!r} does not exist; give the path of a TOML file."
-        raise ConfigError(msg) from exc
-    except UnicodeDecodeError as exc:
-        msg = f"{path} is not text in UTF-8, which a study file must be."
-        raise ConfigError(msg) from exc
-    except OSError as exc:
-        msg = f"The study file {str(path)!r} cannot be read ({exc.strerror}); give a readable file."
-        raise ConfigError(msg) from exc
-    return parse_study(text, source=str(path), directory=file.resolve().parent)
+    text = toml_file_text(path, what="study")
+    return parse_study(text, source=str(path), directory=Path(path).resolve().parent)
 
 
 def parse_study(text: str, *, source: str, directory: Path) -> Study:
@@ -87,14 +75,7 @@ def parse_study(text: str, *, source: str, directory: Path) -> Study:
     ConfigError
         As `load_study`; the message starts with ``source``.
     """
-    try:
-        raw = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as exc:
-        found = re.search(r"^(.*?) \(at (?:line (\d+), column (\d+)|end of document)\)$", str(exc))
-        where = found[2] if found and found[2] else str(text.count("\n") + 1)
-        what = found[1] if found else str(exc)
-        msg = f"{source}:{where}: this is not TOML ({what}); correct that line."
-        raise ConfigError(msg) from exc
+    raw = toml_tables(text, source=source)
     try:
         _refuse_infinite(raw, ())
         try:

@@ -11,6 +11,7 @@ from msgspec import Meta
 
 from octant.reader_design.config.choice import Choice, Scoring
 from octant.reader_design.config.dock import Dock
+from octant.reader_design.config.mission import Mission
 from octant.reader_design.config.optimise import Optimise
 from octant.reader_design.config.room import (
     Name,
@@ -229,58 +230,6 @@ class Map(Table, frozen=True, kw_only=True):
 
     spacing_m: Positive = 0.1
     height_m: Positive | None = None
-
-
-class Mission(Table, frozen=True, kw_only=True):
-    """The drive through the tags: table ``[mission]``.
-
-    Parameters
-    ----------
-    start_m : (2,) tuple of float
-        Where the robot starts, in the room's frame [m].
-    heading_deg : float
-        Direction of its front at the start, counter-clockwise from +x [deg].
-    tags : tuple of str
-        Tags to visit, in this order.
-    controller : str
-        ``fuzzy``: the five-rule controller of thesis 5.2.2.2; ``vector_sum``: turn in proportion to
-        the bearing of the RSS-weighted vector sum.
-    steering_input : str
-        What the fuzzy controller sees: ``normalised``, (z2 - z4)/(z2 + z4), or ``nanowatt``,
-        z2 - z4 over ``full_scale_nw``, clipped, as in the thesis.
-    full_scale_nw : float
-        Full scale of the ``nanowatt`` input [nW].
-    rotation : str
-        Where the rotation mode turns to: ``strongest`` antenna, thesis (5.2), or ``vector_sum``.
-    sample_time_s : float
-        Sample time T [s].
-    cruise_step_m : float
-        Distance driven straight ahead in one sample time [m].
-    runs : int
-        Monte-Carlo repetitions [-].
-    noise_db : float
-        Standard deviation of the noise of each RSS reading [dB].
-    arrival_radius_m : float
-        Distance from a tag's point on the floor at which the robot should find that it is there
-        [m].
-    max_time_s : float or None
-        A run that takes longer has failed [s]; None: 60 s and four times what the straight way
-        takes.
-    """
-
-    start_m: tuple[float, float]
-    heading_deg: float = 90.0
-    tags: Annotated[tuple[str, ...], Meta(min_length=1)]
-    controller: Literal["fuzzy", "vector_sum"] = "fuzzy"
-    steering_input: Literal["normalised", "nanowatt"] = "normalised"
-    full_scale_nw: Positive = 1200.0
-    rotation: Literal["strongest", "vector_sum"] = "strongest"
-    sample_time_s: Positive = 1.0
-    cruise_step_m: Positive = 0.09
-    runs: PositiveCount = 100
-    noise_db: NotNegative = 1.0
-    arrival_radius_m: Positive = 0.2
-    max_time_s: Positive | None = None
 
 
 class Layout(Table, frozen=True, kw_only=True):

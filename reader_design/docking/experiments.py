@@ -9,7 +9,7 @@ from octant.navigation.batches import run_seeded
 from octant.navigation.closed_loop import ClosedLoop, integrate
 from octant.navigation.docking_law import DockingLaw, GoalLaw
 from octant.navigation.docking_run import DockingJob
-from octant.navigation.docking_setting import DockingSetting, StartArea
+from octant.navigation.docking_setting import DockingSetting
 from octant.navigation.docking_task import DockingResult, DockingTask, FineStage
 from octant.navigation.landmark_filters import LandmarkFilter
 from octant.navigation.landmark_sensor import Landmark, LandmarkSensor
@@ -21,6 +21,7 @@ from octant.navigation.landmark_trials import (
     estimate,
     paper_manoeuvre,
 )
+from octant.navigation.mission_starts import RandomStarts
 from octant.navigation.polar import pose_of_polar
 from octant.navigation.regulators import CartesianRegulator, GracefulLaw, posture_regulator
 from octant.navigation.robot import DifferentialDrive
@@ -170,7 +171,7 @@ def docking_experiment(
             setting=DockingSetting(
                 reader=None, camera=replace(camera, scene=None), robot=DifferentialDrive()
             ),
-            starts=StartArea(
+            starts=RandomStarts(
                 low_m=np.array([-back - 0.4, -0.6]),
                 high_m=np.array([-back + 0.4, 0.6]),
                 fits=anywhere,

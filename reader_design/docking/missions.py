@@ -11,7 +11,7 @@ from octant.navigation.batches import run_seeded
 from octant.navigation.collisions import RobotSpace, footprint
 from octant.navigation.docking_law import DockingLaw, TwistLimits
 from octant.navigation.docking_run import DockingJob
-from octant.navigation.docking_setting import DockingSetting, StartArea
+from octant.navigation.docking_setting import DockingSetting
 from octant.navigation.docking_task import (
     CoarseStage,
     DockingResult,
@@ -21,6 +21,7 @@ from octant.navigation.docking_task import (
 )
 from octant.navigation.docking_world import WheelSlip
 from octant.navigation.landmark_sensor import Landmark, LandmarkSensor
+from octant.navigation.mission_starts import RandomStarts
 from octant.navigation.robot import DifferentialDrive
 from octant.navigation.sensing import FieldSensor
 from octant.reader_design.config.dock import Dock
@@ -241,7 +242,7 @@ def run_dockings(
     )
 
 
-def _starts(table: Dock, task: DockingTask, space: RobotSpace) -> StartArea:
+def _starts(table: Dock, task: DockingTask, space: RobotSpace) -> RandomStarts:
     if table.start_low_m is not None and table.start_high_m is not None:
         low, high = np.array(table.start_low_m), np.array(table.start_high_m)
     elif space.scene.has_room:
@@ -249,4 +250,4 @@ def _starts(table: Dock, task: DockingTask, space: RobotSpace) -> StartArea:
     else:
         staging = task.landmark.goal(task.staging_m)[:2]
         low, high = staging - _FREE_SPACE_START_M, staging + _FREE_SPACE_START_M
-    return StartArea(low_m=low, high_m=high, fits=space)
+    return RandomStarts(low_m=low, high_m=high, fits=space)

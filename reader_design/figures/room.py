@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from octant.navigation.metrics import percentile_curve
+from octant.navigation.metrics import measure, percentile_curve
+from octant.navigation.mission_records import MissionResult
 from octant.reader_design.figures.common import (
     antenna_legend,
     draw_antennas,
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 __all__ = [
     "Drive",
     "MapPanel",
+    "drive_of",
     "map_figure",
     "percentile_figure",
     "plan_of",
@@ -173,6 +175,31 @@ class Drive:
     target: npt.NDArray[np.int64]
     position_error_m: FloatArray
     heading_error_rad: FloatArray
+
+
+def drive_of(result: MissionResult) -> Drive:
+    """Return a run as the figures take it.
+
+    Parameters
+    ----------
+    result : MissionResult
+        The run.
+
+    Returns
+    -------
+    Drive
+        With its errors to the straight segments ([s], [m], [rad], [W]).
+    """
+    metrics = measure(result)
+    return Drive(
+        time_s=result.time_s,
+        path_m=result.poses[:, :2],
+        heading_rad=result.poses[:, 2],
+        rss_w=result.rss_w,
+        target=result.targets,
+        position_error_m=metrics.position_errors_m,
+        heading_error_rad=metrics.heading_errors_rad,
+    )
 
 
 def trajectory_figure(

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from octant.reader_design.config.schema import Mission
+from octant.reader_design.config.mission import Mission
 from octant.reader_design.report.html import ReportFigure, ReportSection, ReportTable
 from octant.reader_design.study.mission_stage import RoomMission
 from octant.reader_design.study.shortlist import DrivenDesign

@@ -156,7 +156,7 @@ def build_study_scene(study: Study, layout: Layout | None = None) -> StudyScene:
         reader_z_m = scene.floor_height_m + study.reader.height_m
         map_z_m = scene.floor_height_m + (study.map.height_m or study.reader.height_m)
         _check_heights(study, scene, reader_z_m, map_z_m)
-        _check_start(study, scene, reader_z_m)
+        _check_starts(study, scene, reader_z_m)
     except OctantError as exc:
         if not where:
             raise
@@ -352,11 +352,19 @@ def _tag_antennas(tag: Tag, radio: Radio, *, key: str) -> tuple[Antenna, ...]:
     return tuple(antennas[1:])
 
 
-def _check_start(study: Study, scene: Scene, reader_z_m: float) -> None:
+def _check_starts(study: Study, scene: Scene, reader_z_m: float) -> None:
     if study.mission is None:
         return
-    start = np.array([*study.mission.start_m, reader_z_m])
-    shown = f"mission.start_m is {list(study.mission.start_m)} m"
+    _check_start(study, scene, reader_z_m, key="mission.start_m", place_m=study.mission.start_m)
+    for i, (x, y, _) in enumerate(study.mission.starts):
+        _check_start(study, scene, reader_z_m, key=f"mission.starts[{i}]", place_m=(x, y))
+
+
+def _check_start(
+    study: Study, scene: Scene, reader_z_m: float, *, key: str, place_m: tuple[float, float]
+) -> None:
+    start = np.array([*place_m, reader_z_m])
+    shown = f"{key} is {list(place_m)} m"
     if not scene.inside_room(start[None, :])[0]:
         low, high = scene.bounds_m[:, :2].tolist()
         msg = f"{shown}, which is outside the room that spans {low} to {high} m; start inside it."

@@ -17,12 +17,14 @@ from octant.navigation.metrics import MissionMetrics, measure
 from octant.navigation.mission_files import write_missions_csv, write_trajectory_csv
 from octant.navigation.mission_records import MissionResult
 from octant.reader_design.config.loading import to_toml
-from octant.reader_design.config.schema import Study
+from octant.reader_design.config.schema import Layout, Study
 from octant.reader_design.figures.room import Drive
 from octant.reader_design.progress import Progress
 from octant.reader_design.rooms.study_scene import StudyScene
 from octant.reader_design.store import dataset, read_dataset, variable, versions, write_dataset
-from octant.reader_design.study.missions import drive_missions, mission_table
+from octant.reader_design.study.drives import drive_missions
+from octant.reader_design.study.missions import mission_table
+from octant.reader_design.study.placements import drive_placements
 from octant.reader_design.sweep.design import content_hash, response_inputs
 from octant.reader_design.sweep.keys import CELL_FORMAT, scene_fingerprint
 
@@ -106,6 +108,7 @@ def mission_stage(
     runs: int,
     folder: Path,
     progress: Progress,
+    layout: Layout | None = None,
 ) -> RoomMission:
     """Return the missions in one room, read or driven ([s], [m], [rad], [W]).
 
@@ -129,6 +132,8 @@ def mission_stage(
         Where stages are kept.
     progress : Progress
         Told about runs.
+    layout : Layout or None
+        The room as the study tells it, for random placements of its objects; None: the study's own.
 
     Returns
     -------
@@ -144,6 +149,7 @@ def mission_stage(
             **response_inputs(study),
             "scene": scene_fingerprint(built),
             "mission": msgspec.to_builtins(mission_table(study)),
+            "sensor": msgspec.to_builtins(study.sensor),
             "radio": msgspec.to_builtins(study.radio),
             "solver": msgspec.to_builtins(study.solver),
             "seed": study.seed,
@@ -155,7 +161,14 @@ def mission_stage(
     if not path.exists():
         with collected_warnings() as notes:
             data = _driven(
-                study, built, responses, name=name, runs=runs, place=place, progress=progress
+                study,
+                built,
+                responses,
+                name=name,
+                runs=runs,
+                place=place,
+                progress=progress,
+                layout=layout,
             )
         data.attrs["notes"] = json.dumps(notes)
         write_dataset(data, path, force=True)
@@ -180,12 +193,16 @@ def _driven(
     runs: int,
     place: Path,
     progress: Progress,
+    layout: Layout | None,
 ) -> "xr.Dataset":
     table = mission_table(study)
     reason, variables = "", {}
     try:
         with progress.count(runs, label=f"missions in {name}") as done:
-            results = drive_missions(study, built, responses, runs=runs, progress=done)
+            if table.placement_m > 0.0:
+                results, _ = drive_placements(study, layout, responses, runs=runs, progress=done)
+            else:
+                results = drive_missions(study, built, responses, runs=runs, progress=done)
     except ConfigError:
         raise
     except OctantError as exc:

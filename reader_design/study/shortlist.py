@@ -113,8 +113,9 @@ def drive_shortlist(
                     runs=runs if most_runs is None else min(runs, most_runs),
                     folder=folder,
                     progress=progress,
+                    layout=layout,
                 )
-                for name, slug, built in rooms
+                for layout, (name, slug, built) in zip((None, *study.layouts), rooms, strict=True)
             ]
         driven.append(DrivenDesign(index=index, missions=tuple(missions)))
     return tuple(driven)

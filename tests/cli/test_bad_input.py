@@ -165,3 +165,39 @@ def test_poses_with_bad_numbers_name_the_line(octant, study_file, tmp_path):
     study = study_file('name = "x"\n' + ROOM + TAG)
     sentence = octant("rss", study, "--tag", "a", "--poses", poses).refused()
     assert "poses.csv:3: y_m is 'one'" in sentence
+
+
+@pytest.mark.parametrize(
+    ("keys", "part"),
+    [
+        ("sample_time_s = 0\n", "mission.sample_time_s"),
+        ("sample_time_s = -1.0\n", "mission.sample_time_s"),
+        ('navigator = "thesys"\n', "'thesis'"),
+        ("starts = [[1.5, 2.1, 0.0]]\n", "mission.starts[0]"),
+        (
+            (
+                "[mission.membership]\ninput = { Z = [1, 0, -1] }\nspeed = { M = [0, 0.5, 1] }\n"
+                'rules = { Z = ["M", "M"] }\n'
+            ),
+            "must not decrease",
+        ),
+        (
+            (
+                "[mission.membership]\ninput = { N = [-1, -1, 1], P = [-1, 1, 1] }\n"
+                'speed = { M = [0, 0, 1, 1] }\nrules = { N = ["M", "M"] }\n'
+            ),
+            "incomplete",
+        ),
+    ],
+    ids=[
+        "no time",
+        "time backwards",
+        "unknown navigator",
+        "start in an object",
+        "unordered terms",
+        "a term without a rule",
+    ],
+)
+def test_missions_that_cannot_be_driven_are_refused(refusal, keys, part):
+    reader = '[reader]\nresponse = "isolated"\n'
+    assert part in refusal(ROOM + CABINET + TAG + reader + MISSION + keys, VERBS[2])

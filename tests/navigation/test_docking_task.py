@@ -15,10 +15,11 @@ from octant.navigation.batches import run_seeded
 from octant.navigation.collisions import RobotSpace, footprint
 from octant.navigation.docking_law import DockingLaw
 from octant.navigation.docking_run import DockingJob, run_docking
-from octant.navigation.docking_setting import DockingSetting, StartArea
+from octant.navigation.docking_setting import DockingSetting
 from octant.navigation.docking_task import CoarseStage, DockingTask, FineStage
 from octant.navigation.docking_world import SlippingRobot, WheelSlip
 from octant.navigation.landmark_sensor import Landmark, LandmarkSensor
+from octant.navigation.mission_starts import RandomStarts
 from octant.navigation.robot import DifferentialDrive
 from octant.navigation.sensing import FieldSensor
 
@@ -52,7 +53,7 @@ def station(scene, task=TASK, *, channels=(2.402e9, 2.441e9, 2.480e9)):
             robot=DifferentialDrive(),
             blocked=robot,
         ),
-        starts=StartArea(
+        starts=RandomStarts(
             low_m=np.array([-1.0, -1.0]),
             high_m=np.array([6.0, 6.0]),
             fits=RobotSpace(footprint=robot, scene=scene, height_m=0.8),
@@ -69,7 +70,7 @@ def near(task, *, compensate=True):
     return DockingJob(
         task=replace(task, tries=1, fine=replace(task.fine, compensate_slips=compensate)),
         setting=DockingSetting(reader=None, camera=CAMERA, robot=DifferentialDrive()),
-        starts=StartArea(
+        starts=RandomStarts(
             low_m=np.array([3.6, 1.9]), high_m=np.array([4.4, 3.1]), fits=lambda p: p[:, 0] > -99
         ),
     )
@@ -195,6 +196,6 @@ def test_a_blocked_start_an_unknown_tag_and_bad_tasks_are_refused(concrete):
     with pytest.raises(NavigationError, match="forward"):
         FineStage(law=DockingLaw(approach="reverse"))
     with pytest.raises(NavigationError, match="widen"):
-        StartArea(
+        RandomStarts(
             low_m=np.zeros(2), high_m=np.ones(2), fits=lambda p: np.zeros(len(p), dtype=bool)
         ).draw(rng)

@@ -2,9 +2,9 @@ import csv
 
 import numpy as np
 import pytest
+from thesis_robot import thesis_robot
 
 from octant.geometries.errors import NavigationError
-from octant.navigation.controllers import FuzzyController
 from octant.navigation.metrics import measure
 from octant.navigation.mission_files import write_missions_csv, write_trajectory_csv
 from octant.navigation.missions import run_missions
@@ -16,7 +16,7 @@ def results(thesis_setup):
     def make(*, antennas=8, runs=3):
         mission, sensor = thesis_setup(noise_db=1.0, antennas=antennas)
         return run_missions(
-            mission, sensor, FuzzyController(), DifferentialDrive(), runs=runs, seed=3
+            mission, sensor, thesis_robot(mission, sensor), DifferentialDrive(), runs=runs, seed=3
         )
 
     return make
@@ -33,7 +33,7 @@ def test_missions_file_has_the_fixed_columns_and_one_row_a_run(results, tmp_path
     write_missions_csv(path, runs)
     assert path.read_text(encoding="utf-8").splitlines()[0] == (
         "run,success,time_s,path_m,rmse_m,p90_position_m,p90_heading_deg,arrivals_m,"
-        "captured,collided"
+        "captured,collided,outcome,contacts,near_miss,start_x_m,start_y_m,start_heading_deg"
     )
     rows = rows_of(path)
     assert [row["run"] for row in rows] == ["0", "1", "2"]
@@ -51,7 +51,7 @@ def test_tags_not_reached_are_nan_in_the_missions_file(thesis_setup, tmp_path):
     (run,) = run_missions(
         mission,
         sensor,
-        FuzzyController(),
+        thesis_robot(mission, sensor),
         DifferentialDrive(),
         runs=1,
         seed=0,

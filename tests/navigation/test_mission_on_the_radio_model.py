@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from thesis_robot import thesis_robot
 
 from octant.em.antennas import make_antenna
 from octant.em.radio_scene import radio_scene
@@ -41,10 +42,12 @@ def links():
 def test_all_tags_are_reached_in_100_of_100_noisy_runs_within_12_cm(links, steering_input):
     tags = thesis_tags()
     tests = arrival_tests(links, [t.tag_id for t in tags], [t.point_m for t in tags], radius_m=0.20)
+    mission = thesis_mission(tests)
+    sensor = FieldSensor(links=links, azimuths_rad=AZIMUTHS, noise_db=1.0)
     results = run_missions(
-        thesis_mission(tests),
-        FieldSensor(links=links, azimuths_rad=AZIMUTHS, noise_db=1.0),
-        FuzzyController(steering_input=steering_input),
+        mission,
+        sensor,
+        thesis_robot(mission, sensor, FuzzyController(steering_input=steering_input)),
         DifferentialDrive(),
         runs=100,
         seed=1,

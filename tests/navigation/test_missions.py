@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from thesis_robot import thesis_robot
 
 from octant.geometries.errors import NavigationError, PhysicsWarning
 from octant.navigation.arrival import ArrivalTest
@@ -31,8 +32,8 @@ def simple(**options):
 
 
 def run(mission, sensor, *, seed=0, controller=None, **options):
-    controller = FuzzyController() if controller is None else controller
-    return run_mission(mission, sensor, controller, ROBOT, np.random.default_rng(seed), **options)
+    navigator = thesis_robot(mission, sensor, controller)
+    return run_mission(mission, sensor, navigator, ROBOT, np.random.default_rng(seed), **options)
 
 
 def same(one, other):
@@ -193,7 +194,8 @@ def test_unknown_tags_and_too_fast_missions_are_refused(thesis_setup):
         ({"max_time_s": 0.0}, "max_time_s is 0.0 s"),
         ({"silent_limit": 0}, "silent_limit is 0"),
         ({"heading_rad": float("inf")}, "heading_rad is inf"),
-        ({"rotation": "weakest"}, "rotation is 'weakest'"),
+        ({"contact": "jump"}, "contact is 'jump'"),
+        ({"contact_limit": 0}, "contact_limit is 0"),
         ({"motion": "jump"}, "motion is 'jump'"),
         ({"arrivals": ()}, "1 tags and 0 arrival tests"),
         ({"tag_points_m": [(0.0, 0.0)]}, "the way stands still"),
@@ -223,9 +225,9 @@ def test_missions_and_results_cannot_be_changed(thesis_setup):
 def test_runs_differ_from_each_other_and_repeat_with_the_seed(thesis_setup):
     mission, sensor = thesis_setup(noise_db=1.0)
     short = replace(mission, max_time_s=20.0)
-    first = run_missions(short, sensor, FuzzyController(), ROBOT, runs=3, seed=7)
-    again = run_missions(short, sensor, FuzzyController(), ROBOT, runs=2, seed=7)
-    other = run_missions(short, sensor, FuzzyController(), ROBOT, runs=2, seed=8)
+    first = run_missions(short, sensor, thesis_robot(short, sensor), ROBOT, runs=3, seed=7)
+    again = run_missions(short, sensor, thesis_robot(short, sensor), ROBOT, runs=2, seed=7)
+    other = run_missions(short, sensor, thesis_robot(short, sensor), ROBOT, runs=2, seed=8)
     assert all(same(a, b) for a, b in zip(again, first[:2], strict=True))
     assert not same(first[0], first[1])
     assert not same(first[0], other[0])
@@ -235,13 +237,13 @@ def test_runs_differ_from_each_other_and_repeat_with_the_seed(thesis_setup):
 def test_results_do_not_depend_on_the_number_of_workers(thesis_setup, workers):
     mission, sensor = thesis_setup(noise_db=1.0)
     short = replace(mission, max_time_s=15.0)
-    alone = run_missions(short, sensor, FuzzyController(), ROBOT, runs=7, seed=1)
+    alone = run_missions(short, sensor, thesis_robot(short, sensor), ROBOT, runs=7, seed=1)
     finished = []
     with ThreadPoolExecutor(workers) as executor:
         shared = run_missions(
             short,
             sensor,
-            FuzzyController(),
+            thesis_robot(short, sensor),
             ROBOT,
             runs=7,
             seed=1,
@@ -277,8 +279,10 @@ def test_results_from_other_processes_are_the_same_bits(tmp_path, monkeypatch):
         azimuths = np.arange(8) * np.pi / 4
         sensor = FieldSensor(links={"a": Link()}, azimuths_rad=azimuths, noise_db=1.0)
         mission = simple(arrivals=(ArrivalTest(threshold_w=1e-6 * 0.2**4),), max_time_s=20.0)
-        alone = run_missions(mission, sensor, FuzzyController(), ROBOT, runs=3, seed=2)
-        shared = run_missions(mission, sensor, FuzzyController(), ROBOT, runs=3, seed=2, workers=2)
+        alone = run_missions(mission, sensor, thesis_robot(mission, sensor), ROBOT, runs=3, seed=2)
+        shared = run_missions(
+            mission, sensor, thesis_robot(mission, sensor), ROBOT, runs=3, seed=2, workers=2
+        )
     finally:
         sys.modules.pop("octant_test_link", None)
     assert all(same(a, b) for a, b in zip(alone, shared, strict=True))
@@ -295,12 +299,14 @@ def test_interrupts_pass_through(thesis_setup):
 
     short = replace(mission, max_time_s=3.0)
     with pytest.raises(KeyboardInterrupt):
-        run_missions(short, sensor, FuzzyController(), ROBOT, runs=2, seed=0, progress=interrupt)
+        run_missions(
+            short, sensor, thesis_robot(short, sensor), ROBOT, runs=2, seed=0, progress=interrupt
+        )
     with ThreadPoolExecutor(1) as executor, pytest.raises(KeyboardInterrupt):
         run_missions(
             short,
             sensor,
-            FuzzyController(),
+            thesis_robot(short, sensor),
             ROBOT,
             runs=20,
             seed=0,
@@ -314,7 +320,11 @@ def test_campaigns_that_cannot_be_are_refused(thesis_setup):
     for option in ({"runs": 0}, {"workers": 0}, {"seed": -1}):
         with pytest.raises(NavigationError, match="correct the one"):
             run_missions(
-                mission, sensor, FuzzyController(), ROBOT, **({"runs": 1, "seed": 0} | option)
+                mission,
+                sensor,
+                thesis_robot(mission, sensor),
+                ROBOT,
+                **({"runs": 1, "seed": 0} | option),
             )
 
 

@@ -1,9 +1,8 @@
 """The mission of thesis 5.4 in free space: what this part of Octant has to reach."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
+from thesis_robot import thesis_robot
 
 from octant.navigation.controllers import FuzzyController, VectorSumController
 from octant.navigation.metrics import measure
@@ -11,8 +10,9 @@ from octant.navigation.missions import run_missions
 from octant.navigation.robot import DifferentialDrive
 
 
-def campaign(mission, sensor, controller, *, runs=100):
-    results = run_missions(mission, sensor, controller, DifferentialDrive(), runs=runs, seed=1)
+def campaign(mission, sensor, controller, *, runs=100, **options):
+    navigator = thesis_robot(mission, sensor, controller, **options)
+    results = run_missions(mission, sensor, navigator, DifferentialDrive(), runs=runs, seed=1)
     return [measure(result) for result in results]
 
 
@@ -44,16 +44,14 @@ def test_broader_sectors_need_the_vector_sum_in_the_rotation(thesis_setup):
     # cos² in amplitude: the strongest of eight is often the wrong one at 1 dB.
     mission, sensor = thesis_setup(noise_db=1.0, sector_power=4.0)
     strongest = campaign(mission, sensor, FuzzyController())
-    turned = campaign(replace(mission, rotation="vector_sum"), sensor, FuzzyController())
+    turned = campaign(mission, sensor, FuzzyController(), rotation="vector_sum")
     assert all(run.success for run in strongest + turned)
     assert max(run.rmse_m for run in turned) <= 0.12 < max(run.rmse_m for run in strongest)
 
 
 def test_vector_sum_law_is_the_better_one_throughout(thesis_setup):
     mission, sensor = thesis_setup(noise_db=1.0, sector_power=4.0)
-    metrics = campaign(
-        replace(mission, rotation="vector_sum"), sensor, VectorSumController(), runs=40
-    )
+    metrics = campaign(mission, sensor, VectorSumController(), runs=40, rotation="vector_sum")
     assert all(run.success for run in metrics)
     assert max(run.rmse_m for run in metrics) <= 0.10
 

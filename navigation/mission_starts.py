@@ -1,0 +1,157 @@
+"""Where the runs of a campaign start: at given poses in turn, or anywhere on free floor."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.geometries._arrays import frozen_array
+from octant.geometries.errors import NavigationError
+
+FloatArray = npt.NDArray[np.float64]
+
+_DRAWS = 1000
+_STREAM = 1_000_003
+
+
+class Starts(Protocol):
+    """Gives each run its start, by the run's seed alone."""
+
+    def start(self, seed: np.random.SeedSequence) -> FloatArray:
+        """Return the start of a run.
+
+        Parameters
+        ----------
+        seed : numpy.random.SeedSequence
+            The run's seed: a child of the campaign's.
+
+        Returns
+        -------
+        (3,) float64
+            x [m], y [m], heading [rad].
+        """
+        ...
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ListedStarts:
+    """Return starts that the runs take in turn.
+
+    Parameters
+    ----------
+    poses : (k, 3) float64
+        x [m], y [m], heading [rad].
+
+    Raises
+    ------
+    NavigationError
+        When there is none, or one is not finite.
+    """
+
+    poses: FloatArray
+
+    def __post_init__(self) -> None:
+        poses = frozen_array(self.poses, name="poses", shape=(None, 3), error=NavigationError)
+        if not len(poses):
+            msg = "the list of starts is empty: give at least one pose."
+            raise NavigationError(msg)
+        object.__setattr__(self, "poses", poses)
+
+    def start(self, seed: np.random.SeedSequence) -> FloatArray:
+        """Return the start of a run.
+
+        Parameters
+        ----------
+        seed : numpy.random.SeedSequence
+            The run's seed; child number i takes the start i modulo k.
+
+        Returns
+        -------
+        (3,) float64
+            x [m], y [m], heading [rad].
+        """
+        return np.asarray(self.poses[seed.spawn_key[-1] % len(self.poses)])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RandomStarts:
+    """Return starts anywhere on the free floor of a rectangle, with any heading.
+
+    Parameters
+    ----------
+    low_m, high_m : (2,) float64
+        Corners of the rectangle [m].
+    fits : callable
+        (m, 2) points [m] -> (m,) bool: where the robot can stand.
+
+    Raises
+    ------
+    NavigationError
+        When the rectangle is empty.
+    """
+
+    low_m: FloatArray
+    high_m: FloatArray
+    fits: Callable[[FloatArray], npt.NDArray[np.bool_]]
+
+    def __post_init__(self) -> None:
+        for name in ("low_m", "high_m"):
+            corner = frozen_array(getattr(self, name), name=name, shape=(2,), error=NavigationError)
+            object.__setattr__(self, name, corner)
+        if not (self.low_m < self.high_m).all():
+            msg = (
+                f"the starts lie between {self.low_m.tolist()} and {self.high_m.tolist()} m, but "
+                "the first corner must be the lower one: exchange them."
+            )
+            raise NavigationError(msg)
+
+    def start(self, seed: np.random.SeedSequence) -> FloatArray:
+        """Return the start of a run.
+
+        Parameters
+        ----------
+        seed : numpy.random.SeedSequence
+            The run's seed; the start comes from a stream of its own beside the run's.
+
+        Returns
+        -------
+        (3,) float64
+            x [m], y [m], heading [rad], uniform over the free part of the rectangle.
+
+        Raises
+        ------
+        NavigationError
+            When the robot fits nowhere.
+        """
+        own = np.random.SeedSequence(seed.entropy, spawn_key=(*seed.spawn_key, _STREAM))
+        return self.draw(np.random.default_rng(own))
+
+    def draw(self, rng: np.random.Generator) -> FloatArray:
+        """Return a random start.
+
+        Parameters
+        ----------
+        rng : numpy.random.Generator
+            Source of the start.
+
+        Returns
+        -------
+        (3,) float64
+            x [m], y [m], heading [rad].
+
+        Raises
+        ------
+        NavigationError
+            When the robot fits nowhere.
+        """
+        for _ in range(_DRAWS):
+            point = rng.uniform(self.low_m, self.high_m)
+            if bool(self.fits(point[None])[0]):
+                return np.array([*point, rng.uniform(-np.pi, np.pi)])
+        msg = (
+            f"the robot found no room between {self.low_m.tolist()} and {self.high_m.tolist()} m "
+            f"in {_DRAWS} draws: widen the area of the starts."
+        )
+        raise NavigationError(msg)

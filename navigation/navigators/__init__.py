@@ -1,0 +1,1 @@
+"""Navigators: what decides, from readings and odometry alone, how the wheels turn."""

@@ -1,0 +1,121 @@
+"""What every navigator is: readings and odometry in, wheel rates and a verdict out.
+
+A navigator knows the order of its tags, its pose at the start and the reader that it carries. It
+does not know where the tags are; at most how they hang (height, antenna, orientation).
+"""
+
+from dataclasses import dataclass
+from typing import Generic, Literal, Protocol, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.geometries._arrays import frozen_array
+from octant.geometries.errors import NavigationError
+
+FloatArray = npt.NDArray[np.float64]
+
+Mode = Literal["rotation", "navigation", "search", "evade", "stopped"]
+"""What the robot does in a period: turn to the tag, drive to it, look for it, back off, stand."""
+
+Memory = TypeVar("Memory")
+"""What a navigator remembers between readings; frozen."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Odometry:
+    """Return what the robot noticed of its own motion since the previous reading.
+
+    Parameters
+    ----------
+    distance_m : float
+        Way by the wheels' encoders, negative backwards [m].
+    turn_rad : float
+        Turn by the same, counter-clockwise positive [rad].
+    contact : bool
+        The bumper touched something.
+    """
+
+    distance_m: float = 0.0
+    turn_rad: float = 0.0
+    contact: bool = False
+
+
+STILL = Odometry()
+"""No motion since the previous reading."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Decision(Generic[Memory]):
+    """Return what a navigator makes of one reading.
+
+    Parameters
+    ----------
+    rates : (2,) float64
+        Right and left wheel for the coming period, within the robot's limits [rad/s].
+    memory : Memory
+        What it remembers from now on.
+    reached : bool
+        The tag is declared reached; the rates are zero then.
+    mode : {"rotation", "navigation", "search", "evade", "stopped"}
+        What it does in the coming period.
+    """
+
+    rates: FloatArray
+    memory: Memory
+    reached: bool
+    mode: Mode
+
+    def __post_init__(self) -> None:
+        rates = frozen_array(self.rates, name="rates", shape=(2,), error=NavigationError)
+        object.__setattr__(self, "rates", rates)
+
+
+class Navigator(Protocol[Memory]):
+    """Decides period by period; itself without a state, so that runs can share it."""
+
+    def begin(self, target: int, before: Memory | None, *, heading_rad: float) -> Memory:
+        """Return what is remembered at the beginning of a leg.
+
+        Parameters
+        ----------
+        target : int
+            Index of the tag to be reached, in the mission's order [-].
+        before : Memory or None
+            What was remembered at the end of the leg before; None at the start.
+        heading_rad : float
+            Heading at the mission's start, which the robot is told [rad].
+
+        Returns
+        -------
+        Memory
+            For the first reading of the leg.
+        """
+        ...
+
+    def decide(
+        self,
+        memory: Memory,
+        rss_w: FloatArray,
+        odometry: Odometry,
+        rng: np.random.Generator,
+    ) -> Decision[Memory]:
+        """Return the command for the coming period, or that the tag is reached.
+
+        Parameters
+        ----------
+        memory : Memory
+            What was remembered after the previous reading.
+        rss_w : (n,) float64
+            One reading of the current tag; zero where nothing was received [W].
+        odometry : Odometry
+            Motion since the previous reading.
+        rng : numpy.random.Generator
+            Source of whatever the navigator draws.
+
+        Returns
+        -------
+        Decision
+            Rates [rad/s], memory and verdict.
+        """
+        ...

@@ -1,0 +1,350 @@
+"""Where the tag is, seen from the robot: particles weighed by what the reader's patterns explain.
+
+The tag is fixed, so all readings of a leg, taken at places that odometry tells apart, speak of one
+place. One reading in a reverberant room may point anywhere; many agree only at the tag.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.geometries._arrays import frozen_array
+from octant.geometries.errors import NavigationError
+from octant.navigation.checks import check_positive
+from octant.navigation.navigators._place_kernels import place_log_likelihood
+from octant.navigation.navigators.interface import Odometry
+from octant.navigation.pattern_match import NULL_SHARE, PatternTable
+
+FloatArray = npt.NDArray[np.float64]
+
+_FIRST_FACTOR = 4
+_CELL_M = 0.5
+_NEAR_M = 1.0
+_STRONGEST_DIFFUSE_DB = 0.0
+_WEAKEST_DIFFUSE_DB = -35.0
+_BLUR_M = 0.03
+_BLUR_DB = 0.7
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlaceBelief:
+    """Return what is believed of the tag's place.
+
+    Parameters
+    ----------
+    places : (4, m) float64
+        Of each particle: how far ahead of the robot and to its left the tag is [m], the level of
+        the diffuse field over the table's reference [dB], and the robot's heading in the frame in
+        which the tags' orientation is known [rad].
+    weights : (m,) float64
+        Their probabilities, adding up to one [-].
+    """
+
+    places: FloatArray
+    weights: FloatArray
+
+    def __post_init__(self) -> None:
+        places = frozen_array(self.places, name="places", shape=(4, None), error=NavigationError)
+        weights = frozen_array(
+            self.weights, name="weights", shape=(places.shape[1],), error=NavigationError
+        )
+        object.__setattr__(self, "places", places)
+        object.__setattr__(self, "weights", weights)
+
+    @property
+    def effective_size(self) -> float:
+        """Return the number of particles that really count, 1/Σ w² [-]."""
+        return float(1.0 / np.sum(self.weights**2))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlaceEstimate:
+    """Return the place on which most particles agree.
+
+    Parameters
+    ----------
+    place_m : (2,) float64
+        Ahead of the robot and to its left [m].
+    share : float
+        Probability that the tag is within 1 m of there [-].
+    covariance_m2 : (2, 2) float64
+        Of the particles within 1 m [m²].
+    heading_rad : float
+        Mean of the robot's heading over them [rad].
+    heading_sd_rad : float
+        Its standard deviation [rad].
+    """
+
+    place_m: FloatArray
+    share: float
+    covariance_m2: FloatArray
+    heading_rad: float
+    heading_sd_rad: float
+
+    @property
+    def distance_m(self) -> float:
+        """Return the distance to the place along the floor [m]."""
+        return math.hypot(float(self.place_m[0]), float(self.place_m[1]))
+
+    @property
+    def bearing_rad(self) -> float:
+        """Return the bearing from the robot's front, counter-clockwise positive [rad]."""
+        return math.atan2(float(self.place_m[1]), float(self.place_m[0]))
+
+    @property
+    def spread_m(self) -> float:
+        """Return the root of the covariance's trace [m]."""
+        return math.sqrt(float(np.trace(self.covariance_m2)))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlaceFilter:
+    """Return an estimator of a tag's place from readings and odometry.
+
+    Parameters
+    ----------
+    table : PatternTable
+        RSS of the reader for relative places of a tag, free of reflections.
+    particles : int
+        Number of particles [-].
+    noise_db : float
+        Standard deviation of the error of an RSS that the direct wave dominates [dB].
+    fading_db : float
+        The same, added in squares, where the diffuse field dominates [dB].
+    level_db : float
+        Standard deviation of the error that all antennas share: fading of the direct wave, the
+        tag's power [dB].
+    outlier_share : float
+        Probability that a reading has nothing to do with the tag's place, as when a reflection
+        captures it, in (0, 1) [-].
+    trust : float
+        Power to which the likelihood of a reading is raised, in (0, 1] [-]: readings less than half
+        a wavelength apart share their fading.
+    fresh_share : float
+        Share of new particles, anywhere in reach, whenever they are drawn anew [-]: by these the
+        robot notices that it was wrong.
+    travel_sd : float
+        Standard deviation of odometry's error as a share of way and turn [-].
+    heading_sd_rad : float
+        The same for the turn of a period, added [rad].
+
+    Raises
+    ------
+    NavigationError
+        When a value is out of range.
+
+    Notes
+    -----
+    An antenna at a supposed place expects P_i + D: the table's direct power and the power D that
+    the room sends from everywhere, which each particle supposes for itself. The error in decibels
+    has the variance noise² + fading² f(2 - f) with the diffuse share f = D/(P_i + D). So under a
+    tag, where the dipoles' null leaves only reflections, a reading says little about bearings and
+    the filter knows it. Nulls of the patterns deeper than `NULL_SHARE` of the mean count as that
+    deep. The likelihood is a mixture: with the outlier's probability a reading leaves the weights
+    as they are.
+    """
+
+    table: PatternTable
+    particles: int = 2000
+    noise_db: float = 2.0
+    fading_db: float = 4.0
+    level_db: float = 3.0
+    outlier_share: float = 0.05
+    trust: float = 0.5
+    fresh_share: float = 0.01
+    travel_sd: float = 0.05
+    heading_sd_rad: float = 0.01
+
+    def __post_init__(self) -> None:
+        for name, unit in (
+            ("particles", "particles"),
+            ("noise_db", "dB"),
+            ("fading_db", "dB"),
+            ("level_db", "dB"),
+            ("travel_sd", "1"),
+            ("heading_sd_rad", "rad"),
+        ):
+            check_positive(getattr(self, name), name=name, unit=unit)
+        shares = (self.outlier_share, self.trust, self.fresh_share)
+        if not (0.0 < shares[0] < 1.0 and 0.0 < shares[1] <= 1.0 and 0.0 <= shares[2] < 1.0):
+            msg = (
+                f"outlier_share, trust and fresh_share are {shares}, but they must lie between 0 "
+                "and 1: 0.05, 0.5 and 0.01 suit a concrete room."
+            )
+            raise NavigationError(msg)
+
+    def start(
+        self, rng: np.random.Generator, *, heading_rad: float, heading_sd_rad: float
+    ) -> PlaceBelief:
+        """Return the belief before the first reading: the tag is anywhere in reach.
+
+        Parameters
+        ----------
+        rng : numpy.random.Generator
+            Source of the particles.
+        heading_rad : float
+            Heading that the robot believes to have [rad].
+        heading_sd_rad : float
+            Its standard deviation [rad].
+
+        Returns
+        -------
+        PlaceBelief
+            More particles than later on: the first readings find out where they are needed.
+        """
+        count = _FIRST_FACTOR * self.particles
+        headings = rng.normal(heading_rad, heading_sd_rad, count)
+        return PlaceBelief(
+            places=self._anywhere(headings, rng), weights=np.full(count, 1.0 / count)
+        )
+
+    def moved(
+        self, belief: PlaceBelief, odometry: Odometry, rng: np.random.Generator
+    ) -> PlaceBelief:
+        """Return the belief after a motion of the robot.
+
+        Parameters
+        ----------
+        belief : PlaceBelief
+            Belief before.
+        odometry : Odometry
+            The motion.
+        rng : numpy.random.Generator
+            Source of the odometry's errors, one for each particle.
+
+        Returns
+        -------
+        PlaceBelief
+            The same places seen from the new pose. After a contact the way is any part of what the
+            wheels turned.
+        """
+        count = len(belief.weights)
+        if odometry.contact:
+            part = rng.random(count)  # the wheels spun on where the robot had stopped
+        else:
+            part = 1.0 + self.travel_sd * rng.standard_normal(count)
+        way = odometry.distance_m * part
+        turn = odometry.turn_rad * (1.0 + self.travel_sd * rng.standard_normal(count))
+        turn += self.heading_sd_rad * rng.standard_normal(count)
+        ahead = belief.places[0] - way * np.cos(0.5 * turn)
+        left = belief.places[1] - way * np.sin(0.5 * turn)
+        cosine, sine = np.cos(turn), np.sin(turn)
+        places = np.array(
+            [
+                cosine * ahead + sine * left,
+                cosine * left - sine * ahead,
+                belief.places[2],
+                belief.places[3] + turn,
+            ]
+        )
+        return PlaceBelief(places=places, weights=belief.weights)
+
+    def observed(
+        self,
+        belief: PlaceBelief,
+        rss_w: FloatArray,
+        rng: np.random.Generator,
+    ) -> PlaceBelief:
+        """Return the belief after a reading.
+
+        Parameters
+        ----------
+        belief : PlaceBelief
+            Belief before.
+        rss_w : (n,) float64
+            The reading; without any signal the belief stays [W].
+        rng : numpy.random.Generator
+            Source of the new particles.
+
+        Returns
+        -------
+        PlaceBelief
+            Weighed, and drawn anew when fewer than half of the particles count.
+        """
+        heard = rss_w > 0.0
+        if not heard.any():
+            return belief
+        rss_db = np.full(len(rss_w), -np.inf)
+        rss_db[heard] = 10.0 * np.log10(rss_w[heard] + NULL_SHARE * rss_w[heard].mean())
+        logs = np.empty(len(belief.weights))
+        place_log_likelihood(
+            belief.places[0],
+            belief.places[1],
+            belief.places[2] + 10.0 * math.log10(self.table.reference_w),
+            belief.places[3],
+            self.table.reach_m,
+            self.table.power_w,
+            rss_db,
+            self.noise_db,
+            self.fading_db,
+            self.level_db,
+            NULL_SHARE,
+            logs,
+        )
+        likelihood = np.exp(logs - logs.max())
+        outlier = self.outlier_share * float(belief.weights @ likelihood)
+        weights = belief.weights * ((1.0 - self.outlier_share) * likelihood + outlier) ** self.trust
+        weighed = PlaceBelief(places=belief.places, weights=weights / weights.sum())
+        crowded = len(weights) > self.particles
+        if crowded or weighed.effective_size < 0.5 * len(weights):
+            return self._drawn_anew(weighed, rng)
+        return weighed
+
+    def estimate(self, belief: PlaceBelief) -> PlaceEstimate:
+        """Return the place on which most particles agree.
+
+        Parameters
+        ----------
+        belief : PlaceBelief
+            The particles.
+
+        Returns
+        -------
+        PlaceEstimate
+            Mean and covariance of the particles within 1 m of the heaviest cell of 0.5 m, found in
+            two rounds.
+        """
+        ahead, left, _, heading = belief.places
+        cells = np.floor(belief.places[:2] / _CELL_M).astype(np.int64)
+        side = int(np.abs(cells).max()) + 1
+        index = (cells[0] + side) * (2 * side + 1) + cells[1] + side
+        best = int(np.argmax(np.bincount(index, weights=belief.weights)))
+        place = _CELL_M * (np.array(divmod(best, 2 * side + 1)) - side + 0.5)
+        for _ in range(2):
+            near = (ahead - place[0]) ** 2 + (left - place[1]) ** 2 < _NEAR_M**2
+            weight = belief.weights * near
+            share = float(weight.sum())
+            place = belief.places[:2] @ weight / share
+        off = belief.places[:2] - place[:, None]
+        mean = float(heading @ weight) / share
+        return PlaceEstimate(
+            place_m=place,
+            share=share,
+            covariance_m2=np.asarray((off * weight) @ off.T / share),
+            heading_rad=mean,
+            heading_sd_rad=math.sqrt(float((heading - mean) ** 2 @ weight) / share),
+        )
+
+    def _anywhere(self, headings: FloatArray, rng: np.random.Generator) -> FloatArray:
+        count = len(headings)
+        far = self.table.reach_m * np.sqrt(rng.random(count))
+        side = rng.uniform(-np.pi, np.pi, count)
+        diffuse = rng.uniform(_WEAKEST_DIFFUSE_DB, _STRONGEST_DIFFUSE_DB, count)
+        return np.array([far * np.cos(side), far * np.sin(side), diffuse, headings])
+
+    def _drawn_anew(self, belief: PlaceBelief, rng: np.random.Generator) -> PlaceBelief:
+        """Return equally heavy particles: systematic resampling, blurred, with some fresh ones."""
+        fresh = round(self.fresh_share * self.particles)
+        kept = self.particles - fresh
+        steps = (rng.random() + np.arange(kept)) / kept
+        edges = np.cumsum(belief.weights)
+        chosen = np.minimum(np.searchsorted(edges, steps * edges[-1]), len(edges) - 1)
+        places = belief.places[:, chosen]
+        places[:2] += _BLUR_M * rng.standard_normal((2, kept))
+        places[2] += _BLUR_DB * rng.standard_normal(kept)
+        return PlaceBelief(
+            places=np.hstack([places, self._anywhere(places[3, :fresh], rng)]),
+            weights=np.full(self.particles, 1.0 / self.particles),
+        )

@@ -1,0 +1,279 @@
+"""The thesis' navigator as a state machine: what the robot decides from one reading.
+
+The key steps 1-9 of thesis 5.2 and its flowchart (figure 5.6). Rotation mode turns the front to the
+tag, navigation mode hands over to a controller, a null of the field means arrival.
+"""
+
+import math
+from dataclasses import dataclass, field, replace
+from typing import Literal, get_args
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.geometries.errors import NavigationError
+from octant.navigation.arrival import ArrivalState, ArrivalTest, observe_spread
+from octant.navigation.bearing import checked_azimuths, doct, turn_towards, vector_sum_bearing
+from octant.navigation.checks import check_choice, check_positive
+from octant.navigation.controllers import Controller
+from octant.navigation.mission_records import Mission
+from octant.navigation.navigators.interface import Decision, Mode, Odometry
+from octant.navigation.robot import DifferentialDrive
+
+FloatArray = npt.NDArray[np.float64]
+
+Rotation = Literal["strongest", "vector_sum"]
+"""Which bearing the rotation mode turns to."""
+
+_FRONT_SPACINGS = 1.5
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ThesisMemory:
+    """Return what the navigator remembers between readings; the defaults begin a mission.
+
+    Parameters
+    ----------
+    mode : {"rotation", "navigation"}
+        What it does next.
+    target : int
+        Index of the current tag in the mission's list [-].
+    turn_left_rad : float
+        What is left of a rotation that takes several periods, counter-clockwise positive [rad].
+    place : tuple of float
+        Dead-reckoned x [m], y [m], heading [rad] since the leg began, in the frame of its start.
+    readings : int
+        Readings on this leg so far [-].
+    arrival : ArrivalState
+        Memory of the arrival test on this leg.
+    """
+
+    mode: Mode = "rotation"
+    target: int = 0
+    turn_left_rad: float = 0.0
+    place: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    readings: int = 0
+    arrival: ArrivalState = field(default_factory=ArrivalState)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ThesisNavigator:
+    """Return the fixed part of a navigator: its tags' arrival tests, its controller, its robot.
+
+    Parameters
+    ----------
+    arrivals : tuple of ArrivalTest
+        One for each tag of the mission, in order.
+    azimuths_rad : (n,) float64
+        Azimuths of the antennas in the reader frame [rad].
+    controller : Controller
+        Law of the navigation mode.
+    robot : DifferentialDrive
+        Wheels, axle and limits.
+    cruise_speed_m_per_s : float
+        Speed of straight driving [m/s].
+    period_s : float
+        Sample period T [s].
+    rotation : {"strongest", "vector_sum"}
+        Bearing of the rotation mode: the strongest antenna, thesis (5.2), or the vector sum.
+    rerotate_for_s : float
+        For so long from the beginning of a leg the robot rotates again when the strongest antenna
+        is none of the front three [s]; 0, as in the thesis, for never. Under a dominant reflection
+        it would rotate for ever, hence the end.
+
+    Raises
+    ------
+    NavigationError
+        When the rotation is unknown or a number is out of range.
+
+    Notes
+    -----
+    Without a signal the robot waits in rotation mode and goes straight on at cruise speed in
+    navigation mode; who runs it decides when to give up. A rotation faster than the wheels allow
+    goes on in the next periods without a new bearing; the Scout turns by up to 286° in 1 s, so
+    there one period is always enough.
+    """
+
+    arrivals: tuple[ArrivalTest, ...]
+    azimuths_rad: FloatArray
+    controller: Controller
+    robot: DifferentialDrive
+    cruise_speed_m_per_s: float
+    period_s: float
+    rotation: Rotation = "strongest"
+    rerotate_for_s: float = 0.0
+
+    def __post_init__(self) -> None:
+        check_choice(self.rotation, get_args(Rotation), name="rotation")
+        check_positive(self.period_s, name="period_s", unit="s")
+        check_positive(self.cruise_speed_m_per_s, name="cruise_speed_m_per_s", unit="m/s")
+        check_positive(self.rerotate_for_s, name="rerotate_for_s", unit="s", allow_zero=True)
+
+    def begin(
+        self,
+        target: int,
+        before: ThesisMemory | None,  # noqa: ARG002
+        *,
+        heading_rad: float,  # noqa: ARG002
+    ) -> ThesisMemory:
+        """Return what is remembered at the beginning of a leg: key step 5.
+
+        Parameters
+        ----------
+        target : int
+            Index of the tag to be reached, in the mission's order [-].
+        before : ThesisMemory or None
+            Not used: the thesis' robot keeps nothing.
+        heading_rad : float
+            Not used [rad].
+
+        Returns
+        -------
+        ThesisMemory
+            Rotation mode, with a fresh arrival test.
+
+        Raises
+        ------
+        NavigationError
+            When there is no arrival test for that tag.
+        """
+        if not 0 <= target < len(self.arrivals):
+            msg = (
+                f"the mission has a tag number {target + 1}, but the navigator has "
+                f"{len(self.arrivals)} arrival tests: give one for each tag."
+            )
+            raise NavigationError(msg)
+        return ThesisMemory(target=target)
+
+    def decide(
+        self,
+        memory: ThesisMemory,
+        rss_w: FloatArray,
+        odometry: Odometry,
+        rng: np.random.Generator,  # noqa: ARG002
+    ) -> Decision[ThesisMemory]:
+        """Return the command for the coming period, or that the tag is reached: steps 3 to 9.
+
+        Parameters
+        ----------
+        memory : ThesisMemory
+            What was remembered after the previous reading.
+        rss_w : (n,) float64
+            One reading of the current tag [W].
+        odometry : Odometry
+            Motion since the previous reading.
+        rng : numpy.random.Generator
+            Not used.
+
+        Returns
+        -------
+        Decision
+            Rates [rad/s], memory and verdict.
+        """
+        place = _moved(memory.place, odometry)
+        strongest_w = float(rss_w.max())
+        there, arrival = observe_spread(
+            self.arrivals[memory.target],
+            memory.arrival,
+            spread_w=strongest_w - float(rss_w.min()),
+            driven_m=abs(odometry.distance_m),
+            place_m=place[:2],
+        )
+        memory = replace(memory, arrival=arrival, place=place, readings=memory.readings + 1)
+        if there:
+            return Decision(rates=np.zeros(2), memory=memory, reached=True, mode="stopped")
+        silent = not strongest_w > 0.0
+        if memory.mode == "navigation" and not silent and self._looks_away(memory, rss_w):
+            memory = replace(memory, mode="rotation")
+        mode = memory.mode
+        if mode == "rotation":
+            rates, memory = self._rotate(memory, rss_w, silent=silent)
+        elif silent:
+            rates = self.robot.wheel_rates(
+                speed_m_per_s=self.cruise_speed_m_per_s, turn_rate_rad_per_s=0.0
+            )
+        else:
+            rates = self.controller.wheel_rates(
+                rss_w,
+                azimuths_rad=self.azimuths_rad,
+                cruise_speed_m_per_s=self.cruise_speed_m_per_s,
+                robot=self.robot,
+            )
+        return Decision(rates=self.robot.saturate(rates), memory=memory, reached=False, mode=mode)
+
+    def _looks_away(self, memory: ThesisMemory, rss_w: FloatArray) -> bool:
+        if memory.readings * self.period_s > self.rerotate_for_s:
+            return False
+        front = _FRONT_SPACINGS * 2.0 * math.pi / len(self.azimuths_rad)
+        strongest = float(self.azimuths_rad[int(np.argmax(rss_w))])
+        return abs(float(turn_towards(strongest))) > front
+
+    def _rotate(
+        self, memory: ThesisMemory, rss_w: FloatArray, *, silent: bool
+    ) -> tuple[FloatArray, ThesisMemory]:
+        turn_rad = memory.turn_left_rad
+        if turn_rad == 0.0:
+            if silent:
+                return np.zeros(2), memory
+            estimate = doct if self.rotation == "strongest" else vector_sum_bearing
+            turn_rad = float(turn_towards(estimate(rss_w, self.azimuths_rad)))
+        limit_rad = self.robot.max_turn_rate_rad_per_s * self.period_s
+        now_rad = min(max(turn_rad, -limit_rad), limit_rad)
+        rates = self.robot.wheel_rates(
+            speed_m_per_s=0.0, turn_rate_rad_per_s=now_rad / self.period_s
+        )
+        left_rad = turn_rad - now_rad
+        mode: Mode = "rotation" if left_rad != 0.0 else "navigation"
+        return rates, replace(memory, turn_left_rad=left_rad, mode=mode)
+
+
+def _moved(place: tuple[float, float, float], odometry: Odometry) -> tuple[float, float, float]:
+    """Return the dead-reckoned pose after a motion: the exact arc, its chord in closed form."""
+    x, y, heading = place
+    half = 0.5 * odometry.turn_rad
+    chord = odometry.distance_m * (math.sin(half) / half if half else 1.0)
+    along = heading + half
+    return x + chord * math.cos(along), y + chord * math.sin(along), heading + odometry.turn_rad
+
+
+def thesis_navigator(
+    mission: Mission,
+    *,
+    azimuths_rad: npt.ArrayLike,
+    controller: Controller,
+    robot: DifferentialDrive,
+    rotation: Rotation = "strongest",
+    rerotate_for_s: float = 0.0,
+) -> ThesisNavigator:
+    """Return the thesis' navigator for a mission.
+
+    Parameters
+    ----------
+    mission : Mission
+        Its arrival tests, cruise speed and period are used.
+    azimuths_rad : (n,) float64
+        Azimuths of the antennas in the reader frame [rad].
+    controller : Controller
+        Law of the navigation mode.
+    robot : DifferentialDrive
+        Wheels, axle and limits.
+    rotation : {"strongest", "vector_sum"}
+        Bearing of the rotation mode.
+    rerotate_for_s : float
+        How long on a leg it may rotate again [s].
+
+    Returns
+    -------
+    ThesisNavigator
+        For `missions.run_mission`.
+    """
+    return ThesisNavigator(
+        arrivals=mission.arrivals,
+        azimuths_rad=checked_azimuths(azimuths_rad),
+        controller=controller,
+        robot=robot,
+        cruise_speed_m_per_s=mission.cruise_speed_m_per_s,
+        period_s=mission.sample_time_s,
+        rotation=rotation,
+        rerotate_for_s=rerotate_for_s,
+    )

@@ -1,0 +1,264 @@
+"""A navigator that knows that the tag is fixed: it tracks the tag's place and drives there."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.geometries.errors import NavigationError
+from octant.navigation.checks import check_positive
+from octant.navigation.mission_records import Mission
+from octant.navigation.navigators.interface import Decision, Mode, Odometry
+from octant.navigation.navigators.place_particles import PlaceBelief, PlaceEstimate, PlaceFilter
+from octant.navigation.pattern_match import PatternTable
+from octant.navigation.robot import DifferentialDrive
+
+FloatArray = npt.NDArray[np.float64]
+
+_ON_SPOT_RAD = 0.6
+_TURN_SHARE = 0.7
+_SEARCH_TURN_RAD = 0.3
+_LEAST_STEP_SHARE = 0.3
+_BACK_STEPS = 3
+_ALONG_STEPS = 5
+_ARRIVAL_SHARE = 0.4
+_HEADING_SD_RAD = 0.05
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TrackerMemory:
+    """Return what the tracking navigator remembers between readings.
+
+    Parameters
+    ----------
+    target : int
+        Index of the current tag in the mission's list [-].
+    belief : PlaceBelief or None
+        The tag's place; None before the first reading of a leg, or to begin anew.
+    heading_rad : float
+        Heading as far as the robot knows [rad].
+    heading_sd_rad : float
+        Its standard deviation [rad].
+    readings : int
+        Readings since the belief began [-].
+    plan : tuple of (float, float)
+        Ways [m] and turns [rad] of the next periods, when it is backing off.
+    """
+
+    target: int
+    belief: PlaceBelief | None
+    heading_rad: float
+    heading_sd_rad: float
+    readings: int = 0
+    plan: tuple[tuple[float, float], ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TrackerNavigator:
+    """Return a navigator that drives to where a particle filter believes the tag.
+
+    Parameters
+    ----------
+    filters : tuple of PlaceFilter
+        Estimator of the place of each tag of the mission, in order; the same one where tags hang
+        alike.
+    robot : DifferentialDrive
+        Wheels, axle and limits.
+    cruise_step_m : float
+        Distance driven straight ahead in one period [m].
+    period_s : float
+        Sample period T [s].
+    arrival_radius_m : float
+        The tag is reached when the believed place is nearer than this [m].
+    arrival_share : float
+        And the tag is within 1 m of that place with at least this probability [-].
+    arrival_spread_m : float
+        And the particles there spread no more than this [m].
+    patience : int
+        After so many readings without arrival the belief begins anew [-].
+
+    Raises
+    ------
+    NavigationError
+        When a number is out of range.
+
+    Notes
+    -----
+    It turns on the spot when the believed place is more than 0.6 rad off its front, and otherwise
+    drives to it, a step at a time and no farther than the place. There but not sure, it drives on
+    in an arc: readings from new places decide. After a contact it backs off, turns to one side and
+    drives a little before it heads for the tag again. Where the tag is out of reach it goes on like
+    that; who runs it decides when to give up.
+    """
+
+    filters: tuple[PlaceFilter, ...]
+    robot: DifferentialDrive
+    cruise_step_m: float
+    period_s: float
+    arrival_radius_m: float = 0.08
+    arrival_share: float = 0.6
+    arrival_spread_m: float = 0.3
+    patience: int = 150
+
+    def __post_init__(self) -> None:
+        for name, unit in (
+            ("cruise_step_m", "m"),
+            ("period_s", "s"),
+            ("arrival_radius_m", "m"),
+            ("arrival_share", "1"),
+            ("arrival_spread_m", "m"),
+            ("patience", "readings"),
+        ):
+            check_positive(getattr(self, name), name=name, unit=unit)
+
+    def begin(
+        self, target: int, before: TrackerMemory | None, *, heading_rad: float
+    ) -> TrackerMemory:
+        """Return what is remembered at the beginning of a leg.
+
+        Parameters
+        ----------
+        target : int
+            Index of the tag to be reached, in the mission's order [-].
+        before : TrackerMemory or None
+            Memory of the leg before, for the heading; None at the start.
+        heading_rad : float
+            Heading at the mission's start [rad].
+
+        Returns
+        -------
+        TrackerMemory
+            Without any belief.
+
+        Raises
+        ------
+        NavigationError
+            When there is no filter for that tag.
+        """
+        if not 0 <= target < len(self.filters):
+            msg = (
+                f"the mission has a tag number {target + 1}, but the navigator has "
+                f"{len(self.filters)} filters: give one for each tag."
+            )
+            raise NavigationError(msg)
+        if before is None:
+            return TrackerMemory(
+                target=target, belief=None, heading_rad=heading_rad, heading_sd_rad=_HEADING_SD_RAD
+            )
+        return replace(before, target=target, belief=None, readings=0, plan=())
+
+    def decide(
+        self,
+        memory: TrackerMemory,
+        rss_w: FloatArray,
+        odometry: Odometry,
+        rng: np.random.Generator,
+    ) -> Decision[TrackerMemory]:
+        """Return the command for the coming period, or that the tag is reached.
+
+        Parameters
+        ----------
+        memory : TrackerMemory
+            What was remembered after the previous reading.
+        rss_w : (n,) float64
+            One reading of the current tag [W].
+        odometry : Odometry
+            Motion since the previous reading.
+        rng : numpy.random.Generator
+            Source of the particles and of the side on which to pass an obstacle.
+
+        Returns
+        -------
+        Decision
+            Rates [rad/s], memory and verdict.
+        """
+        place_filter, belief = self.filters[memory.target], memory.belief
+        if belief is None:
+            belief = place_filter.start(
+                rng,
+                heading_rad=memory.heading_rad + odometry.turn_rad,
+                heading_sd_rad=max(memory.heading_sd_rad, _HEADING_SD_RAD),
+            )
+        else:
+            belief = place_filter.moved(belief, odometry, rng)
+        belief = place_filter.observed(belief, rss_w, rng)
+        estimate = place_filter.estimate(belief)
+        memory = replace(
+            memory,
+            belief=belief,
+            heading_rad=estimate.heading_rad,
+            heading_sd_rad=estimate.heading_sd_rad,
+            readings=memory.readings + 1,
+        )
+        if self._there(estimate):
+            return Decision(rates=np.zeros(2), memory=memory, reached=True, mode="stopped")
+        if memory.readings >= self.patience:
+            memory = replace(memory, belief=None, readings=0)
+        if odometry.contact and not memory.plan:
+            memory = replace(memory, plan=self._back_off(rng))
+        if memory.plan:
+            (way_m, turn_rad), *later = memory.plan
+            mode: Mode = "evade"
+            memory = replace(memory, plan=tuple(later))
+        else:
+            way_m, turn_rad, mode = self._towards(estimate)
+        rates = self.robot.wheel_rates(
+            speed_m_per_s=way_m / self.period_s, turn_rate_rad_per_s=turn_rad / self.period_s
+        )
+        return Decision(rates=self.robot.saturate(rates), memory=memory, reached=False, mode=mode)
+
+    def _sure(self, estimate: PlaceEstimate) -> bool:
+        return estimate.share >= self.arrival_share and estimate.spread_m <= self.arrival_spread_m
+
+    def _there(self, estimate: PlaceEstimate) -> bool:
+        return estimate.distance_m <= self.arrival_radius_m and self._sure(estimate)
+
+    def _towards(self, estimate: PlaceEstimate) -> tuple[float, float, Mode]:
+        """Return way [m] and turn [rad] of the coming period."""
+        error = estimate.bearing_rad
+        limit = self.robot.max_turn_rate_rad_per_s * self.period_s
+        if estimate.distance_m <= self.arrival_radius_m:
+            return self.cruise_step_m, _SEARCH_TURN_RAD, "search"
+        if abs(error) > _ON_SPOT_RAD:
+            return 0.0, min(max(error, -limit), limit), "rotation"
+        least = _LEAST_STEP_SHARE * self.cruise_step_m
+        way = min(self.cruise_step_m, max(least, estimate.distance_m))
+        return way, _TURN_SHARE * error, "navigation"
+
+    def _back_off(self, rng: np.random.Generator) -> tuple[tuple[float, float], ...]:
+        side = math.copysign(rng.uniform(np.pi / 3.0, 2.0 * np.pi / 3.0), rng.random() - 0.5)
+        back = ((-self.cruise_step_m, 0.0),) * _BACK_STEPS
+        along = ((self.cruise_step_m, 0.0),) * _ALONG_STEPS
+        return (*back, (0.0, side), *along)
+
+
+def tracker_navigator(
+    mission: Mission, *, tables: Sequence[PatternTable], robot: DifferentialDrive
+) -> TrackerNavigator:
+    """Return the tracking navigator for a mission, with the defaults of its filter.
+
+    Parameters
+    ----------
+    mission : Mission
+        Its arrival radius, cruise step and period are used.
+    tables : sequence of PatternTable
+        The reader's patterns for each of the mission's tags, in order.
+    robot : DifferentialDrive
+        Wheels, axle and limits.
+
+    Returns
+    -------
+    TrackerNavigator
+        For `missions.run_mission`. It declares arrival within two fifths of the mission's least
+        arrival radius: the rest is kept back for the error of the estimate, whose table knows
+        neither floor nor ceiling.
+    """
+    return TrackerNavigator(
+        filters=tuple(PlaceFilter(table=table) for table in tables),
+        robot=robot,
+        cruise_step_m=mission.cruise_step_m,
+        period_s=mission.sample_time_s,
+        arrival_radius_m=_ARRIVAL_SHARE * min(test.radius_m for test in mission.arrivals),
+    )

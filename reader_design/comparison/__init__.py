@@ -1,0 +1,1 @@
+"""Layouts, links, readers and controllers compared: every combination is driven, once."""

@@ -1,0 +1,72 @@
+"""Reading TOML files: missing files, wrong encodings and wrong lines as sentences."""
+
+import re
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from octant.geometries.errors import ConfigError
+
+
+def toml_file_text(path: str | Path, *, what: str) -> str:
+    """Return the text of a TOML file.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    what : str
+        What it is, for messages, for example ``study``.
+
+    Returns
+    -------
+    str
+        Its text.
+
+    Raises
+    ------
+    ConfigError
+        When the file is missing, cannot be read, or is not UTF-8.
+    """
+    try:
+        return Path(path).read_text("utf-8")
+    except FileNotFoundError as exc:
+        msg = f"The {what} file {str(path)!r} does not exist; give the path of a TOML file."
+        raise ConfigError(msg) from exc
+    except UnicodeDecodeError as exc:
+        msg = f"{path} is not text in UTF-8, which a {what} file must be."
+        raise ConfigError(msg) from exc
+    except OSError as exc:
+        reason = exc.strerror
+        msg = f"The {what} file {str(path)!r} cannot be read ({reason}); give a readable file."
+        raise ConfigError(msg) from exc
+
+
+def toml_tables(text: str, *, source: str) -> dict[str, Any]:
+    """Return the tables of TOML text.
+
+    Parameters
+    ----------
+    text : str
+        TOML.
+    source : str
+        Name of the file in messages.
+
+    Returns
+    -------
+    dict
+        Nested plain values.
+
+    Raises
+    ------
+    ConfigError
+        When the text is not TOML; the message starts with ``source`` and the line.
+    """
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as exc:
+        found = re.search(r"^(.*?) \(at (?:line (\d+), column (\d+)|end of document)\)$", str(exc))
+        where = found[2] if found and found[2] else str(text.count("\n") + 1)
+        what = found[1] if found else str(exc)
+        msg = f"{source}:{where}: this is not TOML ({what}); correct that line."
+        raise ConfigError(msg) from exc

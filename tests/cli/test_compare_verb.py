@@ -1,0 +1,177 @@
+"""``octant navigate --compare`` and ``--animate``: resumption, numbers, frames, refusals."""
+
+import csv
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from octant.reader_design.comparison import run as comparison_run
+from octant.reader_design.comparison.outcomes import COLUMNS
+from octant.reader_design.figures.animation import frame_samples
+from octant.reader_design.study import mission_stage as stage
+
+YARD = """
+name = "yard"
+seed = 3
+[room]
+free_space = true
+[[tag]]
+id = "a"
+position_m = [1.2, 0.2, 3.0]
+[reader]
+antennas = 4
+cells_per_wavelength = 4
+[mission]
+start_m = [0.0, 0.0]
+heading_deg = 0.0
+tags = ["a"]
+max_time_s = 14.0
+runs = 7
+"""
+COMPARISON = """
+name = "try"
+seed = 3
+runs = 2
+[[layout]]
+study = "yard.toml"
+published_rmse_m = 0.09
+[[controller]]
+name = "five rules"
+mission.controller = "fuzzy"
+[[controller]]
+name = "vector sum"
+mission.controller = "vector_sum"
+mission.rotation = "vector_sum"
+"""
+
+
+@pytest.fixture(scope="module", autouse=True)
+def one_cache(tmp_path_factory):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("OCTANT_CACHE_DIR", str(tmp_path_factory.mktemp("cache")))
+        yield
+
+
+@pytest.fixture
+def comparison(study_file):
+    study_file(YARD, "yard.toml")
+    return study_file(COMPARISON, "compare.toml")
+
+
+def rows_of(path):
+    with path.open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def test_a_comparison_resumes_and_its_numbers_are_those_of_single_runs(
+    octant, comparison, study_file, tmp_path, monkeypatch
+):
+    out = tmp_path / "out"
+    call = octant("navigate", comparison, "--compare", "--out", out)
+    assert call.code == 0, call.err
+    assert "cells" in call.err
+    table = out / "compare.csv"
+    rows = rows_of(table)
+    assert tuple(rows[0]) == COLUMNS
+    assert [row["controller"] for row in rows] == ["five rules", "vector sum"]
+    assert "every combination" in (out / "report.html").read_text()
+
+    study = study_file(YARD.replace('"a"]', '"a"]\ncontroller = "fuzzy"'), "single.toml")
+    single = octant("navigate", study, "--out", tmp_path / "one", "--runs", "2", "-q")
+    assert single.code == 0, single.err
+    runs = rows_of(tmp_path / "one" / "missions.csv")
+    assert float(rows[0]["rmse_median_m"]) == np.median([float(r["rmse_m"]) for r in runs])
+    assert int(rows[0]["successes"]) == sum(int(r["success"]) for r in runs)
+    assert float(rows[0]["time_median_s"]) == np.median([float(r["time_s"]) for r in runs])
+    kept = out / "cells" / rows[0]["cell"] / "missions.csv"
+    assert kept.read_bytes() == (tmp_path / "one" / "missions.csv").read_bytes()
+
+    before = table.read_bytes()
+    assert "--force" in octant("navigate", comparison, "--compare", "--out", out).refused()
+    table.unlink()
+    for file in (out / "cells" / rows[1]["cell"]).iterdir():
+        file.unlink()
+    driven = []
+    whole = stage.drive_missions
+
+    def counted(study, *arguments, **options):
+        driven.append(study.mission.controller)
+        return whole(study, *arguments, **options)
+
+    monkeypatch.setattr(stage, "drive_missions", counted)
+    again = octant("navigate", comparison, "--compare", "--out", out, "--force", "-q")
+    assert again.code == 0, again.err
+    assert driven == ["vector_sum"]
+    assert table.read_bytes() == before
+
+
+def test_an_interrupted_comparison_keeps_its_cells_and_says_so(
+    octant, comparison, tmp_path, monkeypatch
+):
+    out, whole = tmp_path / "out", comparison_run.mission_stage
+
+    def interrupted(study, *arguments, **options):
+        if study.mission.controller == "vector_sum":
+            raise KeyboardInterrupt
+        return whole(study, *arguments, **options)
+
+    monkeypatch.setattr(comparison_run, "mission_stage", interrupted)
+    call = octant("navigate", comparison, "--compare", "--out", out, "-q")
+    assert call.code == 130
+    assert str(out) in call.err
+    assert len(list((out / "cells").glob("*/mission.nc"))) == 1
+    assert not (out / "compare.csv").exists()
+
+
+def test_an_animation_has_one_frame_a_sample(octant, study_file, tmp_path):
+    study = study_file(YARD)
+    gif = tmp_path / "run.gif"
+    call = octant("navigate", study, "--out", tmp_path / "o", "--runs", "1", "--animate", gif, "-q")
+    assert call.code == 0, call.err
+    samples = len(rows_of(tmp_path / "o" / "trajectory.csv"))
+    with Image.open(gif) as picture:
+        assert picture.n_frames == samples
+        first = np.asarray(picture.convert("RGB")).copy()
+        picture.seek(samples - 1)
+        assert (np.asarray(picture.convert("RGB")) != first).any()
+    assert gif.stat().st_size < 3e6
+
+
+@pytest.mark.parametrize(("samples", "most"), [(1, 5), (5, 5), (6, 5), (430, 120)])
+def test_the_frames_of_a_long_run_are_spread_evenly_and_end_with_it(samples, most):
+    frames = frame_samples(samples, most=most)
+    assert len(frames) == min(samples, most)
+    assert frames[0] == 0
+    assert frames[-1] == samples - 1
+    steps = np.diff(frames)
+    assert not steps.size or steps.max() - steps.min() <= 1
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ('study = "yard.toml"', 'study = "gone.toml"', "gone.toml"),
+        ('"fuzzy"', '"fuzy"', "controller"),
+        ('name = "vector sum"', 'name = "five rules"', "five rules"),
+        ("runs = 2", "runs = 0", "runs"),
+        ("published_rmse_m", "publishd_rmse_m", "published_rmse_m"),
+        ("[[layout]]", "[[layout]]\nstudy = 'yard.toml'\n[[layout]]", "yard"),
+        ("[[layout]]", "[[layout", "not TOML"),
+    ],
+)
+def test_bad_comparisons_are_refused_before_anything_is_driven(
+    octant, comparison, tmp_path, old, new, told
+):
+    comparison.write_text(comparison.read_text().replace(old, new))
+    out = tmp_path / "out"
+    assert told in octant("navigate", comparison, "--compare", "--out", out).refused()
+    assert not out.exists()
+
+
+def test_a_missing_comparison_and_a_wrong_animation_are_refused(octant, comparison, tmp_path):
+    gone = octant("navigate", tmp_path / "gone.toml", "--compare", "--out", tmp_path / "o")
+    assert "gone.toml" in gone.refused()
+    options = ("--out", tmp_path / "o", "--animate", tmp_path / "a.png")
+    assert ".gif" in octant("navigate", tmp_path / "yard.toml", *options).refused()
+    assert "--compare" in octant("navigate", comparison, "--compare", *options).refused()

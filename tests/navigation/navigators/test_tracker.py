@@ -1,0 +1,243 @@
+"""The tracker of the tag's place, on a closed-form field: free of the room solver."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from octant.geometries.errors import NavigationError
+from octant.navigation.metrics import measure
+from octant.navigation.missions import run_mission, run_missions
+from octant.navigation.navigators._place_kernels import place_log_likelihood
+from octant.navigation.navigators.interface import STILL, Odometry
+from octant.navigation.navigators.place_particles import PlaceBelief, PlaceFilter
+from octant.navigation.navigators.tracker import tracker_navigator
+from octant.navigation.pattern_match import pattern_table
+from octant.navigation.robot import DifferentialDrive
+from octant.navigation.rolling import Rolling
+from octant.navigation.sensing import FieldSensor
+
+ROBOT = DifferentialDrive()
+TAG = (2.0, 0.5)
+FLOOR = Rolling(slip_sd=0.02, scale_sd=0.01, tick_rad=0.003)
+
+
+@pytest.fixture
+def table(free_space_link):
+    return pattern_table(free_space_link(), (0.0, 0.0), sides=1)
+
+
+@pytest.fixture
+def tracker(table):
+    def make(mission, **options):
+        tables = (table,) * len(mission.tag_ids)
+        return replace(tracker_navigator(mission, tables=tables, robot=ROBOT), **options)
+
+    return make
+
+
+class Deceived:
+    """A link that now and then shows a whole reading turned by half: a capture."""
+
+    def __init__(self, link, every):
+        self.link, self.every, self.count = link, every, 0
+
+    def rss_w(self, poses):
+        self.count += 1
+        rss = self.link.rss_w(poses)
+        return np.roll(rss, 4, axis=1) if self.count % self.every == 0 else rss
+
+
+class Silent:
+    def rss_w(self, poses):
+        return np.zeros((len(poses), 8))
+
+
+def by_numpy(table, place, diffuse_db, heading, rss_db, sds):
+    """The log-likelihood of one place by array operations, for a table of any sides."""
+    power, noise, fading, level = table.power_w, *sds
+    rows, bearings, sides, _ = power.shape
+    rho, phi = np.hypot(*place), np.arctan2(place[1], place[0])
+    u = np.sqrt(rho / table.reach_m) * (rows - 1)
+    v = np.mod(phi / (2 * np.pi), 1.0) * bearings
+    w = np.mod((heading + phi + np.pi) / (2 * np.pi), 1.0) * sides
+    expected = 0.0
+    for i, a in ((int(u), 1 - u % 1), (int(u) + 1, u % 1)):
+        for j, b in ((int(v) % bearings, 1 - v % 1), ((int(v) + 1) % bearings, v % 1)):
+            for k, c in ((int(w) % sides, 1 - w % 1), ((int(w) + 1) % sides, w % 1)):
+                expected = expected + a * b * c * power[i, j, k]
+    diffuse = 10.0 ** (diffuse_db / 10.0) + 0.02 * expected.mean()
+    share = diffuse / (expected + diffuse)
+    covariance = np.diag(noise**2 + fading**2 * share * (2 - share)) + level**2
+    error = rss_db - 10.0 * np.log10(expected + diffuse)
+    return -0.5 * (
+        error @ np.linalg.solve(covariance, error) + np.linalg.slogdet(covariance).logabsdet
+    )
+
+
+def test_the_likelihood_is_the_gaussian_of_correlated_decibels(free_space_link):
+    table = pattern_table(free_space_link(), (0.0, 0.0), sides=3, bearings=12, distances=9)
+    rng = np.random.default_rng(0)
+    places, diffuse = rng.uniform(-4, 4, (2, 40)), rng.uniform(-90, -60, 40)
+    headings, rss_db = rng.uniform(-9, 9, 40), rng.uniform(-80, -50, 8)
+    result = np.empty(40)
+    place_log_likelihood(
+        *places,
+        diffuse,
+        headings,
+        table.reach_m,
+        table.power_w,
+        rss_db,
+        2.0,
+        4.0,
+        3.0,
+        0.02,
+        result,
+    )
+    for p in range(40):
+        expected = by_numpy(table, places[:, p], diffuse[p], headings[p], rss_db, (2.0, 4.0, 3.0))
+        assert result[p] == pytest.approx(expected, abs=1e-8)
+
+
+def test_antennas_that_hear_nothing_say_nothing(table):
+    rng = np.random.default_rng(0)
+    few = replace(table, power_w=table.power_w[..., :5].copy())
+    places, level = rng.uniform(-4, 4, (2, 20)), np.full(20, -80.0)
+    heard = rng.uniform(-80, -50, 5)
+    five, eight = np.empty(20), np.empty(20)
+    common = (level, np.zeros(20), table.reach_m)
+    place_log_likelihood(*places, *common, few.power_w, heard, 2.0, 4.0, 3.0, 0.0, five)
+    padded = np.concatenate([heard, np.full(3, -np.inf)])
+    place_log_likelihood(*places, *common, table.power_w, padded, 2.0, 4.0, 3.0, 0.0, eight)
+    assert eight == pytest.approx(five, abs=1e-10)
+
+
+def test_motion_moves_the_place_in_the_robots_frame_and_turns_the_heading(table):
+    exact = PlaceFilter(table=table, travel_sd=1e-12, heading_sd_rad=1e-12)
+    belief = PlaceBelief(places=[[1.0], [0.0], [-20.0], [0.3]], weights=[1.0])
+    # A quarter circle of radius 1 to the left ends at (1, 1), facing +y of the old frame.
+    quarter = Odometry(distance_m=np.pi / 2, turn_rad=np.pi / 2)
+    chord = Odometry(distance_m=np.sqrt(2.0), turn_rad=np.pi / 2)
+    rng = np.random.default_rng(0)
+    moved = exact.moved(belief, chord, rng)
+    assert moved.places[:, 0] == pytest.approx([-1.0, 0.0, -20.0, 0.3 + np.pi / 2], abs=1e-9)
+    assert exact.moved(belief, quarter, rng).places[3, 0] == pytest.approx(0.3 + np.pi / 2)
+
+
+def test_after_a_contact_the_way_is_any_part_of_what_the_wheels_turned(table):
+    rng, count = np.random.default_rng(0), 4000
+    exact = PlaceFilter(table=table, travel_sd=1e-12, heading_sd_rad=1e-12)
+    places = np.zeros((4, count))
+    places[0] = 1.0
+    belief = PlaceBelief(places=places, weights=np.full(count, 1.0 / count))
+    moved = exact.moved(belief, Odometry(distance_m=0.1, contact=True), rng).places[0]
+    assert (moved.min(), moved.max()) == pytest.approx((0.9, 1.0), abs=1e-3)
+    assert moved.mean() == pytest.approx(0.95, abs=0.002)
+
+
+def test_readings_from_many_poses_agree_on_the_place(table, free_space_link):
+    rng, place_filter, link = np.random.default_rng(0), PlaceFilter(table=table), free_space_link()
+    pose = np.array([-2.0, -1.0, 0.0])
+    belief = place_filter.start(rng, heading_rad=0.0, heading_sd_rad=0.05)
+    first = place_filter.estimate(belief)
+    step = Odometry(distance_m=0.1, turn_rad=0.05)
+    for _ in range(15):
+        belief = place_filter.observed(belief, link.rss_w(pose[None])[0], rng)
+        belief = place_filter.moved(belief, step, rng)
+        pose += [0.1 * np.cos(pose[2] + 0.025), 0.1 * np.sin(pose[2] + 0.025), 0.05]
+    estimate = place_filter.estimate(belief)
+    away = -pose[:2]
+    cosine, sine = np.cos(pose[2]), np.sin(pose[2])
+    wanted = [cosine * away[0] + sine * away[1], cosine * away[1] - sine * away[0]]
+    assert np.linalg.norm(estimate.place_m - wanted) < 0.15
+    assert estimate.share > 0.95 > 0.2 > first.share
+    assert estimate.spread_m < 0.3
+    assert belief.effective_size > 500
+
+
+def test_without_a_signal_the_belief_stays(table):
+    rng, place_filter = np.random.default_rng(0), PlaceFilter(table=table)
+    belief = place_filter.start(rng, heading_rad=0.0, heading_sd_rad=0.1)
+    assert place_filter.observed(belief, np.zeros(8), rng) is belief
+
+
+@pytest.mark.parametrize("rolling", [Rolling(), FLOOR], ids=["exact", "slipping"])
+def test_all_tags_are_reached_within_12_cm_of_the_way(thesis_setup, tracker, rolling):
+    mission, sensor = thesis_setup(noise_db=1.0)
+    mission = replace(mission, rolling=rolling)
+    results = run_missions(mission, sensor, tracker(mission), ROBOT, runs=5, seed=1)
+    metrics = [measure(result) for result in results]
+    assert all(run.success for run in metrics)
+    assert np.median([run.rmse_m for run in metrics]) <= 0.08
+    assert max(np.max(run.arrival_errors_m) for run in metrics) < 0.25
+
+
+def test_captured_readings_do_not_keep_it_from_the_tags(thesis_setup, tracker):
+    mission, sensor = thesis_setup(noise_db=1.0)
+    links = {tag: Deceived(link, 5) for tag, link in sensor.links.items()}
+    deceived = FieldSensor(links=links, azimuths_rad=sensor.azimuths_rad, noise_db=1.0)
+    results = run_missions(mission, deceived, tracker(mission), ROBOT, runs=3, seed=1)
+    assert all(measure(result).success for result in results)
+
+
+def test_a_run_is_the_same_to_the_bit_again_and_differs_by_the_seed(thesis_setup, tracker):
+    mission, sensor = thesis_setup(noise_db=1.0)
+    mission = replace(mission, max_time_s=8.0, rolling=FLOOR)
+    robot = tracker(mission)
+    one, two = (run_missions(mission, sensor, robot, ROBOT, runs=2, seed=5) for _ in range(2))
+    assert all(np.array_equal(a.poses, b.poses) for a, b in zip(one, two, strict=True))
+    assert not np.array_equal(one[0].poses, one[1].poses)
+
+
+def test_an_unreachable_tag_ends_the_run_and_not_the_robot(thesis_setup, tracker):
+    mission, sensor = thesis_setup()
+    shut = replace(mission, contact="slide", contact_limit=15)
+    walled = run_mission(
+        shut,
+        sensor,
+        tracker(shut),
+        ROBOT,
+        np.random.default_rng(0),
+        blocked=lambda points: np.abs(points).max(axis=1) > 0.6,
+    )
+    assert walled.outcome == "stuck"
+    assert "touched obstacles 15 times" in walled.reason
+    assert "evade" in walled.modes
+    assert np.abs(walled.poses[:, :2]).max() <= 0.6
+    silent = FieldSensor(
+        links=dict.fromkeys(mission.tag_ids, Silent()), azimuths_rad=sensor.azimuths_rad
+    )
+    result = run_mission(mission, silent, tracker(mission), ROBOT, np.random.default_rng(0))
+    assert result.outcome == "no signal"
+
+
+def test_patience_over_the_belief_begins_anew(thesis_setup, tracker):
+    mission, sensor = thesis_setup()
+    robot = tracker(mission, patience=2)
+    rng = np.random.default_rng(0)
+    rss = sensor.read(np.zeros(3), mission.tag_ids[0], rng)
+    memory = robot.begin(0, None, heading_rad=0.0)
+    first = robot.decide(memory, rss, STILL, rng).memory
+    second = robot.decide(first, rss, STILL, rng).memory
+    assert first.belief is not None
+    assert (second.belief, second.readings) == (None, 0)
+
+
+def test_the_next_leg_keeps_the_heading_and_forgets_the_place(thesis_setup, tracker):
+    mission, sensor = thesis_setup()
+    robot = tracker(mission)
+    rng = np.random.default_rng(0)
+    memory = robot.begin(0, None, heading_rad=0.7)
+    rss = sensor.read(np.zeros(3), mission.tag_ids[0], rng)
+    memory = robot.decide(memory, rss, Odometry(turn_rad=0.2), rng).memory
+    following = robot.begin(1, memory, heading_rad=0.7)
+    assert following.heading_rad == pytest.approx(0.9, abs=0.02)
+    assert (following.belief, following.target) == (None, 1)
+    with pytest.raises(NavigationError, match="4 filters"):
+        robot.begin(4, memory, heading_rad=0.0)
+
+
+@pytest.mark.parametrize("option", [{"trust": 0.0}, {"outlier_share": 1.0}, {"noise_db": 0.0}])
+def test_filters_that_cannot_be_are_refused(table, option):
+    with pytest.raises(NavigationError, match=next(iter(option))):
+        PlaceFilter(table=table, **option)
