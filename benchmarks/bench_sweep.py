@@ -36,7 +36,7 @@ gap_m = {from = 0.001, to = 0.1, count = COUNT}
 
 
 def timed(name: str, work: Callable[[], object], cells: int) -> object:
-    """Return what ``work`` returns; its time for each cell is printed."""
+    """Return what some work returns, and print the time that it took."""
     began = time.perf_counter()
     result = work()
     seconds = time.perf_counter() - began
@@ -45,7 +45,7 @@ def timed(name: str, work: Callable[[], object], cells: int) -> object:
 
 
 def main() -> None:
-    """Print the times of a folder of many cells."""
+    """Print the times of each step."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--cells", type=int, default=10_000)
     count = parser.parse_args().cells

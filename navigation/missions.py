@@ -14,6 +14,7 @@ from octant.navigation.bearing import wrap_angle
 from octant.navigation.floor_motion import Blocked, Floor
 from octant.navigation.mission_records import Mission, MissionResult, Outcome
 from octant.navigation.mission_starts import Starts
+from octant.navigation.motion import AT_REST, Motion
 from octant.navigation.navigators.interface import STILL, Decision, Navigator, Odometry
 from octant.navigation.odometry import wheel_travel
 from octant.navigation.robot import DifferentialDrive
@@ -65,7 +66,8 @@ def run_mission(
 
     Notes
     -----
-    A reading takes no time: after an arrival the next tag is read at once, in the same period.
+    A sensor that reads its antennas in turn does so on the last stretch of the way driven. After an
+    arrival the next tag is read at once, in the same period, by the robot at rest.
     """
     _check_run(mission, sensor, robot, blocked)
     wheels_rng, navigator_rng = rng.spawn(2)
@@ -82,9 +84,10 @@ def run_mission(
     log = _Log(mission)
     target, silent, touched = 0, 0, 0
     memory, odometry = navigator.begin(0, None, heading_rad=heading_rad), STILL
+    driven = AT_REST
     last = int(np.floor(mission.time_limit_s / mission.sample_time_s * (1.0 + 1e-12)))
     for k in range(last + 1):
-        rss_w = sensor.read(pose, mission.tag_ids[target], rng)
+        rss_w = sensor.read(pose, mission.tag_ids[target], rng, motion=driven)
         decision = navigator.decide(memory, rss_w, odometry, navigator_rng)
         while decision.reached:
             log.arrive(k, pose, target)
@@ -103,7 +106,14 @@ def run_mission(
             return log.result(*ended)
         log.row(k, pose, decision, target, rss_w)
         rotations = mission.sample_time_s * decision.rates
-        pose, contact = floor.moved(pose, wheels.roll(rotations) / mission.sample_time_s)
+        rates = wheels.roll(rotations) / mission.sample_time_s
+        pose, contact = floor.moved(pose, rates)
+        speed_m_per_s, turn_rate_rad_per_s = robot.twist(rates)
+        driven = AT_REST
+        if not contact:
+            driven = Motion(
+                speed_m_per_s=float(speed_m_per_s), turn_rate_rad_per_s=float(turn_rate_rad_per_s)
+            )
         log.contacts += contact
         distance_m, turn_rad = wheel_travel(wheels.count(rotations), robot)
         odometry = Odometry(distance_m=float(distance_m), turn_rad=float(turn_rad), contact=contact)

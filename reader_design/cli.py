@@ -26,6 +26,7 @@ VERBS = {
     "scene": ("verbs.scene:scene", "The room as a GLB file and as a picture, with paths drawn."),
     "rss": ("verbs.paths:rss", "What each antenna of the reader receives, pose by pose."),
     "reader": ("verbs.reader:reader", "The reader by itself: impedances, S-matrix, patterns."),
+    "optimise": ("verbs.optimise:optimise", "Search for a reader design that reaches your goals."),
     "navigate": ("verbs.navigate:navigate", "Drive the robot through the tags of a study."),
     "tolerance": (
         "verbs.tolerance:tolerance",

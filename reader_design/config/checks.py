@@ -3,9 +3,11 @@
 import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import get_args
 
 import msgspec
 
+from octant.em.antennas import AntennaKind
 from octant.geometries.errors import ConfigError, GeometryError
 from octant.reader_design.config.choice import Choice, Scoring
 from octant.reader_design.config.dock import Dock
@@ -18,6 +20,7 @@ from octant.reader_design.config.materials import (
     material_specs,
 )
 from octant.reader_design.config.mission import Mission
+from octant.reader_design.config.optimise import check_optimise
 from octant.reader_design.config.room import (
     MeshObject,
     Room,
@@ -29,7 +32,7 @@ from octant.reader_design.config.schema import Layout, Reader, Study, Tag
 from octant.reader_design.config.sensor import Sensor
 from octant.reader_design.sweep.scores import SCORE_NAMES, higher_is_better, score_unit
 
-TAG_ANTENNAS = ("dipole", "monopole", "patch", "isotropic_theta")
+TAG_ANTENNAS = get_args(AntennaKind)
 """Antennas of tags and of the ends of paths that need no file."""
 
 
@@ -85,6 +88,8 @@ def check_study(study: Study, *, shapes: bool = True) -> None:
         _check_dwell(study.sensor, study.mission, study.reader.antennas)
     if study.dock is not None:
         _check_dock(study.dock, study.tags)
+    if study.optimise is not None:
+        check_optimise(study.optimise)
     if study.tolerance is not None:
         _check_tolerance(study)
     for path, spec in material_specs(study):

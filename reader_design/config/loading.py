@@ -10,6 +10,7 @@ from typing import Any
 
 import msgspec
 
+from octant.em.antennas import PATCHES
 from octant.geometries.errors import ConfigError
 from octant.reader_design.config.checks import TAG_ANTENNAS, check_study
 from octant.reader_design.config.errors import path_text, sentence, unit_of, value_text
@@ -279,7 +280,7 @@ def _with_files(study: Study, convert: Any, *, axes: bool = True) -> Study:  # n
 
     def of_tag(tag: Tag) -> Tag:
         known = tag.antenna in TAG_ANTENNAS
-        down = (0.0, 0.0, -1.0 if tag.antenna == "patch" else 1.0)
+        down = (0.0, 0.0, -1.0 if tag.antenna in PATCHES else 1.0)
         antenna = tag.antenna if known else convert(tag.antenna)
         return replace(tag, antenna=antenna, axis=tag.axis or (down if axes else None))
 

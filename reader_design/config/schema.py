@@ -12,6 +12,7 @@ from msgspec import Meta
 from octant.reader_design.config.choice import Choice, Scoring
 from octant.reader_design.config.dock import Dock
 from octant.reader_design.config.mission import Mission
+from octant.reader_design.config.optimise import Optimise
 from octant.reader_design.config.room import (
     Name,
     NotNegative,
@@ -63,12 +64,13 @@ class Tag(Table, frozen=True, kw_only=True):
     position_m : (3,) tuple of float
         Place in the room's frame [m].
     antenna : str
-        ``dipole`` (half a wave), ``monopole`` (quarter wave), ``patch`` (half a wave square) or
+        ``dipole`` (half a wave), ``monopole`` (quarter wave), ``patch`` (half a wave square),
+        ``conical_patch`` (a disc whose beam is a cone of vertical polarisation) or
         ``isotropic_theta``; or a pattern file over the full sphere (FEKO .ffe, HFSS .ffd, CST .ffs,
         NEC output, MSI/Planet, CSV).
     axis : (3,) tuple of float or None
         Direction of the antenna's axis [-], of any length but zero: along the wire, where the patch
-        faces, the file's z axis. None: up, the patch down.
+        faces, the file's z axis. None: up, patches down.
     azimuth_deg : float
         Turn of a patch or a file about the axis [deg]; at 0 the patch's resonant side and the
         file's x axis point along +x, as far as that is across the axis.
@@ -269,6 +271,8 @@ class Study(Table, frozen=True, kw_only=True):
         Trajectory tracking from RSS; None: the study has none.
     dock : Dock or None
         Docking at a tagged station; None: the study has none.
+    optimise : Optimise or None
+        The search for a reader design; None: the study has none.
     tolerance : Tolerance or None
         How exactly readers are made; None: the defaults.
     layouts : tuple of Layout
@@ -290,5 +294,6 @@ class Study(Table, frozen=True, kw_only=True):
     sensor: Sensor = Sensor()
     track: Track | None = None
     dock: Dock | None = None
+    optimise: Optimise | None = None
     tolerance: Tolerance | None = None
     layouts: tuple[Layout, ...] = msgspec.field(default=(), name="layout")

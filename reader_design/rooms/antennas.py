@@ -24,17 +24,17 @@ def named_antenna(
     Parameters
     ----------
     name : str
-        ``dipole``, ``monopole``, ``patch``, ``isotropic_theta`` or the path of a pattern file.
+        A kind of `octant.em.antennas.AntennaKind`, or the path of a pattern file.
     frequency_hz : float
         Frequency [Hz].
     key : str
         Where it is named, for messages.
     axis : (3,) sequence of float, optional
-        Its direction in the room [-]; by default up, the patch down.
+        Its direction in the room [-]; by default up, patches down.
     azimuth_deg : float
         Turn about the axis [deg].
     length_m : float, optional
-        Length [m]; by default half a wavelength, the monopole a quarter. Files have none.
+        Length, or diameter of a conical patch [m]; by default resonant. Files have none.
 
     Returns
     -------

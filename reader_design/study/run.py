@@ -108,7 +108,7 @@ def run_study(
     force: bool = False,
     progress: Progress | None = None,
     executor: Executor | None = None,
-    workers: int | None = None,
+    workers: int | None = 1,
     cluster: str | None = None,
 ) -> StudyOutcome:
     """Return the outcome of a study and leave its files; see DESIGN section 6 for what they hold.
@@ -128,8 +128,9 @@ def run_study(
     executor : concurrent.futures.Executor, optional
         Computes the sweep's cells; see :func:`octant.reader_design.sweep.run.run_sweep`.
     workers : int or None
-        Processes of this machine that compute them instead [-]; None: one for each core where the
-        sweep is long enough to gain from it.
+        Processes of this machine that compute them instead [-]; 1: this one; None: one for each
+        core where the sweep is long enough to gain from it. A script that starts processes must
+        guard its main part with ``if __name__ == "__main__"``.
     cluster : str or None
         Address of a dask scheduler that computes them instead, or ``local:N``.
 

@@ -7,7 +7,9 @@ All take the same cells in the same way: a crew has a size and takes one call at
 import logging
 import multiprocessing
 import os
+import signal
 import socket
+import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from contextlib import contextmanager
@@ -242,14 +244,29 @@ def _scheduler(distributed: Any, address: str) -> Iterator[Any]:  # noqa: ANN401
     if not count.isdecimal() or int(count) < 1:
         msg = f"--cluster is {address!r}, but a number of workers must follow: local:2."
         raise ConfigError(msg)
-    with distributed.LocalCluster(
-        n_workers=int(count),
-        threads_per_worker=1,
-        dashboard_address=None,
-        silence_logs=logging.CRITICAL,
-        env={THREADS_VARIABLE: str(max(1, cores() // int(count)))},
-    ) as cluster:
+    with _deaf_to_interrupts():
+        started = distributed.LocalCluster(
+            n_workers=int(count),
+            threads_per_worker=1,
+            dashboard_address=None,
+            silence_logs=logging.CRITICAL,
+            env={THREADS_VARIABLE: str(max(1, cores() // int(count)))},
+        )
+    with started as cluster:
         yield cluster
+
+
+@contextmanager
+def _deaf_to_interrupts() -> Iterator[None]:
+    """Start processes that inherit deafness to Ctrl-C: this process alone decides what it means."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def _answer(address: str) -> None:

@@ -110,7 +110,7 @@ def sweep_study(
     study: Study,
     out_dir: Path,
     *,
-    workers: int | None = None,
+    workers: int | None = 1,
     cluster: str | None = None,
     merge_only: bool = False,
     force: bool = False,
@@ -125,7 +125,9 @@ def sweep_study(
     out_dir : Path
         Folder of the sweep; made when missing.
     workers : int or None
-        Processes of this machine [-]; None: one for each core, but no more than there are cells.
+        Processes of this machine [-], no more than there are cells; 1: this one; None: one for
+        each core. A script that starts processes must guard its main part with
+        ``if __name__ == "__main__"``.
     cluster : str or None
         Address of a dask scheduler, or ``local:N``; instead of ``workers``.
     merge_only : bool

@@ -23,6 +23,8 @@ def reader_size_m(design: ReaderDesign, frequency_hz: float) -> tuple[float, flo
     """
     outer_m = design.plate_outer_radius_m or 0.0
     width_m = max(design.ground_plane_m, 2.0 * outer_m, 2.0 * design.antenna_radius_m)
-    top_m = design.gap_m + design.element(frequency_hz).length_m
+    joined = design.antenna == "monopole" and design.monopole_plane_m == 0.0
+    foot_m = 0.0 if joined else design.gap_m
+    top_m = foot_m + design.element(frequency_hz).length_m
     height_m = max(top_m, design.plate_height_m, design.plate_height_axis_m or 0.0)
     return width_m, height_m

@@ -204,3 +204,35 @@ def test_tables_that_cannot_be_interpolated_are_refused(changes, words):
     good["pattern"] = np.zeros((2, 9, 8))
     with pytest.raises(AntennaError, match=words):
         Antenna(**(good | changes))
+
+
+def test_conical_patch_is_the_cavity_model_of_a_ring_of_magnetic_current():
+    from scipy.special import j1, jn_zeros
+
+    disc = make_antenna("conical_patch", F)
+    radius_rad = np.pi * disc.length_m / disc.wavelength_m
+    assert radius_rad == pytest.approx(jn_zeros(1, 1)[0], rel=1e-15)
+    down = np.linspace(0.5 * np.pi + 1e-9, np.pi, 50)
+    field = disc.far_field(down, 0.4)
+    shape = j1(radius_rad * np.sin(down))
+    assert np.abs(field[:, 1]).max() < 1e-15  # nothing along phi
+    ratio = field[1:-1, 0] / shape[1:-1]
+    assert np.ptp(ratio.real) < 1e-12 * abs(ratio[0])
+    assert np.abs(disc.far_field([0.0, 1.0, 1.5], 0.4)).max() == 0.0  # silent behind
+    assert np.degrees(np.pi - down[np.abs(field[:, 0]).argmax()]) == pytest.approx(28.7, abs=2.0)
+
+
+def test_conical_patch_is_silent_on_its_axis_and_on_the_horizon():
+    disc = make_antenna("conical_patch", F)
+    assert np.abs(disc.far_field([np.pi, 0.5 * np.pi + 1e-12], 0.0)).max() < 1e-10
+
+
+@pytest.mark.parametrize("diameter_m", [0.08, 0.15, 0.17])
+def test_conical_patch_of_any_diameter_has_mean_gain_one(diameter_m):
+    disc = make_antenna("conical_patch", F, length_m=diameter_m, axis=(1, -2, 0.5))
+    assert mean_gain(disc) == pytest.approx(1.0, abs=1e-12)
+
+
+def test_conical_patch_too_wide_is_refused():
+    with pytest.raises(AntennaError, match="diameter up to"):
+        make_antenna("conical_patch", F, length_m=1.0)

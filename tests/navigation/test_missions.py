@@ -13,6 +13,7 @@ from octant.navigation.controllers import FuzzyController, VectorSumController
 from octant.navigation.layouts import THESIS_HEADING_RAD, THESIS_START_M, thesis_tags
 from octant.navigation.metrics import measure
 from octant.navigation.missions import Mission, run_mission, run_missions
+from octant.navigation.motion import AT_REST
 from octant.navigation.robot import DifferentialDrive
 from octant.navigation.sensing import FieldSensor
 
@@ -335,3 +336,26 @@ def test_thesis_mission_is_the_published_one(thesis_setup):
     assert [tag.position_m[2] for tag in thesis_tags()] == [3.0] * 4
     assert (THESIS_START_M, mission.sample_time_s) == ((0.0, 0.0), 1.0)
     assert np.degrees(THESIS_HEADING_RAD) == pytest.approx(90.0)
+
+
+def test_readings_in_turn_are_taken_on_the_way_just_driven(thesis_setup):
+    mission, sensor = thesis_setup()
+    mission = replace(mission, motion="arc")
+    seen = []
+
+    class Recorder:
+        antennas, azimuths_rad, tag_ids = sensor.antennas, sensor.azimuths_rad, sensor.tag_ids
+
+        def read(self, pose, tag_id, rng, *, motion=AT_REST):
+            seen.append((np.array(pose), motion))
+            return sensor.read(pose, tag_id, rng, motion=motion)
+
+    result = run(mission, Recorder())
+    moving = [(pose, motion) for pose, motion in seen if not motion.rests]
+    assert len(moving) > 20
+    for pose, motion in moving:
+        before = motion.poses(pose, np.array([-mission.sample_time_s]))[0]
+        near = np.linalg.norm(result.poses[:, :2] - before[:2], axis=1)
+        assert near.min() < 1e-12
+    # After an arrival the next tag is read by the robot at rest.
+    assert sum(motion.rests for _, motion in seen) >= len(mission.tag_ids)

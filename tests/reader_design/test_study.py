@@ -327,3 +327,21 @@ def test_design_that_the_full_wave_model_refuses_is_a_failed_cell_with_its_reaso
 
 def test_approximate_study_is_not_compared(done):
     assert done.content.approximations == ()
+
+
+def test_design_of_another_height_and_number_of_antennas_is_driven_as_it_was_scored(tmp_path):
+    text = TEXT.replace(
+        "antenna_radius_m = [0.05, 0.10]", "antennas = [6, 8]\nheight_m = [0.2, 0.4]"
+    )
+    text = text.replace('"rays"', '"isolated"')
+    outcome = run_study(small(text[: text.index("[[layout]]")]), tmp_path, quick=True)
+    chosen = outcome.content.chosen_cell.design
+    used = outcome.content.context.study
+    assert (used.reader.antennas, used.reader.height_m) == (chosen.antennas, chosen.height_m)
+    assert used.map.height_m == chosen.height_m
+    data = read_dataset(tmp_path / "results.nc")
+    assert data.sizes["antenna"] == chosen.antennas
+    known = np.isfinite(data["free_rss_w"].values).all(axis=(1, 2, 3))
+    assert known.tolist() == [c.design.antennas == chosen.antennas for c in outcome.content.cells]
+    assert np.isfinite(data["right_share"].values).all()
+    assert "antennas = 6 height = 20 cm" in data["design"].values[0]
