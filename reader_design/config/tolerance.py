@@ -65,8 +65,10 @@ class Rival(Table, frozen=True, kw_only=True):
         ``dipole`` or ``monopole``. None here and below: as the study's reader.
     antenna_radius_m, plate_height_m, plate_height_axis_m, plate_outer_radius_m : float or None
         As in ``[reader]`` [m].
-    ground_plane_m, gap_m, monopole_plane_m : float or None
+    ground_plane_m, gap_m, antenna_length_m, monopole_plane_m : float or None
         As in ``[reader]`` [m].
+    load_ohm : float or None
+        As in ``[reader]`` [ohm].
     ground_plane_shape : str or None
         ``square``, ``round`` or ``octagon``.
     """
@@ -80,7 +82,9 @@ class Rival(Table, frozen=True, kw_only=True):
     ground_plane_m: Positive | None = None
     ground_plane_shape: Literal["square", "round", "octagon"] | None = None
     gap_m: Positive | None = None
+    antenna_length_m: Positive | None = None
     monopole_plane_m: NotNegative | None = None
+    load_ohm: Positive | None = None
 
 
 class Tolerance(Table, frozen=True, kw_only=True):

@@ -51,6 +51,8 @@ class StudyContent:
         What the user should know: tags that were moved, validity of models.
     approximations : tuple of ResponseDifference
         How far the approximate responses are off for the chosen reader ([dB], [-]).
+    as_built : ReportSection or None
+        What tolerances do to the chosen reader ([mm], [deg]); None where the study gives none.
     study_toml : str
         The resolved study.
     quick : bool
@@ -69,6 +71,7 @@ class StudyContent:
     quick: bool
     seconds: float
     approximations: tuple[ResponseDifference, ...] = ()
+    as_built: ReportSection | None = None
 
     @property
     def chosen(self) -> Candidate:
@@ -120,6 +123,7 @@ def study_report(content: StudyContent, figures: dict[str, list[tuple[str, str, 
     summary = (
         *content.choice.reason[:-1],
         *((claim_sentence(claims),) if claims else ()),
+        *(() if content.as_built is None else content.as_built.paragraphs),
         *(mission_sentence(m) for m in content.missions),
     )
     count = len(content.cells)
@@ -149,6 +153,7 @@ def study_report(content: StudyContent, figures: dict[str, list[tuple[str, str, 
                     else (),
                     figures=embedded_figures(figures, "reader"),
                 ),
+                content.as_built,
                 ReportSection(
                     heading="The room",
                     points=_room_points(content),

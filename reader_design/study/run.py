@@ -5,7 +5,6 @@ Everything that takes time is kept in the output folder, in files named by the h
 where the last run stopped, however that ended.
 """
 
-import json
 import re
 import time
 from collections.abc import Iterator, Sequence
@@ -21,23 +20,24 @@ from octant.reader_design.config.schema import Layout, Study
 from octant.reader_design.progress import Progress
 from octant.reader_design.report.approximations import approximation_errors
 from octant.reader_design.report.missions import mission_sentence
-from octant.reader_design.report.study import StudyContent, study_report
+from octant.reader_design.report.study import StudyContent
 from octant.reader_design.report.thesis import claim_sentence
 from octant.reader_design.rooms.study_scene import StudyScene, build_study_scene
-from octant.reader_design.store import versions, whole_file, write_dataset, write_text
-from octant.reader_design.study.map_stage import RoomMap, map_stage
-from octant.reader_design.study.mission_stage import RoomMission, collected_warnings
+from octant.reader_design.store import write_text
+from octant.reader_design.study.map_stage import map_stage
+from octant.reader_design.study.mission_stage import collected_warnings
+from octant.reader_design.study.publish import publish
 from octant.reader_design.study.shortlist import candidates_of, drive_shortlist
+from octant.reader_design.study.tolerance_stage import tolerance_stage
 from octant.reader_design.sweep.cells import Cell, SweepContext
 from octant.reader_design.sweep.choice import choose
 from octant.reader_design.sweep.cost import cell_cost
-from octant.reader_design.sweep.design import content_hash, design_responses
+from octant.reader_design.sweep.design import design_responses
 from octant.reader_design.sweep.executors import cores, open_crew
 from octant.reader_design.sweep.folder import cell_path
 from octant.reader_design.sweep.plan import SweepPlan, plan_sweep
 from octant.reader_design.sweep.run import run_sweep
 from octant.reader_design.sweep.samples import Sampling
-from octant.reader_design.tables import put_table
 
 WORTH_PROCESSES_S = 20.0
 """Expected time of a sweep [s] above which worker processes are worth starting."""
@@ -95,6 +95,7 @@ class StudyOutcome:
             *self.content.choice.reason,
             *([claim_sentence(claims)] if claims else []),
             *failed,
+            *(() if self.content.as_built is None else self.content.as_built.paragraphs),
             *(mission_sentence(m) for m in self.content.missions),
             f"Report: {self.report}",
         )
@@ -190,6 +191,17 @@ def run_study(
             folder=stages,
             progress=progress,
         )
+        as_built = None
+        if not quick:
+            second = scored[choice.ranking[1]] if len(scored) > 1 else None
+            as_built = tolerance_stage(
+                context.study,
+                second,
+                folder=out_dir / "tolerance",
+                progress=progress,
+                workers=workers,
+                executor=executor,
+            )
         rooms = setting(chosen)[1]
         for mission in driven[0].missions:
             progress.say(mission_sentence(mission))
@@ -204,8 +216,9 @@ def run_study(
         quick=quick,
         seconds=time.perf_counter() - began,
         approximations=approximations,
+        as_built=as_built,
     )
-    _publish(content, room_map, rooms, out_dir, force=force, progress=progress)
+    publish(content, room_map, rooms, out_dir, force=force, progress=progress)
     return StudyOutcome(content=content, folder=out_dir, report=out_dir / "report.html")
 
 
@@ -294,115 +307,3 @@ def _claim(out_dir: Path, text: str, *, force: bool) -> None:
         raise ConfigError(msg)
     for path in (*outputs, there):
         path.unlink(missing_ok=True)
-
-
-def _publish(
-    content: StudyContent,
-    room_map: RoomMap,
-    rooms: Sequence[tuple[str, str, StudyScene]],
-    out_dir: Path,
-    *,
-    force: bool,
-    progress: Progress,
-) -> None:
-    """Write results, tables, figures and report, unless exactly these are there already."""
-    key = content_hash(
-        {
-            "cells": [[c.key, c.reason] for c in content.cells],
-            "missions": [[m.folder.name, m.reason] for d in content.driven for m in d.missions],
-            "map": content.context.study.map.spacing_m,
-            "versions": versions(),
-            "study": content.study_toml,
-        }
-    )
-    stamp = out_dir / "stages" / "finished.json"
-    if not force and _finished(stamp, key, out_dir):
-        progress.say(f"{out_dir} is complete already; nothing was written.")
-        return
-    stamp.unlink(missing_ok=True)
-    written = _results(content, room_map, out_dir)
-    written += _tables(content.missions, out_dir)
-    figures = _figures(content, room_map, rooms, out_dir, progress)
-    written += [path for entries in figures.values() for _, _, path in entries]
-    from octant.reader_design.report.html import render_report
-
-    report = out_dir / "report.html"
-    write_text(report, render_report(study_report(content, figures)))
-    written.append(report)
-    names = [str(path.relative_to(out_dir)) for path in written]
-    write_text(stamp, json.dumps({"key": key, "files": names}, indent=1))
-
-
-def _finished(stamp: Path, key: str, out_dir: Path) -> bool:
-    """Return whether a former run wrote exactly these results and they are still there."""
-    try:
-        told = json.loads(stamp.read_text("utf-8"))
-        return told["key"] == key and all((out_dir / name).is_file() for name in told["files"])
-    except (OSError, ValueError, KeyError, TypeError):
-        return False
-
-
-def _results(content: StudyContent, room_map: RoomMap, out_dir: Path) -> list[Path]:
-    """Write the results file and the table of designs."""
-    from octant.reader_design.study.results import design_table, study_dataset
-
-    written = [out_dir / "results.nc", out_dir / "designs.csv"]
-    write_dataset(study_dataset(content, room_map), written[0], force=True)
-    header, rows = design_table(content)
-    put_table(str(written[1]), header, rows, force=True)
-    return written
-
-
-def _tables(missions: Sequence[RoomMission], out_dir: Path) -> list[Path]:
-    """Copy the tables of the missions: missions.csv for the study's room, others by layout."""
-    written = []
-    for mission in missions:
-        if mission.data is None:
-            continue
-        ending = ".csv" if mission.slug == "room" else f"-{mission.slug}.csv"
-        for stem in ("missions", "trajectory"):
-            target = out_dir / f"{stem}{ending}"
-            with whole_file(target) as part:
-                part.write_bytes((mission.folder / f"{stem}.csv").read_bytes())
-            written.append(target)
-    return written
-
-
-def _figures(
-    content: StudyContent,
-    room_map: RoomMap,
-    rooms: Sequence[tuple[str, str, StudyScene]],
-    out_dir: Path,
-    progress: Progress,
-) -> dict[str, list[tuple[str, str, Path]]]:
-    """Draw and write all figures; return title, caption and file of each by section."""
-    import itertools
-
-    from octant.reader_design.figures.common import save_figure
-    from octant.reader_design.figures.study import (
-        mission_figures,
-        reader_figures,
-        room_figures,
-    )
-    from octant.reader_design.figures.study_sweep import sweep_figures
-    from octant.reader_design.rooms.plan import plan_of
-
-    study = content.context.study
-    cell = next(c for c in content.cells if c.key == content.chosen.key)
-    elements = cell.design.body().element_azimuths_rad
-    plans = [plan_of(built.scene, built.reader_z_m) for _, _, built in rooms]
-    pairs = list(zip(content.missions, plans, strict=False))
-    drawn = itertools.chain(
-        sweep_figures(
-            content.cells, content.candidates, content.choice, frequency_hz=study.radio.frequency_hz
-        ),
-        reader_figures(study, cell, elements, room_map),
-        room_figures(content.context, room_map, elements),
-        mission_figures(content.context, pairs, label=cell.label),
-    )
-    entries: dict[str, list[tuple[str, str, Path]]] = {}
-    for one in progress.track(drawn, label="figures"):
-        path = out_dir / "figures" / one.file
-        save_figure(one.figure, path)
-        entries.setdefault(one.section, []).append((one.title, one.caption, path))
-    return entries

@@ -14,8 +14,8 @@ from octant.reader_design.figures.tolerance import (
     explained_figure,
     slope_figure,
 )
-from octant.reader_design.report.html import Report, ReportFigure, render_report
-from octant.reader_design.report.tolerance import summary_sentences, tolerance_section
+from octant.reader_design.report.html import Report, ReportFigure, ReportSection, render_report
+from octant.reader_design.report.tolerance import tolerance_section
 from octant.reader_design.store import dataset, variable, write_dataset, write_text
 from octant.reader_design.sweep.design import canonical_json
 from octant.reader_design.tables import put_table
@@ -51,8 +51,8 @@ CSV_HEADER = (
 )
 
 
-def write_results(result: ToleranceStudy, out: Path) -> tuple[str, ...]:
-    """Return the summary, once all files are written.
+def write_results(result: ToleranceStudy, out: Path) -> ReportSection:
+    """Return the section of a report, once all files are written.
 
     Parameters
     ----------
@@ -63,8 +63,8 @@ def write_results(result: ToleranceStudy, out: Path) -> tuple[str, ...]:
 
     Returns
     -------
-    tuple of str
-        Sentences for people ([mm], [deg], [%]).
+    ReportSection
+        Its paragraphs are the summary for people ([mm], [deg], [%]).
 
     Raises
     ------
@@ -75,17 +75,17 @@ def write_results(result: ToleranceStudy, out: Path) -> tuple[str, ...]:
     write_dataset(tolerance_dataset(result), out / "tolerance.nc", force=True)
     put_table(str(out / "tolerance.csv"), CSV_HEADER, csv_rows(result), force=True)
     write_text(out / "study.toml", to_toml(result.study, relative_to=out))
-    lines = summary_sentences(result)
+    section = tolerance_section(result, figures)
     report = Report(
         title=f"{result.study.name}: as built",
         subtitle=f"Tolerances of {result.chosen.design.label()}, seed {result.study.seed}",
         summary=(),
         warnings=(),
         facts=(),
-        sections=(tolerance_section(result, figures),),
+        sections=(section,),
     )
     write_text(out / "report.html", render_report(report))
-    return lines
+    return section
 
 
 def csv_rows(result: ToleranceStudy) -> Iterator[tuple[object, ...]]:

@@ -1,5 +1,6 @@
 """A tolerance study from end to end: nominal design, samples, sensitivities, rivals."""
 
+from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from pathlib import Path
@@ -141,6 +142,7 @@ def run_tolerance_study(
     study: Study,
     folder: Path,
     *,
+    rivals: Sequence[tuple[str, ReaderDesign]] = (),
     samples: int | None = None,
     workers: int = 1,
     executor: Executor | None = None,
@@ -155,6 +157,8 @@ def run_tolerance_study(
         Reader, tag, room, ``[tolerance]``.
     folder : Path
         Where the cases' files lie; made when missing.
+    rivals : sequence of (str, ReaderDesign)
+        Names and designs to compare with besides those of the study [m].
     samples : int or None
         Readers built [-]; None: the study's.
     workers : int
@@ -186,6 +190,7 @@ def run_tolerance_study(
     context = ToleranceContext(sweep=sweep, distances_m=tolerance.distances_m, room=tolerance.room)
     designs = [("the study's reader", design_of(study.reader))]
     designs += [(rival.name, _rival_design(study, rival)) for rival in tolerance.rivals]
+    designs += rivals
     parameters = parameters_of(designs[0][1])
     cases = list(sensitivity_cases(designs[0][1], parameters))
     cases += [Case(design=d, deviation=as_drawn(d.antennas)) for _, d in designs[1:]]

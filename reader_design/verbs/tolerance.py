@@ -48,6 +48,6 @@ def tolerance(
     except KeyboardInterrupt as exc:
         msg = f"what was computed is kept in {out}; the same command goes on from there."
         raise InterruptedRunError(msg) from exc
-    for line in write_results(result, out):
+    for line in write_results(result, out).paragraphs:
         click.echo(line)
     click.echo(f"written: {', '.join(str(p) for p in files)} and {out / 'figures'}")

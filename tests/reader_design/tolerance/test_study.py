@@ -14,9 +14,11 @@ from octant.geometries.build_errors import common_errors
 from octant.geometries.errors import ConfigError, SweepStateError
 from octant.reader_design.cli import octant, run
 from octant.reader_design.config.loading import parse_study, to_toml
+from octant.reader_design.progress import Progress
 from octant.reader_design.rooms.study_scene import build_study_scene
 from octant.reader_design.store import read_dataset
-from octant.reader_design.sweep.cells import SweepContext
+from octant.reader_design.study.tolerance_stage import tolerance_stage
+from octant.reader_design.sweep.cells import SweepContext, failed_cell
 from octant.reader_design.sweep.design import design_of
 from octant.reader_design.sweep.samples import Sampling
 from octant.reader_design.sweep.scores import score_rss
@@ -205,7 +207,7 @@ def test_more_samples_keep_the_first_ones(tmp_path, modelled):
 
 
 def test_the_files_hold_the_study(tmp_path, modelled):
-    lines = write_results(modelled, tmp_path)
+    lines = write_results(modelled, tmp_path).paragraphs
     assert lines[0].startswith("40 readers of dipole r_a = 5 cm h_p = 5 cm were built within")
     assert "the drawing itself" not in lines[1]
     assert lines[2].endswith("4 dB; the drawing itself does not.")
@@ -227,6 +229,23 @@ def test_the_files_hold_the_study(tmp_path, modelled):
         "sensitivity.png",
         "variance.png",
     }
+
+
+def test_a_study_says_with_what_confidence_its_choice_beats_the_next_best(tmp_path):
+    study = study_of(tmp_path, STUDY.split("[[tolerance.rival]]", maxsplit=1)[0])
+    design = replace(design_of(study.reader), plate_height_m=0.03)
+    section = tolerance_stage(
+        study,
+        failed_cell(design, "key", ""),
+        folder=tmp_path / "tolerance",
+        progress=Progress(quiet=True),
+        executor=Modelled(),
+    )
+    assert "better than the next best, dipole r_a = 5 cm h_p = 3 cm" in section.paragraphs[-1]
+    assert "100 % (91 to 100) confidence" in section.paragraphs[-1]
+    assert (tmp_path / "tolerance" / "tolerance.csv").is_file()
+    bare = msgspec.structs.replace(study, tolerance=None)
+    assert tolerance_stage(bare, None, folder=tmp_path, progress=Progress(quiet=True)) is None
 
 
 def test_the_room_is_scored_with_other_materials_and_another_frequency(tmp_path):
