@@ -53,6 +53,9 @@ faces = "as_stored"
 }
 """Further settings of the solver by name of the study, whose reader is ``isolated``."""
 
+NAVIGATORS = {"tracker": 'navigator = "tracker"\n'}
+"""What such a study adds to its last table, ``[mission]``, by its name."""
+
 POSES = "x_m,y_m,heading_deg\n0.5,0.5,0.0\n"
 
 CALLS = (
@@ -65,6 +68,7 @@ CALLS = (
     ("isolated", "map STUDY --out map.nc"),
     ("isolated", "rss STUDY --tag tag --poses POSES --csv rss.csv"),
     ("isolated", "navigate STUDY --out navigate"),
+    ("tracker", "navigate STUDY --out tracker"),
     ("rays", "reader STUDY --out rays --step-deg 45"),
     ("fullwave", "reader STUDY --out fullwave --step-deg 45"),
     ("fullwave", "study STUDY --out study --quick"),
@@ -77,7 +81,8 @@ CALLS = (
 def warm_up(*, quiet: bool) -> None:
     """Compile every kernel now, so that no later command has to.
 
-    Runs each verb once on a small scene of its own; nothing of it is kept but the compiled kernels.
+    Runs each verb once on a small scene of its own, but for ``track`` and ``dock``, which compile
+    their own loops when they first run; nothing is kept but the compiled kernels.
     They stay beside the installed package, or in the user's cache folder where the package's cannot
     be written, or in the folder that the environment variable NUMBA_CACHE_DIR names.
     """
@@ -97,8 +102,9 @@ def warm_up(*, quiet: bool) -> None:
 
 def _write_inputs(folder: Path) -> None:
     for name in {name for name, _ in CALLS}:
-        text = STUDY.replace("RESPONSE", "isolated" if name in SOLVERS else name)
-        text = text.replace("SOLVER", SOLVERS.get(name, ""))
+        own = name in SOLVERS or name in NAVIGATORS
+        text = STUDY.replace("RESPONSE", "isolated" if own else name)
+        text = text.replace("SOLVER", SOLVERS.get(name, "")) + NAVIGATORS.get(name, "")
         (folder / f"{name}.toml").write_text(text, encoding="utf-8")
     (folder / "poses.csv").write_text(POSES, encoding="utf-8")
 

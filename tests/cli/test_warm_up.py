@@ -60,6 +60,7 @@ CALLS = (
     "map fullwave.toml --out all.nc -q",
     "rss rays.toml --tag b --poses poses.csv --csv rss.csv -q",
     "navigate isolated.toml --out navigate --runs 2 -q",
+    "navigate tracker.toml --out tracker --runs 2 -q",
     "reader fullwave.toml --out reader --step-deg 45 -q",
 )
 
@@ -89,6 +90,8 @@ def test_after_warm_up_no_command_compiles(tmp_path):
     for name, solver in SOLVERS.items():
         text = STUDY.format(model="isolated", solver=solver) + OBJECT
         (tmp_path / f"{name}.toml").write_text(text)
+    text = STUDY.format(model="isolated", solver="") + 'navigator = "tracker"\nmax_time_s = 5.0\n'
+    (tmp_path / "tracker.toml").write_text(text)
     (tmp_path / "poses.csv").write_text("x_m,y_m,heading_deg\n1.0,1.0,0.0\n2.0,1.5,90.0\n")
     environment = os.environ | {
         "NUMBA_CACHE_DIR": str(tmp_path / "kernels"),
