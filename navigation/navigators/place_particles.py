@@ -150,10 +150,10 @@ class PlaceFilter:
     particles: int = 2000
     noise_db: float = 2.0
     fading_db: float = 4.0
-    level_db: float = 2.0
-    outlier_share: float = 0.2
+    level_db: float = 3.0
+    outlier_share: float = 0.05
     trust: float = 0.5
-    fresh_share: float = 0.03
+    fresh_share: float = 0.01
     travel_sd: float = 0.05
     heading_sd_rad: float = 0.01
 
@@ -171,7 +171,7 @@ class PlaceFilter:
         if not (0.0 < shares[0] < 1.0 and 0.0 < shares[1] <= 1.0 and 0.0 <= shares[2] < 1.0):
             msg = (
                 f"outlier_share, trust and fresh_share are {shares}, but they must lie between 0 "
-                "and 1: 0.2, 0.5 and 0.03 suit a concrete room."
+                "and 1: 0.05, 0.5 and 0.01 suit a concrete room."
             )
             raise NavigationError(msg)
 

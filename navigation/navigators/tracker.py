@@ -98,8 +98,8 @@ class TrackerNavigator:
     cruise_step_m: float
     period_s: float
     arrival_radius_m: float = 0.08
-    arrival_share: float = 0.85
-    arrival_spread_m: float = 0.2
+    arrival_share: float = 0.6
+    arrival_spread_m: float = 0.3
     patience: int = 150
 
     def __post_init__(self) -> None:
