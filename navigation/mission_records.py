@@ -180,6 +180,8 @@ class MissionResult:
         Where the robot was then [m]; NaN where it was not.
     contacts : int
         Periods in which the robot touched something [-].
+    believed_points_m : (s, 2) float64 or None
+        Where the navigator believed the tag of each row [m]; NaN where nowhere. None becomes NaN.
     """
 
     mission: Mission
@@ -193,9 +195,12 @@ class MissionResult:
     arrival_times_s: npt.NDArray[np.float64]
     arrival_points_m: npt.NDArray[np.float64]
     contacts: int = 0
+    believed_points_m: npt.NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
         rows, tags = len(self.modes), len(self.mission.tag_ids)
+        if self.believed_points_m is None:
+            object.__setattr__(self, "believed_points_m", np.full((rows, 2), np.nan))
         for name, shape, dtype in (
             ("time_s", (rows,), np.float64),
             ("poses", (rows, 3), np.float64),
@@ -203,13 +208,14 @@ class MissionResult:
             ("rss_w", (rows, None), np.float64),
             ("arrival_times_s", (tags,), np.float64),
             ("arrival_points_m", (tags, 2), np.float64),
+            ("believed_points_m", (rows, 2), np.float64),
         ):
             array = frozen_array(
                 getattr(self, name),
                 name=name,
                 shape=shape,
                 dtype=dtype,
-                finite=not name.startswith("arrival"),
+                finite=not name.startswith(("arrival", "believed")),
                 error=NavigationError,
             )
             object.__setattr__(self, name, array)

@@ -163,6 +163,7 @@ class _Log:
         self._mission = mission
         self._rows: list[tuple[float, npt.NDArray[np.float64], str, int]] = []
         self._rss_w: list[npt.NDArray[np.float64]] = []
+        self._believed_m: list[npt.NDArray[np.float64]] = []
         tags = len(mission.tag_ids)
         self._arrival_times_s = np.full(tags, np.nan)
         self._arrival_points_m = np.full((tags, 2), np.nan)
@@ -178,6 +179,9 @@ class _Log:
     ) -> None:
         self._rows.append((k * self._mission.sample_time_s, pose, decision.mode, target))
         self._rss_w.append(rss_w)
+        place_m = np.full(2, np.nan) if decision.place_m is None else decision.place_m
+        c, s = np.cos(pose[2]), np.sin(pose[2])
+        self._believed_m.append(pose[:2] + np.array([[c, -s], [s, c]]) @ place_m)
 
     def arrive(self, k: int, pose: npt.NDArray[np.float64], target: int) -> None:
         self._arrival_times_s[target] = k * self._mission.sample_time_s
@@ -197,6 +201,7 @@ class _Log:
             arrival_times_s=self._arrival_times_s,
             arrival_points_m=self._arrival_points_m,
             contacts=self.contacts,
+            believed_points_m=np.array(self._believed_m),
         )
 
 

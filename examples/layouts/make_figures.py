@@ -99,7 +99,7 @@ def bearing_maps(cells: list[ComparisonCell], folder: Path) -> None:
         every = [place.bearing_errors(tag_id)[2] for tag_id in tag_ids]
         words = error_words(np.array(every))
         print(f"{cell.layout} | {cell.link} | {cell.reader} | {words}", flush=True)
-        if cell.reader == "r_a 10 cm, h_p 8 cm":
+        if cell.reader == "thesis reader":
             first = tag_ids[0]
             middle = np.degrees(np.nanmedian(np.abs(every[0]), axis=0))
             tags = {first: place.built.tag(first).point_m}

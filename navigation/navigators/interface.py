@@ -59,16 +59,22 @@ class Decision(Generic[Memory]):
         The tag is declared reached; the rates are zero then.
     mode : {"rotation", "navigation", "search", "evade", "stopped"}
         What it does in the coming period.
+    place_m : (2,) float64 or None
+        Where it believes the tag, ahead of the robot and to its left [m]; None: nowhere.
     """
 
     rates: FloatArray
     memory: Memory
     reached: bool
     mode: Mode
+    place_m: FloatArray | None = None
 
     def __post_init__(self) -> None:
-        rates = frozen_array(self.rates, name="rates", shape=(2,), error=NavigationError)
-        object.__setattr__(self, "rates", rates)
+        for name in ("rates", "place_m"):
+            value = getattr(self, name)
+            if value is not None:
+                array = frozen_array(value, name=name, shape=(2,), error=NavigationError)
+                object.__setattr__(self, name, array)
 
 
 class Navigator(Protocol[Memory]):

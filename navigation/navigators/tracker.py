@@ -193,7 +193,13 @@ class TrackerNavigator:
             readings=memory.readings + 1,
         )
         if self._there(estimate):
-            return Decision(rates=np.zeros(2), memory=memory, reached=True, mode="stopped")
+            return Decision(
+                rates=np.zeros(2),
+                memory=memory,
+                reached=True,
+                mode="stopped",
+                place_m=estimate.place_m,
+            )
         if memory.readings >= self.patience:
             memory = replace(memory, belief=None, readings=0)
         if odometry.contact and not memory.plan:
@@ -207,7 +213,13 @@ class TrackerNavigator:
         rates = self.robot.wheel_rates(
             speed_m_per_s=way_m / self.period_s, turn_rate_rad_per_s=turn_rad / self.period_s
         )
-        return Decision(rates=self.robot.saturate(rates), memory=memory, reached=False, mode=mode)
+        return Decision(
+            rates=self.robot.saturate(rates),
+            memory=memory,
+            reached=False,
+            mode=mode,
+            place_m=estimate.place_m,
+        )
 
     def _sure(self, estimate: PlaceEstimate) -> bool:
         return estimate.share >= self.arrival_share and estimate.spread_m <= self.arrival_spread_m

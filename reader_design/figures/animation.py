@@ -116,7 +116,8 @@ def drive_frames(
     ------
     PIL.Image.Image
         Left the floor with the field of the tag in force, way, robot (drawn larger), strongest
-        antenna and vector-sum bearing; right the RSS of every antenna, now and over time.
+        antenna, vector-sum bearing and, as a diamond, where the navigator believes the tag; right
+        the RSS of every antenna, now and over time.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -225,6 +226,9 @@ class _FloorPanel:
         )
         (self._front,) = axes.plot([], [], color="black", linewidth=1.6, zorder=8.5)
         (self._bearing,) = axes.plot([], [], color="#cc3311", linewidth=1.4, zorder=7.5)
+        (self._believed,) = axes.plot(
+            [], [], "D", color="#ddaa33", markeredgecolor="black", markersize=8, zorder=10
+        )
         self._axes = axes
 
     def show(self, k: int) -> None:
@@ -246,6 +250,8 @@ class _FloorPanel:
         self._antennas.set_sizes([40.0 if i == strongest else 9.0 for i in range(len(rss))])
         front = here + 1.35 * radius * np.array([np.cos(heading), np.sin(heading)])
         self._front.set_data(*np.array([here, front]).T)
+        if drive.believed_m is not None:
+            self._believed.set_data(*drive.believed_m[k : k + 1].T)
         self._bearing.set_data([], [])
         if strongest >= 0:
             bearing = room_azimuth(heading, vector_sum_bearing(rss, scenery.azimuths_rad))

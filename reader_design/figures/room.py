@@ -166,6 +166,8 @@ class Drive:
         Distance to the desired segment [m].
     heading_error_rad : (k,) float64
         Absolute heading error [rad].
+    believed_m : (k, 2) float64 or None
+        Where the navigator believed the tag in force [m]; NaN where nowhere.
     """
 
     time_s: FloatArray
@@ -175,6 +177,7 @@ class Drive:
     target: npt.NDArray[np.int64]
     position_error_m: FloatArray
     heading_error_rad: FloatArray
+    believed_m: FloatArray | None = None
 
 
 def drive_of(result: MissionResult) -> Drive:
@@ -199,6 +202,7 @@ def drive_of(result: MissionResult) -> Drive:
         target=result.targets,
         position_error_m=metrics.position_errors_m,
         heading_error_rad=metrics.heading_errors_rad,
+        believed_m=result.believed_points_m,
     )
 
 

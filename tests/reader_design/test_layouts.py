@@ -45,10 +45,10 @@ def reached_from(start_m, space, low_m, high_m):
     return low_m + SPACING_M * np.array(sorted(seen))
 
 
-def test_there_are_the_nine_layouts():
+def test_there_are_the_nine_layouts_and_the_room_in_which_the_robot_arrives():
     names = {load_study(path).name for path in STUDIES}
-    assert len(STUDIES) == 9
-    assert len(names) == 9
+    assert len(STUDIES) == 10
+    assert len(names) == 10
 
 
 @pytest.mark.parametrize("path", STUDIES, ids=stem)
@@ -105,7 +105,8 @@ def test_every_cell_of_the_comparisons_is_a_study(path):
     ]
     assert len(cells) == np.prod(sizes)
     for cell in cells:
-        patch = "patch" in cell.link
-        assert all((tag.antenna == "patch") == patch for tag in cell.study.tags)
-        assert all(tag.axis == (0.0, 0.0, -1.0 if patch else 1.0) for tag in cell.study.tags)
+        named = [kind for kind in ("conical patch", "patch") if kind in cell.link]
+        antenna = named[0].replace(" ", "_") if named else "dipole"
+        assert {tag.antenna for tag in cell.study.tags} == {antenna}
+        assert {tag.axis for tag in cell.study.tags} == {(0.0, 0.0, -1.0 if named else 1.0)}
         assert len(cell.study.radio.frequencies_hz) == (16 if "16" in cell.link else 1)

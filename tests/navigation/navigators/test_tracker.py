@@ -241,3 +241,13 @@ def test_the_next_leg_keeps_the_heading_and_forgets_the_place(thesis_setup, trac
 def test_filters_that_cannot_be_are_refused(table, option):
     with pytest.raises(NavigationError, match=next(iter(option))):
         PlaceFilter(table=table, **option)
+
+
+def test_the_record_says_where_the_tag_was_believed_in_the_room(thesis_setup, tracker):
+    mission, sensor = thesis_setup(noise_db=1.0)
+    result = run_mission(mission, sensor, tracker(mission), ROBOT, np.random.default_rng(2))
+    last = len(result.time_s) - 1
+    ends = [*(np.flatnonzero(np.diff(result.targets))), last]
+    for target, row in enumerate(ends):
+        believed = result.believed_points_m[row]
+        assert np.linalg.norm(believed - mission.tag_points_m[target]) < 0.25
