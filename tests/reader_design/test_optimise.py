@@ -294,10 +294,12 @@ def test_too_large_a_design_is_refused_without_a_solution(monkeypatch):
 
 def test_a_design_that_cannot_be_built_is_infeasible_with_its_reason():
     place = bench(study())
-    beyond = dataclasses.replace(design_of(study().reader), antenna_radius_m=0.11)
+    beyond = dataclasses.replace(
+        design_of(study().reader), antenna_radius_m=0.095, ground_plane_m=0.18
+    )
     result = evaluate(place, beyond)
     assert not result.feasible
-    assert "antenna_radius_m is 0.11 m" in result.reason
+    assert "antenna_radius_m is 0.095 m" in result.reason
 
 
 def test_evaluation_reads_back_bit_by_bit(tmp_path):

@@ -11,7 +11,6 @@ from octant.em.antennas import make_antenna
 from octant.em.reader_response import reader_response
 from octant.geometries.errors import ConfigError
 from octant.geometries.reader_body import reader_body
-from octant.navigation.controllers import VectorSumController
 from octant.navigation.missions import run_missions
 from octant.navigation.robot import DifferentialDrive
 from octant.navigation.rss_detector import RssQuantiser, ThermalNoise
@@ -19,12 +18,14 @@ from octant.navigation.sensing import FieldSensor
 from octant.reader_design.config.loading import parse_study, to_toml
 from octant.reader_design.config.sensor import Sensor
 from octant.reader_design.rooms.study_scene import build_study_scene
-from octant.reader_design.study.missions import (
-    FloorObstacles,
+from octant.reader_design.study.drives import (
     drive_missions,
+    mission_space,
+    mission_starts,
     study_mission,
-    tag_link,
 )
+from octant.reader_design.study.missions import tag_link
+from octant.reader_design.study.navigators import study_navigator
 from octant.reader_design.study.sensors import study_sensor
 
 STUDY = """
@@ -111,14 +112,17 @@ def test_without_a_sensor_table_missions_are_those_of_a_reader_with_log_normal_e
     built, responses = build_study_scene(study), responses_of(study)
     links = {t: tag_link(study, built, built.tag(t), responses) for t in study.mission.tags}
     sensor = FieldSensor(links=links, azimuths_rad=responses[0].azimuths_rad, noise_db=1.0)
+    mission, robot = study_mission(study, built, links, responses), DifferentialDrive()
+    space = mission_space(study, built)
     mine = run_missions(
-        study_mission(study, built, links),
+        mission,
         sensor,
-        VectorSumController(gain_per_s=0.5),
-        DifferentialDrive(),
+        study_navigator(study, built, mission, responses, robot=robot),
+        robot,
         runs=2,
         seed=3,
-        blocked=FloorObstacles(scene=built.scene, reader_z_m=built.reader_z_m, clearance_m=0.15),
+        blocked=space.footprint,
+        starts=mission_starts(study, space, mission.tag_points_m),
     )
     for given, wanted in zip(drive_missions(study, built, responses), mine, strict=True):
         assert (given.poses == wanted.poses).all()
