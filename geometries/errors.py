@@ -33,6 +33,10 @@ class ConfigError(OctantError, ValueError):
     """A study file or a command-line value is wrong; the message names the key."""
 
 
+class InfeasibleDesignError(ConfigError):
+    """A reader whose numbers are sound one by one, but that nobody can build together."""
+
+
 class SweepStateError(OctantError, RuntimeError):
     """The files of a sweep contradict each other or the study they are said to belong to."""
 

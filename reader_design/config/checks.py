@@ -8,7 +8,7 @@ from typing import get_args
 import msgspec
 
 from octant.em.antennas import AntennaKind
-from octant.geometries.errors import ConfigError
+from octant.geometries.errors import ConfigError, InfeasibleDesignError
 from octant.reader_design.config.choice import Choice, Scoring
 from octant.reader_design.config.dock import Dock
 from octant.reader_design.config.errors import unknown_name
@@ -169,7 +169,7 @@ def _check_reader(reader: Reader) -> None:
             f"stand on the ground plane, whose half is {limit_m:g} m; choose a smaller radius or "
             "a larger reader.ground_plane_m."
         )
-        raise ConfigError(msg)
+        raise InfeasibleDesignError(msg)
 
 
 def _check_surroundings(reader: Reader) -> None:

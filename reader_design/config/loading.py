@@ -11,7 +11,7 @@ from typing import Any
 import msgspec
 
 from octant.em.antennas import PATCHES
-from octant.geometries.errors import ConfigError
+from octant.geometries.errors import ConfigError, InfeasibleDesignError
 from octant.reader_design.config.checks import TAG_ANTENNAS, check_study
 from octant.reader_design.config.errors import path_text, sentence, unit_of, value_text
 from octant.reader_design.config.materials import room_material
@@ -223,7 +223,10 @@ def _with_sweep(study: Study, directory: Path) -> Study:
 def _tried(
     study: Study, lists: Mapping[str, tuple[Any, ...]], name: str, place: int, directory: Path
 ) -> Any:  # noqa: ANN401
-    """Return one value of a sweep as its key holds it, if any combination can have it."""
+    """Return one value of a sweep as its key holds it, if any combination can have it.
+
+    A reader that cannot be built is no mistake in the file, but a cell with that as its result.
+    """
     others = [key for key in lists if key != name]
     refusal: ConfigError | None = None
     for combination in itertools.chain([()], itertools.product(*(lists[key] for key in others))):
@@ -236,6 +239,9 @@ def _tried(
                 break
         else:
             return taken(msgspec.to_builtins(variant), name)
+    if isinstance(refusal, InfeasibleDesignError):
+        tables = put(study, {name: lists[name][place]})
+        return taken(msgspec.to_builtins(msgspec.convert(tables, Study)), name)
     msg = f"{parameter_key(name)}[{place}]: {refusal}"
     raise ConfigError(msg) from refusal
 

@@ -132,6 +132,20 @@ def test_infeasible_cells_give_exit_code_3_and_are_not_tried_again(
     assert (again.code, again.out) == (3, call.out)
 
 
+def test_a_value_with_which_no_reader_can_be_built_is_a_cell_with_that_result(
+    octant, study_file, tmp_path
+):
+    text = STUDY.replace("gap_m = [0.005, 0.01]", "antenna_radius_m = [0.1, 0.3]")
+    call = octant("sweep", study_file(text), "--out", tmp_path / "out")
+    assert call.code == 3, call.err
+    told = {
+        row["antenna_radius_m"]: (row["status"], row["reason"]) for row in rows_of(tmp_path / "out")
+    }
+    assert told["0.1"] == ("done", "")
+    assert told["0.3"][0] == "infeasible"
+    assert "must stand on the ground plane" in told["0.3"][1]
+
+
 def test_unexpected_failures_are_in_the_table_and_pass(octant, study_file, tmp_path, monkeypatch):
     real = run.compute_cell
 

@@ -110,10 +110,6 @@ def test_unknown_names_are_refused_with_the_nearest(text, parts):
         (MINIMAL + "[radio]\nfrequency_hz = 1e15\n", ["room.material", "concrete"]),
         (MINIMAL + "[reader]\nantennas = 2\n", ["reader.antennas", "at least 3"]),
         (MINIMAL + "[reader]\nantenna_radius_m = 0.3\n", ["antenna_radius_m", "0.3 m", "0.1 m"]),
-        (
-            MINIMAL + "[sweep]\nantenna_radius_m = [0.1, 0.11]\n",
-            ["sweep.antenna_radius_m[1]", "0.11 m", "0.1 m"],
-        ),
         (MINIMAL + "[sweep]\nplate_height_m = [0.1, 0.1]\n", ["sweep.plate_height_m[1]", "once"]),
         (MINIMAL + "[solver]\nmax_diffractions = 3\n", ["solver.max_diffractions", "3"]),
         (MINIMAL + '[solver]\nsearch = "guess"\n', ["solver.search", "guess"]),

@@ -96,7 +96,7 @@ def test_sweeps_read_back_from_the_resolved_study(sweep):
         ('"room.material" = ["concret"]', ["sweep.'room.material'[0]", "'concrete'"]),
         ('"tag.antenna" = ["none.ffe"]', ["sweep.'tag.antenna'[0]", "none.ffe", "not exist"]),
         ('"room.object.yaw_deg" = [1]', ["[[room.object]]"]),
-        ("antenna_radius_m = [0.1, 0.11]", ["sweep.antenna_radius_m[1]", "0.11 m", "0.1 m"]),
+        ("antenna_radius_m = [0.1, -0.1]", ["reader.antenna_radius_m", "-0.1 m", "greater than 0"]),
     ],
 )
 def test_wrong_sweeps_are_refused_as_the_key_itself_would_be(sweep, parts):
