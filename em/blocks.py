@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Callable
-from concurrent.futures import FIRST_COMPLETED, Executor, ThreadPoolExecutor, wait
+from concurrent.futures import Executor, ThreadPoolExecutor, as_completed
 
 BLOCK_SIZE = 256
 """Receivers per block [-]: enough to hide the call, few enough to share out evenly."""
@@ -56,11 +56,9 @@ def run_blocks(
             for begin in range(0, count, block_size)
         }
         done_rows = 0
-        while pending:
-            finished, _ = wait(pending, return_when=FIRST_COMPLETED)
-            for future in finished:
-                future.result()
-                done_rows += pending.pop(future)
+        for future in as_completed(pending):
+            future.result()
+            done_rows += pending[future]
             if progress is not None:
                 progress(done_rows, count)
     finally:
