@@ -15,7 +15,7 @@ _HALF_PI_LOW = 6.07710050650619224932e-11
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def sine_cosine(phase):
-    """Return sine and cosine of a phase of up to 1e6 rad, to 2e-16.
+    """Return sine and cosine of a phase to 2e-16; beyond 1e6 rad to the phase's own rounding.
 
     Reduced to [-pi/4, pi/4] after Cody and Waite (Software Manual for the Elementary Functions,
     1980), where the series up to the 16th power is exact to rounding.
