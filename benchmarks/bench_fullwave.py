@@ -16,8 +16,8 @@ import time
 
 import numpy as np
 
-from octant.em.fullwave.mesh import reader_mesh
-from octant.em.fullwave.solve import solve_reader
+from octant.em.reader.fullwave.mesh import reader_mesh
+from octant.em.reader.fullwave.solve import solve_reader
 from octant.geometries.reader_body import reader_body
 
 FREQUENCY_HZ = 2.4e9

@@ -11,12 +11,12 @@ import numpy as np
 import skfuzzy
 import skfuzzy.control
 
-from octant.navigation.arrival import ArrivalTest
-from octant.navigation.controllers import FuzzyController
-from octant.navigation.fuzzy import FuzzyVariable, RuleBase, thesis_rule_base
+from octant.navigation.navigators.arrival import ArrivalTest
+from octant.navigation.control.controllers import FuzzyController
+from octant.navigation.control.fuzzy import FuzzyVariable, RuleBase, thesis_rule_base
 from octant.navigation.navigators.interface import Odometry
 from octant.navigation.navigators.thesis import ThesisMemory, ThesisNavigator
-from octant.navigation.robot import DifferentialDrive
+from octant.navigation.robot.drive import DifferentialDrive
 
 GRID = 1001
 """Points of scikit-fuzzy's universes [-]: what 1e-3 of agreement takes."""

@@ -15,31 +15,31 @@ import click
 
 from octant.geometries.errors import OctantError, PhysicsWarning
 from octant.reader_design.compilation import HOW_TO_GIVE_A_PLACE, NO_PLACE_FOR_KERNELS
-from octant.reader_design.config.errors import nearest
+from octant.reader_design.study_file.errors import nearest
 
 VERBS = {
-    "study": ("verbs.study:study", "The main job: sweep, choice, map, missions, report."),
-    "sweep": ("verbs.sweep:sweep", "Any parameters swept: one resumable table of scores."),
-    "map": ("verbs.map:radio_map", "Received power over the floor of a room."),
-    "paths": ("verbs.paths:paths", "Every path between a transmitter and receivers."),
-    "explain": ("verbs.explain:explain", "One path's budget in dB, interaction by interaction."),
-    "scene": ("verbs.scene:scene", "The room as a GLB file and as a picture, with paths drawn."),
-    "rss": ("verbs.paths:rss", "What each antenna of the reader receives, pose by pose."),
-    "reader": ("verbs.reader:reader", "The reader by itself: impedances, S-matrix, patterns."),
-    "optimise": ("verbs.optimise:optimise", "Search for a reader design that reaches your goals."),
-    "navigate": ("verbs.navigate:navigate", "Drive the robot through the tags of a study."),
+    "study": ("experiments.study.verb:study", "The main job: sweep, choice, map, missions, report."),
+    "sweep": ("experiments.sweep.verb:sweep", "Any parameters swept: one resumable table of scores."),
+    "map": ("commands.map.verb:radio_map", "Received power over the floor of a room."),
+    "paths": ("commands.paths:paths", "Every path between a transmitter and receivers."),
+    "explain": ("commands.explain:explain", "One path's budget in dB, interaction by interaction."),
+    "scene": ("commands.scene.verb:scene", "The room as a GLB file and as a picture, with paths drawn."),
+    "rss": ("commands.paths:rss", "What each antenna of the reader receives, pose by pose."),
+    "reader": ("commands.reader.verb:reader", "The reader by itself: impedances, S-matrix, patterns."),
+    "optimise": ("experiments.optimise.verb:optimise", "Search for a reader design that reaches your goals."),
+    "navigate": ("experiments.missions.verb:navigate", "Drive the robot through the tags of a study."),
     "tolerance": (
-        "verbs.tolerance:tolerance",
+        "experiments.tolerance.verb:tolerance",
         "What build errors do to the reader: yield, sensitivity, confidence.",
     ),
-    "track": ("verbs.track:track", "Trajectory tracking from RSS: thesis chapters 6 and 7."),
-    "dock": ("verbs.dock:dock", "Dock a robot at a tagged station, from across the room."),
-    "audit": ("verbs.tables:audit", "What is wrong with a mesh, and what it means for rays."),
+    "track": ("experiments.tracking.verb:track", "Trajectory tracking from RSS: thesis chapters 6 and 7."),
+    "dock": ("experiments.docking.verb:dock", "Dock a robot at a tagged station, from across the room."),
+    "audit": ("commands.tables:audit", "What is wrong with a mesh, and what it means for rays."),
     "warm-up": (
-        "verbs.warm_up:warm_up",
+        "commands.warm_up:warm_up",
         "Compile everything now, so that no command waits for it.",
     ),
-    "materials": ("verbs.tables:materials", "The table of materials in force."),
+    "materials": ("commands.tables:materials", "The table of materials in force."),
 }
 CONTEXT = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
 

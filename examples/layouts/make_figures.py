@@ -14,20 +14,20 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from octant.em.reader_response import ReaderResponse
-from octant.navigation.arrival import arrival_threshold_w, rss_spread_w
-from octant.navigation.bearing import room_azimuth, vector_sum_bearing, wrap_angle
-from octant.reader_design.comparison.cells import ComparisonCell, plan_comparison
-from octant.reader_design.config.compare import load_comparison
-from octant.reader_design.config.loading import load_study
-from octant.reader_design.config.schema import Study
-from octant.reader_design.figures.common import figure_style, new_figure, save_figure
-from octant.reader_design.figures.room import MapPanel, map_figure
-from octant.reader_design.rooms.plan import draw_plan, draw_tags, plan_of
-from octant.reader_design.rooms.study_scene import StudyScene, build_study_scene
-from octant.reader_design.study.missions import mission_table, study_responses, tag_link
-from octant.reader_design.sweep.measures import power_dbm
-from octant.reader_design.sweep.samples import standing_room
+from octant.em.reader.response import ReaderResponse
+from octant.navigation.navigators.arrival import arrival_threshold_w, rss_spread_w
+from octant.navigation.sensing.bearing import room_azimuth, vector_sum_bearing, wrap_angle
+from octant.reader_design.experiments.missions.comparison_cells import ComparisonCell, plan_comparison
+from octant.reader_design.experiments.missions.comparison_file import load_comparison
+from octant.reader_design.study_file.loading import load_study
+from octant.reader_design.study_file.schema import Study
+from octant.reader_design.showing.style import figure_style, new_figure, save_figure
+from octant.reader_design.showing.room import MapPanel, map_figure
+from octant.reader_design.showing.plan import draw_plan, draw_tags, plan_of
+from octant.reader_design.setting.scene import StudyScene, build_study_scene
+from octant.reader_design.setting.links import mission_table, study_responses, tag_link
+from octant.reader_design.setting.measures import power_dbm
+from octant.reader_design.setting.samples import standing_room
 
 Floats = npt.NDArray[np.float64]
 

@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import NavigationError
-from octant.navigation.bearing import wrap_angle
+from octant.navigation.sensing.bearing import wrap_angle
 from octant.navigation.estimators.kalman import (
     Gaussian,
     Innovation,

@@ -10,7 +10,7 @@ from octant.geometries.errors import NavigationError
 from octant.navigation.estimators.kalman import Gaussian, innovate, update
 from octant.navigation.estimators.pose_filters import WheelMotion
 from octant.navigation.estimators.rss_kalman import RssAssumptions, predict_motion
-from octant.navigation.rss_maps import RssMap
+from octant.navigation.sensing.rss_maps import RssMap
 
 FloatArray = npt.NDArray[np.float64]
 

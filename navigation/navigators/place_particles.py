@@ -15,7 +15,7 @@ from octant.geometries.errors import NavigationError
 from octant.navigation.checks import check_positive
 from octant.navigation.navigators._place_kernels import place_log_likelihood
 from octant.navigation.navigators.interface import Odometry
-from octant.navigation.pattern_match import NULL_SHARE, PatternTable
+from octant.navigation.sensing.pattern_match import NULL_SHARE, PatternTable
 
 FloatArray = npt.NDArray[np.float64]
 

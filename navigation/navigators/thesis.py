@@ -12,13 +12,13 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.geometries.errors import NavigationError
-from octant.navigation.arrival import ArrivalState, ArrivalTest, observe_spread
-from octant.navigation.bearing import checked_azimuths, doct, turn_towards, vector_sum_bearing
+from octant.navigation.navigators.arrival import ArrivalState, ArrivalTest, observe_spread
+from octant.navigation.sensing.bearing import checked_azimuths, doct, turn_towards, vector_sum_bearing
 from octant.navigation.checks import check_choice, check_positive
-from octant.navigation.controllers import Controller
-from octant.navigation.mission_records import Mission
+from octant.navigation.control.controllers import Controller
+from octant.navigation.missions.records import Mission
 from octant.navigation.navigators.interface import Decision, Mode, Odometry
-from octant.navigation.robot import DifferentialDrive
+from octant.navigation.robot.drive import DifferentialDrive
 
 FloatArray = npt.NDArray[np.float64]
 

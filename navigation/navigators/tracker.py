@@ -9,11 +9,11 @@ import numpy.typing as npt
 
 from octant.geometries.errors import NavigationError
 from octant.navigation.checks import check_positive
-from octant.navigation.mission_records import Mission
+from octant.navigation.missions.records import Mission
 from octant.navigation.navigators.interface import Decision, Mode, Odometry
 from octant.navigation.navigators.place_particles import PlaceBelief, PlaceEstimate, PlaceFilter
-from octant.navigation.pattern_match import PatternTable
-from octant.navigation.robot import DifferentialDrive
+from octant.navigation.sensing.pattern_match import PatternTable
+from octant.navigation.robot.drive import DifferentialDrive
 
 FloatArray = npt.NDArray[np.float64]
 

@@ -9,11 +9,11 @@ import numpy.typing as npt
 
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import NavigationError
-from octant.navigation.bearing import wrap_angle
+from octant.navigation.sensing.bearing import wrap_angle
 from octant.navigation.estimators.pose_filters import PoseEstimator, RssModel
-from octant.navigation.odometry import counted_rotation
-from octant.navigation.robot import DifferentialDrive
-from octant.navigation.rss_models import RssNoise
+from octant.navigation.robot.odometry import counted_rotation
+from octant.navigation.robot.drive import DifferentialDrive
+from octant.navigation.sensing.rss_models import RssNoise
 from octant.navigation.tracking.controllers import TrackingController
 from octant.navigation.tracking.trajectories import DesiredTrajectory
 

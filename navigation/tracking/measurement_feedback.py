@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import NavigationError
-from octant.navigation.rss_models import LogExponentialLaw, RssNoise, TagMesh
+from octant.navigation.sensing.rss_models import LogExponentialLaw, RssNoise, TagMesh
 from octant.navigation.tracking import _feedback_kernels
 from octant.navigation.tracking.nominal import FIRST_GAIN
 from octant.navigation.tracking.problem import TrackingProblem

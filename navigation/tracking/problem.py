@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import NavigationError
-from octant.navigation.robot import DifferentialDrive
+from octant.navigation.robot.drive import DifferentialDrive
 from octant.navigation.tracking.trajectories import DesiredTrajectory
 
 FloatArray = npt.NDArray[np.float64]

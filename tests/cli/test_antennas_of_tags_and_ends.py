@@ -6,10 +6,10 @@ import io
 import numpy as np
 import pytest
 
-from octant.em.antennas import make_antenna
-from octant.em.pattern_files.common import PatternTable
-from octant.em.pattern_files.ffe import write_ffe
-from octant.reader_design.config.loading import load_study, parse_study, to_toml
+from octant.em.antennas.kinds import make_antenna
+from octant.em.antennas.pattern_files.common import PatternTable
+from octant.em.antennas.pattern_files.ffe import write_ffe
+from octant.reader_design.study_file.loading import load_study, parse_study, to_toml
 
 STUDY = """
 [room]

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from octant.reader_design.comparison import run as comparison_run
-from octant.reader_design.comparison.outcomes import COLUMNS
-from octant.reader_design.figures.animation import frame_samples
-from octant.reader_design.study import mission_stage as stage
+from octant.reader_design.experiments.missions import comparison_run
+from octant.reader_design.experiments.missions.comparison_outcomes import COLUMNS
+from octant.reader_design.experiments.missions.animation import frame_samples
+from octant.reader_design.experiments.missions import mission_stage as stage
 
 YARD = """
 name = "yard"

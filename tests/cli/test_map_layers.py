@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from octant.reader_design.figures.maps import PAGES
-from octant.reader_design.store import read_dataset
+from octant.reader_design.commands.map.figures import PAGES
+from octant.reader_design.keeping.store import read_dataset
 
 BOX = """
 [room]

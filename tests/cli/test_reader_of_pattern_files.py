@@ -5,10 +5,10 @@ import csv
 import numpy as np
 import pytest
 
-from octant.em.antennas import make_antenna
-from octant.em.pattern_files.ffe import write_ffe
-from octant.em.pattern_files.reader import pattern_tables
-from octant.em.reader_response import reader_response
+from octant.em.antennas.kinds import make_antenna
+from octant.em.antennas.pattern_files.ffe import write_ffe
+from octant.em.reader.pattern_files import pattern_tables
+from octant.em.reader.response import reader_response
 from octant.geometries.reader_body import reader_body
 
 STUDY = """

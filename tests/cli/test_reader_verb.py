@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from octant.em.pattern_files.ffe import read_ffe
-from octant.em.pattern_files.touchstone import read_touchstone
+from octant.em.antennas.pattern_files.ffe import read_ffe
+from octant.em.antennas.pattern_files.touchstone import read_touchstone
 
 # Four antennas without plates on a coarse mesh, so that a solution takes a second.
 SMALL = """
@@ -151,7 +151,7 @@ def test_approximate_models_give_patterns_only(octant, study_file, tmp_path):
 def test_convergence_solves_finer_meshes_and_says_what_changes(
     octant, study_file, tmp_path, monkeypatch
 ):
-    from octant.reader_design.verbs import reader
+    from octant.reader_design.commands.reader import verb as reader
 
     assert reader.DENSITIES == (8.0, 10.0, 14.0)
     monkeypatch.setattr(reader, "DENSITIES", (4.0, 5.0, 6.0))

@@ -2,7 +2,7 @@
 
 import pytest
 
-from octant.em.antennas import make_antenna
+from octant.em.antennas.kinds import make_antenna
 from octant.geometries.rooms import box_room
 from octant.geometries.scene import build_scene
 

@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 
-from octant.em.materials import material
+from octant.em.medium.materials import material
 from octant.geometries.audit import audit_mesh
 from octant.geometries.errors import GeometryError, MaterialRangeError, OctantError
 from octant.geometries.furniture import box

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from octant.navigation.arrival import arrival_tests
-from octant.navigation.layouts import thesis_mission, thesis_tags
-from octant.navigation.sensing import FieldSensor
+from octant.navigation.navigators.arrival import arrival_tests
+from octant.navigation.missions.layouts import thesis_mission, thesis_tags
+from octant.navigation.sensing.sensor import FieldSensor
 
 WAVELENGTH_M = 299_792_458.0 / 2.4e9
 DIPOLE_GAIN = 1.6409

@@ -4,10 +4,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from octant.em.antennas import make_antenna
-from octant.em.candidates import search_candidates
-from octant.em.paths import DIFFRACTION, path_gains, trace_paths
-from octant.em.radio_scene import radio_scene
+from octant.em.antennas.kinds import make_antenna
+from octant.em.search.candidates import search_candidates
+from octant.em.paths.tracing import DIFFRACTION, path_gains, trace_paths
+from octant.em.medium.radio_scene import radio_scene
 from octant.geometries.wedges import Wedges, find_wedges
 
 F = 2.4e9

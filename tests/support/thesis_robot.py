@@ -1,8 +1,8 @@
 """The thesis' navigator for a mission, as most tests want it."""
 
-from octant.navigation.controllers import FuzzyController
+from octant.navigation.control.controllers import FuzzyController
 from octant.navigation.navigators.thesis import thesis_navigator
-from octant.navigation.robot import DifferentialDrive
+from octant.navigation.robot.drive import DifferentialDrive
 
 
 def thesis_robot(mission, sensor, controller=None, **options):

@@ -21,9 +21,9 @@ from octant.navigation.estimators.rss_kalman import (
     UnscentedKalman,
     predict_motion,
 )
-from octant.navigation.robot import DifferentialDrive
-from octant.navigation.rss_maps import RssMap
-from octant.navigation.rss_models import LogExponentialLaw, TagMesh, tag_grid
+from octant.navigation.robot.drive import DifferentialDrive
+from octant.navigation.sensing.rss_maps import RssMap
+from octant.navigation.sensing.rss_models import LogExponentialLaw, TagMesh, tag_grid
 from octant.navigation.tracking.closed_loop import run_seeds
 from octant.navigation.tracking.neighbouring import linear_model
 

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from octant.geometries.errors import NavigationError
-from octant.navigation.arrival import ArrivalTest
-from octant.navigation.controllers import FuzzyController
+from octant.navigation.navigators.arrival import ArrivalTest
+from octant.navigation.control.controllers import FuzzyController
 from octant.navigation.navigators.interface import STILL, Odometry
 from octant.navigation.navigators.thesis import ThesisMemory, ThesisNavigator
-from octant.navigation.robot import DifferentialDrive
+from octant.navigation.robot.drive import DifferentialDrive
 
 EIGHT = np.radians(45.0 * np.arange(8))
 ROBOT = DifferentialDrive()

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from octant.geometries.errors import NavigationError
-from octant.navigation.robot import DifferentialDrive
-from octant.navigation.rss_models import LogExponentialLaw, RssNoise, TagMesh, tag_grid
+from octant.navigation.robot.drive import DifferentialDrive
+from octant.navigation.sensing.rss_models import LogExponentialLaw, RssNoise, TagMesh, tag_grid
 from octant.navigation.tracking import shapes
 from octant.navigation.tracking.closed_loop import run_seeds
 from octant.navigation.tracking.controllers import MeasurementFeedback

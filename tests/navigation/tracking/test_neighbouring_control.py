@@ -17,8 +17,8 @@ from octant.navigation.estimators.rss_kalman import (
     RssAssumptions,
     UnscentedKalman,
 )
-from octant.navigation.robot import DifferentialDrive
-from octant.navigation.rss_models import LogExponentialLaw, RssNoise, TagMesh, tag_grid
+from octant.navigation.robot.drive import DifferentialDrive
+from octant.navigation.sensing.rss_models import LogExponentialLaw, RssNoise, TagMesh, tag_grid
 from octant.navigation.tracking import shapes
 from octant.navigation.tracking.closed_loop import World, drive, run_seeds
 from octant.navigation.tracking.controllers import (

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from octant.geometries.errors import NavigationError
-from octant.navigation.robot import DifferentialDrive
+from octant.navigation.robot.drive import DifferentialDrive
 from octant.navigation.tracking import shapes
 from octant.navigation.tracking.nominal import (
     BoundedIlqr,

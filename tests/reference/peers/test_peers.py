@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from octant.em.antennas import make_antenna
-from octant.em.image_search import search_images
-from octant.em.materials import material
-from octant.em.paths import path_gains, trace_paths
-from octant.em.radio_scene import radio_scene
+from octant.em.antennas.kinds import make_antenna
+from octant.em.search.image_search import search_images
+from octant.em.medium.materials import material
+from octant.em.paths.tracing import path_gains, trace_paths
+from octant.em.medium.radio_scene import radio_scene
 from octant.geometries.mesh_files import load_bodies
 from octant.geometries.scene import build_scene
 

@@ -1,0 +1,1 @@
+"""Antennas as vector far fields: closed forms, tables, pattern files."""

@@ -1,0 +1,318 @@
+"""Antennas: closed-form patterns (thin dipole, monopole, patch, isotropic in theta) and tables."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Literal, get_args
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.em.antennas import _antenna_kernels
+from octant.em.antennas._antenna_kernels import (
+    AntennaArrays,
+    AntennaChannels,
+    PatternArrays,
+    PatternChannels,
+)
+from octant.em.antennas._pattern_grid import padded_table
+from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
+from octant.geometries._arrays import frozen_array
+from octant.geometries.errors import AntennaError
+
+AntennaKind = Literal["dipole", "monopole", "patch", "conical_patch", "isotropic_theta"]
+"""Kinds of antenna with a closed-form pattern."""
+
+_KERNEL_KINDS = {
+    "isotropic_theta": _antenna_kernels.ISOTROPIC_THETA,
+    "dipole": _antenna_kernels.DIPOLE,
+    "monopole": _antenna_kernels.MONOPOLE,
+    "patch": _antenna_kernels.PATCH,
+    "conical_patch": _antenna_kernels.CONICAL_PATCH,
+}
+
+PATCHES = ("patch", "conical_patch")
+"""Kinds that face one way, and by default down [-]."""
+
+_J1_ZERO = 3.8317059702075125
+"""First zero of J1, where the disc of a conical patch resonates: k times its radius [-]."""
+_LARGEST_DISC_RAD = 8.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Antenna:
+    """An antenna: the complex vector far field that it sends, and by reciprocity receives.
+
+    Parameters
+    ----------
+    kind : {"dipole", "monopole", "patch", "conical_patch", "isotropic_theta", "pattern"}
+        A centre-fed thin dipole with sinusoidal current; half of it on an infinite perfectly
+        conducting plane, which gives nothing below the plane; a square microstrip patch on such a
+        plane; a centre-fed disc there, whose cone-shaped beam is polarised along theta; unit gain
+        everywhere, polarised along theta; or a table.
+    length_m : float
+        Tip to tip for the dipole, height for the monopole, side of the patch, diameter of the disc
+        [m]; 0 for the others.
+    frequency_hz : float
+        Frequency [Hz].
+    axis : (3,) float64
+        Unit vector [-] in the room's frame: along the wire, the direction that the patch faces, the
+        z axis of the table.
+    azimuth_rad : float
+        Turn about the axis [rad]. At 0 azimuth counts from +x, as far as that is across the axis
+        (from +y where the axis is along x): there the patch's resonant side points, and the
+        table's x axis. Wires and ``isotropic_theta`` do not change with it.
+    pattern : (2, T, P) complex128 or None
+        F_theta and F_phi [-] of a table, |F|^2 = gain: theta over T values from 0 to pi, phi over P
+        values, an even number, from 0 up to, not including, 2 pi.
+    """
+
+    kind: str
+    length_m: float
+    frequency_hz: float
+    axis: npt.NDArray[np.float64]
+    azimuth_rad: float = 0.0
+    pattern: npt.NDArray[np.complex128] | None = None
+
+    def __post_init__(self) -> None:
+        axis = frozen_array(self.axis, name="axis", shape=(3,), error=AntennaError)
+        norm = float(np.linalg.norm(axis))
+        if norm == 0.0:
+            msg = "axis = (0, 0, 0) has no direction; give a vector such as (0, 0, 1)."
+            raise AntennaError(msg)
+        unit = frozen_array(axis / norm, name="axis", shape=(3,))
+        object.__setattr__(self, "axis", unit)
+        if not math.isfinite(self.azimuth_rad):
+            msg = f"azimuth_rad = {self.azimuth_rad} is not an angle; give a finite number of rad."
+            raise AntennaError(msg)
+        if (self.kind == "pattern") != (self.pattern is not None):
+            msg = f"antenna {self.kind!r} and its table do not fit; only 'pattern' has one."
+            raise AntennaError(msg)
+        if self.pattern is not None:
+            object.__setattr__(self, "pattern", _checked_pattern(self.pattern))
+
+    @property
+    def wavelength_m(self) -> float:
+        """Wavelength in air [m]."""
+        return SPEED_OF_LIGHT_M_PER_S / self.frequency_hz
+
+    @property
+    def side(self) -> npt.NDArray[np.float64]:
+        """Unit vector [-] across the axis from which azimuth counts, (3,), in the room's frame."""
+        along = np.array([1.0, 0.0, 0.0])
+        if abs(self.axis[0]) > 1.0 - 1e-9:
+            along = np.array([0.0, 1.0, 0.0])
+        x = along - (along @ self.axis) * self.axis
+        x = x / np.linalg.norm(x)
+        side: npt.NDArray[np.float64] = math.cos(self.azimuth_rad) * x + math.sin(
+            self.azimuth_rad
+        ) * np.cross(self.axis, x)
+        return side
+
+    def kernel_arrays(self) -> AntennaArrays | PatternArrays:
+        """Return the antenna as the kernels take it, lengths in radians [rad]."""
+        if self.pattern is not None:
+            return PatternArrays(
+                padded_table(self.pattern[None]),
+                math.pi / (self.pattern.shape[1] - 1),
+                2.0 * math.pi / self.pattern.shape[2],
+                *self.axis,
+                *self.side,
+            )
+        half_length_rad = math.pi * self.length_m / self.wavelength_m
+        half_width_rad, amplitude = 0.0, 1.0
+        if self.kind == "patch":
+            half_width_rad = half_length_rad
+            amplitude = _patch_amplitude(half_length_rad, half_width_rad)
+        elif self.kind == "conical_patch":
+            amplitude = _disc_amplitude(half_length_rad)  # k l / 2 is k times the radius
+        elif self.kind != "isotropic_theta":
+            if self.kind == "monopole":  # the image makes it a dipole of twice its height
+                half_length_rad *= 2.0
+            amplitude = math.sqrt(2.0 / _radiation_integral(half_length_rad))
+            if self.kind == "monopole":  # the same field, half the power
+                amplitude *= math.sqrt(2.0)
+        kind = _KERNEL_KINDS[self.kind]
+        return AntennaArrays(
+            kind, half_length_rad, half_width_rad, amplitude, *self.axis, *self.side
+        )
+
+    def far_field(
+        self, theta_rad: npt.ArrayLike, phi_rad: npt.ArrayLike
+    ) -> npt.NDArray[np.complex128]:
+        """Return the far field (F_theta, F_phi) [-] towards directions; |F|^2 is the gain.
+
+        Parameters
+        ----------
+        theta_rad, phi_rad : array_like
+            Angle from +z and azimuth from +x [rad], broadcast against each other.
+
+        Returns
+        -------
+        (..., 2) complex128
+            F_theta and F_phi [-], phase referred to the dipole's or the patch's centre, the
+            monopole's foot, the origin of the table.
+
+        Notes
+        -----
+        The patch is the cavity model's dominant mode on a thin substrate of air and an infinite
+        ground plane: two in-phase magnetic currents of its width, its length apart. A real one on
+        a dielectric is smaller, its beam wider, its gain lower. The conical patch is a disc in its
+        mode TM02 on air: a ring of magnetic current, F_theta ~ J1(k a sin) over the angle to its
+        axis. At resonance, k a = 3.83, it is silent on the axis and on the horizon, and strongest
+        29 degrees off the axis. Between the points of a table by cubic Lagrange interpolation.
+
+        References
+        ----------
+        .. [1] C. A. Balanis, Antenna Theory, 3rd ed. (2005), equations 4-62, 4-68, and 14-43 with
+           14-44 for a substrate of height zero; 14-72 with n = 0 for the disc.
+        """
+        theta, phi = np.broadcast_arrays(
+            np.asarray(theta_rad, dtype=np.float64), np.asarray(phi_rad, dtype=np.float64)
+        )
+        st, ct, sp, cp = np.sin(theta), np.cos(theta), np.sin(phi), np.cos(phi)
+        direction = np.stack((st * cp, st * sp, ct), axis=-1).reshape(-1, 3)
+        vector = np.empty(direction.shape, dtype=np.complex128)
+        _antenna_kernels.fill_far_field(self.kernel_arrays(), direction, vector)
+        vector = vector.reshape(*theta.shape, 3)
+        theta_hat = np.stack((ct * cp, ct * sp, -st), axis=-1)
+        phi_hat = np.stack((-sp, cp, np.zeros_like(sp)), axis=-1)
+        parts = (np.sum(vector * theta_hat, axis=-1), np.sum(vector * phi_hat, axis=-1))
+        return np.stack(parts, axis=-1)
+
+
+def antenna_channels(antennas: Sequence[Antenna]) -> AntennaChannels | PatternChannels:
+    """Return an antenna at several frequencies as the kernels take it, lengths in radians [rad].
+
+    Parameters
+    ----------
+    antennas : sequence of Antenna
+        One or more, all of closed form or all tables of one grid.
+    """
+    arrays = [antenna.kernel_arrays() for antenna in antennas]
+    numbers = np.array([one[1:] for one in arrays], dtype=np.float64)
+    if isinstance(arrays[0], PatternArrays):
+        return PatternChannels(np.stack([one[0] for one in arrays]), numbers)
+    return AntennaChannels(np.array([one[0] for one in arrays], dtype=np.int64), numbers)
+
+
+@lru_cache(maxsize=256)  # asked again for every block of receivers
+def _radiation_integral(half_length_rad: float) -> float:
+    """Return the integral of (cos(h cos t) - cos h)^2 / sin t over t from 0 to pi.
+
+    Gauss-Legendre in cos t, where the integrand is entire; equal to Balanis 4-68, whose sine and
+    cosine integrals cancel for short antennas.
+    """
+    nodes, weights = np.polynomial.legendre.leggauss(40 + math.ceil(2.0 * half_length_rad))
+    plus = np.sin(0.5 * half_length_rad * (1.0 + nodes))
+    minus = np.sin(0.5 * half_length_rad * (1.0 - nodes))
+    return float(weights @ (4.0 * plus**2 * minus**2 / (1.0 - nodes**2)))
+
+
+def _patch_amplitude(half_length_rad: float, half_width_rad: float) -> float:
+    """Return what makes the patch's gain average 1 over the sphere, by quadrature.
+
+    Gauss-Legendre in the cosine to the axis and the trapezoidal rule around it: both converge
+    faster than any power, the pattern being entire.
+    """
+    cosine, weights = np.polynomial.legendre.leggauss(32)
+    cosine, weights = 0.5 * (cosine + 1.0)[:, None], 0.5 * weights
+    sine = np.sqrt(1.0 - cosine**2)
+    phi = np.arange(64) * (2.0 * math.pi / 64)
+    along, across = sine * np.cos(phi), sine * np.sin(phi)
+    slot = np.sinc(half_width_rad * across / math.pi)
+    gain = (1.0 - across**2) * (slot * np.cos(half_length_rad * along)) ** 2
+    return math.sqrt(2.0 / float(weights @ gain.mean(axis=1)))
+
+
+@lru_cache(maxsize=256)
+def _disc_amplitude(radius_rad: float) -> float:
+    """Return what makes the conical patch's gain average 1 over the sphere, by quadrature."""
+    from scipy.special import j1
+
+    cosine, weights = np.polynomial.legendre.leggauss(64)
+    gain = j1(radius_rad * np.sqrt(1.0 - (0.5 * (cosine + 1.0)) ** 2)) ** 2
+    return math.sqrt(4.0 / float(weights @ gain))
+
+
+def _checked_pattern(pattern: npt.NDArray[np.complex128]) -> npt.NDArray[np.complex128]:
+    """Return a table as a read-only array, once it can be interpolated."""
+    table = frozen_array(
+        pattern, name="pattern", shape=(2, None, None), dtype=np.complex128, error=AntennaError
+    )
+    _, rows, columns = table.shape
+    if rows < 4 or columns < 4 or columns % 2:
+        msg = (
+            f"pattern has shape {table.shape}, but at least four values of theta and an even "
+            "number of at least four values of phi are needed."
+        )
+        raise AntennaError(msg)
+    return table
+
+
+def make_antenna(
+    kind: str,
+    frequency_hz: float,
+    *,
+    length_m: float | None = None,
+    axis: npt.ArrayLike | None = None,
+    azimuth_rad: float = 0.0,
+) -> Antenna:
+    """Return an antenna, resonant unless told: half a wavelength, or a monopole's quarter.
+
+    Parameters
+    ----------
+    kind : str
+        ``dipole``, ``monopole``, ``patch``, ``conical_patch`` or ``isotropic_theta``.
+    frequency_hz : float
+        Frequency [Hz].
+    length_m : float, optional
+        Length, or diameter of a conical patch [m], > 0; by default half a wavelength, a quarter of
+        one for the monopole, 1.22 of one for the conical patch.
+    axis : (3,) float, optional
+        Direction of the antenna [-], of any length; by default up, patches down.
+    azimuth_rad : float
+        Turn about the axis [rad], see `Antenna`.
+
+    Returns
+    -------
+    Antenna
+        The antenna.
+
+    Raises
+    ------
+    AntennaError
+        For an unknown kind, or a length, frequency or axis that cannot be.
+    """
+    if kind not in get_args(AntennaKind):
+        msg = f"antenna {kind!r} is unknown; allowed are {', '.join(get_args(AntennaKind))}."
+        raise AntennaError(msg)
+    if not (math.isfinite(frequency_hz) and frequency_hz > 0.0):
+        msg = f"frequency_hz = {frequency_hz} is not a frequency; give a number above 0 Hz."
+        raise AntennaError(msg)
+    wavelength_m = SPEED_OF_LIGHT_M_PER_S / frequency_hz
+    if kind == "isotropic_theta":
+        length_m = 0.0
+    elif length_m is None:
+        shares = {"monopole": 0.25, "conical_patch": _J1_ZERO / math.pi}
+        length_m = shares.get(kind, 0.5) * wavelength_m
+    elif not (math.isfinite(length_m) and length_m > 0.0):
+        msg = f"length_m = {length_m} is not a length; give a number above 0 m."
+        raise AntennaError(msg)
+    if kind == "conical_patch" and math.pi * length_m > _LARGEST_DISC_RAD * wavelength_m:
+        most_m = _LARGEST_DISC_RAD * wavelength_m / math.pi
+        msg = (
+            f"length_m = {length_m:g} m is too wide for a conical patch at "
+            f"{frequency_hz / 1e9:g} GHz; give a diameter up to {most_m:.3g} m."
+        )
+        raise AntennaError(msg)
+    if axis is None:
+        axis = (0.0, 0.0, -1.0 if kind in PATCHES else 1.0)
+    return Antenna(
+        kind=kind,
+        length_m=length_m,
+        frequency_hz=frequency_hz,
+        axis=np.asarray(axis, dtype=np.float64),
+        azimuth_rad=azimuth_rad,
+    )

@@ -1,0 +1,258 @@
+"""Touchstone files, version 1 (``.sNp``): S-matrices over frequency.
+
+The two-port's columns run S11 S21 S12 S22; from three ports on, rows of the matrix start a line
+and hold at most four pairs a line.
+
+References
+----------
+.. [1] EIA/IBIS Open Forum, Touchstone File Format Specification, Rev. 1.1 (2002).
+"""
+
+import math
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal, get_args
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.em.antennas.pattern_files.common import number, read_lines, refusal, write_text
+from octant.geometries._arrays import frozen_array
+from octant.geometries.errors import PatternFileError
+
+NumberForm = Literal["RI", "MA", "DB"]
+"""Pairs in a file: real and imaginary, magnitude and degrees, decibels and degrees."""
+
+_UNITS_HZ = {"HZ": 1.0, "KHZ": 1e3, "MHZ": 1e6, "GHZ": 1e9}
+_PAIRS_A_LINE = 4
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SMatrices:
+    """S-matrices over frequency.
+
+    Parameters
+    ----------
+    frequencies_hz : (f,) float64
+        Frequencies [Hz], ascending.
+    s_matrices : (f, n, n) complex128
+        S[i, j] [-]: wave out of port i for a unit wave into port j.
+    reference_ohm : float
+        Reference impedance [ohm] of every port.
+    """
+
+    frequencies_hz: npt.NDArray[np.float64]
+    s_matrices: npt.NDArray[np.complex128]
+    reference_ohm: float = 50.0
+
+    def __post_init__(self) -> None:
+        frequencies = frozen_array(
+            self.frequencies_hz, name="frequencies_hz", shape=(None,), error=PatternFileError
+        )
+        count = len(frequencies)
+        matrices = frozen_array(
+            self.s_matrices,
+            name="s_matrices",
+            shape=(count, None, None),
+            dtype=np.complex128,
+            error=PatternFileError,
+        )
+        if count < 1 or matrices.shape[1] < 1 or matrices.shape[1] != matrices.shape[2]:
+            msg = f"s_matrices has shape {matrices.shape}; give (frequencies, ports, ports)."
+            raise PatternFileError(msg)
+        if frequencies[0] < 0.0 or (np.diff(frequencies) <= 0.0).any():
+            msg = "frequencies_hz must ascend from 0 Hz or more; sort them, each once."
+            raise PatternFileError(msg)
+        if not (math.isfinite(self.reference_ohm) and self.reference_ohm > 0.0):
+            msg = f"reference_ohm = {self.reference_ohm} ohm; give an impedance above 0 ohm."
+            raise PatternFileError(msg)
+        object.__setattr__(self, "frequencies_hz", frequencies)
+        object.__setattr__(self, "s_matrices", matrices)
+
+
+def write_touchstone(
+    path: str | Path,
+    frequencies_hz: npt.ArrayLike,
+    s_matrices: npt.ArrayLike,
+    *,
+    reference_ohm: float = 50.0,
+    form: NumberForm = "RI",
+) -> None:
+    """Return nothing; write S-matrices as a Touchstone file, version 1.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file; its suffix must be ``.sNp`` with N the number of ports.
+    frequencies_hz : (f,) float
+        Frequencies [Hz], ascending.
+    s_matrices : (f, n, n) complex
+        S-matrices [-].
+    reference_ohm : float
+        Reference impedance [ohm].
+    form : {"RI", "MA", "DB"}
+        How numbers are written; RI comes back exactly.
+
+    Raises
+    ------
+    PatternFileError
+        When shapes, suffix or form do not fit, or the file cannot be written.
+    """
+    path = Path(path)
+    data = SMatrices(
+        frequencies_hz=np.asarray(frequencies_hz, dtype=np.float64),
+        s_matrices=np.asarray(s_matrices, dtype=np.complex128),
+        reference_ohm=reference_ohm,
+    )
+    ports = data.s_matrices.shape[1]
+    if path.suffix.lower() != f".s{ports}p":
+        msg = f"{path} does not end in .s{ports}p, which {ports} ports need; rename it."
+        raise PatternFileError(msg)
+    if form not in get_args(NumberForm):
+        msg = f"form {form!r} is unknown; allowed are {', '.join(get_args(NumberForm))}."
+        raise PatternFileError(msg)
+    lines = ["! S-matrix written by Octant", f"# Hz S {form} R {data.reference_ohm!r}"]
+    for frequency_hz, matrix in zip(data.frequencies_hz, data.s_matrices, strict=True):
+        rows = [matrix.T.ravel()] if ports == 2 else ([matrix.ravel()] if ports == 1 else matrix)
+        head = repr(float(frequency_hz))
+        for row in rows:
+            for chunk in _chunks(row):
+                lines.append(" ".join([head, *(_pair(value, form) for value in chunk)]).strip())
+                head = ""
+    write_text(path, "\n".join(lines) + "\n")
+
+
+def _chunks(row: npt.NDArray[np.complex128]) -> Iterator[npt.NDArray[np.complex128]]:
+    """Yield the values of one line each."""
+    for begin in range(0, len(row), _PAIRS_A_LINE):
+        yield row[begin : begin + _PAIRS_A_LINE]
+
+
+def _pair(value: complex, form: str) -> str:
+    """Return one complex number as two words."""
+    first, second = float(value.real), float(value.imag)
+    if form != "RI":
+        first, second = abs(value), math.degrees(math.atan2(second, first))
+        if form == "DB":
+            first = 20.0 * math.log10(max(first, 1e-15))
+    return f"{float(first)!r} {second!r}"
+
+
+def read_touchstone(path: str | Path) -> SMatrices:
+    """Return the S-matrices of a Touchstone file, version 1.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file; its suffix ``.sNp`` tells the number of ports.
+
+    Returns
+    -------
+    SMatrices
+        Frequencies, matrices and reference impedance; a two-port's noise table is left out.
+
+    Raises
+    ------
+    PatternFileError
+        For a malformed file, naming the line.
+    """
+    path = Path(path)
+    suffix = re.fullmatch(r"\.s(\d{1,3})p", path.suffix.lower())
+    if not suffix or int(suffix.group(1)) < 1:
+        msg = f"{path} does not end in .sNp with N ports; rename it."
+        raise PatternFileError(msg)
+    ports = int(suffix.group(1))
+    unit_hz, form, reference_ohm, lines = _options(path)
+    need = 1 + 2 * ports * ports
+    frequencies: list[float] = []
+    matrices: list[npt.NDArray[np.complex128]] = []
+    for line, words in _records(path, lines, need, ports):
+        frequency_hz = words[0] * unit_hz
+        if frequencies and frequency_hz <= frequencies[-1]:
+            raise refusal(path, line, f"frequency {words[0]:g} does not ascend; sort the file.")
+        if frequency_hz < 0.0:
+            raise refusal(path, line, f"frequency {words[0]:g} is below 0; correct it.")
+        values = _complex(path, line, np.array(words[1:]).reshape(-1, 2), form)
+        matrix = values.reshape(ports, ports)
+        frequencies.append(frequency_hz)
+        matrices.append(matrix.T if ports == 2 else matrix)
+    if not frequencies:
+        raise refusal(path, lines[-1][0] if lines else 1, "no frequency is in the file; add one.")
+    return SMatrices(
+        frequencies_hz=np.array(frequencies),
+        s_matrices=np.array(matrices),
+        reference_ohm=reference_ohm,
+    )
+
+
+def _options(path: Path) -> tuple[float, str, float, list[tuple[int, list[str]]]]:
+    """Return unit [Hz], number form, reference [ohm] and the lines of numbers."""
+    unit_hz, form, reference_ohm = 1e9, "MA", 50.0
+    seen = False
+    lines = []
+    for line, raw in enumerate(read_lines(path), start=1):
+        text = raw.split("!", 1)[0].strip()
+        if text.startswith("["):
+            raise refusal(path, line, "version 2 of Touchstone is not read; save it as version 1.")
+        if text.startswith("#") and not seen:
+            seen = True
+            words = iter(text[1:].upper().split())
+            for word in words:
+                if word in _UNITS_HZ:
+                    unit_hz = _UNITS_HZ[word]
+                elif word in get_args(NumberForm):
+                    form = word
+                elif word == "R":
+                    reference_ohm = number(path, line, next(words, ""))
+                elif word != "S":
+                    what = f"option {word[:20]!r} is not read; S-parameters as RI, MA or DB are."
+                    raise refusal(path, line, what)
+            if reference_ohm <= 0.0:
+                raise refusal(path, line, f"reference {reference_ohm:g} ohm; give more than 0 ohm.")
+        elif text and not text.startswith("#"):
+            lines.append((line, text.split()))
+    if not seen:
+        raise refusal(path, 1, "the option line '# Hz S RI R 50' is missing; add it.")
+    return unit_hz, form, reference_ohm, lines
+
+
+def _records(
+    path: Path, lines: Sequence[tuple[int, list[str]]], need: int, ports: int
+) -> Iterator[tuple[int, list[float]]]:
+    """Yield first line and numbers of every frequency, which starts a line."""
+    words: list[float] = []
+    start, last_hz = 0, -math.inf
+    for line, tokens in lines:
+        values = [number(path, line, token) for token in tokens]
+        if not words:
+            start = line
+            if ports == 2 and len(values) == 5 and values[0] <= last_hz:
+                return  # a falling frequency with five columns opens the noise table
+        words += values
+        if len(words) > need:
+            what = f"{len(words)} numbers where one frequency of {ports} ports has {need}."
+            raise refusal(path, line, what)
+        if len(words) == need:
+            last_hz = words[0]
+            yield start, words
+            words = []
+    if words:
+        what = f"the file ends after {len(words)} of {need} numbers of the last frequency."
+        raise refusal(path, lines[-1][0], what)
+
+
+def _complex(
+    path: Path, line: int, pairs: npt.NDArray[np.float64], form: str
+) -> npt.NDArray[np.complex128]:
+    """Return complex numbers from pairs."""
+    first, second = pairs.T
+    if form == "DB":
+        if (np.abs(first) > 1000.0).any():
+            raise refusal(path, line, "an S-parameter beyond 1000 dB is none; correct it.")
+        first = 10.0 ** (first / 20.0)
+    values: npt.NDArray[np.complex128] = first + 1j * second
+    if form != "RI":
+        values = first * np.exp(1j * np.radians(second))
+    return values

@@ -1,0 +1,1 @@
+"""Vector fields along paths, polarisation and every interaction included."""

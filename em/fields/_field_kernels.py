@@ -1,0 +1,337 @@
+# mypy: allow-untyped-defs
+"""Compiled vector fields along paths: pattern, spreading, phase and every interaction."""
+
+import numpy as np
+from numba import njit
+
+from octant.em.antennas._antenna_kernels import far_field
+from octant.em.fields._diffraction_kernels import diffract, diffract_twice
+from octant.em.fields._wave_kernels import (
+    DX,
+    DY,
+    DZ,
+    LENGTH,
+    SIZE,
+    SPREAD,
+    WIDTH,
+    XI,
+    XR,
+    YI,
+    YR,
+    ZI,
+    ZR,
+    gather_walls,
+    meet_walls,
+    reflect_any_walls,
+    reflect_half_spaces,
+    travel,
+)
+
+
+@njit(cache=True, error_model="numpy")
+def path_fields(
+    antenna,
+    planes,
+    facet_plane,
+    facet_layers,
+    facet_front,
+    permittivity,
+    thickness,
+    wedge_utd,
+    wedge_faces,
+    tolerance,
+    wavelength,
+    count,
+    points,
+    facets,
+    orders,
+    field,
+    direction,
+):
+    """Fill the field that each of ``count`` paths brings to its receiver, and how it travels there.
+
+    Row by row, ``points`` run from the receiver over the interactions to the source, and ``facets``
+    name the facet or wedge of each interaction in the same sense. The field is times lambda / 4 pi,
+    so that its product with a receiving pattern is the complex gain; the direction is the last
+    leg's.
+
+    Neighbouring paths of one order are worked out side by side, one over an edge by itself.
+    """
+    wavenumber = 2.0 * np.pi / wavelength
+    state = np.empty(SIZE)
+    begin = 0
+    while begin < count:
+        order = orders[begin]
+        last = begin + 1
+        if not _has_edge(wedge_utd, facets, begin, order):
+            while (
+                last < count
+                and last < begin + WIDTH
+                and orders[last] == order
+                and not _has_edge(wedge_utd, facets, last, order)
+            ):
+                last += 1
+        width = last - begin
+        for i in range(width):
+            p = begin + i
+            lx = points[p, order, 0] - points[p, order + 1, 0]
+            ly = points[p, order, 1] - points[p, order + 1, 1]
+            lz = points[p, order, 2] - points[p, order + 1, 2]
+            length = np.sqrt(lx * lx + ly * ly + lz * lz)
+            scale = 1.0 / length
+            # From here on the direction is turned by each wall's normal, not taken from vertices,
+            # which nearly coincide where a path runs through a corner. Between edges a leg's length
+            # is its projection on that direction.
+            dx, dy, dz = scale * lx, scale * ly, scale * lz
+            fx, fy, fz = far_field(antenna, dx, dy, dz)
+            state[DX + i], state[DY + i], state[DZ + i] = dx, dy, dz
+            state[XR + i], state[YR + i], state[ZR + i] = fx.real, fy.real, fz.real
+            state[XI + i], state[YI + i], state[ZI + i] = fx.imag, fy.imag, fz.imag
+            state[LENGTH + i] = length
+        before, between, after, edges = _edge_lengths(wedge_utd, points, facets, begin, order)
+        leg = order
+        while leg > 0:
+            leg -= 1
+            if facets[begin, leg] < 0:
+                leg = _bend(
+                    wedge_utd,
+                    wedge_faces,
+                    permittivity,
+                    thickness,
+                    wavenumber,
+                    tolerance,
+                    before,
+                    between,
+                    after,
+                    edges,
+                    points,
+                    facets,
+                    begin,
+                    leg,
+                    state,
+                )
+                continue
+            simple = gather_walls(
+                planes,
+                facet_plane,
+                facet_layers,
+                permittivity,
+                thickness,
+                points,
+                facets,
+                begin,
+                leg,
+                width,
+                state,
+            )
+            reflect_half_spaces(state, width)
+            if not simple:
+                reflect_any_walls(
+                    facet_layers,
+                    facet_front,
+                    permittivity,
+                    thickness,
+                    facets,
+                    begin,
+                    leg,
+                    width,
+                    state,
+                )
+            meet_walls(state, width)
+        for i in range(width):
+            state[SPREAD + i] = state[LENGTH + i]
+        if edges == 1:
+            state[SPREAD] = np.sqrt(before * after * (before + after))
+            state[LENGTH] = before + after
+        elif edges == 2:
+            length = before + between + after
+            state[SPREAD] = np.sqrt(before * between * after * length)
+            state[LENGTH] = length
+        travel(state, width, wavenumber, wavelength / (4.0 * np.pi))
+        for i in range(width):
+            p = begin + i
+            field[p, 0] = complex(state[XR + i], state[XI + i])
+            field[p, 1] = complex(state[YR + i], state[YI + i])
+            field[p, 2] = complex(state[ZR + i], state[ZI + i])
+            direction[p, 0] = state[DX + i]
+            direction[p, 1] = state[DY + i]
+            direction[p, 2] = state[DZ + i]
+        begin = last
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _has_edge(wedge_utd, facets, p, order):
+    """Return whether a path bends at an edge."""
+    if len(wedge_utd) > 0:
+        for leg in range(order):
+            if facets[p, leg] < 0:
+                return True
+    return False
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _edge_lengths(wedge_utd, points, facets, p, order):
+    """Return the lengths of a path before, between and behind its edges [m], and their number."""
+    before, between, length, edges = 0.0, 0.0, 0.0, 0
+    if len(wedge_utd) == 0:
+        return before, between, length, edges
+    for leg in range(order, -1, -1):
+        lx = points[p, leg, 0] - points[p, leg + 1, 0]
+        ly = points[p, leg, 1] - points[p, leg + 1, 1]
+        lz = points[p, leg, 2] - points[p, leg + 1, 2]
+        length += np.sqrt(lx * lx + ly * ly + lz * lz)
+        if leg > 0 and facets[p, leg - 1] < 0:
+            if edges == 0:
+                before = length
+            else:
+                between = length - before
+            edges += 1
+    return before, between, length - before - between, edges
+
+
+@njit(cache=True, error_model="numpy")
+def _bend(
+    wedge_utd,
+    wedge_faces,
+    permittivity,
+    thickness,
+    wavenumber,
+    tolerance,
+    before,
+    between,
+    after,
+    edges,
+    points,
+    facets,
+    p,
+    leg,
+    state,
+):
+    """Turn the one path in the state at its edge, or at both; return the leg that it leaves by."""
+    ex = complex(state[XR], state[XI])
+    ey = complex(state[YR], state[YI])
+    ez = complex(state[ZR], state[ZI])
+    dx, dy, dz = state[DX], state[DY], state[DZ]
+    ox, oy, oz = _towards(points, p, leg)
+    if edges == 1:
+        ex, ey, ez = diffract(
+            wedge_utd,
+            wedge_faces,
+            permittivity,
+            thickness,
+            -1 - facets[p, leg],
+            wavenumber,
+            tolerance,
+            before,
+            after,
+            dx,
+            dy,
+            dz,
+            ox,
+            oy,
+            oz,
+            ex,
+            ey,
+            ez,
+        )
+    else:
+        qx, qy, qz = _towards(points, p, leg - 1)
+        ex, ey, ez = diffract_twice(
+            wedge_utd,
+            wedge_faces,
+            permittivity,
+            thickness,
+            -1 - facets[p, leg],
+            -1 - facets[p, leg - 1],
+            True,
+            wavenumber,
+            tolerance,
+            before,
+            between,
+            after,
+            dx,
+            dy,
+            dz,
+            ox,
+            oy,
+            oz,
+            qx,
+            qy,
+            qz,
+            ex,
+            ey,
+            ez,
+        )
+        ox, oy, oz = qx, qy, qz
+        leg -= 1
+    state[XR], state[YR], state[ZR] = ex.real, ey.real, ez.real
+    state[XI], state[YI], state[ZI] = ex.imag, ey.imag, ez.imag
+    state[DX], state[DY], state[DZ] = ox, oy, oz
+    return leg
+
+
+@njit(cache=True, error_model="numpy")
+def _towards(points, p, leg):
+    """Return the unit direction from an interaction to the next one towards the receiver."""
+    ox = points[p, leg, 0] - points[p, leg + 1, 0]
+    oy = points[p, leg, 1] - points[p, leg + 1, 1]
+    oz = points[p, leg, 2] - points[p, leg + 1, 2]
+    size = np.sqrt(ox * ox + oy * oy + oz * oz)
+    return ox / size, oy / size, oz / size
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def fields_in_scene(scene, antenna, count, points, facets, orders, field, direction):
+    """Fill the fields of ``count`` paths in a scene, see :func:`path_fields`."""
+    path_fields(
+        antenna,
+        scene.planes,
+        scene.facet_plane,
+        scene.facet_layers,
+        scene.facet_front,
+        scene.layer_permittivity,
+        scene.layer_thickness,
+        scene.wedge_utd,
+        scene.wedge_faces,
+        scene.tolerance,
+        scene.wavelength,
+        count,
+        points,
+        facets,
+        orders,
+        field,
+        direction,
+    )
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def path_gains(scene, transmitter, receiver, order, vertices, codes, gain, directions):
+    """Fill complex gains and the (departure, arrival) directions of recorded paths.
+
+    Vertices run from the source to the receiver. The arrival direction points from the receiver
+    to where the wave comes from.
+    """
+    width = vertices.shape[1]
+    points = np.empty((1, width, 3))
+    backwards = np.empty((1, width), dtype=np.int64)
+    field = np.empty((1, 3), dtype=np.complex128)
+    direction = np.empty((1, 3))
+    one = np.empty(1, dtype=np.int64)
+    for i in range(len(order)):
+        n = order[i]
+        one[0] = n
+        for k in range(n + 2):
+            for a in range(3):
+                points[0, k, a] = vertices[i, n + 1 - k, a]
+        for k in range(n):
+            backwards[0, k] = codes[i, n - 1 - k]
+        fields_in_scene(scene, transmitter, 1, points, backwards, one, field, direction)
+        fx, fy, fz = far_field(receiver, -direction[0, 0], -direction[0, 1], -direction[0, 2])
+        gain[i] = field[0, 0] * fx + field[0, 1] * fy + field[0, 2] * fz
+        size = 0.0
+        for a in range(3):
+            directions[i, 0, a] = vertices[i, 1, a] - vertices[i, 0, a]
+            size += directions[i, 0, a] ** 2
+        for a in range(3):
+            directions[i, 0, a] /= np.sqrt(size)
+            directions[i, 1, a] = -direction[0, a]

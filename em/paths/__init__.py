@@ -1,0 +1,1 @@
+"""Exact paths: every vertex inside its facet, every segment free."""

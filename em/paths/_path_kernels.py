@@ -1,0 +1,379 @@
+# mypy: allow-untyped-defs
+"""Compiled exact path finding: from images and a receiver to reflection points, or nothing.
+
+A call costs an atomic count for every array it is handed, which would outweigh the search of one
+path. So each function here works through many images at a time and takes its arrays one by one.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from octant.em.paths._transmission_kernels import MAX_CROSSINGS
+from octant.geometries._bvh_kernels import BvhArrays, segment_blocked
+
+CHUNK = 256
+"""Images that are worked through before their paths are used: bounds the memory per receiver."""
+
+FACET, PLANE, NODE, CURSOR, RIM = 0, 1, 2, 3, 4
+"""Columns of the search state, one row per reflection counted from the receiver."""
+
+RECEIVER, SOURCE = 0, 1
+"""Columns of its last row: where an end is a point of an edge, its two planes, packed; else -1."""
+
+OUTSIDE, INSIDE, ON_RIM = 0, 1, 2
+"""Where a point of its plane lies with respect to a facet."""
+
+CORNER_REACH = 1e3
+"""Half the span, in margins of the hierarchy, over which hits on a rim look for obstacles."""
+
+
+class TreeArrays(NamedTuple):
+    """The images of one source."""
+
+    image: np.ndarray  # (n, 3) [m]; image 0 is the source
+    order: np.ndarray  # (n,) int64
+    branch_start: np.ndarray  # (n + 1,) int64
+    branches: np.ndarray  # (b, 2) int64: plane, parent image
+    ways: int  # greatest number of sequences that lead to one image
+    max_order: int
+
+
+class SceneArrays(NamedTuple):
+    """Planes, facets, edges and hierarchies of a scene, and their electrical properties."""
+
+    planes: np.ndarray  # (p, 10): normal, offset [m], axis u, axis v
+    plane_facet_start: np.ndarray  # (p + 1,) int64
+    supporting: np.ndarray  # (q, 4): inward normal, offset [m] of planes that bound the scene
+    facet_box: np.ndarray  # (f, 4) [m]
+    facet_outline: np.ndarray  # (f, 2) int64: begin, end of its outline; equal: fills its box
+    facet_plane: np.ndarray  # (f,) int64
+    outline: np.ndarray  # (e, 4) [m]
+    bvh: BvhArrays  # of what blocks
+    inner_bvh: BvhArrays  # of what blocks between points on the inner side of supporting planes
+    sheet_bvh: BvhArrays  # of what lets waves through, triangles numbered by facet
+    tolerance: float  # [m]
+    facet_layers: np.ndarray  # (f, 2) int64: begin, end of its layers
+    facet_front: np.ndarray  # (f,) bool: whether the first layer is where the normal points
+    layer_permittivity: np.ndarray  # (l,) complex128
+    layer_thickness: np.ndarray  # (l,) in wavelengths, infinite for all that lies behind
+    transmits: bool  # whether any facet lets waves through
+    wedge_frame: np.ndarray  # (w, 14): origin [m], axis, tangent, normal, air [rad], length [m]
+    wedge_facets: np.ndarray  # (w, 2) int64: face 0, face n
+    wedge_utd: np.ndarray  # (w, 7): tangent, normal, air over pi
+    wedge_faces: np.ndarray  # (w, 2, 4) int64 of face 0 and face n: begin and end of its layers,
+    # whether the first is in the wedge's air, whether it lets waves through
+    wavelength: float  # [m]
+
+
+@njit(cache=True, error_model="numpy")
+def winds_around(outline, begin, end, u, v, tolerance):
+    """Return where a point lies with respect to the polygon of directed edges."""
+    winding = 0
+    for i in range(begin, end):
+        u0, v0, u1, v1 = outline[i, 0], outline[i, 1], outline[i, 2], outline[i, 3]
+        du, dv = u1 - u0, v1 - v0
+        side = du * (v - v0) - (u - u0) * dv
+        length2 = du * du + dv * dv
+        if side * side <= tolerance * tolerance * length2:
+            along = (u - u0) * du + (v - v0) * dv
+            slack = tolerance * np.sqrt(length2)
+            if -slack <= along <= length2 + slack:
+                return ON_RIM
+        if v0 <= v:
+            if v1 > v and side > 0.0:
+                winding += 1
+        elif v1 <= v and side < 0.0:
+            winding -= 1
+    return INSIDE if winding != 0 else OUTSIDE
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def inside_supporting_planes(supporting, x, y, z):
+    """Return whether a point is on the inner side of every plane that bounds the whole scene."""
+    for i in range(len(supporting)):
+        height = supporting[i, 0] * x + supporting[i, 1] * y + supporting[i, 2] * z
+        if height < supporting[i, 3]:
+            return False
+    return True
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def path_is_free(boxes, links, triangles, triangle_planes, margin, points, state, row, order):
+    """Return whether every segment of a path is free; each ignores the planes that it ends on."""
+    ends = len(state) - 1
+    for i in range(order + 1):
+        plane_b = state[i, PLANE] if i < order else state[ends, SOURCE]
+        if segment_blocked(
+            boxes,
+            links,
+            triangles,
+            triangle_planes,
+            margin,
+            points[row, i, 0],
+            points[row, i, 1],
+            points[row, i, 2],
+            points[row, i + 1, 0],
+            points[row, i + 1, 1],
+            points[row, i + 1, 2],
+            state[i - 1, PLANE] if i > 0 else state[ends, RECEIVER],
+            plane_b,
+        ):
+            return False
+        on_rim = i < order and state[i, RIM] == ON_RIM
+        if on_rim and corner_blocked(
+            boxes, links, triangles, triangle_planes, margin, points, row, i, plane_b
+        ):
+            return False
+    return True
+
+
+@njit(cache=True, error_model="numpy")
+def corner_blocked(boxes, links, triangles, triangle_planes, margin, points, row, i, plane):
+    """Return whether a path that touches a facet's rim passes through a neighbour's there.
+
+    Hits at the very ends of a segment do not count as obstacles, so a path could slip into a solid
+    through its edge. The chord from just before the rim to just after it settles that.
+    """
+    reach = CORNER_REACH * margin
+    ends = np.empty(6)
+    for side in range(2):
+        other = i if side == 0 else i + 2
+        size = 0.0
+        for a in range(3):
+            size += (points[row, other, a] - points[row, i + 1, a]) ** 2
+        size = np.sqrt(size)
+        if size <= reach:  # the next reflection is in the same corner
+            return False
+        for a in range(3):
+            ends[3 * side + a] = points[row, i + 1, a] + reach / size * (
+                points[row, other, a] - points[row, i + 1, a]
+            )
+    return segment_blocked(
+        boxes,
+        links,
+        triangles,
+        triangle_planes,
+        margin,
+        ends[0],
+        ends[1],
+        ends[2],
+        ends[3],
+        ends[4],
+        ends[5],
+        plane,
+        -1,
+    )
+
+
+@njit(cache=True, error_model="numpy")
+def known_already(points, first, last, order, tolerance):
+    """Return whether row ``last`` repeats one of the rows from ``first`` on, vertex by vertex."""
+    for row in range(first, last):
+        distance = 0.0
+        for k in range(order + 2):
+            for a in range(3):
+                distance = max(distance, abs(points[row, k, a] - points[last, k, a]))
+        if distance <= tolerance:
+            return True
+    return False
+
+
+@njit(cache=True, error_model="numpy")
+def find_paths(
+    image,
+    order_of,
+    branch_start,
+    branches,
+    planes,
+    plane_facet_start,
+    facet_box,
+    facet_outline,
+    outline,
+    tolerance,
+    boxes,
+    links,
+    triangles,
+    triangle_planes,
+    margin,
+    x,
+    y,
+    z,
+    several,
+    first,
+    last,
+    state,
+    points,
+    facets,
+    orders,
+):
+    """Return how many paths the images ``first`` to ``last`` give to the receiver x, y, z.
+
+    The reflection points are found backwards, from the receiver towards the source: each is where
+    the line from the last point to the image pierces the branch's plane, within one of its facets.
+    Row by row, ``points`` receives receiver, reflections and source, ``facets`` the facet of each
+    reflection in the same sense, ``orders`` the number of reflections. Where receiver or source is
+    a point of an edge, the last row of the state names its planes, which do not block or reflect
+    there. ``several`` asks for every path of an image; else the first is the only one.
+
+    A path exactly through the edge of two walls may be read as a reflection by either first. Which
+    reading is taken must not depend on which end sends, or reciprocity would fail there: branches
+    are sorted by plane, and tried in rising or falling order by which end comes first in space.
+    """
+    found = 0
+    ends = len(state) - 1
+    falling = x < image[0, 0] or (
+        x == image[0, 0] and (y < image[0, 1] or (y == image[0, 1] and z < image[0, 2]))
+    )
+    for leaf in range(first, last):
+        order = order_of[leaf]
+        depth = 0
+        found_before = found
+        points[found, 0, 0] = x
+        points[found, 0, 1] = y
+        points[found, 0, 2] = z
+        state[0, NODE] = leaf
+        state[0, CURSOR] = 0
+        while depth >= 0:
+            here = state[depth, NODE]
+            if depth == order:
+                for a in range(3):
+                    points[found, depth + 1, a] = image[0, a]
+                if len(links) == 0 or path_is_free(
+                    boxes, links, triangles, triangle_planes, margin, points, state, found, order
+                ):
+                    for k in range(order):
+                        facets[found, k] = state[k, FACET]
+                    orders[found] = order
+                    if not several:
+                        found += 1
+                        break
+                    if not known_already(points, found_before, found, order, 10.0 * tolerance):
+                        found += 1
+                        for k in range(order + 1):
+                            for a in range(3):
+                                points[found, k, a] = points[found - 1, k, a]
+                depth -= 1
+                continue
+            tried = state[depth, CURSOR]
+            begin, end = branch_start[here], branch_start[here + 1]
+            if tried == end - begin:
+                depth -= 1
+                continue
+            state[depth, CURSOR] = tried + 1
+            branch = end - 1 - tried if falling else begin + tried
+            plane = branches[branch, 0]
+            # Merged images join branches of which some repeat the plane just used, and an edge
+            # cannot be seen in the planes that it lies in.
+            if depth > 0:
+                if plane == state[depth - 1, PLANE]:
+                    continue
+            elif plane in (state[ends, RECEIVER] & 0xFFFFFFFF, (state[ends, RECEIVER] >> 32) - 1):
+                continue
+            nx, ny, nz = planes[plane, 0], planes[plane, 1], planes[plane, 2]
+            ix, iy, iz = image[here, 0], image[here, 1], image[here, 2]
+            px, py, pz = points[found, depth, 0], points[found, depth, 1], points[found, depth, 2]
+            image_height = nx * ix + ny * iy + nz * iz - planes[plane, 3]
+            point_height = nx * px + ny * py + nz * pz - planes[plane, 3]
+            if image_height > 0.0:
+                if point_height > tolerance:
+                    continue
+            elif point_height < -tolerance:
+                continue
+            t = max(point_height / (point_height - image_height), 0.0)
+            hx, hy, hz = px + t * (ix - px), py + t * (iy - py), pz + t * (iz - pz)
+            u = hx * planes[plane, 4] + hy * planes[plane, 5] + hz * planes[plane, 6]
+            v = hx * planes[plane, 7] + hy * planes[plane, 8] + hz * planes[plane, 9]
+            hit = -1
+            where = OUTSIDE
+            for facet in range(plane_facet_start[plane], plane_facet_start[plane + 1]):
+                if (
+                    u < facet_box[facet, 0] - tolerance
+                    or v < facet_box[facet, 1] - tolerance
+                    or u > facet_box[facet, 2] + tolerance
+                    or v > facet_box[facet, 3] + tolerance
+                ):
+                    continue
+                begin, end = facet_outline[facet, 0], facet_outline[facet, 1]
+                if begin < end:
+                    where = winds_around(outline, begin, end, u, v, tolerance)
+                elif (
+                    u < facet_box[facet, 0] + tolerance
+                    or v < facet_box[facet, 1] + tolerance
+                    or u > facet_box[facet, 2] - tolerance
+                    or v > facet_box[facet, 3] - tolerance
+                ):
+                    where = ON_RIM
+                else:
+                    where = INSIDE
+                if where != OUTSIDE:
+                    hit = facet
+                    break
+            if hit < 0:
+                continue
+            state[depth, RIM] = where
+            state[depth, FACET] = hit
+            state[depth, PLANE] = plane
+            depth += 1
+            points[found, depth, 0] = hx
+            points[found, depth, 1] = hy
+            points[found, depth, 2] = hz
+            state[depth, NODE] = branches[branch, 1]
+            state[depth, CURSOR] = 0
+    return found
+
+
+@njit(cache=True, error_model="numpy")
+def make_scratch(max_order, ways, transmits, rows):
+    """Return state, points, facets and orders for chunks of paths of up to ``max_order`` bends.
+
+    Each row has room for the sheets that a path may pass through besides.
+    """
+    width = max_order + (MAX_CROSSINGS if transmits else 0)
+    rows = max(rows, CHUNK, ways) + 1
+    return (
+        np.empty((max_order + 3, 5), dtype=np.int64),
+        np.empty((rows, width + 2, 3)),
+        np.empty((rows, width + 1), dtype=np.int64),
+        np.empty(rows, dtype=np.int64),
+    )
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def search_chunk(scene, tree, x, y, z, first, last, state, points, facets, orders):
+    """Return the number of paths to x, y, z over the images from first to last, row by row."""
+    bvh = scene.bvh
+    image = tree.image
+    state[len(state) - 1, :] = -1
+    if inside_supporting_planes(scene.supporting, x, y, z) and inside_supporting_planes(
+        scene.supporting, image[0, 0], image[0, 1], image[0, 2]
+    ):
+        bvh = scene.inner_bvh
+    return find_paths(
+        image,
+        tree.order,
+        tree.branch_start,
+        tree.branches,
+        scene.planes,
+        scene.plane_facet_start,
+        scene.facet_box,
+        scene.facet_outline,
+        scene.outline,
+        scene.tolerance,
+        bvh.boxes,
+        bvh.links,
+        bvh.triangles,
+        bvh.planes,
+        bvh.margin,
+        x,
+        y,
+        z,
+        scene.transmits,
+        first,
+        last,
+        state,
+        points,
+        facets,
+        orders,
+    )

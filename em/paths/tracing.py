@@ -1,0 +1,395 @@
+"""Exact paths over walls, through sheets and over edges, each segment free, and their gains."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.em.fields import _field_kernels
+from octant.em.paths import _tracing_kernels
+from octant.em.paths._edge_path_kernels import EdgeTreeArrays
+from octant.em.paths._path_kernels import SceneArrays, TreeArrays
+from octant.em.paths._transmission_kernels import TRANSMISSION
+from octant.em.antennas.kinds import Antenna
+from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
+from octant.em.search.edge_search import EdgeTree, no_edges, wedge_frames
+from octant.em.search.image_search import ImageTree
+from octant.em.medium.radio_scene import RadioScene
+from octant.geometries._arrays import frozen_array
+from octant.geometries.errors import GeometryError
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+
+
+NOTHING, REFLECTION, TRANSMITTED, DIFFRACTION = 0, 1, 2, 3
+"""Kinds of interaction, in ``PathSet.kind``."""
+
+LETTERS = ("", "R", "T", "D")
+"""Their letters, as path tables write them."""
+
+
+NEAREST_M = 1e-9
+"""Distance [m] from source to receiver up to which they count as one place."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PathSet:
+    """Paths to a number of receivers, one row a path; those of one receiver stand together.
+
+    Parameters
+    ----------
+    source_m : (3,) float64
+        Place of the transmitter [m].
+    receivers_m : (m, 3) float64
+        Places of the receivers [m].
+    receiver : (k,) int64
+        Receiver of each path [-].
+    kind : (k, w) int8
+        What happens along each path, from the source on [-]: 1 reflection, 2 transmission through a
+        sheet, 3 diffraction at an edge, 0 nothing more.
+    element : (k, w) int64
+        Facet of a reflection or transmission, wedge of a diffraction [-]; -1 where nothing is.
+    vertices_m : (k, w + 2, 3) float64
+        Source, interactions, receiver [m]; short paths repeat the receiver.
+    """
+
+    source_m: FloatArray
+    receivers_m: FloatArray
+    receiver: IntArray
+    kind: npt.NDArray[np.int8]
+    element: IntArray
+    vertices_m: FloatArray
+
+    def __len__(self) -> int:
+        return len(self.receiver)
+
+    @property
+    def interactions(self) -> IntArray:
+        """Number of interactions of each path [-], (k,): bends and transmissions."""
+        count: IntArray = (self.kind != NOTHING).sum(axis=1)
+        return count
+
+    @property
+    def order(self) -> IntArray:
+        """Number of bends of each path [-], (k,): reflections and diffractions."""
+        bends = (self.kind == REFLECTION) | (self.kind == DIFFRACTION)
+        count: IntArray = bends.sum(axis=1)
+        return count
+
+    def letters_of(self, path: int) -> tuple[str, ...]:
+        """Return the kinds of one path's interactions as letters [-]: R, T and D.
+
+        Parameters
+        ----------
+        path : int
+            Row of the path [-].
+        """
+        return tuple(LETTERS[kind] for kind in self.kind[path] if kind != NOTHING)
+
+    def vertices_of(self, path: int) -> FloatArray:
+        """Return the (interactions + 2, 3) vertices [m] of one path, source first.
+
+        Parameters
+        ----------
+        path : int
+            Row of the path [-].
+        """
+        return self.vertices_m[path, : int(np.count_nonzero(self.kind[path])) + 2]
+
+    @property
+    def length_m(self) -> FloatArray:
+        """Length of each path [m], (k,)."""
+        legs = np.linalg.norm(np.diff(self.vertices_m, axis=1), axis=2)
+        length: FloatArray = legs.sum(axis=1)
+        return length
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PathGains:
+    """What each path of a :class:`PathSet` brings from one antenna to another.
+
+    Parameters
+    ----------
+    gain : (k,) complex128
+        Complex gain [-] between the two antennas, free-space loss and phase included.
+    length_m : (k,) float64
+        Length [m].
+    departure, arrival : (k, 3) float64
+        Unit vectors [-] in which the wave leaves the source, and from the receiver towards where it
+        comes from.
+    """
+
+    gain: npt.NDArray[np.complex128]
+    length_m: FloatArray
+    departure: FloatArray
+    arrival: FloatArray
+
+    @property
+    def delay_s(self) -> FloatArray:
+        """Delay of each path [s], (k,)."""
+        return self.length_m / SPEED_OF_LIGHT_M_PER_S
+
+
+def scene_arrays(radio: RadioScene) -> SceneArrays:
+    """Return a radio scene as the path kernels take it, lengths in metres [m].
+
+    Parameters
+    ----------
+    radio : RadioScene
+        Scene with resolved materials.
+    """
+    scene, f, wedges = radio.scene, radio.scene.facets, radio.wedges
+    planes = np.column_stack((f.plane_normal, f.plane_offset_m, f.plane_u, f.plane_v))
+    outline = np.column_stack((f.outline_start[:-1], f.outline_start[1:]))
+    outline[f.facet_is_rectangle, 1] = outline[f.facet_is_rectangle, 0]
+    return SceneArrays(
+        planes=planes,
+        plane_facet_start=f.plane_facet_start,
+        supporting=(scene.supporting_side[:, None] * planes[:, :4])[scene.supporting_side != 0],
+        facet_box=f.facet_bounds_m,
+        facet_outline=outline,
+        facet_plane=f.facet_plane,
+        outline=f.outline_m,
+        bvh=radio.opaque_bvh,
+        inner_bvh=radio.opaque_inner_bvh,
+        sheet_bvh=radio.sheet_bvh,
+        tolerance=scene.tolerance_m,
+        facet_layers=radio.facet_layers,
+        facet_front=scene.facet_front,
+        layer_permittivity=radio.layer_permittivity,
+        layer_thickness=radio.layer_thickness_m / radio.wavelength_m,
+        transmits=radio.transmits,
+        wedge_frame=wedge_frames(wedges),
+        wedge_facets=wedges.facets,
+        wedge_utd=np.column_stack((wedges.tangent, wedges.normal, wedges.exterior_rad / math.pi)),
+        wedge_faces=_wedge_faces(radio),
+        wavelength=radio.wavelength_m,
+    )
+
+
+def _wedge_faces(radio: RadioScene) -> IntArray:
+    """Return (w, 2, 4) of both faces of each wedge: layers from, to, front outside, transmits."""
+    f, wedges = radio.scene.facets, radio.wedges
+    outward = f.plane_normal[f.facet_plane[wedges.facets]]
+    same = np.sum(wedges.face_normals * outward, axis=2) > 0.0
+    front = radio.scene.facet_front[wedges.facets] == same
+    layers = radio.facet_layers[wedges.facets]
+    if len(wedges):  # what fills all that lies behind has one side
+        front |= np.isinf(radio.layer_thickness_m[layers[..., 1] - 1])
+    passes = radio.facet_transmits[wedges.facets]
+    return np.concatenate((layers, front[..., None], passes[..., None]), axis=2).astype(np.int64)
+
+
+def checked_receivers(tree: ImageTree, receivers_m: npt.ArrayLike) -> FloatArray:
+    """Return receivers as an (m, 3) array [m], if the images are complete for them.
+
+    Parameters
+    ----------
+    tree : ImageTree
+        Images of the source.
+    receivers_m : (m, 3) float
+        Places of the receivers [m].
+
+    Raises
+    ------
+    GeometryError
+        For a receiver outside the region that the images were searched for, or at the source.
+    """
+    receivers = frozen_array(receivers_m, name="receivers_m", shape=(None, 3))
+    slack = 1e-6
+    outside = (receivers < tree.region_m[0] - slack) | (receivers > tree.region_m[1] + slack)
+    if outside.any():
+        worst = receivers[int(np.argmax(outside.any(axis=1)))]
+        msg = (
+            f"receiver ({worst[0]:g}, {worst[1]:g}, {worst[2]:g}) m lies outside the region "
+            f"{tree.region_m.tolist()} m that the images were searched for; pass a region_m that "
+            "holds every receiver to search_images."
+        )
+        raise GeometryError(msg)
+    offset = np.linalg.norm(receivers - tree.source_m, axis=1)
+    if len(offset) and float(offset.min()) <= NEAREST_M:
+        x, y, z = receivers[int(np.argmin(offset))]
+        msg = (
+            f"receiver ({x:g}, {y:g}, {z:g}) m is at the place of the source, where the field has "
+            f"no bounds; keep them more than {NEAREST_M:g} m apart."
+        )
+        raise GeometryError(msg)
+    return receivers
+
+
+def tree_arrays(radio: RadioScene, tree: ImageTree) -> TreeArrays:
+    """Return the images as the path kernels take them [m], if they are complete for the scene.
+
+    Parameters
+    ----------
+    radio : RadioScene
+        Scene that the tree was searched in.
+    tree : ImageTree
+        Images of the source.
+
+    Raises
+    ------
+    GeometryError
+        When the search counted on facets that let waves through here.
+    """
+    if bool((tree.opaque_facets & radio.facet_transmits).any()):
+        msg = (
+            "the images were searched as if every facet were opaque, but some let waves through; "
+            "give search_images opaque_facets = radio.opaque_facets."
+        )
+        raise GeometryError(msg)
+    return tree.kernel_arrays()
+
+
+def edge_arrays(radio: RadioScene, tree: ImageTree, edges: EdgeTree | None) -> EdgeTreeArrays:
+    """Return the ways over edges as the path kernels take them, lengths in metres [m].
+
+    Parameters
+    ----------
+    radio : RadioScene
+        Scene whose wedges the search was given.
+    tree : ImageTree
+        Images of the source.
+    edges : EdgeTree or None
+        Ways over the edges; None: nothing diffracts.
+
+    Raises
+    ------
+    GeometryError
+        When the ways are not those of this source, or the scene has no wedges.
+    """
+    if edges is None:
+        return no_edges().kernel_arrays(1)
+    if len(radio.wedges) <= int(edges.wedge.max(initial=-1)):
+        msg = (
+            "the ways over edges belong to wedges that this radio scene does not have; give "
+            "radio_scene the wedges that search_edges was given."
+        )
+        raise GeometryError(msg)
+    if len(tree.image_m) <= int(edges.leaf.max(initial=-1)):
+        msg = "the ways over edges belong to another image tree; search them with this one."
+        raise GeometryError(msg)
+    return edges.kernel_arrays(tree.kernel_arrays().ways if radio.transmits else 1)
+
+
+def trace_paths(
+    radio: RadioScene,
+    tree: ImageTree,
+    receivers_m: npt.ArrayLike,
+    *,
+    edges: EdgeTree | None = None,
+) -> PathSet:
+    """Return every path to each receiver: over walls, through sheets, over edges.
+
+    Parameters
+    ----------
+    radio : RadioScene
+        Scene that the tree was searched in.
+    tree : ImageTree
+        Images of the source.
+    receivers_m : (m, 3) float
+        Places of the receivers [m].
+    edges : EdgeTree, optional
+        Ways over edges, from :func:`octant.em.search.edge_search.search_edges`. Default: none diffract.
+
+    Returns
+    -------
+    PathSet
+        Possibly without any row: no path is a result.
+
+    Raises
+    ------
+    GeometryError
+        For a receiver outside the region that the images were searched for, or at the source.
+
+    Notes
+    -----
+    Reflection points lie inside their facets (rims included) and no other facet stands in the way,
+    but those that let waves through. A path that runs exactly through the shared edge of two facets
+    is counted once. Paths that would pass through more than 128 sheets are left out.
+
+    A receiver on a wall has the paths of one just before it, on the source's side: the last leg of
+    the wall's own reflection has no length. On a rim or an edge itself no path is diffracted by
+    that edge, and on a sheet rounding decides which side's diffracted field is taken;
+    ``Scene.stand_off`` moves receivers off. A source on a surface is refused by the search.
+    """
+    receivers = checked_receivers(tree, receivers_m)
+    arrays, images = scene_arrays(radio), tree_arrays(radio, tree)
+    ways = edge_arrays(radio, tree, edges)
+    counts = np.zeros(len(receivers), dtype=np.int64)
+    width = tree.max_order
+    room_for = 0
+    while True:  # once to count, once to record
+        start = np.concatenate(([0], np.cumsum(counts)))
+        number = np.zeros(room_for, dtype=np.int64)
+        vertices = np.zeros((room_for, width + 2, 3))
+        codes = np.zeros((room_for, width), dtype=np.int64)
+        longest = _tracing_kernels.record_paths(
+            arrays, images, ways, receivers, start, number, vertices, codes, counts
+        )
+        if room_for == int(counts.sum()):
+            break
+        room_for, width = int(counts.sum()), max(width, longest)
+    used = np.arange(width) < number[:, None]
+    kind = np.where(codes < 0, DIFFRACTION, np.where(codes < TRANSMISSION, REFLECTION, TRANSMITTED))
+    element = np.where(codes < 0, -1 - codes, codes % TRANSMISSION)
+    return PathSet(
+        source_m=tree.source_m,
+        receivers_m=receivers,
+        receiver=np.repeat(np.arange(len(receivers)), counts),
+        kind=np.where(used, kind, NOTHING).astype(np.int8),
+        element=np.where(used, element, -1),
+        vertices_m=vertices,
+    )
+
+
+def path_gains(
+    radio: RadioScene, paths: PathSet, *, transmitter: Antenna, receiver: Antenna
+) -> PathGains:
+    """Return the complex gain of each path between two antennas.
+
+    Parameters
+    ----------
+    radio : RadioScene
+        Scene that the paths were traced in.
+    paths : PathSet
+        Paths.
+    transmitter, receiver : Antenna
+        Antennas at the two ends, in the room's frame, with patterns |F|^2 = gain [-].
+
+    Returns
+    -------
+    PathGains
+        Gain F_r . T . F_t lambda / (4 pi L) e^{-jkL} [-]; T carries the polarisation through every
+        interaction, and over edges 1 / L becomes 1 / sqrt(s' s (s' + s)).
+
+    Notes
+    -----
+    Far field: antennas and interactions should be more than a wavelength apart.
+    """
+    k = len(paths)
+    codes = np.select(
+        [paths.kind == REFLECTION, paths.kind == TRANSMITTED, paths.kind == DIFFRACTION],
+        [paths.element, paths.element + TRANSMISSION, -1 - paths.element],
+        -1,
+    )
+    gain = np.zeros(k, dtype=np.complex128)
+    directions = np.zeros((k, 2, 3))
+    _field_kernels.path_gains(
+        scene_arrays(radio),
+        transmitter.kernel_arrays(),
+        receiver.kernel_arrays(),
+        paths.interactions,
+        paths.vertices_m,
+        codes,
+        gain,
+        directions,
+    )
+    return PathGains(
+        gain=gain,
+        length_m=paths.length_m,
+        departure=directions[:, 0],
+        arrival=directions[:, 1],
+    )

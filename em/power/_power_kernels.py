@@ -1,0 +1,204 @@
+# mypy: allow-untyped-defs
+"""Compiled received power: paths found, fields added up, nothing stored beyond one receiver."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from octant.em.antennas._antenna_kernels import antenna_at, far_field
+from octant.em.fields._field_kernels import fields_in_scene, path_fields
+from octant.em.antennas._response_kernels import far_fields
+from octant.em.paths._tracing_kernels import next_paths, tracing_scratch, tracing_steps
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def antenna_power(
+    scene, tree, edges, transmitter, receiver, places, begin, end, coherent, mean, count
+):
+    """Fill coherent gain, sum of the paths' gains and number of paths, rows begin to end."""
+    scratch = tracing_scratch(scene, tree, edges)
+    field = np.empty((len(scratch[0][3]), 3), dtype=np.complex128)
+    direction = np.empty((len(scratch[0][3]), 3))
+    points, facets, orders = scratch[0][1], scratch[0][2], scratch[0][3]
+    step, images, everything = tracing_steps(scene, tree, edges)
+    for i in range(begin, end):
+        x, y, z = places[i, 0], places[i, 1], places[i, 2]
+        total = complex(0.0)
+        power = 0.0
+        count[i] = 0
+        place = 0
+        while place < everything:
+            found, place = next_paths(scene, tree, edges, x, y, z, place, step, images, scratch)
+            fields_in_scene(scene, transmitter, found, points, facets, orders, field, direction)
+            count[i] += found
+            for p in range(found):
+                dx, dy, dz = direction[p, 0], direction[p, 1], direction[p, 2]
+                fx, fy, fz = far_field(receiver, -dx, -dy, -dz)
+                gain = field[p, 0] * fx + field[p, 1] * fy + field[p, 2] * fz
+                total += gain
+                power += gain.real * gain.real + gain.imag * gain.imag
+        coherent[i] = total.real * total.real + total.imag * total.imag
+        mean[i] = power
+
+
+class ChannelArrays(NamedTuple):
+    """What a scene's walls are at c frequencies; all else of the scene is the same."""
+
+    wavelength: np.ndarray  # (c,) [m]
+    layer_permittivity: np.ndarray  # (c, l) complex128
+    layer_thickness: np.ndarray  # (c, l) in wavelengths
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def reader_power(
+    scene,
+    channels,
+    tree,
+    edges,
+    transmitters,
+    response,
+    places,
+    turns,
+    begin,
+    end,
+    coherent,
+    mean,
+    count,
+):
+    """Add (m, h, n) gains of every antenna at each place and turn, rows begin to end.
+
+    ``turns`` (m, h) [rad] are the room azimuths of the reader's x' axis at each place. Paths are
+    found once, being the same at every frequency, and the gains of all channels added.
+    """
+    scratch = tracing_scratch(scene, tree, edges)
+    points, facets, orders = scratch[0][1], scratch[0][2], scratch[0][3]
+    step, images, everything = tracing_steps(scene, tree, edges)
+    direction = np.empty((len(orders), 3))
+    table, centre = response.table, response.centre_rad
+    frequencies, n, headings = centre.shape[0], centre.shape[1], turns.shape[1]
+    field = np.empty((frequencies, len(orders), 3), dtype=np.complex128)
+    parts = np.empty(table.shape[2])
+    pattern = np.empty((frequencies, n, 2), dtype=np.complex128)
+    total = np.empty((headings, frequencies, n), dtype=np.complex128)
+    power = np.empty((headings, frequencies, n))
+    for i in range(begin, end):
+        x, y, z = places[i, 0], places[i, 1], places[i, 2]
+        total[:] = 0.0
+        power[:] = 0.0
+        count[i] = 0
+        place = 0
+        while place < everything:
+            found, place = next_paths(scene, tree, edges, x, y, z, place, step, images, scratch)
+            if found == 0:
+                continue
+            count[i] += found
+            for c in range(frequencies):
+                path_fields(
+                    antenna_at(transmitters, c),
+                    scene.planes,
+                    scene.facet_plane,
+                    scene.facet_layers,
+                    scene.facet_front,
+                    channels.layer_permittivity[c],
+                    channels.layer_thickness[c],
+                    scene.wedge_utd,
+                    scene.wedge_faces,
+                    scene.tolerance,
+                    channels.wavelength[c],
+                    found,
+                    points,
+                    facets,
+                    orders,
+                    field[c],
+                    direction,
+                )
+            for p in range(found):
+                # Where the wave comes from: theta, phi and their unit vectors in the room.
+                ux, uy, uz = -direction[p, 0], -direction[p, 1], -direction[p, 2]
+                across = np.sqrt(ux * ux + uy * uy)
+                cp, sp = (ux / across, uy / across) if across > 0.0 else (1.0, 0.0)
+                theta = np.arctan2(across, uz)
+                azimuth = np.arctan2(sp, cp)
+                for h in range(headings):
+                    far_fields(
+                        table,
+                        response.step_theta,
+                        response.step_phi,
+                        centre,
+                        theta,
+                        azimuth - turns[i, h],
+                        parts,
+                        pattern,
+                    )
+                    for c in range(frequencies):
+                        ex, ey, ez = field[c, p, 0], field[c, p, 1], field[c, p, 2]
+                        e_theta = uz * (cp * ex + sp * ey) - across * ez
+                        e_phi = cp * ey - sp * ex
+                        for k in range(n):
+                            voltage = pattern[c, k, 0] * e_theta + pattern[c, k, 1] * e_phi
+                            total[h, c, k] += voltage
+                            power[h, c, k] += (
+                                voltage.real * voltage.real + voltage.imag * voltage.imag
+                            )
+        for h in range(headings):
+            for k in range(n):
+                for c in range(frequencies):
+                    v = total[h, c, k]
+                    coherent[i, h, k] += v.real * v.real + v.imag * v.imag
+                    mean[i, h, k] += power[h, c, k]
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def sum_fields(scene, tree, edges, transmitter, places, begin, end, total):
+    """Fill (m, 3) the coherent sum of the field vectors that arrive, rows begin to end."""
+    scratch = tracing_scratch(scene, tree, edges)
+    field = np.empty((len(scratch[0][3]), 3), dtype=np.complex128)
+    direction = np.empty((len(scratch[0][3]), 3))
+    points, facets, orders = scratch[0][1], scratch[0][2], scratch[0][3]
+    step, images, everything = tracing_steps(scene, tree, edges)
+    for i in range(begin, end):
+        x, y, z = places[i, 0], places[i, 1], places[i, 2]
+        for a in range(3):
+            total[i, a] = 0.0
+        place = 0
+        while place < everything:
+            found, place = next_paths(scene, tree, edges, x, y, z, place, step, images, scratch)
+            fields_in_scene(scene, transmitter, found, points, facets, orders, field, direction)
+            for p in range(found):
+                for a in range(3):
+                    total[i, a] += field[p, a]
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def sum_magnetic_fields(scene, tree, edges, transmitter, places, begin, end, total):
+    """Fill (m, 3) the coherent sum of direction x field, rows begin to end.
+
+    Each path also brings the dipole's induction field: 1 + 1 / (jkL) over its whole length L.
+    """
+    scratch = tracing_scratch(scene, tree, edges)
+    points, facets, orders = scratch[0][1], scratch[0][2], scratch[0][3]
+    field = np.empty((len(orders), 3), dtype=np.complex128)
+    direction = np.empty((len(orders), 3))
+    step, images, everything = tracing_steps(scene, tree, edges)
+    wavenumber = 2.0 * np.pi / scene.wavelength
+    for i in range(begin, end):
+        x, y, z = places[i, 0], places[i, 1], places[i, 2]
+        for a in range(3):
+            total[i, a] = 0.0
+        place = 0
+        while place < everything:
+            found, place = next_paths(scene, tree, edges, x, y, z, place, step, images, scratch)
+            fields_in_scene(scene, transmitter, found, points, facets, orders, field, direction)
+            for p in range(found):
+                length = 0.0
+                for leg in range(orders[p] + 1):
+                    square = 0.0
+                    for a in range(3):
+                        square += (points[p, leg, a] - points[p, leg + 1, a]) ** 2
+                    length += np.sqrt(square)
+                near = complex(1.0, -1.0 / (wavenumber * length))
+                dx, dy, dz = direction[p, 0], direction[p, 1], direction[p, 2]
+                total[i, 0] += near * (dy * field[p, 2] - dz * field[p, 1])
+                total[i, 1] += near * (dz * field[p, 0] - dx * field[p, 2])
+                total[i, 2] += near * (dx * field[p, 1] - dy * field[p, 0])

@@ -1,0 +1,276 @@
+"""Frequencies of a link that share their paths: searched and traced once, evaluated at each."""
+
+import math
+import warnings
+from collections.abc import Sequence
+from typing import Any, Literal, NamedTuple, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.em.power import _power_kernels
+from octant.em.antennas._antenna_kernels import AntennaChannels, PatternChannels
+from octant.em.paths._edge_path_kernels import EdgeTreeArrays
+from octant.em.paths._path_kernels import SceneArrays, TreeArrays
+from octant.em.power._power_kernels import ChannelArrays
+from octant.em.antennas._response_kernels import ResponseArrays
+from octant.em.antennas.kinds import Antenna, antenna_channels
+from octant.em.blocks import Progress, run_blocks
+from octant.em.search.candidates import search_candidates
+from octant.em.search.edge_search import wedge_frames
+from octant.em.search.image_tree import ImageTree
+from octant.em.paths.tracing import checked_receivers, edge_arrays, scene_arrays, tree_arrays
+from octant.em.medium.radio_scene import RadioScene
+from octant.em.reader.response import ReaderResponse, response_arrays
+from octant.geometries.errors import AntennaError, GeometryError, PhysicsWarning
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+
+Arrays = TypeVar("Arrays", SceneArrays, TreeArrays, EdgeTreeArrays)
+
+PLACES_PER_BLOCK = 32
+"""Places [-] that one call of the kernel takes: more would leave cores idle, fewer be overhead."""
+
+
+class Channel(NamedTuple):
+    """One frequency of a link."""
+
+    radio: RadioScene
+    tag: Antenna
+    response: ReaderResponse
+
+
+class LinkBand(NamedTuple):
+    """Frequencies of a link whose paths are the same, ready for the kernels."""
+
+    scene: SceneArrays
+    walls: ChannelArrays
+    images: TreeArrays
+    ways: EdgeTreeArrays
+    tag: AntennaChannels | PatternChannels
+    response: ResponseArrays
+    tree: ImageTree
+
+    @property
+    def channels(self) -> int:
+        """Number of frequencies [-]."""
+        return len(self.walls.wavelength)
+
+    def add_power(
+        self,
+        places_m: FloatArray,
+        headings_rad: FloatArray,
+        rows: tuple[FloatArray, FloatArray, IntArray],
+        progress: Progress | None,
+    ) -> None:
+        """Add the channels' gains [-] and local means (m, h, n), and fill (m,) counts of paths.
+
+        Parameters
+        ----------
+        places_m : (m, 3) float64
+            Centre of the reader [m].
+        headings_rad : (m, h) float64
+            Headings of the robot [rad].
+        rows : tuple
+            Coherent gains, their local means (both [-]), numbers of paths.
+        progress : callable or None
+            Told about finished blocks.
+
+        Raises
+        ------
+        GeometryError
+            For a place outside the room.
+        """
+        places = checked_receivers(self.tree, places_m)
+        turns = np.ascontiguousarray(headings_rad - 0.5 * math.pi)
+        arrays = (self.scene, self.walls, self.images, self.ways, self.tag, self.response)
+
+        def work(begin: int, end: int) -> None:
+            _power_kernels.reader_power(*arrays, places, turns, begin, end, *rows)
+
+        run_blocks(work, len(places), block_size=PLACES_PER_BLOCK, progress=progress)
+
+
+def link_channels(
+    radio: RadioScene | Sequence[RadioScene],
+    tag: Antenna | Sequence[Antenna],
+    response: ReaderResponse | Sequence[ReaderResponse],
+) -> tuple[Channel, ...]:
+    """Return the frequencies of a link, once scene, tag and reader fit each other at each [Hz].
+
+    Parameters
+    ----------
+    radio : RadioScene or sequence of RadioScene
+        One room at each frequency.
+    tag : Antenna or sequence of Antenna
+        The tag's antenna at each frequency.
+    response : ReaderResponse or sequence of ReaderResponse
+        The reader at each frequency.
+
+    Returns
+    -------
+    tuple of Channel
+        At least one.
+
+    Raises
+    ------
+    AntennaError
+        When frequencies or their numbers differ, or readers do.
+    GeometryError
+        When the scenes are not of one room.
+    """
+    radios = (radio,) if isinstance(radio, RadioScene) else tuple(radio)
+    tags = (tag,) if isinstance(tag, Antenna) else tuple(tag)
+    responses = (response,) if isinstance(response, ReaderResponse) else tuple(response)
+    if not radios or not len(radios) == len(tags) == len(responses):
+        msg = (
+            f"a link was given {len(radios)} scenes, {len(tags)} tag antennas and "
+            f"{len(responses)} readers; give one of each for every frequency."
+        )
+        raise AntennaError(msg)
+    channels = tuple(map(Channel, radios, tags, responses))
+    for channel in channels:
+        frequencies = [part.frequency_hz for part in channel]
+        if max(frequencies) - min(frequencies) > 1e-9 * max(frequencies):
+            given = ", ".join(f"{f / 1e9:g}" for f in frequencies)
+            msg = f"scene, reader and tag are at {given} GHz; give one frequency for all three."
+            raise AntennaError(msg)
+        if channel.radio.scene is not radios[0].scene:
+            msg = "the scenes of a link's frequencies are of different rooms; give one room."
+            raise GeometryError(msg)
+        if not np.array_equal(channel.response.azimuths_rad, responses[0].azimuths_rad):
+            msg = "the readers of a link's frequencies have different antennas; give one reader."
+            raise AntennaError(msg)
+    return channels
+
+
+def check_clearance(clearance_m: float, tag_m: FloatArray, channels: Sequence[Channel]) -> None:
+    """Return None, once a reader at this height below the tag can be linked to it.
+
+    Parameters
+    ----------
+    clearance_m : float
+        Difference of the heights of tag and reader [m].
+    tag_m : (3,) float64
+        Place of the tag [m].
+    channels : sequence of Channel
+        Frequencies of the link.
+
+    Raises
+    ------
+    GeometryError
+        When tag and reader are level.
+
+    Warns
+    -----
+    PhysicsWarning
+        When the tag's wave need not be plane across the reader.
+    """
+    if clearance_m == 0.0:
+        msg = (
+            f"the tag at z = {tag_m[2]:g} m is level with the reader's centre, so a pose could "
+            "coincide with it; move the tag or change height_m."
+        )
+        raise GeometryError(msg)
+    limit_m = 0.0
+    for radio, _, response in channels:
+        diameter_m = 2.0 * float(np.linalg.norm(response.phase_centres_m, axis=1).max())
+        limit_m = max(limit_m, 2.0 * diameter_m**2 / radio.wavelength_m)
+    if clearance_m < limit_m:
+        msg = (
+            f"the tag can come within {clearance_m:.2f} m of the reader, but its wave is plane "
+            f"across the reader only beyond 2 D^2/lambda = {limit_m:.2f} m"
+        )
+        warnings.warn(msg, PhysicsWarning, stacklevel=3)
+
+
+def link_bands(
+    channels: Sequence[Channel],
+    source_m: FloatArray,
+    *,
+    max_reflections: int,
+    max_diffractions: int,
+    search: Literal["complete", "rays"],
+    rays: int,
+) -> tuple[LinkBand, ...]:
+    """Return the channels of a link in bands, in as few as their paths allow: nearly always one.
+
+    Parameters
+    ----------
+    channels : sequence of Channel
+        Frequencies in one room.
+    source_m : (3,) float64
+        Place of the tag [m].
+    max_reflections : int
+        Greatest order of the room's paths [-].
+    max_diffractions : int
+        Diffractions of a path [-], 1 or 2, where the scenes have wedges.
+    search : str
+        ``complete`` or ``rays``.
+    rays : int
+        Rays launched [-] by ``rays``.
+
+    Returns
+    -------
+    tuple of LinkBand
+        Channels apart where a wall lets waves through at some frequencies only, or where tables
+        of patterns have other grids.
+    """
+    groups: dict[tuple[object, ...], list[Channel]] = {}
+    for channel in channels:
+        groups.setdefault(_what_paths_share(channel), []).append(channel)
+    bands = []
+    for group in groups.values():
+        radio = group[0].radio
+        found = search_candidates(
+            radio,
+            source_m,
+            max_reflections,
+            max_diffractions=max_diffractions,
+            search=search,
+            rays=rays,
+        )
+        scenes = [scene_arrays(channel.radio) for channel in group]
+        bands.append(
+            LinkBand(
+                scene=_own(scenes[0]),
+                walls=ChannelArrays(
+                    wavelength=np.array([scene.wavelength for scene in scenes]),
+                    layer_permittivity=np.stack([scene.layer_permittivity for scene in scenes]),
+                    layer_thickness=np.stack([scene.layer_thickness for scene in scenes]),
+                ),
+                images=_own(tree_arrays(radio, found.images)),
+                ways=_own(edge_arrays(radio, found.images, found.edges)),
+                tag=antenna_channels([channel.tag for channel in group]),
+                response=response_arrays(tuple(channel.response for channel in group)),
+                tree=found.images,
+            )
+        )
+    return tuple(bands)
+
+
+def _own(arrays: Arrays) -> Arrays:
+    """Return arrays that can be written to, as those of an unpickled link can.
+
+    Kernels are compiled for either kind apart; so a worker process finds them compiled.
+    """
+    own: dict[str, Any] = {
+        name: np.array(part)
+        for name, part in zip(arrays._fields, arrays, strict=True)
+        if isinstance(part, np.ndarray)
+    }
+    return arrays._replace(**own)
+
+
+def _what_paths_share(channel: Channel) -> tuple[object, ...]:
+    """Return what must be the same for two channels to be evaluated along the same paths."""
+    radio, tag, response = channel
+    return (
+        radio.facet_transmits.tobytes(),
+        radio.facet_layers.tobytes(),
+        np.isinf(radio.layer_thickness_m).tobytes(),
+        wedge_frames(radio.wedges).tobytes(),
+        response.pattern.shape,
+        None if tag.pattern is None else tag.pattern.shape,
+    )

@@ -1,0 +1,174 @@
+"""Radio maps: received power over a horizontal grid, in blocks, on all cores."""
+
+from concurrent.futures import Executor
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.em.antennas.kinds import Antenna
+from octant.em.blocks import Progress
+from octant.em.search.edge_search import EdgeTree
+from octant.em.search.image_search import ImageTree
+from octant.em.medium.radio_scene import RadioScene
+from octant.em.power.received_power import ReaderLink, ReceivedPower, antenna_power
+from octant.geometries._arrays import frozen_array
+
+FloatArray = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RadioMap:
+    """Power over a grid of places, x first.
+
+    Parameters
+    ----------
+    x_m, y_m : (nx,), (ny,) float64
+        Coordinates of the grid [m].
+    z_m : float
+        Height of the antenna [m].
+    coherent_w, local_mean_w : (nx, ny) or (nx, ny, n) float64
+        Power of the coherent sum, and power sum over the paths [W]; 0 where no path arrives.
+    path_count : (nx, ny) int64
+        Number of paths [-].
+    """
+
+    x_m: FloatArray
+    y_m: FloatArray
+    z_m: float
+    coherent_w: FloatArray
+    local_mean_w: FloatArray
+    path_count: npt.NDArray[np.int64]
+
+
+def grid_axis_m(low_m: float, high_m: float, *, spacing_m: float) -> FloatArray:
+    """Return (n,) cell centres [m] that divide a length evenly into cells of at most the spacing.
+
+    Parameters
+    ----------
+    low_m, high_m : float
+        Ends [m], high above low.
+    spacing_m : float
+        Greatest distance between centres [m], > 0.
+    """
+    cells = max(1, int(np.ceil((high_m - low_m) / spacing_m - 1e-9)))
+    width_m = (high_m - low_m) / cells
+    return np.linspace(low_m + 0.5 * width_m, high_m - 0.5 * width_m, cells)
+
+
+def _map(x_m: npt.ArrayLike, y_m: npt.ArrayLike, z_m: float) -> tuple[FloatArray, ...]:
+    x = frozen_array(x_m, name="x_m", shape=(None,))
+    y = frozen_array(y_m, name="y_m", shape=(None,))
+    gx, gy = np.meshgrid(x, y, indexing="ij")
+    return x, y, np.column_stack((gx.ravel(), gy.ravel(), np.full(gx.size, z_m)))
+
+
+def _as_map(x: FloatArray, y: FloatArray, z_m: float, power: ReceivedPower) -> RadioMap:
+    shape = (len(x), len(y))
+    return RadioMap(
+        x_m=x,
+        y_m=y,
+        z_m=z_m,
+        coherent_w=power.coherent_w.reshape(*shape, *power.coherent_w.shape[1:]),
+        local_mean_w=power.local_mean_w.reshape(*shape, *power.local_mean_w.shape[1:]),
+        path_count=power.path_count.reshape(shape),
+    )
+
+
+def map_antenna(
+    radio: RadioScene,
+    tree: ImageTree,
+    *,
+    x_m: npt.ArrayLike,
+    y_m: npt.ArrayLike,
+    z_m: float,
+    transmitter: Antenna,
+    receiver: Antenna,
+    power_w: float,
+    edges: EdgeTree | None = None,
+    executor: Executor | None = None,
+    progress: Progress | None = None,
+) -> RadioMap:
+    """Return the map of one receiving antenna.
+
+    Parameters
+    ----------
+    radio : RadioScene
+        Scene that the tree was searched in.
+    tree : ImageTree
+        Images of the transmitter.
+    x_m, y_m : (nx,), (ny,) float
+        Coordinates of the grid [m].
+    z_m : float
+        Height of the receiver in the room's frame [m].
+    transmitter, receiver : Antenna
+        Antennas in the room's frame.
+    power_w : float
+        Transmitted power [W].
+    edges : EdgeTree, optional
+        Ways over edges. Default: none diffract.
+    executor : Executor, optional
+        Runs the blocks, sharing memory; by default one thread per core.
+    progress : callable, optional
+        Told about finished blocks.
+
+    Returns
+    -------
+    RadioMap
+        (nx, ny) powers [W] and counts [-].
+
+    Raises
+    ------
+    GeometryError
+        For a place outside the region that the images were searched for.
+    """
+    x, y, places = _map(x_m, y_m, z_m)
+    power = antenna_power(
+        radio,
+        tree,
+        places,
+        transmitter=transmitter,
+        receiver=receiver,
+        power_w=power_w,
+        edges=edges,
+        executor=executor,
+        progress=progress,
+    )
+    return _as_map(x, y, z_m, power)
+
+
+def map_reader(
+    link: ReaderLink,
+    *,
+    x_m: npt.ArrayLike,
+    y_m: npt.ArrayLike,
+    heading_rad: float,
+    progress: Progress | None = None,
+) -> RadioMap:
+    """Return the map of all antennas of the reader, at one heading of the robot.
+
+    Parameters
+    ----------
+    link : ReaderLink
+        Tag, room and reader.
+    x_m, y_m : (nx,), (ny,) float
+        Coordinates of the grid [m].
+    heading_rad : float
+        Heading of the robot [rad].
+    progress : callable, optional
+        Told about finished blocks.
+
+    Returns
+    -------
+    RadioMap
+        (nx, ny, n) powers [W] and (nx, ny) counts [-].
+
+    Raises
+    ------
+    GeometryError
+        For a place outside the room.
+    """
+    x, y, places = _map(x_m, y_m, link.reader_z_m)
+    poses = places.copy()
+    poses[:, 2] = heading_rad
+    return _as_map(x, y, link.reader_z_m, link.power(poses, progress=progress))

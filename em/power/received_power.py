@@ -1,0 +1,392 @@
+"""Received power: at one antenna in many places, at all antennas of the reader for its poses."""
+
+import math
+from collections.abc import Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.em.power import _power_kernels
+from octant.em.antennas.kinds import Antenna
+from octant.em.blocks import Progress, run_blocks
+from octant.em.search.edge_search import EdgeTree
+from octant.em.search.image_tree import ImageTree
+from octant.em.power.link_bands import LinkBand, check_clearance, link_bands, link_channels
+from octant.em.paths.tracing import checked_receivers, edge_arrays, scene_arrays, tree_arrays
+from octant.em.medium.radio_scene import RadioScene
+from octant.em.search.ray_search import DEFAULT_RAYS
+from octant.em.reader.response import ReaderResponse
+from octant.geometries._arrays import frozen_array
+from octant.geometries.errors import AntennaError
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+
+
+class ReceivedPower(NamedTuple):
+    """Power at m places; the last axis of the powers counts antennas where there are several."""
+
+    coherent_w: FloatArray  # [W], the squared magnitude of the sum over paths
+    local_mean_w: FloatArray  # [W], the sum over paths of the squared magnitudes
+    path_count: IntArray  # (m,) number of paths [-]; 0 paths give 0 W
+
+
+def antenna_power(
+    radio: RadioScene,
+    tree: ImageTree,
+    places_m: npt.ArrayLike,
+    *,
+    transmitter: Antenna,
+    receiver: Antenna,
+    power_w: float,
+    edges: EdgeTree | None = None,
+    executor: Executor | None = None,
+    progress: Progress | None = None,
+) -> ReceivedPower:
+    """Return the power that one antenna receives at each of many places.
+
+    Parameters
+    ----------
+    radio : RadioScene
+        Scene that the tree was searched in.
+    tree : ImageTree
+        Images of the transmitter.
+    places_m : (m, 3) float
+        Places of the receiver [m].
+    transmitter, receiver : Antenna
+        Antennas in the room's frame.
+    power_w : float
+        Transmitted power [W].
+    edges : EdgeTree, optional
+        Ways over edges. Default: none diffract.
+    executor : Executor, optional
+        Runs the blocks, sharing memory; by default one thread per core.
+    progress : callable, optional
+        Told about finished blocks.
+
+    Returns
+    -------
+    ReceivedPower
+        (m,) arrays [W] and [-]. The local mean is the power sum over paths, the mean over a region
+        so wide that the paths' phases are independent.
+
+    Raises
+    ------
+    GeometryError
+        For a place outside the region that the images were searched for.
+    """
+    places = checked_receivers(tree, places_m)
+    m = len(places)
+    coherent, mean, count = np.zeros(m), np.zeros(m), np.zeros(m, dtype=np.int64)
+    scene, images, ways = (
+        scene_arrays(radio),
+        tree_arrays(radio, tree),
+        edge_arrays(radio, tree, edges),
+    )
+    sender, taker = transmitter.kernel_arrays(), receiver.kernel_arrays()
+
+    def work(begin: int, end: int) -> None:
+        _power_kernels.antenna_power(
+            scene, images, ways, sender, taker, places, begin, end, coherent, mean, count
+        )
+
+    run_blocks(work, m, executor=executor, progress=progress)
+    return ReceivedPower(power_w * coherent, power_w * mean, count)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ReaderLink:
+    """The link from one tag to the reader: RSS of all antennas for any pose of the robot.
+
+    The paths of the room are traced to the reader's centre, once for all frequencies; each arrives
+    as a plane wave, which the reader's embedded patterns weigh. That holds while the tag, and its
+    images, are farther than about 2 D^2 / lambda from a reader of diameter D, and reflectors do not
+    stand in the reader's own near field.
+
+    Parameters
+    ----------
+    bands : tuple of LinkBand
+        Frequencies over which RSS is averaged in power; those of one band share their paths.
+    azimuths_rad : (n,) float64
+        Azimuth of each antenna in the reader's frame [rad].
+    tag_position_m : (3,) float64
+        Place of the tag [m].
+    tag_power_w : float
+        Power that the tag sends [W].
+    reader_z_m : float
+        Height of the reader's centre in the room's frame [m].
+    """
+
+    bands: tuple[LinkBand, ...]
+    azimuths_rad: FloatArray
+    tag_position_m: FloatArray
+    tag_power_w: float
+    reader_z_m: float
+
+    @property
+    def antennas(self) -> int:
+        """Number of antennas [-]."""
+        return len(self.azimuths_rad)
+
+    def power(self, poses: npt.ArrayLike, *, progress: Progress | None = None) -> ReceivedPower:
+        """Return coherent power, local mean and path count of all antennas at each pose.
+
+        Parameters
+        ----------
+        poses : (m, 3) float
+            x [m], y [m] and heading [rad] of the robot. A robot of heading h carries antenna i at
+            room azimuth h - pi/2 + delta_i.
+        progress : callable, optional
+            Told about finished blocks.
+
+        Returns
+        -------
+        ReceivedPower
+            (m, n) powers [W] and (m,) counts of paths [-] (those of the first channel).
+
+        Raises
+        ------
+        GeometryError
+            For a pose outside the room.
+        """
+        pose = frozen_array(poses, name="poses", shape=(None, 3))
+        power = self._power(pose[:, :2], pose[:, 2:], progress)
+        return ReceivedPower(power.coherent_w[:, 0], power.local_mean_w[:, 0], power.path_count)
+
+    def power_by_heading(
+        self,
+        places_m: npt.ArrayLike,
+        headings_rad: npt.ArrayLike,
+        *,
+        progress: Progress | None = None,
+    ) -> ReceivedPower:
+        """Return the powers of all antennas at each place and heading; a place is traced once.
+
+        Parameters
+        ----------
+        places_m : (p, 2) float
+            x and y of the robot [m].
+        headings_rad : (h,) float
+            Headings of the robot [rad], the same at all places.
+        progress : callable, optional
+            Told about finished blocks of places.
+
+        Returns
+        -------
+        ReceivedPower
+            (p, h, n) powers [W], to the bit those of :meth:`power` at each pose, and (p,) counts of
+            paths [-].
+
+        Raises
+        ------
+        GeometryError
+            For a place outside the room.
+        """
+        places = frozen_array(places_m, name="places_m", shape=(None, 2))
+        headings = frozen_array(headings_rad, name="headings_rad", shape=(None,))
+        return self._power(
+            places, np.broadcast_to(headings, (len(places), len(headings))), progress
+        )
+
+    def _power(
+        self, places_m: FloatArray, headings_rad: FloatArray, progress: Progress | None
+    ) -> ReceivedPower:
+        """Return (m, h, n) powers at (m, 2) places and (m, h) headings, and (m,) counts."""
+        places = np.column_stack((places_m, np.full(len(places_m), self.reader_z_m)))
+        shape = (*headings_rad.shape, self.antennas)
+        coherent, mean = np.zeros(shape), np.zeros(shape)
+        counts = np.zeros((len(self.bands), len(places)), dtype=np.int64)
+        for band, count in zip(self.bands, counts, strict=True):
+            band.add_power(places, headings_rad, (coherent, mean, count), progress)
+        scale = self.tag_power_w / sum(band.channels for band in self.bands)
+        return ReceivedPower(scale * coherent, scale * mean, counts[0])
+
+    def rss_w(self, poses: npt.ArrayLike) -> FloatArray:
+        """Return the coherent RSS of all antennas at each pose.
+
+        Parameters
+        ----------
+        poses : (m, 3) float
+            x [m], y [m] and heading [rad] of the robot.
+
+        Returns
+        -------
+        (m, n) float64
+            Received power [W]; 0 where no path arrives.
+        """
+        return self.power(poses).coherent_w
+
+    def rss_by_heading_w(self, places_m: npt.ArrayLike, headings_rad: npt.ArrayLike) -> FloatArray:
+        """Return the coherent RSS of all antennas at each place and heading.
+
+        Parameters
+        ----------
+        places_m : (p, 2) float
+            x and y of the robot [m].
+        headings_rad : (h,) float
+            Headings of the robot [rad].
+
+        Returns
+        -------
+        (p, h, n) float64
+            Received power [W]; 0 where no path arrives.
+        """
+        return self.power_by_heading(places_m, headings_rad).coherent_w
+
+    def local_mean_rss_w(self, poses: npt.ArrayLike) -> FloatArray:
+        """Return the power sum over paths of all antennas at each pose.
+
+        Parameters
+        ----------
+        poses : (m, 3) float
+            x [m], y [m] and heading [rad] of the robot.
+
+        Returns
+        -------
+        (m, n) float64
+            Received power [W]; 0 where no path arrives.
+        """
+        return self.power(poses).local_mean_w
+
+    def path_count(self, poses: npt.ArrayLike) -> IntArray:
+        """Return the number of paths to each pose.
+
+        Parameters
+        ----------
+        poses : (m, 3) float
+            x [m], y [m] and heading [rad] of the robot.
+
+        Returns
+        -------
+        (m,) int64
+            Number of paths [-].
+        """
+        return self.power(poses).path_count
+
+
+def reader_link(
+    radio: RadioScene | Sequence[RadioScene],
+    *,
+    tag_position_m: npt.ArrayLike,
+    tag_antenna: Antenna | Sequence[Antenna],
+    tag_power_w: float,
+    response: ReaderResponse | Sequence[ReaderResponse],
+    reader_height_m: float,
+    max_reflections: int,
+    max_diffractions: int = 1,
+    search: Literal["complete", "rays"] = "complete",
+    rays: int = DEFAULT_RAYS,
+) -> ReaderLink:
+    """Return the link from a tag to a reader in a room, at one frequency or averaged over several.
+
+    Parameters
+    ----------
+    radio : RadioScene or sequence of RadioScene
+        Scene with resolved materials, at each frequency. Paths are searched and traced once for
+        all of them.
+    tag_position_m : (3,) float
+        Place of the tag [m], off every wall.
+    tag_antenna : Antenna or sequence of Antenna
+        The tag's antenna in the room's frame, at each frequency.
+    tag_power_w : float
+        Power that the tag sends [W], > 0.
+    response : ReaderResponse or sequence of ReaderResponse
+        The reader, at each frequency.
+    reader_height_m : float
+        Height of the reader's ground plane above the floor [m].
+    max_reflections : int
+        Greatest order of the room's paths [-].
+    max_diffractions : int
+        Diffractions of a path [-], 1 or 2, at the radio scene's wedges; without any it counts for
+        nothing.
+    search : str
+        How paths are searched: ``complete``, or ``rays`` for meshes of very many triangles.
+    rays : int
+        Rays launched [-] by ``rays``.
+
+    Returns
+    -------
+    ReaderLink
+        Ready for poses anywhere in the room (anywhere at all in free space).
+
+    Raises
+    ------
+    AntennaError
+        When frequencies differ, readers do, or the power is not positive.
+    GeometryError
+        When the tag is level with the reader, the order is negative, or the scenes are not of one
+        room.
+
+    Warns
+    -----
+    PhysicsWarning
+        When a pose can bring the tag nearer than 2 D^2 / lambda, where its wave is not plane across
+        the reader.
+    """
+    if not (math.isfinite(tag_power_w) and tag_power_w > 0.0):
+        msg = f"tag_power_w = {tag_power_w} W is not a power; give a number above 0 W."
+        raise AntennaError(msg)
+    channels = link_channels(radio, tag_antenna, response)
+    first = channels[0]
+    tag = frozen_array(tag_position_m, name="tag_position_m", shape=(3,))
+    reader_z_m = first.radio.scene.floor_height_m + reader_height_m
+    check_clearance(abs(float(tag[2]) - reader_z_m), tag, channels)
+    bands = link_bands(
+        channels,
+        tag,
+        max_reflections=max_reflections,
+        max_diffractions=max_diffractions,
+        search=search,
+        rays=rays,
+    )
+    return ReaderLink(
+        bands=bands,
+        azimuths_rad=first.response.azimuths_rad,
+        tag_position_m=tag,
+        tag_power_w=tag_power_w,
+        reader_z_m=reader_z_m,
+    )
+
+
+def channel_average(links: Sequence[ReaderLink]) -> ReaderLink:
+    """Return one link whose RSS is the mean in power over the frequencies of several.
+
+    Parameters
+    ----------
+    links : sequence of ReaderLink
+        The same tag, reader and room at different frequencies.
+
+    Returns
+    -------
+    ReaderLink
+        Link with all their channels.
+
+    Raises
+    ------
+    AntennaError
+        When there is none, or they differ in more than their frequency.
+    """
+    if not links:
+        msg = "an average over channels needs at least one frequency, but none was given."
+        raise AntennaError(msg)
+    first = links[0]
+    for link in links[1:]:
+        same = (
+            np.array_equal(link.tag_position_m, first.tag_position_m)
+            and np.array_equal(link.azimuths_rad, first.azimuths_rad)
+            and link.reader_z_m == first.reader_z_m
+            and link.tag_power_w == first.tag_power_w
+        )
+        if not same:
+            msg = "links of different tags, readers or heights cannot be averaged over channels."
+            raise AntennaError(msg)
+    return ReaderLink(
+        bands=tuple(band for link in links for band in link.bands),
+        azimuths_rad=first.azimuths_rad,
+        tag_position_m=first.tag_position_m,
+        tag_power_w=first.tag_power_w,
+        reader_z_m=first.reader_z_m,
+    )

@@ -1,0 +1,1 @@
+"""The reader's response: embedded patterns by full wave, by rays, isolated, or from files."""

@@ -1,0 +1,376 @@
+"""Full-wave solutions of readers, kept on disk by the hash of everything they depend on.
+
+A file is written under a temporary name and renamed, so that parallel runs can share the folder; a
+file that is damaged or from another solver is computed again. A folder that cannot be written to is
+no error: the solution is computed, and a warning says that it is not kept.
+"""
+
+import hashlib
+import importlib.resources
+import json
+import os
+import sys
+import tempfile
+import warnings
+import zipfile
+import zlib
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.em.antennas.kinds import Antenna
+from octant.em.reader.fullwave.band import NODES, solve_band
+from octant.em.reader.fullwave.mesh import (
+    CELLS_PER_WAVELENGTH,
+    FEED_GAP_M,
+    WIRE_RADIUS_M,
+    reader_mesh,
+)
+from octant.em.reader.fullwave.response import MODEL, fullwave_response, response_of
+from octant.em.reader.fullwave.result import FullwaveResult
+from octant.em.reader.response import ReaderResponse
+from octant.geometries._arrays import frozen_array
+from octant.geometries.bodies import Body
+from octant.geometries.errors import AntennaError, CacheWarning
+from octant.geometries.reader_body import ReaderBody
+
+CACHE_FORMAT = 1
+"""Raised when the content of a file changes, so that old files are computed again [-]."""
+
+CACHE_VARIABLE = "OCTANT_CACHE_DIR"
+"""Environment variable that names the folder of everything that Octant keeps for later runs."""
+
+_DAMAGED = (OSError, EOFError, ValueError, KeyError, TypeError, zipfile.BadZipFile, zlib.error)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ReaderSolution:
+    """What is kept of a full-wave solution: patterns, matrices and powers, without the currents.
+
+    Parameters
+    ----------
+    response : ReaderResponse
+        Embedded realised patterns [-].
+    impedance_ohm : (n, n) complex128
+        Open-circuit impedance matrix Z [ohm].
+    input_impedance_ohm : (n,) complex128
+        Impedance seen by each source, the other ports loaded [ohm].
+    s_matrix : (n, n) complex128
+        Scattering matrix of power waves, ports referred to their loads [-].
+    radiated_share, accepted_share, lost_share : (n,) float64
+        Shares of the available power, each port driven in turn [-].
+    unknowns : int
+        Number of independent functions that were solved for [-].
+    """
+
+    response: ReaderResponse
+    impedance_ohm: npt.NDArray[np.complex128]
+    input_impedance_ohm: npt.NDArray[np.complex128]
+    s_matrix: npt.NDArray[np.complex128]
+    radiated_share: npt.NDArray[np.float64]
+    accepted_share: npt.NDArray[np.float64]
+    lost_share: npt.NDArray[np.float64]
+    unknowns: int
+
+    def __post_init__(self) -> None:
+        n = self.response.antennas
+        for name, shape in _SHAPES.items():
+            dtype = np.float64 if name.endswith("_share") else np.complex128
+            value = frozen_array(
+                getattr(self, name),
+                name=name,
+                shape=tuple(n for _ in range(shape)),
+                dtype=dtype,
+                error=AntennaError,
+            )
+            object.__setattr__(self, name, value)
+
+
+_SHAPES = {
+    "impedance_ohm": 2,
+    "input_impedance_ohm": 1,
+    "s_matrix": 2,
+    "radiated_share": 1,
+    "accepted_share": 1,
+    "lost_share": 1,
+}
+"""Arrays of a solution and their number of dimensions."""
+
+
+def cache_folder() -> Path | None:
+    """Return the folder for what Octant keeps between runs; None when this user has none.
+
+    Returns
+    -------
+    Path or None
+        ``$OCTANT_CACHE_DIR``, or ``octant`` in the platform's folder for caches of the user
+        (``$XDG_CACHE_HOME`` or ``~/.cache`` on Linux). It need not exist.
+    """
+    if chosen := os.environ.get(CACHE_VARIABLE):
+        return Path(chosen)
+    named = "LOCALAPPDATA" if sys.platform == "win32" else "XDG_CACHE_HOME"
+    if base := os.environ.get(named):
+        return Path(base) / "octant"
+    usual = Path("Library", "Caches") if sys.platform == "darwin" else Path(".cache")
+    try:
+        return Path.home() / usual / "octant"
+    except RuntimeError:
+        return None
+
+
+def cached_responses(
+    body: ReaderBody,
+    antenna: Antenna,
+    frequencies_hz: Sequence[float],
+    *,
+    gap_m: float = 0.005,
+    load_ohm: npt.ArrayLike = 50.0,
+    cells_per_wavelength: float = CELLS_PER_WAVELENGTH,
+    wire_radius_m: float = WIRE_RADIUS_M,
+    feed_gap_m: float = FEED_GAP_M,
+    surroundings: Sequence[Body] = (),
+    folder: Path | None = None,
+    keep: bool = True,
+) -> tuple[ReaderSolution, ...]:
+    """Return the full-wave solutions of a reader, read from disk or solved and kept; gains [-].
+
+    Parameters
+    ----------
+    body : ReaderBody
+        Ground plane, plates and the places of the antennas.
+    antenna : Antenna
+        One element, an upright dipole or monopole, of which kind and length are used.
+    frequencies_hz : sequence of float
+        Where solutions are wanted [Hz]; for more than ``NODES`` different ones, that many are
+        solved across the band and the others interpolated, see `octant.em.reader.fullwave.band`.
+    gap_m : float
+        Height of a dipole's lower end, or of a monopole's own plane, above the ground plane [m].
+    load_ohm : complex or (n,) array_like
+        Impedance of source and load of every port [ohm].
+    cells_per_wavelength : float
+        Elements per wavelength [-].
+    wire_radius_m : float
+        Radius of the antennas' wire [m].
+    feed_gap_m : float
+        Length of the feed [m]; 0 is a delta gap.
+    surroundings : sequence of Body
+        Further perfectly conducting meshes near the reader, in its own frame [m].
+    folder : Path, optional
+        Where solutions are kept; default: ``responses`` in `cache_folder`.
+    keep : bool
+        Whether the disk takes part; not for solutions that nobody asks for a second time.
+
+    Returns
+    -------
+    tuple of ReaderSolution
+        In the order of the frequencies. Patterns are rounded to single precision (6e-8 of a
+        value), whether they come from disk or not, so that both give the same numbers.
+
+    Raises
+    ------
+    GeometryError, AntennaError
+        When the reader cannot be meshed or solved; failures are not kept.
+
+    Warns
+    -----
+    CacheWarning
+        When a solution cannot be kept.
+    """
+    wanted = sorted({float(f) for f in frequencies_hz})
+    setup: dict[str, Any] = {
+        "gap_m": float(gap_m),
+        "cells_per_wavelength": float(cells_per_wavelength),
+        "wire_radius_m": float(wire_radius_m),
+        "feed_gap_m": float(feed_gap_m),
+    }
+    # An interpolated solution depends on the band that it was interpolated in.
+    band = [wanted[0], wanted[-1], NODES] if len(wanted) > NODES else []
+    numbers = {"band": band, "surroundings": [body_hash(b) for b in surroundings], **setup}
+    keys = {f: _key(body, antenna, f, load_ohm, numbers) for f in wanted}
+    setup["surroundings"] = tuple(surroundings)
+    place = _folder(folder) if keep else None
+    found = {f: _read(place, keys[f]) for f in wanted}
+    missing = [f for f in wanted if found[f] is None]
+    if band and missing:
+        missing = wanted
+    elements = {f: replace(antenna, frequency_hz=f) for f in wanted}
+    if band and missing:
+        solved = _solved_band(body, elements[wanted[-1]], wanted, load_ohm, setup)
+    else:
+        solved = (fullwave_response(body, elements[f], load_ohm=load_ohm, **setup) for f in missing)
+    for f, (response, result) in zip(missing, solved, strict=True):
+        solution = found[f] = _solution(response, result)
+        _write(place, keys[f], solution)
+    return tuple(kept for f in frequencies_hz if (kept := found[float(f)]) is not None)
+
+
+def _folder(given: Path | None) -> Path | None:
+    """Return the folder of the solutions; None when this user has no place for it."""
+    base = cache_folder() if given is None else None
+    return given if base is None else base / "responses"
+
+
+def _solved_band(
+    body: ReaderBody,
+    antenna: Antenna,
+    frequencies_hz: Sequence[float],
+    load_ohm: npt.ArrayLike,
+    setup: dict[str, Any],
+) -> Iterator[tuple[ReaderResponse, FullwaveResult]]:
+    """Yield patterns and solutions across a band, on the mesh of the antenna's frequency."""
+    mesh = reader_mesh(
+        body,
+        frequency_hz=antenna.frequency_hz,
+        antenna="monopole" if antenna.kind == "monopole" else "dipole",
+        length_m=antenna.length_m,
+        **setup,
+    )
+    band = solve_band(mesh, frequencies_hz, nodes=NODES, load_ohm=load_ohm)
+    for frequency_hz in frequencies_hz:
+        result = band.at(frequency_hz)
+        yield response_of(result, mesh, body), result
+
+
+def _key(
+    body: ReaderBody,
+    antenna: Antenna,
+    frequency_hz: float,
+    load_ohm: npt.ArrayLike,
+    numbers: dict[str, Any],
+) -> str:
+    """Return the SHA-256 of everything that a solution depends on, the solver included."""
+    load = np.asarray(load_ohm, dtype=np.complex128)
+    value = {
+        "format": CACHE_FORMAT,
+        "solver": _solver_hash(),
+        "body": {
+            "antennas": body.antennas,
+            "antenna_radius_m": body.antenna_radius_m,
+            "plate_height_m": body.plate_height_m,
+            "plate_height_axis_m": body.plate_height_axis_m,
+            "plate_outer_radius_m": body.plate_outer_radius_m,
+            "ground_plane_m": body.ground_plane_m,
+            "ground_plane_shape": body.ground_plane_shape,
+            "monopole_plane_m": body.monopole_plane_m,
+            "element_azimuths_rad": body.element_azimuths_rad.tolist(),
+            "plate_azimuths_rad": body.plate_azimuths_rad.tolist(),
+            **({} if body.errors is None else {"errors": body.errors.as_dict()}),
+        },
+        "antenna": [antenna.kind, antenna.length_m, antenna.axis.tolist()],
+        "frequency_hz": frequency_hz,
+        "load_ohm": [load.real.tolist(), load.imag.tolist()],
+        **numbers,
+    }
+    return hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()
+
+
+def body_hash(body: Body) -> str:
+    """Return the SHA-256 of a body's geometry, 64 hexadecimal digits [-].
+
+    Parameters
+    ----------
+    body : Body
+        Any body [m]; name and material do not count.
+    """
+    data = body.vertices_m.tobytes() + body.faces.tobytes()
+    return hashlib.sha256(data).hexdigest()
+
+
+def _solver_hash() -> str:
+    """Return a hash of Octant's version and the solver's source, which a version may share."""
+    try:
+        version = metadata.version("octant")
+    except metadata.PackageNotFoundError:
+        version = "not installed"
+    digest = hashlib.sha256(version.encode())
+    sources = importlib.resources.files("octant.em.reader.fullwave").iterdir()
+    for source in sorted(sources, key=lambda item: item.name):
+        if source.name.endswith(".py"):
+            digest.update(source.name.encode() + source.read_bytes())
+    return digest.hexdigest()
+
+
+def _solution(response: ReaderResponse, result: FullwaveResult) -> ReaderSolution:
+    rounded = ReaderResponse(
+        model=response.model,
+        frequency_hz=response.frequency_hz,
+        azimuths_rad=response.azimuths_rad,
+        phase_centres_m=response.phase_centres_m,
+        pattern=response.pattern.astype(np.complex64),
+        warnings=response.warnings,
+    )
+    return ReaderSolution(
+        response=rounded,
+        unknowns=result.unknowns,
+        **{name: getattr(result, name) for name in _SHAPES},
+    )
+
+
+def _file(folder: Path, key: str) -> Path:
+    """Return where the solution of a key lies."""
+    return folder / f"{key[:40]}.npz"
+
+
+def _read(folder: Path | None, key: str) -> ReaderSolution | None:
+    """Return the solution of a key; None when there is no file that is whole and has this key."""
+    if folder is None:
+        return None
+    try:
+        # Given a name, numpy would leave a damaged file open.
+        with _file(folder, key).open("rb") as handle, np.load(handle, allow_pickle=False) as data:
+            if str(data["key"]) != key:
+                return None
+            response = ReaderResponse(
+                model=MODEL,
+                frequency_hz=float(data["frequency_hz"]),
+                azimuths_rad=data["azimuths_rad"],
+                phase_centres_m=data["phase_centres_m"],
+                pattern=data["pattern"],
+                warnings=tuple(data["warnings"].tolist()),
+            )
+            return ReaderSolution(
+                response=response,
+                unknowns=int(data["unknowns"]),
+                **{name: data[name] for name in _SHAPES},
+            )
+    except _DAMAGED:
+        return None
+
+
+def _write(folder: Path | None, key: str, solution: ReaderSolution) -> None:
+    """Write a solution whole; a folder that cannot take it earns a warning."""
+    if folder is None:
+        return
+    response = solution.response
+    part = None
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(prefix=".", suffix=".part", dir=folder)
+        part = Path(name)
+        with os.fdopen(handle, "wb") as file:
+            np.savez(
+                file,
+                key=np.array(key),
+                frequency_hz=np.array(response.frequency_hz),
+                azimuths_rad=response.azimuths_rad,
+                phase_centres_m=response.phase_centres_m,
+                pattern=response.pattern.astype(np.complex64),
+                warnings=np.array(response.warnings, dtype=np.str_),
+                unknowns=np.array(solution.unknowns),
+                **{name: getattr(solution, name) for name in _SHAPES},
+            )
+        part.replace(_file(folder, key))
+    except OSError as exc:
+        msg = (
+            f"full-wave solutions cannot be kept in {folder} ({exc.strerror}), so each run "
+            f"solves them again; set {CACHE_VARIABLE} to a folder that can be written to."
+        )
+        warnings.warn(msg, CacheWarning, stacklevel=3)
+    finally:
+        if part is not None:
+            part.unlink(missing_ok=True)

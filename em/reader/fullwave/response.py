@@ -1,0 +1,142 @@
+"""The reader's response by the method of moments, as the rest of Octant takes it."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.em.antennas.kinds import Antenna
+from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
+from octant.em.reader.fullwave.mesh import (
+    CELLS_PER_WAVELENGTH,
+    FEED_GAP_M,
+    WIRE_RADIUS_M,
+    ReaderMesh,
+    reader_mesh,
+)
+from octant.em.reader.fullwave.result import FullwaveResult
+from octant.em.reader.fullwave.solve import solve_reader
+from octant.em.reader.response import GRID_STEP_DEG, ReaderResponse
+from octant.geometries.bodies import Body
+from octant.geometries.errors import AntennaError
+from octant.geometries.reader_body import ReaderBody
+
+MODEL = "fullwave"
+"""Name of the model [-]."""
+
+
+def fullwave_response(
+    body: ReaderBody,
+    antenna: Antenna,
+    *,
+    gap_m: float = 0.005,
+    load_ohm: npt.ArrayLike = 50.0,
+    cells_per_wavelength: float = CELLS_PER_WAVELENGTH,
+    wire_radius_m: float = WIRE_RADIUS_M,
+    feed_gap_m: float = FEED_GAP_M,
+    graded_tips: bool = False,
+    surroundings: Sequence[Body] = (),
+    symmetry: bool = True,
+) -> tuple[ReaderResponse, FullwaveResult]:
+    """Return the embedded patterns of a reader [-] and the solution that they come from.
+
+    Parameters
+    ----------
+    body : ReaderBody
+        Ground plane, plates and the places of the antennas.
+    antenna : Antenna
+        One element, an upright dipole or monopole; its frequency and length are used.
+    gap_m : float
+        Height of a dipole's lower end, or of a monopole's own plane, above the ground plane [m].
+    load_ohm : complex or (n,) array_like
+        Impedance of source and load of every port [ohm].
+    cells_per_wavelength : float
+        Elements per wavelength [-]; 10 for design, 14 for final figures.
+    wire_radius_m : float
+        Radius of the antennas' wire [m].
+    feed_gap_m : float
+        Length of the feed [m]; 0 is a delta gap.
+    graded_tips : bool
+        Cut the strips' last cells finer; see `reader_mesh`.
+    surroundings : sequence of Body
+        Further perfectly conducting meshes in the reader frame.
+    symmetry : bool
+        Use the rotational symmetry that the mesh has.
+
+    Returns
+    -------
+    tuple of ReaderResponse and FullwaveResult
+        Realised patterns on a grid of ``GRID_STEP_DEG``, and matrices, powers, currents.
+
+    Raises
+    ------
+    AntennaError
+        When the antenna is not an upright dipole or monopole, or a load is not positive.
+    GeometryError
+        When the reader cannot be meshed or solved.
+
+    Notes
+    -----
+    Mutual coupling, mismatch to the loads, diffraction at all edges and currents on the plates are
+    in the patterns. The metal is perfect and without thickness; tag and room are not included.
+    """
+    if antenna.kind not in {"dipole", "monopole"} or abs(antenna.axis[2]) < 1.0 - 1e-12:
+        msg = (
+            f"antenna {antenna.kind!r} of axis {antenna.axis.tolist()} has no full-wave mesh; give "
+            "an upright dipole or monopole."
+        )
+        raise AntennaError(msg)
+    mesh = reader_mesh(
+        body,
+        frequency_hz=antenna.frequency_hz,
+        antenna="monopole" if antenna.kind == "monopole" else "dipole",
+        length_m=antenna.length_m,
+        gap_m=gap_m,
+        cells_per_wavelength=cells_per_wavelength,
+        wire_radius_m=wire_radius_m,
+        feed_gap_m=feed_gap_m,
+        graded_tips=graded_tips,
+        surroundings=surroundings,
+    )
+    result = solve_reader(mesh, load_ohm=load_ohm, symmetry=symmetry)
+    return response_of(result, mesh, body), result
+
+
+def response_of(result: FullwaveResult, mesh: ReaderMesh, body: ReaderBody) -> ReaderResponse:
+    """Return the patterns of a solution on the grid that radio maps read [-].
+
+    Parameters
+    ----------
+    result : FullwaveResult
+        Solution.
+    mesh : ReaderMesh
+        What was solved; gives the phase centres.
+    body : ReaderBody
+        Gives the antennas' azimuths.
+
+    Returns
+    -------
+    ReaderResponse
+        Patterns of model ``fullwave``, phase referred to each antenna's own phase centre.
+    """
+    rows, columns = round(180.0 / GRID_STEP_DEG) + 1, round(360.0 / GRID_STEP_DEG)
+    theta = np.linspace(0.0, math.pi, rows)
+    phi = np.arange(columns) * (2.0 * math.pi / columns)
+    # Further ports are those of series loads.
+    pattern = np.moveaxis(result.pattern_grid(theta, columns)[: body.antennas], -1, 1)
+    centres_m = mesh.phase_centres_m[: body.antennas]
+    st, ct = np.sin(theta)[:, None], np.cos(theta)[:, None]
+    direction = np.stack(
+        (st * np.cos(phi), st * np.sin(phi), np.broadcast_to(ct, (rows, columns))), axis=-1
+    )
+    wavenumber = 2.0 * math.pi * result.frequency_hz / SPEED_OF_LIGHT_M_PER_S
+    turn = np.exp(-1j * wavenumber * np.einsum("tpc,nc->ntp", direction, centres_m))
+    return ReaderResponse(
+        model=MODEL,
+        frequency_hz=result.frequency_hz,
+        azimuths_rad=body.element_azimuths_rad,
+        phase_centres_m=centres_m,
+        pattern=pattern * turn[:, None],
+        warnings=result.warnings,
+    )

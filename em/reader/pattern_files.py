@@ -1,0 +1,229 @@
+"""A reader given by pattern files, one an antenna, measured or from another solver."""
+
+import math
+import warnings
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.em.antennas.pattern_files.common import PatternTable, mean_over_sphere
+from octant.em.antennas.pattern_files.reading import read_pattern
+from octant.em.antennas.pattern_files.resample import Outside, half_turn_steps, response_pattern
+from octant.em.reader.response import GRID_STEP_DEG, ReaderResponse
+from octant.geometries._arrays import frozen_array
+from octant.geometries.errors import PatternFileError, PhysicsWarning
+
+FREQUENCY_TOLERANCE = 1e-3
+"""Relative difference [-] up to which a table's frequency counts as the one asked for."""
+
+WIDEST_INTERPOLATION = 0.05
+"""Relative distance [-] of two tables up to which patterns are interpolated between them."""
+
+_MOST_EFFICIENCY = 1.05
+
+
+def reader_from_pattern_files(
+    paths: Sequence[str | Path],
+    *,
+    azimuths_rad: npt.ArrayLike,
+    frequency_hz: float,
+    phase_centres_m: npt.ArrayLike | None = None,
+    load_ohm: float = 50.0,
+    incident_power_w: float | None = None,
+    step_deg: float = GRID_STEP_DEG,
+    outside: Outside = "error",
+) -> ReaderResponse:
+    """Return a reader's response that is given entirely by pattern files.
+
+    Parameters
+    ----------
+    paths : sequence of str or Path
+        One file an antenna, in the order of the antennas; each in the reader's frame, with its
+        phase at the reader's centre (or at the origin that the file names).
+    azimuths_rad : (n,) float
+        Azimuth [rad] of each antenna, antenna 1 at 0.
+    frequency_hz : float
+        Frequency [Hz] to use: a file's table within 0.1 %, or the two nearest tables of one file
+        around it, not farther than 5 % apart, interpolated linearly.
+    phase_centres_m : (n, 3) float, optional
+        Where each antenna stands [m]. The tables' phase is moved there, which keeps them smooth;
+        patterns without phase are centred there. The reader's centre where it is left out.
+    load_ohm : float
+        Load [ohm], which turns gain into realised gain where a file tells the input impedance.
+    incident_power_w : float, optional
+        Power [W] behind files that do not tell it; see `read_pattern`.
+    step_deg : float
+        Step [deg] of the response's grid; must divide 180 deg.
+    outside : {"error", "zero"}
+        What to do where a file does not cover theta down to a pole.
+
+    Returns
+    -------
+    ReaderResponse
+        Model ``files``; its warnings say what the files left open.
+
+    Raises
+    ------
+    PatternFileError
+        When files are malformed, do not cover the directions, or miss the frequency.
+
+    Warns
+    -----
+    PhysicsWarning
+        When a file holds no phase, is not realised gain, or radiates more than it takes in.
+    """
+    azimuths = frozen_array(
+        azimuths_rad, name="azimuths_rad", shape=(None,), error=PatternFileError
+    )
+    n = len(azimuths)
+    if len(paths) != n or n < 1:
+        msg = f"{len(paths)} pattern files for {n} antennas; give one file an antenna."
+        raise PatternFileError(msg)
+    for name, value in (("frequency_hz", frequency_hz), ("load_ohm", load_ohm)):
+        if not (math.isfinite(value) and value > 0.0):
+            msg = f"{name} = {value}; give a number above 0."
+            raise PatternFileError(msg)
+    centres = frozen_array(
+        np.zeros((n, 3)) if phase_centres_m is None else phase_centres_m,
+        name="phase_centres_m",
+        shape=(n, 3),
+        error=PatternFileError,
+    )
+    half_turn = half_turn_steps(step_deg)
+    notes: dict[str, None] = {}
+    patterns = []
+    for path, centre_m in zip(paths, centres, strict=True):
+        pattern = np.zeros((2, half_turn + 1, 2 * half_turn), dtype=np.complex128)
+        parts = _at_frequency(Path(path), frequency_hz, incident_power_w, notes)
+        for weight, table in parts:
+            matched = _realised(table, load_ohm, notes)
+            pattern += weight * response_pattern(
+                matched,
+                frequency_hz=table.frequency_hz or frequency_hz,
+                phase_centre_m=centre_m,
+                rows=half_turn + 1,
+                columns=2 * half_turn,
+                outside=outside,
+            )
+        _check_power(Path(path), pattern, notes)
+        patterns.append(pattern)
+    for text in notes:
+        warnings.warn(text, PhysicsWarning, stacklevel=2)
+    return ReaderResponse(
+        model="files",
+        frequency_hz=frequency_hz,
+        azimuths_rad=azimuths,
+        phase_centres_m=centres,
+        pattern=np.stack(patterns),
+        warnings=tuple(notes),
+    )
+
+
+def _at_frequency(
+    path: Path, frequency_hz: float, incident_power_w: float | None, notes: dict[str, None]
+) -> list[tuple[float, PatternTable]]:
+    """Return the tables of a file that make its pattern at a frequency, with their weights."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", PhysicsWarning)  # the tables carry them; told once, below
+        tables = read_pattern(path, incident_power_w=incident_power_w)
+    nameless = [table for table in tables if table.frequency_hz is None]
+    known = [(table.frequency_hz, table) for table in tables if table.frequency_hz is not None]
+    near = [t for f, t in known if abs(f - frequency_hz) <= FREQUENCY_TOLERANCE * frequency_hz]
+    if nameless and not known:
+        near = nameless
+    if len(near) > 1:
+        best = min(abs((t.frequency_hz or 0.0) - frequency_hz) for t in near)
+        near = [t for t in near if abs((t.frequency_hz or 0.0) - frequency_hz) == best]
+    if len(near) > 1:
+        msg = (
+            f"{near[1].source}: a second pattern at {frequency_hz:.6g} Hz; keep one pattern of one "
+            "antenna a file."
+        )
+        raise PatternFileError(msg)
+    if near:
+        notes.update(dict.fromkeys(near[0].warnings))
+        return [(1.0, near[0])]
+    below = max(((f, t) for f, t in known if f < frequency_hz), key=lambda x: x[0], default=None)
+    above = min(((f, t) for f, t in known if f > frequency_hz), key=lambda x: x[0], default=None)
+    if below is None or above is None or above[0] - below[0] > WIDEST_INTERPOLATION * frequency_hz:
+        given = ", ".join(f"{f:.6g}" for f, _ in known)
+        msg = (
+            f"{tables[0].source}: patterns at {given} Hz, but {frequency_hz:.6g} Hz is asked for; "
+            "give that frequency, or two at most 5 % apart around it."
+        )
+        raise PatternFileError(msg)
+    notes.update(dict.fromkeys((*below[1].warnings, *above[1].warnings)))
+    share = (frequency_hz - below[0]) / (above[0] - below[0])
+    return [(1.0 - share, below[1]), (share, above[1])]
+
+
+def _realised(table: PatternTable, load_ohm: float, notes: dict[str, None]) -> PatternTable:
+    """Return a table of realised gain as far as the file allows it."""
+    if table.kind == "realised_gain":
+        return table
+    if table.kind == "gain" and table.impedance_ohm is not None:
+        z = table.impedance_ohm
+        passed = 4.0 * z.real * load_ohm / abs(z + load_ohm) ** 2
+        if passed < 0.0:
+            msg = f"{table.source}: input impedance {z:.4g} ohm gives power away; check the feed."
+            raise PatternFileError(msg)
+        return replace(table, field=table.field * math.sqrt(passed), kind="realised_gain")
+    left = "losses and mismatch" if table.kind == "directivity" else "mismatch"
+    notes[f"{table.source} holds {table.kind}, not realised gain: {left} are left out"] = None
+    return table
+
+
+def _check_power(path: Path, pattern: npt.NDArray[np.complex128], notes: dict[str, None]) -> None:
+    """Note a pattern that radiates more power than comes in."""
+    rows, columns = pattern.shape[1:]
+    phi = np.arange(columns) * (2.0 * math.pi / columns)
+    gain = np.sum(np.abs(pattern) ** 2, axis=0)
+    share = mean_over_sphere(np.linspace(0.0, math.pi, rows), phi, gain)
+    if share > _MOST_EFFICIENCY:
+        text = f"{path} radiates {share:.3g} times the power that comes in: its level is in doubt"
+        notes[text] = None
+
+
+def pattern_tables(
+    response: ReaderResponse, *, step_deg: float | None = None
+) -> tuple[PatternTable, ...]:
+    """Return the embedded patterns of a reader as tables, to be written to files.
+
+    Parameters
+    ----------
+    response : ReaderResponse
+        The reader.
+    step_deg : float, optional
+        Step [deg] of theta and phi, a divisor of 180; the response's own grid where left out.
+
+    Returns
+    -------
+    tuple of PatternTable
+        One table an antenna, of realised gain, phase at the reader's centre.
+
+    Raises
+    ------
+    PatternFileError
+        When the step does not divide 180 deg.
+    """
+    theta_rad, phi_rad = response.theta_rad, response.phi_rad
+    if step_deg is not None:
+        half_turn = half_turn_steps(step_deg)
+        theta_rad = np.linspace(0.0, math.pi, half_turn + 1, dtype=np.float64)
+        phi_rad = np.arange(2 * half_turn, dtype=np.float64) * (math.pi / half_turn)
+    fields = response.far_field(theta_rad[:, None], phi_rad[None, :])
+    return tuple(
+        PatternTable(
+            frequency_hz=response.frequency_hz,
+            theta_rad=theta_rad,
+            phi_rad=phi_rad,
+            field=np.moveaxis(field, -1, 0),
+            kind="realised_gain",
+            name=f"antenna {index}",
+            source=f"antenna {index} of the reader ({response.model})",
+        )
+        for index, field in enumerate(fields, start=1)
+    )

@@ -1,0 +1,1 @@
+"""Candidates for paths: the complete image search, ways over edges, launched rays."""

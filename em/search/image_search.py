@@ -1,0 +1,254 @@
+"""Complete enumeration of the images of a source: every reflection sequence that can carry a path.
+
+Images are built per plane, order by order. A sequence is dropped only when no path can use it:
+
+* the plane was the last one reflected by, or the image lies on it;
+* every body, the source and all receivers lie on one side of the plane (a wall of the room), and
+  the image is on the other: the reflection would come from outside;
+* the facet belongs to a closed opaque part of the scene, and its reflection would run on the side
+  of that part on which the source is not;
+* the beam from the image through the part of the last facets that it can reach misses every facet
+  of the plane. Beams are cut by convex hulls and never too tightly;
+* all of the facet that the beam reaches is hidden behind one convex opaque facet.
+
+docs/completeness.md proves that nothing else is lost.
+
+Sequences of one order that lead to the same point (two walls at right angles, either way round) are
+one image with several branches. For a receiver at most one branch carries a path, because all of
+them leave the receiver in the same direction, where the first facet met decides.
+"""
+
+import math
+from concurrent.futures import Executor
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.em.search import _image_kernels
+from octant.em.blocks import Progress, run_blocks
+from octant.em.search.image_tree import ImageTree, TreeBuilder
+from octant.em.search.search_facets import SearchFacets, search_facets
+from octant.geometries._arrays import frozen_array
+from octant.geometries.errors import GeometryError
+from octant.geometries.scene import Scene
+
+__all__ = ["ImageTree", "checked_source", "opaque_mask", "search_images"]
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+BoolArray = npt.NDArray[np.bool_]
+
+IMAGES_PER_BLOCK = 64
+"""Images [-] whose beams one call of the kernel follows."""
+
+
+def search_images(
+    scene: Scene,
+    source_m: npt.ArrayLike,
+    max_reflections: int,
+    *,
+    region_m: npt.ArrayLike | None = None,
+    opaque_facets: npt.ArrayLike | None = None,
+    executor: Executor | None = None,
+    progress: Progress | None = None,
+) -> ImageTree:
+    """Return every image of a source that a path of up to so many reflections can use.
+
+    Parameters
+    ----------
+    scene : Scene
+        Geometry.
+    source_m : (3,) float
+        Place of the antenna [m], off every facet.
+    max_reflections : int
+        Greatest order [-], >= 0.
+    region_m : (2, 3) float, optional
+        Least and greatest corner [m] of the box that all receivers lie in. Default: the scene's
+        bounds when the source is in a room, else everywhere. A smaller region prunes more; the
+        images of a box seen from inside are 1, 6, 18, 38, 66, 102 ... (4 n^2 + 2).
+    opaque_facets : (f,) bool, optional
+        Facets that let nothing through [-]. Default: all. Only those hide others, and only a closed
+        part whose facets are all opaque reflects on one side alone.
+    executor : Executor, optional
+        Runs the blocks of images, sharing memory; by default one thread per core. The images are
+        the same, bit by bit, whatever runs them.
+    progress : callable, optional
+        Told (images done, images in all) of each order as it grows.
+
+    Returns
+    -------
+    ImageTree
+        Complete for receivers in the region.
+
+    Raises
+    ------
+    GeometryError
+        For a bad source or order, or when the images would exceed ``MAX_IMAGES``.
+
+    Notes
+    -----
+    Each image asks a hierarchy of facets what its beam reaches, so that cost grows with the number
+    of images, not with the product of images and planes. For meshes of thousands of planes low
+    orders stay tractable; high ones do not.
+    """
+    source = checked_source(scene, source_m, max_reflections)
+    region = _region(scene, source, region_m)
+    opaque = opaque_mask(scene, opaque_facets)
+    facets = search_facets(scene, source, region, opaque)
+    search = _Search(
+        scene, facets, source=source, region=region, executor=executor, progress=progress
+    )
+    for order in range(1, max_reflections + 1):
+        search.grow(keep_windows=order < max_reflections)
+    return search.tree.finish(region_m=region, opaque_facets=opaque)
+
+
+def checked_source(scene: Scene, source_m: npt.ArrayLike, max_reflections: int) -> FloatArray:
+    """Return the source as a (3,) array [m], if it and the order can be searched.
+
+    Parameters
+    ----------
+    scene : Scene
+        Geometry.
+    source_m : (3,) float
+        Place of the antenna [m].
+    max_reflections : int
+        Greatest order [-].
+
+    Raises
+    ------
+    GeometryError
+        For a source that is not three finite numbers or lies on a facet, or a negative order.
+    """
+    if max_reflections < 0:
+        msg = f"max_reflections = {max_reflections} is negative; give 0 or more."
+        raise GeometryError(msg)
+    source = frozen_array(source_m, name="source_m", shape=(3,))
+    # On a wall neither its side nor where its reflection leaves to would be defined.
+    if np.isfinite(scene.distance_to_facets_m(source, within_m=scene.tolerance_m)[0]).any():
+        x, y, z = source
+        msg = (
+            f"the source ({x:g}, {y:g}, {z:g}) m lies on a surface of the scene, where it has no "
+            "side; move it off, as Scene.stand_off does."
+        )
+        raise GeometryError(msg)
+    return source
+
+
+def opaque_mask(scene: Scene, opaque_facets: npt.ArrayLike | None) -> BoolArray:
+    """Return (f,) bool, which facets let nothing through [-]: all when nothing is said.
+
+    Parameters
+    ----------
+    scene : Scene
+        Geometry.
+    opaque_facets : (f,) bool or None
+        What the caller was given [-].
+    """
+    count = len(scene.facets.facet_plane)
+    given = np.ones(count) if opaque_facets is None else opaque_facets
+    return frozen_array(given, name="opaque_facets", shape=(count,), dtype=np.bool_)
+
+
+def _region(scene: Scene, source: FloatArray, region_m: npt.ArrayLike | None) -> FloatArray:
+    if region_m is not None:
+        return frozen_array(region_m, name="region_m", shape=(2, 3), finite=False)
+    slack = scene.tolerance_m
+    low, high = scene.bounds_m
+    if scene.has_room and bool((source > low - slack).all() and (source < high + slack).all()):
+        return frozen_array(scene.bounds_m, name="region_m", shape=(2, 3))
+    everywhere = np.array([[-math.inf] * 3, [math.inf] * 3])
+    return frozen_array(everywhere, name="region_m", shape=(2, 3), finite=False)
+
+
+class _Search:
+    """The images found so far, order by order."""
+
+    def __init__(
+        self,
+        scene: Scene,
+        facets: SearchFacets,
+        *,
+        source: FloatArray,
+        region: FloatArray,
+        executor: Executor | None,
+        progress: Progress | None,
+    ) -> None:
+        self.region, self.executor, self.progress = region, executor, progress
+        self.planes, self.facets = scene.facets, facets
+        self.slack = scene.tolerance_m
+        self.tree = TreeBuilder(scene, source)
+        self.windows = (
+            np.zeros(2, np.int64),
+            np.zeros(0, np.int64),
+            np.zeros(1, np.int64),
+            np.zeros((0, 3)),
+        )
+
+    def grow(self, *, keep_windows: bool) -> None:
+        """Add the images of the next order."""
+        considered = len(self.tree.level_m) * len(self.planes.plane_normal)
+        children, windows, corners = self._expand(keep_windows=keep_windows)
+        image_of = self.tree.add_level(
+            children, considered=considered, pruned=considered - len(children)
+        )
+        self.windows = _windows_by_image(windows, corners, image_of, len(self.tree.level_m))
+
+    def _expand(self, *, keep_windows: bool) -> tuple[IntArray, IntArray, FloatArray]:
+        """Return children, windows and corners of the level, found block by block."""
+        p, f = self.planes, self.facets
+        start, plane, corner_start, window_corners = self.windows
+        images = np.ascontiguousarray(self.tree.level_m)
+        found: dict[int, tuple[IntArray, IntArray, FloatArray]] = {}
+
+        def work(begin: int, end: int) -> None:
+            found[begin] = _image_kernels.expand(
+                images[begin:end],
+                start[begin : end + 1],
+                plane,
+                corner_start,
+                window_corners,
+                p.plane_normal,
+                p.plane_offset_m,
+                p.facet_plane,
+                f.side,
+                f.occluder_area_m2,
+                f.hull_start,
+                f.hulls_m,
+                f.boxes,
+                f.links,
+                f.order,
+                self.slack,
+                f.margin_m,
+                keep_windows,
+            )
+
+        run_blocks(
+            work,
+            len(images),
+            block_size=IMAGES_PER_BLOCK,
+            executor=self.executor,
+            progress=self.progress,
+        )
+        none = np.zeros((0, 2), np.int64), np.zeros((0, 3), np.int64), np.zeros((0, 3))
+        parts = [none, *(found[begin] for begin in sorted(found))]
+        sizes = np.cumsum([0, *(len(children) for children, _, _ in parts)])
+        for begin, part, before in zip([0, *sorted(found)], parts, sizes, strict=False):
+            part[0][:, 0] += begin
+            part[1][:, 0] += before
+        first, second, third = zip(*parts, strict=True)
+        return np.concatenate(first), np.concatenate(second), np.concatenate(third)
+
+
+def _windows_by_image(
+    windows: IntArray, corners: FloatArray, image_of: IntArray, images: int
+) -> tuple[IntArray, IntArray, IntArray, FloatArray]:
+    """Return windows sorted by image: start per image, plane, start of corners, corners."""
+    image = image_of[windows[:, 0]] if len(windows) else np.zeros(0, np.int64)
+    order = np.argsort(image, kind="stable")
+    size = windows[order, 2]
+    old_start = np.cumsum(windows[:, 2]) - windows[:, 2]
+    corner_start = np.concatenate(([0], np.cumsum(size))).astype(np.int64)
+    moved = np.repeat(old_start[order] - corner_start[:-1], size) + np.arange(corner_start[-1])
+    start = np.searchsorted(image[order], np.arange(images + 1)).astype(np.int64)
+    return start, np.ascontiguousarray(windows[order, 1]), corner_start, corners[moved]

@@ -1,0 +1,368 @@
+"""Images found by launched rays: for dense meshes, where a complete search is out of reach.
+
+Rays leave the source in all directions and are mirrored where they meet a facet. Each sequence of
+planes that some ray has followed becomes an image, with all that led to it; the exact path stage
+then takes the tree as it takes any other, so that a path found this way is exact. What no ray has
+met is missing. Two independent sets of rays say how much that may be.
+"""
+
+import math
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.em.search import _ray_search_kernels
+from octant.em.blocks import Progress, run_blocks
+from octant.em.search.image_search import checked_source, opaque_mask, search_images
+from octant.em.search.image_tree import ImageTree, TreeBuilder
+from octant.geometries._arrays import frozen_array
+from octant.geometries._plane_geometry import row_numbers
+from octant.geometries.errors import GeometryError
+from octant.geometries.scene import Scene
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+
+DEFAULT_RAYS = 1_000_000
+"""Rays [-] of a launch: 80,000 per steradian, 30 mm apart at 8 m."""
+
+RAYS_PER_BLOCK = 16_384
+"""Rays [-] whose sequences one call of the kernel collects."""
+
+_TURN = np.array([[0.36, 0.48, -0.8], [-0.8, 0.6, 0.0], [0.48, 0.64, 0.6]])
+"""Rotation [-] of the second half's lattice against the first's."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RaySearch:
+    """The images that rays have found, and how many they may have missed.
+
+    Parameters
+    ----------
+    tree : ImageTree
+        Images; complete for no receiver.
+    rays : int
+        Rays launched [-], half of them in each of two independent sets.
+    found : (orders + 1,) int64
+        Sequences that the rays followed, per order [-].
+    found_by_half : (orders + 1, 2) int64
+        Sequences that each half of the rays followed [-].
+    found_by_both : (orders + 1,) int64
+        Sequences that both halves followed [-].
+    met_once, met_twice : (orders + 1,) int64
+        Sequences that one ray, or two, of all have followed [-].
+    """
+
+    tree: ImageTree
+    rays: int
+    found: IntArray
+    found_by_half: IntArray
+    found_by_both: IntArray
+    met_once: IntArray
+    met_twice: IntArray
+
+    @property
+    def rays_per_sr(self) -> float:
+        """Density of the launch [1/sr]."""
+        return self.rays / (4.0 * math.pi)
+
+    def rays_per_square_wavelength(self, *, distance_m: float, wavelength_m: float) -> float:
+        """Return how many rays pass a square of one wavelength at an unfolded distance [-].
+
+        Parameters
+        ----------
+        distance_m : float
+            Length of the way from the source [m].
+        wavelength_m : float
+            Wavelength [m].
+        """
+        return self.rays_per_sr * (wavelength_m / distance_m) ** 2
+
+    @property
+    def estimated_total(self) -> FloatArray:
+        """Least number of sequences that there are per order, (orders + 1,) [-].
+
+        The greater of two estimates, each of which falls short where sequences differ in how easily
+        they are met: Chapman's (1951) of capture and recapture by the two halves, and Chao's (1984)
+        from the sequences met once and twice.
+        """
+        a, b = self.found_by_half.T.astype(np.float64)
+        recapture = (a + 1.0) * (b + 1.0) / (self.found_by_both + 1.0) - 1.0
+        once, twice = self.met_once.astype(np.float64), self.met_twice
+        chao = self.found + once * (once - 1.0) / (2.0 * (twice + 1.0))
+        total: FloatArray = np.maximum(self.found, np.maximum(recapture, chao))
+        return total
+
+    @property
+    def unseen_share(self) -> FloatArray:
+        """Share of all launch directions that belong to sequences not found, (orders + 1,) [-].
+
+        Good's (1953) estimate: the sequences met by a single ray, per ray. Sequences that are not
+        found are narrow: a receiver meets one of their paths about as seldom as a ray did.
+        """
+        share: FloatArray = self.met_once / float(self.rays)
+        return share
+
+
+def ray_search(
+    scene: Scene,
+    source_m: npt.ArrayLike,
+    max_reflections: int,
+    *,
+    rays: int = DEFAULT_RAYS,
+    opaque_facets: npt.ArrayLike | None = None,
+    executor: Executor | None = None,
+    progress: Progress | None = None,
+) -> RaySearch:
+    """Return the images of a source that launched rays find. They are not complete.
+
+    Parameters
+    ----------
+    scene : Scene
+        Geometry, of any number of triangles.
+    source_m : (3,) float
+        Place of the antenna [m], off every facet.
+    max_reflections : int
+        Greatest order [-], >= 0.
+    rays : int
+        Rays to launch [-], >= 2; an odd number is rounded down.
+    opaque_facets : (f,) bool, optional
+        Facets that let nothing through [-]; rays both pass and are reflected by the others.
+        Default: all.
+    executor : Executor, optional
+        Runs the blocks of rays, sharing memory; by default one thread per core. The result is the
+        same, bit by bit, whatever runs them.
+    progress : callable, optional
+        Told (rays done, rays in all).
+
+    Returns
+    -------
+    RaySearch
+        Tree of images, density of the launch, and an estimate of what it misses.
+
+    Raises
+    ------
+    GeometryError
+        For a bad source or order or too few rays, or when the images would exceed their limit.
+
+    Notes
+    -----
+    Directions are two spherical Fibonacci lattices (Swinbank and Purser, 2006), one turned against
+    the other. A sequence is sure to be met only when its beam is wider than the spacing of the
+    rays, sqrt(4 pi / rays) rad, at its narrowest; small facets seen from afar and high orders over
+    curved meshes are met by chance. No receiver plays a part, so the tree serves all of them. Time
+    grows with the rays times the orders, memory with the sequences that are found.
+
+    References
+    ----------
+    D. G. Chapman, Univ. California Publ. Stat. 1, 1951, p. 131; A. Chao, Scand. J. Statist. 11,
+    1984, p. 265; I. J. Good, Biometrika 40, 1953, p. 237, equation 9.
+    """
+    source = checked_source(scene, source_m, max_reflections)
+    if rays < 2:
+        msg = f"rays = {rays} are too few to estimate what is missing; launch 2 or more."
+        raise GeometryError(msg)
+    opaque = opaque_mask(scene, opaque_facets)
+    nodes, met = _sequences(
+        scene,
+        source,
+        max_order=max_reflections,
+        rays_per_half=rays // 2,
+        clear=~opaque,
+        executor=executor,
+        progress=progress,
+    )
+    tree = _tree(scene, source, nodes, max_reflections, opaque)
+    by_order = [met[nodes[:, 2] == order] for order in range(max_reflections + 1)]
+    return RaySearch(
+        tree=tree,
+        rays=2 * (rays // 2),
+        found=np.array([len(m) for m in by_order]),
+        found_by_half=np.array([(m > 0).sum(axis=0) for m in by_order]),
+        found_by_both=np.array([(m > 0).all(axis=1).sum() for m in by_order]),
+        met_once=np.array([(m.sum(axis=1) == 1).sum() for m in by_order]),
+        met_twice=np.array([(m.sum(axis=1) == 2).sum() for m in by_order]),
+    )
+
+
+def find_images(
+    scene: Scene,
+    source_m: npt.ArrayLike,
+    max_reflections: int,
+    *,
+    search: Literal["complete", "rays"] = "complete",
+    rays: int = DEFAULT_RAYS,
+    region_m: npt.ArrayLike | None = None,
+    opaque_facets: npt.ArrayLike | None = None,
+    executor: Executor | None = None,
+    progress: Progress | None = None,
+) -> ImageTree:
+    """Return the images of a source, by the search that the caller chose.
+
+    Parameters
+    ----------
+    scene : Scene
+        Geometry.
+    source_m : (3,) float
+        Place of the antenna [m], off every facet.
+    max_reflections : int
+        Greatest order [-], >= 0.
+    search : str
+        "complete" for `octant.em.search.image_search.search_images`, "rays" for `ray_search`.
+    rays : int
+        Rays to launch [-]; "rays" only.
+    region_m : (2, 3) float, optional
+        Box [m] that all receivers lie in; "complete" only.
+    opaque_facets : (f,) bool, optional
+        Facets that let nothing through [-]; default all.
+    executor : Executor, optional
+        Runs the blocks of work, sharing memory.
+    progress : callable, optional
+        Told how far the search is.
+
+    Returns
+    -------
+    ImageTree
+        Images, complete or not as chosen.
+
+    Raises
+    ------
+    GeometryError
+        For a search of another name, and as the two searches say.
+    """
+    if search == "complete":
+        return search_images(
+            scene,
+            source_m,
+            max_reflections,
+            region_m=region_m,
+            opaque_facets=opaque_facets,
+            executor=executor,
+            progress=progress,
+        )
+    if search == "rays":
+        found = ray_search(
+            scene,
+            source_m,
+            max_reflections,
+            rays=rays,
+            opaque_facets=opaque_facets,
+            executor=executor,
+            progress=progress,
+        )
+        return found.tree
+    msg = f"search = {search!r} is unknown; it is 'complete' or 'rays'."
+    raise GeometryError(msg)
+
+
+def launch_directions(begin: int, end: int, count: int) -> FloatArray:
+    """Return directions begin to end of a spherical Fibonacci lattice, (n, 3) [-].
+
+    Parameters
+    ----------
+    begin, end : int
+        Rows that are wanted [-].
+    count : int
+        Directions of the whole lattice [-].
+    """
+    i = np.arange(begin, end, dtype=np.float64)
+    z = 1.0 - (2.0 * i + 1.0) / count
+    azimuth = math.pi * (3.0 - math.sqrt(5.0)) * i
+    across = np.sqrt(1.0 - z * z)
+    return np.column_stack((across * np.cos(azimuth), across * np.sin(azimuth), z))
+
+
+def _sequences(
+    scene: Scene,
+    source: FloatArray,
+    *,
+    max_order: int,
+    rays_per_half: int,
+    clear: npt.NDArray[np.bool_],
+    executor: Executor | None,
+    progress: Progress | None,
+) -> tuple[IntArray, IntArray]:
+    """Return (k, 3) parent, plane and order of each sequence met, by order, and (k, 2) its rays."""
+    bvh, planes = scene.bvh, scene.facets
+    found: dict[int, tuple[IntArray, IntArray]] = {}
+    # A plane lets rays pass wherever one of its facets does: too many candidates, never too few.
+    clear_planes = np.zeros(len(planes.plane_normal), dtype=np.bool_)
+    clear_planes[planes.facet_plane[clear]] = True
+
+    def work(begin: int, end: int) -> None:
+        half, offset = divmod(begin, rays_per_half)
+        directions = launch_directions(offset, offset + end - begin, rays_per_half)
+        found[begin] = _ray_search_kernels.launch(
+            source,
+            directions @ _TURN.T if half else directions,
+            half,
+            bvh.boxes,
+            bvh.links,
+            bvh.triangles,
+            bvh.planes,
+            clear_planes,
+            planes.plane_normal,
+            max_order,
+        )
+
+    for half in range(2 if max_order else 0):
+        first = half * rays_per_half
+
+        def block(begin: int, end: int, first: int = first) -> None:
+            work(first + begin, first + end)
+
+        def told(done: int, _: int, first: int = first) -> None:
+            if progress is not None:
+                progress(first + done, 2 * rays_per_half)
+
+        run_blocks(
+            block, rays_per_half, block_size=RAYS_PER_BLOCK, executor=executor, progress=told
+        )
+    return _united([found[begin] for begin in sorted(found)], max_order, rays_per_half)
+
+
+def _united(
+    blocks: list[tuple[IntArray, IntArray]], max_order: int, rays_per_half: int
+) -> tuple[IntArray, IntArray]:
+    """Return the sequences of all blocks as one tree, each once, parents before children."""
+    sizes = [len(nodes) for nodes, _ in blocks]
+    nodes = np.concatenate([np.zeros((0, 3), np.int64), *(block for block, _ in blocks)])
+    met = np.concatenate([np.zeros((0, 2), np.int64), *(counts for _, counts in blocks)])
+    offset = np.repeat(np.cumsum(sizes) - sizes, sizes)
+    place = np.zeros(len(nodes), dtype=np.int64)  # of each block's sequence in the united tree
+    rows = [np.array([[-1, -1, 0]])]
+    counts = [np.array([[rays_per_half, rays_per_half]])]
+    first = 1
+    for order in range(1, max_order + 1):
+        here = np.flatnonzero(nodes[:, 2] == order)
+        parent = place[nodes[here, 0] + offset[here]]
+        number, start, member = row_numbers(np.column_stack((parent, nodes[here, 1])))
+        place[here] = first + number
+        total = np.zeros((len(start) - 1, 2), dtype=np.int64)
+        np.add.at(total, number, met[here])
+        one = member[start[:-1]]
+        level = np.column_stack((parent[one], nodes[here[one], 1], np.full(len(one), order)))
+        rows.append(level)
+        counts.append(total)
+        first += len(one)
+    return np.concatenate(rows), np.concatenate(counts)
+
+
+def _tree(
+    scene: Scene, source: FloatArray, nodes: IntArray, max_order: int, opaque: npt.NDArray[np.bool_]
+) -> ImageTree:
+    """Return the images of all sequences."""
+    builder = TreeBuilder(scene, source)
+    image_of = np.zeros(len(nodes), dtype=np.int64)
+    for order in range(1, max_order + 1):
+        here = np.flatnonzero(nodes[:, 2] == order)
+        pairs = np.column_stack((image_of[nodes[here, 0]], nodes[here, 1]))
+        number, start, member = row_numbers(pairs)
+        images = builder.add_level(pairs[member[start[:-1]]], considered=len(here), pruned=0)
+        image_of[here] = images[number]
+    everywhere = np.array([[-math.inf] * 3, [math.inf] * 3])
+    region = frozen_array(everywhere, name="region_m", shape=(2, 3), finite=False)
+    return builder.finish(region_m=region, opaque_facets=opaque)

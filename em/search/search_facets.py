@@ -1,0 +1,161 @@
+"""The facets of a scene as the search for images sees them: hulls, sides, and who hides whom."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.em.search import _beam_kernels
+from octant.geometries import _bvh_kernels
+from octant.geometries.closed_parts import inside_parts
+from octant.geometries.scene import Scene
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+BoolArray = npt.NDArray[np.bool_]
+
+HIDING_PER_EXTENT = 1e-5
+"""Margin [-] per extent of the scene within which a facet hides nothing at its rim or surface."""
+
+NEVER = 2
+"""Side [-] of a facet that a path can use on neither side."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SearchFacets:
+    """Facets as beams meet them.
+
+    Parameters
+    ----------
+    side : (f,) int64
+        +1 or -1 when a facet reflects on that side of its plane only [-], 0 for both.
+    occluder_area_m2 : (f,) float64
+        Area [m^2] of facets that are opaque and fill their convex hull; 0 for others.
+    hull_start : (f + 1,) int64
+        Corners of facet i's convex hull are ``hull_start[i]`` up to ``hull_start[i + 1]`` [-].
+    hulls_m : (v, 3) float64
+        Corners [m], counter-clockwise about the plane's normal.
+    boxes : (n, 6) float64
+        Boxes [m] of the hierarchy over the hulls of facets that a path can use.
+    links : (n, 3) int64
+        Links of the hierarchy [-], as in `octant.geometries.occlusion`.
+    order : (k,) int64
+        Facets in the order of the hierarchy [-].
+    margin_m : float
+        Distance [m] by which a target must lie behind a facet, and within its outline, to be
+        hidden by it: more than facets deviate from their triangles.
+    """
+
+    side: IntArray
+    occluder_area_m2: FloatArray
+    hull_start: IntArray
+    hulls_m: FloatArray
+    boxes: FloatArray
+    links: IntArray
+    order: IntArray
+    margin_m: float
+
+
+def search_facets(
+    scene: Scene, source_m: FloatArray, region_m: FloatArray, opaque_facets: BoolArray
+) -> SearchFacets:
+    """Return the facets of a scene as the beams of one source meet them.
+
+    Parameters
+    ----------
+    scene : Scene
+        Geometry.
+    source_m : (3,) float64
+        The source [m].
+    region_m : (2, 3) float64
+        Box [m] that all receivers lie in.
+    opaque_facets : (f,) bool
+        Facets that let nothing through [-].
+
+    Returns
+    -------
+    SearchFacets
+        Arrays for the kernels.
+    """
+    f = scene.facets
+    fills = np.zeros(len(f.facet_plane), dtype=np.bool_)
+    hull_start, uv = _beam_kernels.facet_hulls(f.outline_start, f.outline_m, fills)
+    owner = np.repeat(np.arange(len(f.facet_plane)), np.diff(hull_start))
+    plane = f.facet_plane[owner]
+    origin = f.plane_normal[plane] * f.plane_offset_m[plane][:, None]
+    hulls = origin + uv[:, :1] * f.plane_u[plane] + uv[:, 1:] * f.plane_v[plane]
+    side = _sides(scene, source_m, region_m, opaque_facets)
+    used = np.flatnonzero(side != NEVER)
+    area = np.zeros(len(f.facet_plane))
+    low, high = np.zeros((len(area), 3)), np.zeros((len(area), 3))
+    if len(area):
+        edges = f.outline_m
+        twice = edges[:, 0] * edges[:, 3] - edges[:, 2] * edges[:, 1]
+        area = 0.5 * np.add.reduceat(twice, f.outline_start[:-1])
+        low = np.minimum.reduceat(hulls, hull_start[:-1], axis=0) - scene.tolerance_m
+        high = np.maximum.reduceat(hulls, hull_start[:-1], axis=0) + scene.tolerance_m
+    order, boxes, links = _bvh_kernels.build(low[used], high[used])
+    return SearchFacets(
+        side=side,
+        occluder_area_m2=np.where(opaque_facets & fills, area, 0.0),
+        hull_start=hull_start,
+        hulls_m=np.ascontiguousarray(hulls),
+        boxes=boxes,
+        links=links,
+        order=used[order],
+        margin_m=HIDING_PER_EXTENT * scene.extent_m + 2.0 * _unevenness_m(scene),
+    )
+
+
+def _sides(
+    scene: Scene, source: FloatArray, region: FloatArray, opaque_facets: BoolArray
+) -> IntArray:
+    """Return the side on which each facet can reflect: +1, -1, 0 for both, or ``NEVER``."""
+    f = scene.facets
+    inner = inner_sides(scene, source, region)[f.facet_plane]
+    parts = (*scene.solids, scene.shell_corners_m)
+    # A part is sealed when all of its triangles are in facets that let nothing through.
+    sealed = np.zeros(len(parts) + 1, dtype=np.bool_)
+    sealed[np.unique(scene.triangle_part)] = True
+    opaque = np.append(opaque_facets, False)[f.triangle_facet]
+    sealed[scene.triangle_part[~opaque]] = False
+    sealed[-1] = False
+    inside = np.append(inside_parts(source, parts), False)
+    own = np.where(inside[scene.facet_part], -1, 1) * scene.facet_outer_side
+    own = np.where(sealed[scene.facet_part], own, 0)
+    return np.where(inner * own < 0, NEVER, np.where(inner != 0, inner, own)).astype(np.int64)
+
+
+def inner_sides(scene: Scene, source_m: FloatArray, region_m: FloatArray) -> IntArray:
+    """Return +1, -1 or 0 [-] per plane: the one side on which everything lies, receivers included.
+
+    Parameters
+    ----------
+    scene : Scene
+        Geometry.
+    source_m : (3,) float64
+        The source [m].
+    region_m : (2, 3) float64
+        Box [m] that all receivers lie in.
+    """
+    sides = scene.supporting_side.copy()
+    outer = np.flatnonzero(sides)
+    normal = sides[outer, None] * scene.facets.plane_normal[outer]
+    offset = sides[outer] * scene.facets.plane_offset_m[outer]
+    # The corner of the region that lies farthest out; 0 * inf must not become NaN.
+    corner = np.where(normal > 0.0, region_m[0], region_m[1])
+    lowest = np.sum(np.where(normal == 0.0, 0.0, normal * np.where(normal == 0.0, 0.0, corner)), 1)
+    beyond = np.minimum(lowest, normal @ source_m) - offset < -scene.tolerance_m
+    sides[outer[beyond]] = 0
+    return sides
+
+
+def _unevenness_m(scene: Scene) -> float:
+    """Return the greatest distance [m] of a triangle's corner from its facet's plane."""
+    f, bvh = scene.facets, scene.bvh
+    normal, offset = f.plane_normal[bvh.planes], f.plane_offset_m[bvh.planes]
+    height = np.sum(bvh.triangles[:, :3] * normal, axis=1) - offset
+    first = np.sum(bvh.triangles[:, 3:6] * normal, axis=1)
+    second = np.sum(bvh.triangles[:, 6:] * normal, axis=1)
+    farthest = np.abs(np.stack((height, height + first, height + second)))
+    return float(farthest.max(initial=0.0))

@@ -1,0 +1,1 @@
+"""Control laws: fuzzy, regulators, docking law."""

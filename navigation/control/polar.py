@@ -1,0 +1,135 @@
+"""Polar coordinates of a robot about its goal, in which the docking and posture laws are written.
+
+The goal frame has its origin at the goal and its x axis along the heading wanted there. A robot at
+distance e sees the goal at the angle α from its front; φ is the direction from the robot to the
+goal in the goal frame, so that x = -e cos φ, y = -e sin φ and θ = φ - α.
+"""
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.navigation.sensing.bearing import wrap_angle
+
+FloatArray = npt.NDArray[np.float64]
+
+
+def polar_state(pose: npt.ArrayLike, *, previous: npt.ArrayLike | None = None) -> FloatArray:
+    """Return e, α and φ of a pose in the goal frame.
+
+    Parameters
+    ----------
+    pose : (..., 3) array_like
+        x [m], y [m], heading θ [rad] in the goal frame.
+    previous : (..., 3) array_like or None
+        Polar state a moment before [m], [rad]: α and φ are then continued from it by less than
+        half a turn. None: both in (-π, π].
+
+    Returns
+    -------
+    (..., 3) float64
+        e [m], α [rad], φ [rad].
+
+    Notes
+    -----
+    Docking paper, the isomorphism before (30), with atan2 for its atan; the textbook's ρ, γ, δ are
+    the same three. A law that sees φ jump by a full turn when the robot passes behind its goal
+    turns the long way round: wrap once and then keep φ continuous. At the goal itself both angles
+    are undefined.
+    """
+    given = np.asarray(pose, dtype=np.float64)
+    x, y, heading = given[..., 0], given[..., 1], given[..., 2]
+    to_goal = np.arctan2(-y, -x)
+    alpha, phi = wrap_angle(to_goal - heading), wrap_angle(to_goal)
+    if previous is not None:
+        before = np.asarray(previous, dtype=np.float64)
+        alpha = before[..., 1] + wrap_angle(alpha - before[..., 1])
+        phi = before[..., 2] + wrap_angle(phi - before[..., 2])
+    return np.stack([np.hypot(x, y), alpha, phi], axis=-1)
+
+
+def pose_of_polar(polar: npt.ArrayLike) -> FloatArray:
+    """Return the pose in the goal frame of a polar state.
+
+    Parameters
+    ----------
+    polar : (..., 3) array_like
+        e [m], α [rad], φ [rad].
+
+    Returns
+    -------
+    (..., 3) float64
+        x [m], y [m], heading in (-π, π] [rad].
+    """
+    state = np.asarray(polar, dtype=np.float64)
+    e, alpha, phi = state[..., 0], state[..., 1], state[..., 2]
+    return np.stack([-e * np.cos(phi), -e * np.sin(phi), wrap_angle(phi - alpha)], axis=-1)
+
+
+def polar_rate(polar: npt.ArrayLike, twist: npt.ArrayLike) -> FloatArray:
+    """Return the time derivative of a polar state.
+
+    Parameters
+    ----------
+    polar : (..., 3) array_like
+        e [m], α [rad], φ [rad]; e above zero.
+    twist : (..., 2) array_like
+        Forward speed v [m/s], turn rate ω [rad/s].
+
+    Returns
+    -------
+    (..., 3) float64
+        ė = -v cos α [m/s], α̇ = -ω + v sin α / e [rad/s], φ̇ = v sin α / e [rad/s].
+
+    Notes
+    -----
+    Docking paper (30). It ends at e = 0, which a law must not reach in finite time.
+    """
+    state, command = np.asarray(polar, dtype=np.float64), np.asarray(twist, dtype=np.float64)
+    e, alpha = state[..., 0], state[..., 1]
+    speed, turn_rate = command[..., 0], command[..., 1]
+    swing = speed * np.sin(alpha) / e
+    return np.stack([-speed * np.cos(alpha), swing - turn_rate, swing], axis=-1)
+
+
+def pose_in_goal_frame(pose: npt.ArrayLike, goal: npt.ArrayLike) -> FloatArray:
+    """Return a pose of the room, seen from a goal.
+
+    Parameters
+    ----------
+    pose : (..., 3) array_like
+        x [m], y [m], heading [rad] in the room.
+    goal : (..., 3) array_like
+        x [m], y [m] of the goal, and the heading wanted there [rad], in the room.
+
+    Returns
+    -------
+    (..., 3) float64
+        x [m], y [m], heading in (-π, π] [rad] in the goal frame.
+    """
+    here, there = np.asarray(pose, dtype=np.float64), np.asarray(goal, dtype=np.float64)
+    dx, dy = here[..., 0] - there[..., 0], here[..., 1] - there[..., 1]
+    cos, sin = np.cos(there[..., 2]), np.sin(there[..., 2])
+    heading = wrap_angle(here[..., 2] - there[..., 2])
+    return np.stack([cos * dx + sin * dy, cos * dy - sin * dx, heading], axis=-1)
+
+
+def pose_in_room(pose: npt.ArrayLike, goal: npt.ArrayLike) -> FloatArray:
+    """Return a pose of the goal frame, seen in the room: the inverse of `pose_in_goal_frame`.
+
+    Parameters
+    ----------
+    pose : (..., 3) array_like
+        x [m], y [m], heading [rad] in the goal frame.
+    goal : (..., 3) array_like
+        x [m], y [m] of the goal, and the heading wanted there [rad], in the room.
+
+    Returns
+    -------
+    (..., 3) float64
+        x [m], y [m], heading in (-π, π] [rad] in the room.
+    """
+    here, there = np.asarray(pose, dtype=np.float64), np.asarray(goal, dtype=np.float64)
+    cos, sin = np.cos(there[..., 2]), np.sin(there[..., 2])
+    x = there[..., 0] + cos * here[..., 0] - sin * here[..., 1]
+    y = there[..., 1] + sin * here[..., 0] + cos * here[..., 1]
+    return np.stack(np.broadcast_arrays(x, y, wrap_angle(here[..., 2] + there[..., 2])), axis=-1)

@@ -1,0 +1,1 @@
+"""Docking: from across the room to a pose in front of a landmark."""

@@ -1,0 +1,125 @@
+"""One docking mission, or many: coarse and fine stage in turn, try after try."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.geometries.errors import NavigationError
+from octant.navigation.docking.coarse import CoarseDrive
+from octant.navigation.docking.drive import DockingDrive
+from octant.navigation.docking.fine import FineDrive
+from octant.navigation.docking.setting import DockingSetting
+from octant.navigation.docking.task import DockingResult, DockingTask, Failure
+from octant.navigation.missions.starts import RandomStarts
+from octant.navigation.sensing.sensor import unknown_tag
+
+
+def run_docking(
+    task: DockingTask, setting: DockingSetting, start: npt.ArrayLike, rng: np.random.Generator
+) -> DockingResult:
+    """Return the record of one docking mission.
+
+    Parameters
+    ----------
+    task : DockingTask
+        What to do.
+    setting : DockingSetting
+        Reader, camera, robot and obstacles.
+    start : (3,) array_like
+        x [m], y [m], heading [rad] in the room; the robot does not know them.
+    rng : numpy.random.Generator
+        Source of every random number of the run.
+
+    Returns
+    -------
+    DockingResult
+        Also when the robot fails: that is a result.
+
+    Raises
+    ------
+    NavigationError
+        When the reader does not know the tag or the start is blocked.
+    """
+    pose = np.array(start, dtype=np.float64)
+    if setting.reader is not None and task.tag_id not in setting.reader.tag_ids:
+        raise unknown_tag(task.tag_id, setting.reader.tag_ids)
+    if setting.blocked is not None and bool(setting.blocked(pose[None, :2])[0]):
+        msg = (
+            f"the start ({pose[0]:g}, {pose[1]:g}) m is inside an obstacle, but the robot needs "
+            "free floor there: move it."
+        )
+        raise NavigationError(msg)
+    drive = DockingDrive(task, setting, pose=pose, rng=rng)
+    fine = FineDrive(task, setting.camera, drive, rng)
+    reader = setting.reader
+    coarse = None if reader is None else CoarseDrive(task, reader, drive, rng)
+    return _sequence(task, drive, coarse, fine)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DockingJob:
+    """Return what makes one docking mission from its seed, for `batches.run_seeded`.
+
+    Parameters
+    ----------
+    task : DockingTask
+        What to do.
+    setting : DockingSetting
+        Reader, camera, robot and obstacles.
+    starts : RandomStarts
+        Where missions start.
+    """
+
+    task: DockingTask
+    setting: DockingSetting
+    starts: RandomStarts
+
+    def __call__(self, seed: np.random.SeedSequence) -> DockingResult:
+        """Return the record of the run of a seed [-].
+
+        Parameters
+        ----------
+        seed : numpy.random.SeedSequence
+            Its start and all its noise come from it.
+
+        Returns
+        -------
+        DockingResult
+            The run.
+        """
+        rng = np.random.default_rng(seed)
+        return run_docking(self.task, self.setting, self.starts.draw(rng), rng)
+
+
+def _sequence(
+    task: DockingTask, drive: DockingDrive, coarse: CoarseDrive | None, fine: FineDrive
+) -> DockingResult:
+    at_station = coarse is None
+    failure: Failure | None = None
+    for attempt in range(1, task.tries + 1):
+        failure = None if at_station or coarse is None else coarse.approach(attempt)
+        if failure is None:
+            at_station, failure = _attempt(task, drive, fine)
+            if failure is None:
+                return drive.result("docked", "the robot stands in the dock", tries=attempt)
+        if drive.worn_out:
+            break
+    assert failure is not None  # noqa: S101  there is at least one try
+    return drive.result(*failure, tries=attempt)
+
+
+def _attempt(
+    task: DockingTask, drive: DockingDrive, fine: FineDrive
+) -> tuple[bool, Failure | None]:
+    """Return whether the robot is at the station after a try, and why it is not docked."""
+    if np.isnan(drive.staged_m):
+        staging = task.landmark.goal(task.staging_m)
+        drive.staged_m = float(np.hypot(*(drive.pose - staging)[:2]))
+    track = fine.search()
+    if track is None:
+        return False, ("landmark not found", "no landmark came into view at the staging place")
+    failure = fine.dock(track)
+    if failure is not None:
+        drive.straight(task.stand_off_m - task.staging_m, "back off")
+    return True, failure

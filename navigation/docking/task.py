@@ -1,0 +1,347 @@
+"""Docking as a task: from across the room to a pose in front of a landmark, with named results.
+
+Coarse: the bearing-sensitive reader and odometry find where the station's tag hangs, over its
+staging place, and bring the robot there. Fine: the robot turns until its camera sees the landmark,
+looks closely, and follows the docking law on the filter's estimate. A try that fails goes back to
+the staging place.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.geometries._arrays import frozen_array
+from octant.geometries.errors import NavigationError
+from octant.navigation.checks import check_positive
+from octant.navigation.control.docking_law import DockingLaw, TwistLimits
+from octant.navigation.robot.docking_world import WheelSlip
+from octant.navigation.estimators.landmark_filters import LandmarkFilter, LandmarkNoise
+from octant.navigation.estimators.landmark_models import checked_period
+from octant.navigation.sensing.landmark_sensor import Landmark
+from octant.navigation.control.polar import pose_in_goal_frame
+from octant.navigation.estimators.tag_place import TagPlaceFilter
+
+FloatArray = npt.NDArray[np.float64]
+
+Phase = Literal["approach", "search", "refine", "dock", "back off"]
+"""What the robot is doing."""
+
+Outcome = Literal["docked", "tag not found", "landmark not found", "missed", "stalled", "collision"]
+"""How a mission ends."""
+
+Failure = tuple[Outcome, str]
+"""Why a try failed: outcome and reason."""
+
+Blocked = Callable[[FloatArray], npt.NDArray[np.bool_]]
+"""Says for (m, 2) points on the floor [m] whether the robot's centre cannot stand there."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CoarseStage:
+    """Return how the robot drives to the staging place under the tag.
+
+    Parameters
+    ----------
+    place_filter : TagPlaceFilter
+        Estimator of the tag's place.
+    speed_m_per_s : float
+        Speed [m/s].
+    period_s : float
+        Time between two readings of the tag [s].
+    arrival_radius_m : float
+        The robot has arrived this near to the estimated place [m].
+    arrival_spread_m : float
+        Greatest spread of the estimate at which the robot trusts it [m].
+    max_time_s : float
+        Time after which a try gives up [s].
+
+    Raises
+    ------
+    NavigationError
+        When a value is not positive and finite.
+    """
+
+    place_filter: TagPlaceFilter = field(default_factory=TagPlaceFilter)
+    speed_m_per_s: float = 0.25
+    period_s: float = 1.0
+    arrival_radius_m: float = 0.3
+    arrival_spread_m: float = 0.6
+    max_time_s: float = 240.0
+
+    def __post_init__(self) -> None:
+        checked_period(self.period_s)
+        for name, unit in (
+            ("speed_m_per_s", "m/s"),
+            ("arrival_radius_m", "m"),
+            ("arrival_spread_m", "m"),
+            ("max_time_s", "s"),
+        ):
+            check_positive(getattr(self, name), name=name, unit=unit)
+
+
+def task_filter(*, position_sd_m: float = 0.1, attitude_sd_rad: float = 0.1) -> LandmarkFilter:
+    """Return the landmark filter of the docking task.
+
+    Parameters
+    ----------
+    position_sd_m : float
+        Standard deviation of each measured coordinate [m].
+    attitude_sd_rad : float
+        Standard deviation of the measured attitude [rad].
+
+    Returns
+    -------
+    LandmarkFilter
+        The coupled one with the paper's noise, but with initial slips of 5 cm/s and 0.05 rad/s: a
+        robot that has just stood still would otherwise take seconds to learn that it does not skid
+        at 1 m/s.
+    """
+    noise = LandmarkNoise(
+        measured_position_m2=position_sd_m**2,
+        measured_attitude_rad2=attitude_sd_rad**2,
+        initial_linear_slip_m2_per_s2=2.5e-3,
+        initial_angular_slip_rad2_per_s2=2.5e-3,
+    )
+    return LandmarkFilter(noise=noise)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FineStage:
+    """Return how the robot finds the landmark and docks.
+
+    Parameters
+    ----------
+    law : DockingLaw
+        Feedback.
+    limits : TwistLimits
+        Limits of its commands.
+    filter : LandmarkFilter
+        Estimator of the landmark's pose and of the slips.
+    compensate_slips : bool
+        Whether the estimated slips are taken off the commands.
+    period_s : float
+        Sample time of camera and control [s].
+    search_rate_rad_per_s : float
+        Turn rate of the search [rad/s].
+    look_s : float
+        How long the robot stands and looks before it docks [s].
+    last_look_m : float
+        At this distance from the goal the robot stands and looks once more [m].
+    confirmations : int
+        Detections that must agree before a landmark is believed [-].
+    latch_radius_m : float
+        The robot stops this near to the goal [m].
+    fade_radius_m : float
+        Within this distance from the goal its direction fades out of the law [m].
+    max_time_s : float
+        Time after which a try gives up [s].
+    stall_s : float
+        A robot that comes no nearer for so long has stalled [s].
+
+    Raises
+    ------
+    NavigationError
+        When a value is not positive and finite, or the law is one for driving backwards: the camera
+        looks ahead.
+    """
+
+    law: DockingLaw = field(default_factory=DockingLaw)
+    limits: TwistLimits = field(default_factory=TwistLimits)
+    filter: LandmarkFilter = field(default_factory=task_filter)
+    compensate_slips: bool = True
+    period_s: float = 0.1
+    search_rate_rad_per_s: float = 0.5
+    look_s: float = 6.0
+    last_look_m: float = 0.2
+    confirmations: int = 5
+    latch_radius_m: float = 0.02
+    fade_radius_m: float = 0.08
+    max_time_s: float = 180.0
+    stall_s: float = 20.0
+
+    def __post_init__(self) -> None:
+        checked_period(self.period_s)
+        if self.law.approach != "forward":
+            msg = (
+                f"the law's approach is {self.law.approach!r}, but the docking task needs "
+                "'forward', as its camera looks ahead: change it."
+            )
+            raise NavigationError(msg)
+        for name, unit in (
+            ("search_rate_rad_per_s", "rad/s"),
+            ("look_s", "s"),
+            ("last_look_m", "m"),
+            ("confirmations", "detections"),
+            ("latch_radius_m", "m"),
+            ("fade_radius_m", "m"),
+            ("max_time_s", "s"),
+            ("stall_s", "s"),
+        ):
+            check_positive(getattr(self, name), name=name, unit=unit)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DockingTask:
+    """Return a docking mission.
+
+    Parameters
+    ----------
+    tag_id : str
+        Tag over the staging place.
+    landmark : Landmark
+        At the station.
+    stand_off_m : float
+        Where the robot docks: so far in front of the landmark [m].
+    staging_m : float
+        Distance of the staging place from the landmark [m]; how far a failed try backs off follows.
+    tolerance_m : float
+        Farthest from the docking place at which the station still makes contact [m].
+    tolerance_rad : float
+        Greatest error of the heading at which it does [rad].
+    tries : int
+        How often the robot tries before it gives up [-].
+    max_contacts : int
+        How often it may touch something before it gives up [-].
+    coarse : CoarseStage
+        Drive to the staging place.
+    fine : FineStage
+        Docking.
+    slip : WheelSlip
+        How the robot slips.
+
+    Raises
+    ------
+    NavigationError
+        When a value is out of range.
+    """
+
+    tag_id: str
+    landmark: Landmark
+    stand_off_m: float = 0.5
+    staging_m: float = 2.0
+    tolerance_m: float = 0.08
+    tolerance_rad: float = 0.2
+    tries: int = 4
+    max_contacts: int = 12
+    coarse: CoarseStage = field(default_factory=CoarseStage)
+    fine: FineStage = field(default_factory=FineStage)
+    slip: WheelSlip = field(default_factory=WheelSlip)
+
+    def __post_init__(self) -> None:
+        for name, unit in (
+            ("stand_off_m", "m"),
+            ("staging_m", "m"),
+            ("tolerance_m", "m"),
+            ("tolerance_rad", "rad"),
+            ("tries", "tries"),
+            ("max_contacts", "contacts"),
+        ):
+            check_positive(getattr(self, name), name=name, unit=unit)
+        if self.staging_m <= self.stand_off_m:
+            msg = (
+                f"staging_m is {self.staging_m:g} m and stand_off_m {self.stand_off_m:g} m, but "
+                "the robot must stage farther from the landmark than it docks: raise staging_m."
+            )
+            raise NavigationError(msg)
+
+    @property
+    def goal(self) -> FloatArray:
+        """Return the (3,) docking pose in the room: x [m], y [m], heading [rad]."""
+        return self.landmark.goal(self.stand_off_m)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DockingResult:
+    """Return the record of one docking mission, one row a sample.
+
+    Parameters
+    ----------
+    task : DockingTask
+        What was asked for.
+    outcome : Outcome
+        How it ended.
+    reason : str
+        The same in a sentence.
+    tries : int
+        Tries begun [-].
+    contacts : int
+        How often the robot touched something [-].
+    time_s : (n,) float64
+        Time [s].
+    poses : (n, 3) float64
+        True x [m], y [m], heading [rad].
+    phases : tuple of str
+        What the robot was doing.
+    twist : (n, 2) float64
+        Command v [m/s], ω [rad/s] that follows.
+    polar : (n, 3) float64
+        Estimated e [m], α [rad], φ [rad] of the docking law; NaN in other phases.
+    slips : (n, 2) float64
+        Estimated b [m/s], s [rad/s]; NaN in other phases.
+    seen : (n,) bool
+        Whether the camera reported a landmark [-].
+    staged_m : float
+        Distance from the tag's point to where the coarse stage first ended [m]; NaN if it did not.
+    """
+
+    task: DockingTask
+    outcome: Outcome
+    reason: str
+    tries: int
+    contacts: int
+    time_s: FloatArray
+    poses: FloatArray
+    phases: tuple[str, ...]
+    twist: FloatArray
+    polar: FloatArray
+    slips: FloatArray
+    seen: npt.NDArray[np.bool_]
+    staged_m: float
+
+    def __post_init__(self) -> None:
+        rows = len(self.phases)
+        for name, shape, dtype in (
+            ("time_s", (rows,), np.float64),
+            ("poses", (rows, 3), np.float64),
+            ("twist", (rows, 2), np.float64),
+            ("polar", (rows, 3), np.float64),
+            ("slips", (rows, 2), np.float64),
+            ("seen", (rows,), np.bool_),
+        ):
+            array = frozen_array(
+                getattr(self, name),
+                name=name,
+                shape=shape,
+                dtype=dtype,
+                finite=name not in ("polar", "slips"),
+                error=NavigationError,
+            )
+            object.__setattr__(self, name, array)
+
+    @property
+    def success(self) -> bool:
+        """Return whether the robot is docked [-]."""
+        return self.outcome == "docked"
+
+    @property
+    def final(self) -> FloatArray:
+        """Return the (3,) true final pose in the goal frame: x [m], y [m], heading [rad]."""
+        return pose_in_goal_frame(self.poses[-1], self.task.goal)
+
+    @property
+    def position_error_m(self) -> float:
+        """Return the final distance from the docking place [m]."""
+        return float(np.hypot(*self.final[:2]))
+
+    @property
+    def lateral_error_m(self) -> float:
+        """Return the final offset across the direction of docking [m]."""
+        return float(abs(self.final[1]))
+
+    @property
+    def path_m(self) -> float:
+        """Return the length of the robot's true way [m]."""
+        return float(np.linalg.norm(np.diff(self.poses[:, :2], axis=0), axis=1).sum())

@@ -1,0 +1,385 @@
+"""Filters that localise a landmark in the body frame and learn the robot's slips on the way.
+
+The paper's pair, an attitude filter and a position filter that is driven by its turn rate, and the
+coupled filter that also carries what the pair leaves out: how an error of the turn rate moves the
+landmark. One filter runs a batch when its arrays have leading axes.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.geometries.errors import NavigationError
+from octant.navigation.sensing.bearing import wrap_angle
+from octant.navigation.checks import check_positive
+from octant.navigation.estimators.kalman import (
+    Gaussian,
+    Innovation,
+    innovate,
+    nees,
+    predict,
+    update,
+    within_gate,
+)
+from octant.navigation.estimators.landmark_models import (
+    attitude_transition,
+    checked_period,
+    position_transition,
+    turn_sensitivity,
+)
+
+FloatArray = npt.NDArray[np.float64]
+
+PLACE, SLIP, ATTITUDE, SPIN = slice(0, 2), 2, 3, 4
+"""Where the state holds e_x, e_y [m]; b [m/s]; ψ [rad]; s [rad/s]."""
+
+_OUTPUT = np.array([[1.0, 0, 0, 0, 0], [0, 1.0, 0, 0, 0], [0, 0, 0, 1.0, 0]])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LandmarkNoise:
+    """Return the noise that a landmark filter assumes; the defaults are the paper's.
+
+    Parameters
+    ----------
+    position_m2_per_s : float
+        Growth of the place's variance, Q^x [m²/s].
+    linear_slip_m2_per_s3 : float
+        Growth of the linear slip's variance [m²/s³].
+    attitude_rad2_per_s : float
+        Growth of the attitude's variance, Q^θ [rad²/s].
+    angular_slip_rad2_per_s3 : float
+        Growth of the angular slip's variance [rad²/s³].
+    measured_position_m2 : float
+        Variance of each measured coordinate, R^x [m²].
+    measured_attitude_rad2 : float
+        Variance of the measured attitude, R^θ [rad²].
+    initial_position_m2, initial_linear_slip_m2_per_s2 : float
+        Initial variances, P₀^x [m²], [m²/s²].
+    initial_attitude_rad2, initial_angular_slip_rad2_per_s2 : float
+        Initial variances, P₀^θ, of two rows and not of three as printed [rad²], [rad²/s²].
+
+    Raises
+    ------
+    NavigationError
+        When a measurement variance is not positive or another one is negative.
+
+    Notes
+    -----
+    Section VII of the paper. (19) defines Q as a density over time; over a period T it adds Q T,
+    which also holds for periods of varying length.
+    """
+
+    position_m2_per_s: float = 4.1e-6
+    linear_slip_m2_per_s3: float = 1e-8
+    attitude_rad2_per_s: float = 2e-5
+    angular_slip_rad2_per_s3: float = 1e-8
+    measured_position_m2: float = 1e-2
+    measured_attitude_rad2: float = 1e-2
+    initial_position_m2: float = 1.0
+    initial_linear_slip_m2_per_s2: float = 1.0
+    initial_attitude_rad2: float = 0.1
+    initial_angular_slip_rad2_per_s2: float = 0.1
+
+    def __post_init__(self) -> None:
+        for name, unit in (
+            ("position_m2_per_s", "m²/s"),
+            ("linear_slip_m2_per_s3", "m²/s³"),
+            ("attitude_rad2_per_s", "rad²/s"),
+            ("angular_slip_rad2_per_s3", "rad²/s³"),
+            ("measured_position_m2", "m²"),
+            ("measured_attitude_rad2", "rad²"),
+            ("initial_position_m2", "m²"),
+            ("initial_linear_slip_m2_per_s2", "m²/s²"),
+            ("initial_attitude_rad2", "rad²"),
+            ("initial_angular_slip_rad2_per_s2", "rad²/s²"),
+        ):
+            allow_zero = not name.startswith("measured")
+            check_positive(getattr(self, name), name=name, unit=unit, allow_zero=allow_zero)
+
+    @property
+    def measurement(self) -> FloatArray:
+        """Return R of e_x, e_y, ψ, (3, 3) [m², rad²]."""
+        place = self.measured_position_m2
+        return np.diag([place, place, self.measured_attitude_rad2])
+
+    @property
+    def initial(self) -> FloatArray:
+        """Return P₀, (5, 5) [squared units of the state]."""
+        place = self.initial_position_m2
+        return np.diag(
+            [
+                place,
+                place,
+                self.initial_linear_slip_m2_per_s2,
+                self.initial_attitude_rad2,
+                self.initial_angular_slip_rad2_per_s2,
+            ]
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LandmarkTrack:
+    """Return what a landmark filter believes.
+
+    Parameters
+    ----------
+    belief : Gaussian
+        e_x, e_y [m], b [m/s], ψ [rad], s [rad/s]; (..., 5).
+    rejected : (...) int64
+        Measurements in a row that failed the gate [-].
+    nis : (...) float64
+        Normalised innovation squared of the last measurement [-]; NaN where there was none.
+    """
+
+    belief: Gaussian
+    rejected: npt.NDArray[np.int64]
+    nis: FloatArray
+
+    @property
+    def place_m(self) -> FloatArray:
+        """Return the (..., 2) landmark's place in the body frame [m]."""
+        return self.belief.mean[..., PLACE]
+
+    @property
+    def attitude_rad(self) -> FloatArray:
+        """Return the (...) landmark's attitude in the body frame, in (-π, π] [rad]."""
+        return np.asarray(self.belief.mean[..., ATTITUDE])
+
+    @property
+    def slips(self) -> FloatArray:
+        """Return the (..., 2) slips b [m/s] and s [rad/s]."""
+        return self.belief.mean[..., [SLIP, SPIN]]
+
+    def nees(self, truth: npt.ArrayLike) -> FloatArray:
+        """Return the (...) normalised estimation error squared of all five states [-].
+
+        Parameters
+        ----------
+        truth : (..., 5) array_like
+            True e_x, e_y [m], b [m/s], ψ [rad], s [rad/s].
+
+        Returns
+        -------
+        (...) float64
+            Five on average for a consistent filter [-].
+        """
+        return nees(self.belief, truth, angles=(ATTITUDE,))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LandmarkFilter:
+    """Return a filter of the landmark's pose in the body frame and of the robot's slips.
+
+    Parameters
+    ----------
+    noise : LandmarkNoise
+        What it assumes.
+    coupled : bool
+        False: the paper's pair of filters; the position filter takes the estimated turn rate for
+        the true one, so its covariance is too small while the robot is far from the landmark.
+        True: an extended filter of all five states, consistent.
+    estimate_slips : bool
+        False: slips are taken to be zero, as in the paper's figures 7 to 10.
+    gate_probability : float
+        Share of true detections that pass the chi-squared gate, in (0, 1) [-].
+    restart_after : int
+        Detections rejected in a row after which the next is believed and the pose starts afresh
+        from it [-]: the robot was wrong from the start or was carried away.
+
+    Raises
+    ------
+    NavigationError
+        When a value is out of range.
+    """
+
+    noise: LandmarkNoise = LandmarkNoise()
+    coupled: bool = True
+    estimate_slips: bool = True
+    gate_probability: float = 0.999
+    restart_after: int = 5
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.gate_probability < 1.0 or self.restart_after < 1:
+            msg = (
+                f"gate_probability is {self.gate_probability} and restart_after is "
+                f"{self.restart_after}, but the first must lie between 0 and 1 and the second be 1 "
+                "or more: 0.999 and 5 are usual."
+            )
+            raise NavigationError(msg)
+
+    def start(
+        self, pose: npt.ArrayLike, *, covariance: npt.ArrayLike | None = None
+    ) -> LandmarkTrack:
+        """Return the belief before the first measurement, slips zero.
+
+        Parameters
+        ----------
+        pose : (..., 3) array_like
+            First guess of e_x, e_y [m], ψ [rad].
+        covariance : (3, 3) array_like or None
+            Of that guess [m², rad²]; None: the assumed initial variances. A filter that starts from
+            a detection takes R.
+
+        Returns
+        -------
+        LandmarkTrack
+            Belief.
+        """
+        guess = np.asarray(pose, dtype=np.float64)
+        mean = np.zeros((*guess.shape[:-1], 5))
+        mean[..., PLACE], mean[..., ATTITUDE] = guess[..., :2], wrap_angle(guess[..., 2])
+        initial = np.array(self.noise.initial)
+        if covariance is not None:
+            seen = [0, 1, ATTITUDE]
+            initial[np.ix_(seen, seen)] = np.asarray(covariance)
+        if not self.estimate_slips:
+            initial[[SLIP, SPIN]] = 0.0
+            initial[:, [SLIP, SPIN]] = 0.0
+        batch = mean.shape[:-1]
+        return LandmarkTrack(
+            belief=Gaussian(mean=mean, covariance=np.broadcast_to(initial, (*batch, 5, 5))),
+            rejected=np.zeros(batch, dtype=np.int64),
+            nis=np.full(batch, np.nan),
+        )
+
+    def predict(
+        self, track: LandmarkTrack, twist: npt.ArrayLike, *, period_s: npt.ArrayLike
+    ) -> LandmarkTrack:
+        """Return the belief after a period of odometry.
+
+        Parameters
+        ----------
+        track : LandmarkTrack
+            Belief before.
+        twist : (..., 2) array_like
+            Commanded v [m/s] and ω [rad/s], constant over the period. A robot that is told to stand
+            still does so: it neither slips nor adds noise.
+        period_s : (...) array_like
+            Time that passed, any and each time another [s].
+
+        Returns
+        -------
+        LandmarkTrack
+            Belief after; attitude in (-π, π].
+
+        Raises
+        ------
+        NavigationError
+            When the period is not positive.
+
+        Notes
+        -----
+        Docking paper (8), (10), (24), (28); (28) prints B for the discrete G.
+        """
+        command = np.asarray(twist, dtype=np.float64)
+        moving = np.asarray(np.any(command != 0.0, axis=-1), dtype=np.float64)
+        period = np.asarray(checked_period(period_s) * moving)
+        mean = track.belief.mean
+        rate = command[..., 1] + mean[..., SPIN]
+        motion = position_transition(rate, period)
+        moved = np.array(mean)
+        moved[..., :3] = (motion @ mean[..., :3, None])[..., 0]
+        moved[..., PLACE] += motion[..., :2, 2] * command[..., :1]
+        moved[..., ATTITUDE] = wrap_angle(mean[..., ATTITUDE] - period * rate)
+        jacobian = np.zeros((*moved.shape[:-1], 5, 5))
+        jacobian[..., :3, :3] = motion
+        jacobian[..., 3:, 3:] = attitude_transition(period)
+        if self.coupled:
+            jacobian[..., PLACE, SPIN] = turn_sensitivity(
+                mean[..., PLACE],
+                speed_m_per_s=command[..., 0] + mean[..., SLIP],
+                turn_rate_rad_per_s=rate,
+                period_s=period,
+            )
+        belief = predict(
+            track.belief,
+            transition=jacobian,
+            process_noise=self._process_noise(moved, period),
+            moved_mean=moved,
+        )
+        return LandmarkTrack(
+            belief=belief, rejected=track.rejected, nis=np.full_like(track.nis, np.nan)
+        )
+
+    def correct(self, track: LandmarkTrack, detection: npt.ArrayLike) -> LandmarkTrack:
+        """Return the belief after looking for the landmark.
+
+        Parameters
+        ----------
+        track : LandmarkTrack
+            Belief before.
+        detection : (..., 3) array_like
+            Measured e_x, e_y [m], ψ [rad]; NaN where nothing was detected.
+
+        Returns
+        -------
+        LandmarkTrack
+            Belief after.
+        """
+        measured = np.asarray(detection, dtype=np.float64)
+        seen = np.asarray(np.isfinite(measured).all(axis=-1))
+        if not seen.any():
+            return track
+        innovation = innovate(
+            track.belief,
+            np.where(seen[..., None], measured, 0.0),
+            observation=_OUTPUT,
+            measurement_noise=self.noise.measurement,
+            angles=(2,),
+        )
+        passed = within_gate(innovation, probability=self.gate_probability)
+        rejected = np.where(passed, 0, track.rejected + 1)
+        restarted = seen & (rejected >= self.restart_after)
+        rejected = np.where(seen, np.where(restarted, 0, rejected), track.rejected)
+        belief = update(track.belief, innovation, accept=seen & passed)
+        if restarted.any():
+            belief = self._restart(belief, innovation, restarted)
+        mean = np.array(belief.mean)
+        mean[..., ATTITUDE] = wrap_angle(mean[..., ATTITUDE])
+        return LandmarkTrack(
+            belief=Gaussian(mean=mean, covariance=belief.covariance),
+            rejected=rejected.astype(np.int64),
+            nis=np.where(seen, innovation.nis, np.nan),
+        )
+
+    def _process_noise(self, mean: FloatArray, period: FloatArray) -> FloatArray:
+        n = self.noise
+        grown = np.zeros((*mean.shape[:-1], 5, 5))
+        slips = (n.linear_slip_m2_per_s3, n.angular_slip_rad2_per_s3)
+        for row, density in (
+            (0, n.position_m2_per_s),
+            (1, n.position_m2_per_s),
+            (SLIP, slips[0] if self.estimate_slips else 0.0),
+            (ATTITUDE, n.attitude_rad2_per_s),
+            (SPIN, slips[1] if self.estimate_slips else 0.0),
+        ):
+            grown[..., row, row] = density * period
+        if self.coupled:
+            # A random turn moves attitude and place together.
+            lever = np.stack([mean[..., 1], -mean[..., 0]], axis=-1)
+            spread = n.attitude_rad2_per_s * period[..., None]
+            grown[..., PLACE, PLACE] += (
+                spread[..., None] * lever[..., :, None] * lever[..., None, :]
+            )
+            grown[..., PLACE, ATTITUDE] = grown[..., ATTITUDE, PLACE] = -spread * lever
+        return grown
+
+    def _restart(
+        self, belief: Gaussian, innovation: Innovation, restarted: npt.NDArray[np.bool_]
+    ) -> Gaussian:
+        """Return the belief with the pose taken from the measurement, slips kept."""
+        seen = np.array([0, 1, ATTITUDE])
+        mean, covariance = np.array(belief.mean), belief.covariance
+        fresh_mean = mean[..., seen] + innovation.residual
+        mean[..., seen] = np.where(restarted[..., None], fresh_mean, mean[..., seen])
+        measured = np.zeros((5, 5))
+        measured[np.ix_(seen, seen)] = self.noise.measurement
+        slips = np.zeros((5, 5))
+        slips[np.ix_([SLIP, SPIN], [SLIP, SPIN])] = 1.0
+        fresh = measured + slips * covariance
+        return Gaussian(
+            mean=mean,
+            covariance=np.where(restarted[..., None, None], fresh, covariance),
+        )

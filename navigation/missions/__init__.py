@@ -1,0 +1,1 @@
+"""Closed-loop missions, their records, metrics and files."""

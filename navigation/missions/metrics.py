@@ -1,0 +1,282 @@
+"""How well a run went: errors to the straight way, arrivals, and what went wrong.
+
+The error at a sample is measured to the nearest point of the straight segment on which the robot
+then is: from the previous tag's point (the start, for the first) to the current one's. A reference
+that moves with time would add the robot's delay, about 20 cm, and cannot be meant by the published
+9 cm.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.geometries._arrays import frozen_array
+from octant.geometries.errors import NavigationError
+from octant.navigation.sensing.bearing import wrap_angle
+from octant.navigation.missions.records import MissionResult, Outcome
+
+_SUCCESS_RADII = 2.0
+_HOLD_SAMPLES = 30
+
+
+def local_pose_error(pose: npt.ArrayLike, reference_pose: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    """Return the pose error in the robot's own frame.
+
+    Parameters
+    ----------
+    pose : (..., 3) float64
+        Pose of the robot: x [m], y [m], heading [rad].
+    reference_pose : (..., 3) float64
+        Wanted pose: x [m], y [m], heading [rad].
+
+    Returns
+    -------
+    (..., 3) float64
+        Wanted minus actual: along the robot's heading [m], to its left [m], turn in (-π, π] [rad].
+
+    Notes
+    -----
+    Thesis (5.3). Its length in x and y is the position error e, the same in both frames.
+    """
+    actual = np.asarray(pose, dtype=np.float64)
+    error = np.asarray(reference_pose, dtype=np.float64) - actual
+    cosine, sine = np.cos(actual[..., 2]), np.sin(actual[..., 2])
+    along = cosine * error[..., 0] + sine * error[..., 1]
+    left = -sine * error[..., 0] + cosine * error[..., 1]
+    return np.stack([along, left, wrap_angle(error[..., 2])], axis=-1)
+
+
+def nearest_on_segment(
+    points_m: npt.ArrayLike, starts_m: npt.ArrayLike, ends_m: npt.ArrayLike
+) -> npt.NDArray[np.float64]:
+    """Return the nearest points of straight segments [m].
+
+    Parameters
+    ----------
+    points_m : (..., 2) float64
+        Points [m].
+    starts_m : (..., 2) float64
+        Where the segments begin [m].
+    ends_m : (..., 2) float64
+        Where they end, not where they begin [m].
+
+    Returns
+    -------
+    (..., 2) float64
+        Nearest points, on the segments and not beyond their ends [m].
+    """
+    points, start = np.asarray(points_m, dtype=np.float64), np.asarray(starts_m, dtype=np.float64)
+    along = np.asarray(ends_m, dtype=np.float64) - start
+    part = np.sum((points - start) * along, axis=-1) / np.sum(along**2, axis=-1)
+    return np.asarray(start + np.clip(part, 0.0, 1.0)[..., None] * along)
+
+
+def root_mean_square(errors: npt.ArrayLike) -> float:
+    """Return the root mean square of errors, in their unit.
+
+    Parameters
+    ----------
+    errors : (s,) float64
+        One error a sample, at least one [m] or [rad].
+
+    Returns
+    -------
+    float
+        Root mean square [m] or [rad].
+
+    Notes
+    -----
+    Thesis (5.4), which sums k_f + 1 samples and divides by k_f; the mean over all samples is meant.
+    """
+    values = np.asarray(errors, dtype=np.float64)
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def percentile_curve(
+    errors: npt.ArrayLike, percents: npt.ArrayLike | None = None
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Return the percentile plot of a run's errors, as in thesis figure 5.12(b).
+
+    Parameters
+    ----------
+    errors : (s,) float64
+        One error a sample, not negative [m] or [rad].
+    percents : (p,) float64 or None
+        Shares of the samples [%]; None for 0 to 100 in steps of 1.
+
+    Returns
+    -------
+    percents : (p,) float64
+        The shares [%].
+    values : (p,) float64
+        Error that so many samples do not exceed, interpolated linearly [m] or [rad].
+    """
+    shares = np.arange(101.0) if percents is None else np.asarray(percents, dtype=np.float64)
+    return shares, np.percentile(np.asarray(errors, dtype=np.float64), shares)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MissionMetrics:
+    """Return the metrics of one run; made by `measure`.
+
+    Parameters
+    ----------
+    outcome : {"completed", "time-out", "no signal", "collision", "stuck"}
+        Why the run ended.
+    success : bool
+        All tags were declared reached, each within the success radius of its point.
+    captured : bool
+        The field held the robot at a wrong place: a tag was declared reached outside the success
+        radius, or time ran out while the robot circled or stood outside it.
+    collided : bool
+        The robot touched an obstacle.
+    contacts : int
+        Periods in which it did [-].
+    near_miss : bool
+        A tag that was not reached, or was declared reached elsewhere, had been within the success
+        radius while it was the target.
+    time_s : float
+        Duration [s].
+    path_m : float
+        Length of the way driven, chord by chord [m].
+    rmse_m : float
+        Root mean square of the position error, thesis (5.4) [m].
+    p90_position_m : float
+        Position error that 90 % of the samples do not exceed [m].
+    p90_heading_rad : float
+        The same for the heading error [rad].
+    position_errors_m : (s,) float64
+        Distance to the current segment [m].
+    heading_errors_rad : (s,) float64
+        Size of the angle between heading and segment, 0 to π [rad].
+    arrival_errors_m : (k,) float64
+        Distance from each tag's point where it was declared reached [m]; NaN where it was not.
+    closest_m : (k,) float64
+        Least distance from each tag's point while it was the target [m]; NaN where it never was.
+    """
+
+    outcome: Outcome
+    success: bool
+    captured: bool
+    collided: bool
+    contacts: int
+    near_miss: bool
+    time_s: float
+    path_m: float
+    rmse_m: float
+    p90_position_m: float
+    p90_heading_rad: float
+    position_errors_m: npt.NDArray[np.float64]
+    heading_errors_rad: npt.NDArray[np.float64]
+    arrival_errors_m: npt.NDArray[np.float64]
+    closest_m: npt.NDArray[np.float64]
+
+    def __post_init__(self) -> None:
+        for name in ("position_errors_m", "heading_errors_rad", "arrival_errors_m", "closest_m"):
+            array = frozen_array(
+                getattr(self, name), name=name, shape=(None,), finite=False, error=NavigationError
+            )
+            object.__setattr__(self, name, array)
+
+
+def pose_errors(result: MissionResult) -> npt.NDArray[np.float64]:
+    """Return the pose error of every sample to the current straight segment.
+
+    Parameters
+    ----------
+    result : MissionResult
+        A run of s samples.
+
+    Returns
+    -------
+    (s, 3) float64
+        In the robot's frame: along its heading [m], to its left [m], turn in (-π, π] [rad];
+        thesis (5.3) with the segment's nearest point and direction as the wanted pose.
+    """
+    way = result.mission.waypoints_m
+    starts, ends = way[result.targets], way[result.targets + 1]
+    nearest = nearest_on_segment(result.poses[:, :2], starts, ends)
+    leg = ends - starts
+    reference = np.column_stack([nearest, np.arctan2(leg[:, 1], leg[:, 0])])
+    return local_pose_error(result.poses, reference)
+
+
+def measure(result: MissionResult, *, success_radius_m: float | None = None) -> MissionMetrics:
+    """Return the metrics of one run.
+
+    Parameters
+    ----------
+    result : MissionResult
+        The run.
+    success_radius_m : float or None
+        How far from a tag's point an arrival counts [m]; None for twice the tag's arrival radius.
+
+    Returns
+    -------
+    MissionMetrics
+        Errors, percentiles, arrivals and flags.
+
+    Raises
+    ------
+    NavigationError
+        When the success radius is not positive.
+
+    Notes
+    -----
+    A run counts as held (and so captured) when it timed out and its last 30 samples stay within the
+    success radius of their mean place, that place itself lying outside the success radius of the
+    tag. A run that circles the tag without arriving is a near miss, seen in `closest_m`.
+    """
+    if success_radius_m is not None and not success_radius_m > 0.0:
+        msg = f"success_radius_m is {success_radius_m} m, but it must be positive: 0.4 is usual."
+        raise NavigationError(msg)
+    mission = result.mission
+    radii_m = np.array(
+        [success_radius_m or _SUCCESS_RADII * test.radius_m for test in mission.arrivals]
+    )
+    errors = pose_errors(result)
+    position_m = np.hypot(errors[:, 0], errors[:, 1])
+    heading_rad = np.abs(errors[:, 2])
+    arrival_m = np.linalg.norm(result.arrival_points_m - mission.tag_points_m, axis=1)
+    false_arrival = bool((arrival_m > radii_m).any())
+    closest_m = _closest(result, arrival_m)
+    # NaN, where the tag never was the target or was not reached, counts as not within.
+    near = (closest_m <= radii_m) & ~(arrival_m <= radii_m)
+    moves_m = np.linalg.norm(np.diff(result.poses[:, :2], axis=0), axis=1)
+    return MissionMetrics(
+        outcome=result.outcome,
+        success=bool((arrival_m <= radii_m).all()),
+        captured=false_arrival or _held(result, float(radii_m[result.targets[-1]])),
+        collided=result.contacts > 0 or result.outcome == "collision",
+        contacts=result.contacts,
+        near_miss=bool(near.any()),
+        time_s=float(result.time_s[-1]),
+        path_m=float(moves_m.sum()),
+        rmse_m=root_mean_square(position_m),
+        p90_position_m=float(np.percentile(position_m, 90.0)),
+        p90_heading_rad=float(np.percentile(heading_rad, 90.0)),
+        position_errors_m=position_m,
+        heading_errors_rad=heading_rad,
+        arrival_errors_m=arrival_m,
+        closest_m=closest_m,
+    )
+
+
+def _held(result: MissionResult, radius_m: float) -> bool:
+    if result.outcome != "time-out" or len(result.poses) < _HOLD_SAMPLES:
+        return False
+    last = result.poses[-_HOLD_SAMPLES:, :2]
+    middle = last.mean(axis=0)
+    stays = bool((np.linalg.norm(last - middle, axis=1) <= radius_m).all())
+    tag_point = result.mission.tag_points_m[result.targets[-1]]
+    return stays and bool(np.linalg.norm(middle - tag_point) > radius_m)
+
+
+def _closest(result: MissionResult, arrival_m: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    closest = np.full(len(result.mission.tag_ids), np.inf)
+    away = np.linalg.norm(result.poses[:, :2] - result.mission.tag_points_m[result.targets], axis=1)
+    np.minimum.at(closest, result.targets, away)
+    # The row in which a tag was reached already belongs to the next one.
+    closest = np.fmin(closest, arrival_m)
+    return np.where(np.isinf(closest), np.nan, closest)

@@ -1,0 +1,306 @@
+"""Closed-loop missions: navigator, sensor and robot, one sample period after another."""
+
+from collections.abc import Callable
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.geometries.errors import NavigationError
+from octant.navigation.missions.batches import run_seeded
+from octant.navigation.sensing.bearing import wrap_angle
+from octant.navigation.robot.floor_motion import Blocked, Floor
+from octant.navigation.missions.records import Mission, MissionResult, Outcome
+from octant.navigation.missions.starts import Starts
+from octant.navigation.robot.motion import AT_REST, Motion
+from octant.navigation.navigators.interface import STILL, Decision, Navigator, Odometry
+from octant.navigation.robot.odometry import wheel_travel
+from octant.navigation.robot.drive import DifferentialDrive
+from octant.navigation.robot.rolling import RollingWheels
+from octant.navigation.sensing.sensor import Sensor, unknown_tag
+
+__all__ = ["Blocked", "Mission", "MissionResult", "run_mission", "run_missions"]
+
+
+def run_mission(
+    mission: Mission,
+    sensor: Sensor,
+    navigator: Navigator[Any],
+    robot: DifferentialDrive,
+    rng: np.random.Generator,
+    *,
+    blocked: Blocked | None = None,
+) -> MissionResult:
+    """Return the record of one closed-loop run.
+
+    Parameters
+    ----------
+    mission : Mission
+        Start, tags and manner.
+    sensor : Sensor
+        What the robot reads.
+    navigator : Navigator
+        What decides; it gets readings and odometry and nothing else.
+    robot : DifferentialDrive
+        The robot.
+    rng : numpy.random.Generator
+        Source of every random number of the run: of the sensor's by itself, of the wheels' and of
+        the navigator's through two children.
+    blocked : callable or None
+        (m, 2) points on the floor [m] -> (m,) bool: where the robot's centre cannot be. What
+        happens there is said by the mission's `contact`.
+
+    Returns
+    -------
+    MissionResult
+        Also when the tags are out of reach, time runs out or something is in the way: those are
+        results.
+
+    Raises
+    ------
+    NavigationError
+        When the sensor lacks a tag, the cruise speed exceeds what the wheels can do, or the start
+        is blocked.
+
+    Notes
+    -----
+    A sensor that reads its antennas in turn does so on the last stretch of the way driven. After an
+    arrival the next tag is read at once, in the same period, by the robot at rest.
+    """
+    _check_run(mission, sensor, robot, blocked)
+    wheels_rng, navigator_rng = rng.spawn(2)
+    wheels = RollingWheels(mission.rolling, wheels_rng)
+    floor = Floor(
+        robot=robot,
+        period_s=mission.sample_time_s,
+        motion=mission.motion,
+        contact=mission.contact,
+        blocked=blocked,
+    )
+    heading_rad = float(wrap_angle(mission.heading_rad))
+    pose = np.array([*mission.start_m, heading_rad])
+    log = _Log(mission)
+    target, silent, touched = 0, 0, 0
+    memory, odometry = navigator.begin(0, None, heading_rad=heading_rad), STILL
+    driven = AT_REST
+    last = int(np.floor(mission.time_limit_s / mission.sample_time_s * (1.0 + 1e-12)))
+    for k in range(last + 1):
+        rss_w = sensor.read(pose, mission.tag_ids[target], rng, motion=driven)
+        decision = navigator.decide(memory, rss_w, odometry, navigator_rng)
+        while decision.reached:
+            log.arrive(k, pose, target)
+            if target + 1 == len(mission.tag_ids):
+                log.row(k, pose, decision, target, rss_w)
+                return log.result("completed", "all tags were declared reached")
+            target, silent, touched = target + 1, 0, 0
+            rss_w = sensor.read(pose, mission.tag_ids[target], rng)
+            memory = navigator.begin(target, decision.memory, heading_rad=heading_rad)
+            decision = navigator.decide(memory, rss_w, STILL, navigator_rng)
+        silent = 0 if float(rss_w.max()) > 0.0 else silent + 1
+        touched += odometry.contact
+        ended = _ended(mission, target, silent=silent, touched=touched, out_of_time=k == last)
+        if ended is not None:
+            log.row(k, pose, replace(decision, mode="stopped"), target, rss_w)
+            return log.result(*ended)
+        log.row(k, pose, decision, target, rss_w)
+        rotations = mission.sample_time_s * decision.rates
+        rates = wheels.roll(rotations) / mission.sample_time_s
+        pose, contact = floor.moved(pose, rates)
+        speed_m_per_s, turn_rate_rad_per_s = robot.twist(rates)
+        driven = AT_REST
+        if not contact:
+            driven = Motion(
+                speed_m_per_s=float(speed_m_per_s), turn_rate_rad_per_s=float(turn_rate_rad_per_s)
+            )
+        log.contacts += contact
+        distance_m, turn_rad = wheel_travel(wheels.count(rotations), robot)
+        odometry = Odometry(distance_m=float(distance_m), turn_rad=float(turn_rad), contact=contact)
+        memory = decision.memory
+    raise AssertionError  # the last turn always ends the run
+
+
+def _check_run(
+    mission: Mission, sensor: Sensor, robot: DifferentialDrive, blocked: Blocked | None
+) -> None:
+    for tag_id in mission.tag_ids:
+        if tag_id not in sensor.tag_ids:
+            raise unknown_tag(tag_id, sensor.tag_ids)
+    if mission.cruise_speed_m_per_s > robot.max_wheel_speed_m_per_s:
+        msg = (
+            f"the cruise speed is {mission.cruise_speed_m_per_s:g} m/s, but the wheels reach "
+            f"{robot.max_wheel_speed_m_per_s:g} m/s: take a smaller step or a longer period."
+        )
+        raise NavigationError(msg)
+    if blocked is not None and bool(np.any(blocked(mission.start_m.reshape(1, 2)))):
+        msg = (
+            f"the start ({mission.start_m[0]:g}, {mission.start_m[1]:g}) m is inside an obstacle, "
+            "but the robot needs free floor there: move it."
+        )
+        raise NavigationError(msg)
+
+
+def _ended(
+    mission: Mission, target: int, *, silent: int, touched: int, out_of_time: bool
+) -> tuple[Outcome, str] | None:
+    tag_id = mission.tag_ids[target]
+    if touched and mission.contact == "end":
+        return "collision", f"the robot ran into an obstacle on its way to tag {tag_id}"
+    if touched >= mission.contact_limit:
+        return "stuck", f"the robot touched obstacles {touched} times on its way to tag {tag_id}"
+    if silent >= mission.silent_limit:
+        return "no signal", f"no antenna received tag {tag_id} in {silent} readings in a row"
+    if out_of_time:
+        return "time-out", f"tag {tag_id} was not reached within {mission.time_limit_s:g} s"
+    return None
+
+
+class _Log:
+    """Collects the rows of one run."""
+
+    def __init__(self, mission: Mission) -> None:
+        self._mission = mission
+        self._rows: list[tuple[float, npt.NDArray[np.float64], str, int]] = []
+        self._rss_w: list[npt.NDArray[np.float64]] = []
+        self._believed_m: list[npt.NDArray[np.float64]] = []
+        tags = len(mission.tag_ids)
+        self._arrival_times_s = np.full(tags, np.nan)
+        self._arrival_points_m = np.full((tags, 2), np.nan)
+        self.contacts = 0
+
+    def row(
+        self,
+        k: int,
+        pose: npt.NDArray[np.float64],
+        decision: Decision[Any],
+        target: int,
+        rss_w: npt.NDArray[np.float64],
+    ) -> None:
+        self._rows.append((k * self._mission.sample_time_s, pose, decision.mode, target))
+        self._rss_w.append(rss_w)
+        place_m = np.full(2, np.nan) if decision.place_m is None else decision.place_m
+        c, s = np.cos(pose[2]), np.sin(pose[2])
+        self._believed_m.append(pose[:2] + np.array([[c, -s], [s, c]]) @ place_m)
+
+    def arrive(self, k: int, pose: npt.NDArray[np.float64], target: int) -> None:
+        self._arrival_times_s[target] = k * self._mission.sample_time_s
+        self._arrival_points_m[target] = pose[:2]
+
+    def result(self, outcome: Outcome, reason: str) -> MissionResult:
+        times_s, poses, modes, targets = zip(*self._rows, strict=True)
+        return MissionResult(
+            mission=self._mission,
+            outcome=outcome,
+            reason=reason,
+            time_s=np.array(times_s),
+            poses=np.array(poses),
+            modes=modes,
+            targets=np.array(targets, dtype=np.int64),
+            rss_w=np.array(self._rss_w),
+            arrival_times_s=self._arrival_times_s,
+            arrival_points_m=self._arrival_points_m,
+            contacts=self.contacts,
+            believed_points_m=np.array(self._believed_m),
+        )
+
+
+def run_missions(
+    mission: Mission,
+    sensor: Sensor,
+    navigator: Navigator[Any],
+    robot: DifferentialDrive,
+    *,
+    runs: int,
+    seed: int,
+    workers: int = 1,
+    executor: Executor | None = None,
+    blocked: Blocked | None = None,
+    starts: Starts | None = None,
+    progress: Callable[[int], object] | None = None,
+) -> tuple[MissionResult, ...]:
+    """Return the records of many runs of one mission, in order, each with its own random numbers.
+
+    Parameters
+    ----------
+    mission : Mission
+        Start, tags and manner.
+    sensor : Sensor
+        What the robot reads.
+    navigator : Navigator
+        What decides.
+    robot : DifferentialDrive
+        The robot.
+    runs : int
+        Number of runs [-].
+    seed : int
+        Base seed, not negative [-]. Run i uses child i of its numpy SeedSequence, so its result
+        depends neither on the number of runs nor on that of workers.
+    workers : int
+        Processes that share the runs [-]; 1 stays in this one. More need picklable arguments.
+    executor : concurrent.futures.Executor or None
+        Runs the batches in place of `workers` own processes; `workers` then only sizes them.
+    blocked : callable or None
+        As for `run_mission`.
+    starts : Starts or None
+        Start of each run in place of the mission's own.
+    progress : callable or None
+        Called in this process with the number of finished runs, whenever some have finished.
+
+    Returns
+    -------
+    tuple of MissionResult
+        Run 0 first.
+
+    Raises
+    ------
+    NavigationError
+        When the number of runs or workers is below 1, the seed is negative, or a run cannot start.
+    KeyboardInterrupt
+        Passed on after the batches that have not begun are cancelled.
+    """
+    results = run_seeded(
+        _Job(
+            mission=mission,
+            sensor=sensor,
+            navigator=navigator,
+            robot=robot,
+            blocked=blocked,
+            starts=starts,
+        ),
+        runs=runs,
+        seed=seed,
+        workers=workers,
+        executor=executor,
+        progress=progress,
+    )
+    # Unpickled arrays are writable and each result has its own copy of the mission: make them
+    # whole again.
+    return tuple(
+        replace(result, mission=mission if starts is None else replace(result.mission))
+        for result in results
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Job:
+    mission: Mission
+    sensor: Sensor
+    navigator: Navigator[Any]
+    robot: DifferentialDrive
+    blocked: Blocked | None
+    starts: Starts | None
+
+    def __call__(self, seed: np.random.SeedSequence) -> MissionResult:
+        mission = self.mission
+        if self.starts is not None:
+            x, y, heading = self.starts.start(seed)
+            mission = replace(mission, start_m=np.array([x, y]), heading_rad=float(heading))
+        return run_mission(
+            mission,
+            self.sensor,
+            self.navigator,
+            self.robot,
+            np.random.default_rng(seed),
+            blocked=self.blocked,
+        )

@@ -1,0 +1,1 @@
+"""The robot on its floor: drive, wheels, odometry, contact."""

@@ -1,0 +1,199 @@
+"""The differential-drive robot: kinematics, one sample period, and the wheels' limits."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.geometries.errors import NavigationError
+from octant.navigation.robot.motion import pose_on_arc
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DifferentialDrive:
+    """Return a two-wheeled robot; the defaults are the thesis' Scout.
+
+    Parameters
+    ----------
+    wheel_radius_m : float
+        Radius r of both wheels [m].
+    axle_length_m : float
+        Distance l between the wheels [m].
+    max_wheel_speed_m_per_s : float
+        Highest speed of a wheel's rim [m/s].
+
+    Raises
+    ------
+    NavigationError
+        When a value is not positive and finite.
+
+    Notes
+    -----
+    Thesis 3.3.3. Poses are x [m], y [m], heading θ [rad]; wheel rates are angular speeds in the
+    order right, left, as in (3.6). The sentence before (3.5) calls ν_R the left and ν_L the right
+    speed; its equations, followed here, have it the other way round. The thesis uses r = 8.25 cm
+    and l = 30 cm, though the maker's list beside them says 7 inch wheels (r = 8.9 cm).
+    """
+
+    wheel_radius_m: float = 0.0825
+    axle_length_m: float = 0.30
+    max_wheel_speed_m_per_s: float = 0.75
+
+    def __post_init__(self) -> None:
+        for name, unit in (
+            ("wheel_radius_m", "m"),
+            ("axle_length_m", "m"),
+            ("max_wheel_speed_m_per_s", "m/s"),
+        ):
+            value = getattr(self, name)
+            if not (np.isfinite(value) and value > 0.0):
+                msg = (
+                    f"{name} is {value} {unit}, but it must be positive and finite: "
+                    "give the robot's real value."
+                )
+                raise NavigationError(msg)
+
+    @property
+    def max_wheel_rate_rad_per_s(self) -> float:
+        """Return the highest angular speed of a wheel, u_max of (3.8) [rad/s]."""
+        return self.max_wheel_speed_m_per_s / self.wheel_radius_m
+
+    @property
+    def max_turn_rate_rad_per_s(self) -> float:
+        """Return the fastest turn on the spot [rad/s]."""
+        return 2.0 * self.max_wheel_speed_m_per_s / self.axle_length_m
+
+    def saturate(self, wheel_rates_rad_per_s: npt.ArrayLike) -> npt.NDArray[np.float64]:
+        """Return wheel rates cut to what the motors can do [rad/s].
+
+        Parameters
+        ----------
+        wheel_rates_rad_per_s : (..., 2) float64
+            Wanted rates of the right and the left wheel [rad/s].
+
+        Returns
+        -------
+        (..., 2) float64
+            Each wheel on its own within ±u_max, thesis (3.8) [rad/s]. Cutting one wheel only
+            changes the path's curvature.
+        """
+        limit = self.max_wheel_rate_rad_per_s
+        return np.clip(np.asarray(wheel_rates_rad_per_s, dtype=np.float64), -limit, limit)
+
+    def twist(self, wheel_rates_rad_per_s: npt.ArrayLike) -> npt.NDArray[np.float64]:
+        """Return the forward speed [m/s] and the turn rate [rad/s] that wheel rates produce.
+
+        Parameters
+        ----------
+        wheel_rates_rad_per_s : (..., 2) float64
+            Rates of the right and the left wheel [rad/s].
+
+        Returns
+        -------
+        (..., 2) float64
+            Forward speed [m/s] and turn rate, counter-clockwise positive [rad/s]; thesis (3.6).
+        """
+        rates = np.asarray(wheel_rates_rad_per_s, dtype=np.float64)
+        right, left = rates[..., 0], rates[..., 1]
+        speed = 0.5 * self.wheel_radius_m * (right + left)
+        turn_rate = self.wheel_radius_m * (right - left) / self.axle_length_m
+        return np.stack([speed, turn_rate], axis=-1)
+
+    def wheel_rates(
+        self, *, speed_m_per_s: npt.ArrayLike, turn_rate_rad_per_s: npt.ArrayLike
+    ) -> npt.NDArray[np.float64]:
+        """Return the wheel rates for a forward speed and a turn rate [rad/s].
+
+        Parameters
+        ----------
+        speed_m_per_s : (...) float64
+            Forward speed [m/s].
+        turn_rate_rad_per_s : (...) float64
+            Turn rate, counter-clockwise positive [rad/s].
+
+        Returns
+        -------
+        (..., 2) float64
+            Rates of the right and the left wheel, not saturated [rad/s]: the inverse of `twist`.
+        """
+        speed = np.asarray(speed_m_per_s, dtype=np.float64)
+        half = 0.5 * self.axle_length_m * np.asarray(turn_rate_rad_per_s, dtype=np.float64)
+        return np.stack([speed + half, speed - half], axis=-1) / self.wheel_radius_m
+
+    def pose_rate(
+        self, pose: npt.ArrayLike, wheel_rates_rad_per_s: npt.ArrayLike
+    ) -> npt.NDArray[np.float64]:
+        """Return the time derivative of the pose.
+
+        Parameters
+        ----------
+        pose : (..., 3) float64
+            x [m], y [m], heading [rad].
+        wheel_rates_rad_per_s : (..., 2) float64
+            Rates of the right and the left wheel [rad/s].
+
+        Returns
+        -------
+        (..., 3) float64
+            dx/dt [m/s], dy/dt [m/s], dθ/dt [rad/s]; thesis (3.7), its (3.5) in wheel rates.
+        """
+        heading = np.asarray(pose, dtype=np.float64)[..., 2]
+        twist = self.twist(wheel_rates_rad_per_s)
+        speed, turn_rate = twist[..., 0], twist[..., 1]
+        rates = np.broadcast_arrays(speed * np.cos(heading), speed * np.sin(heading), turn_rate)
+        return np.stack(rates, axis=-1)
+
+    def step_euler(
+        self, pose: npt.ArrayLike, wheel_rates_rad_per_s: npt.ArrayLike, *, period_s: float
+    ) -> npt.NDArray[np.float64]:
+        """Return the pose one period later by the thesis' Euler step.
+
+        Parameters
+        ----------
+        pose : (..., 3) float64
+            x [m], y [m], heading [rad].
+        wheel_rates_rad_per_s : (..., 2) float64
+            Rates of the right and the left wheel, constant over the period [rad/s].
+        period_s : float
+            Sample period T [s].
+
+        Returns
+        -------
+        (..., 3) float64
+            x [m], y [m], heading [rad], the heading not wrapped.
+
+        Notes
+        -----
+        Thesis (5.1): straight along the old heading, then the turn. Missions use it unless they
+        ask for the arc; a period that turns by Δθ on v T bends the path by about v T Δθ / 2 too
+        little.
+        """
+        return np.asarray(pose) + period_s * self.pose_rate(pose, wheel_rates_rad_per_s)
+
+    def step_arc(
+        self, pose: npt.ArrayLike, wheel_rates_rad_per_s: npt.ArrayLike, *, period_s: float
+    ) -> npt.NDArray[np.float64]:
+        """Return the pose one period later on the exact circular arc.
+
+        Parameters
+        ----------
+        pose : (..., 3) float64
+            x [m], y [m], heading [rad].
+        wheel_rates_rad_per_s : (..., 2) float64
+            Rates of the right and the left wheel, constant over the period [rad/s].
+        period_s : float
+            Sample period T [s].
+
+        Returns
+        -------
+        (..., 3) float64
+            x [m], y [m], heading [rad], the heading not wrapped.
+
+        Notes
+        -----
+        The exact solution of thesis (3.7) for constant wheel rates.
+        """
+        twist = self.twist(wheel_rates_rad_per_s)
+        return pose_on_arc(
+            pose, period_s, speed_m_per_s=twist[..., 0], turn_rate_rad_per_s=twist[..., 1]
+        )

@@ -1,0 +1,104 @@
+"""Wheels on a real floor: they slip, and their encoders count whole ticks."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.navigation.checks import check_positive
+from octant.navigation.robot.odometry import counted_rotation
+
+FloatArray = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rolling:
+    """Return how wheels roll: shares of slip, and the encoders' resolution.
+
+    Parameters
+    ----------
+    slip_sd : float
+        Standard deviation of the share by which each wheel's rolling differs from its rotation,
+        anew in every period [-].
+    scale_sd : float
+        Standard deviation of the same, constant over a run: tyres, load, floor [-].
+    tick_rad : float
+        Rotation that one count of an encoder stands for [rad]; 0 for an exact one.
+
+    Raises
+    ------
+    NavigationError
+        When a value is negative or not finite.
+
+    Notes
+    -----
+    Encoders see the wheel's rotation and not its slip, so slip and scale stay hidden from the
+    robot. 2 % each and 2000 counts a turn are a usual indoor robot.
+    """
+
+    slip_sd: float = 0.0
+    scale_sd: float = 0.0
+    tick_rad: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name, unit in (("slip_sd", "1"), ("scale_sd", "1"), ("tick_rad", "rad")):
+            check_positive(getattr(self, name), name=name, unit=unit, allow_zero=True)
+
+
+class RollingWheels:
+    """The two wheels of one run; what they truly do is for the world only.
+
+    Parameters
+    ----------
+    rolling : Rolling
+        How they roll.
+    rng : numpy.random.Generator
+        Source of the slip; nothing is drawn where a deviation is zero.
+    """
+
+    def __init__(self, rolling: Rolling, rng: np.random.Generator) -> None:
+        self._rolling, self._rng = rolling, rng
+        scale = rng.normal(0.0, rolling.scale_sd, 2) if rolling.scale_sd > 0.0 else np.zeros(2)
+        self._scale: FloatArray = 1.0 + scale
+        self._turned_rad: FloatArray = np.zeros(2)
+
+    def roll(self, rotations_rad: FloatArray) -> FloatArray:
+        """Return the rotations that would make the same way without slip [rad].
+
+        Parameters
+        ----------
+        rotations_rad : (2,) float64
+            Rotations of the right and the left wheel in a period [rad].
+
+        Returns
+        -------
+        (2,) float64
+            Times scale and slip [rad].
+        """
+        share = self._scale
+        if self._rolling.slip_sd > 0.0:
+            share = share + self._rng.normal(0.0, self._rolling.slip_sd, 2)
+        return np.asarray(rotations_rad * share)
+
+    def count(self, rotations_rad: FloatArray) -> FloatArray:
+        """Return the rotations that the encoders report [rad].
+
+        Parameters
+        ----------
+        rotations_rad : (2,) float64
+            Rotations of the right and the left wheel since the last call [rad].
+
+        Returns
+        -------
+        (2,) float64
+            Whole ticks; what is less is counted later [rad].
+        """
+        tick_rad = self._rolling.tick_rad
+        before = self._turned_rad
+        self._turned_rad = before + rotations_rad
+        if tick_rad == 0.0:
+            return rotations_rad
+        return np.asarray(
+            counted_rotation(self._turned_rad, tick_rad=tick_rad)
+            - counted_rotation(before, tick_rad=tick_rad)
+        )

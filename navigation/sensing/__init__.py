@@ -1,0 +1,1 @@
+"""What the robot senses: RSS, bearings, landmarks."""

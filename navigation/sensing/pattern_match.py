@@ -1,0 +1,199 @@
+"""The reader's patterns as the robot knows them, and the bearing that explains a reading best.
+
+A table holds the RSS of every antenna for a tag at a relative place, with nothing but the reader
+and the tag in the world: what a person measures once in the open, or computes. It says nothing of
+where tags are.
+"""
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.geometries._arrays import frozen_array
+from octant.geometries.errors import NavigationError
+from octant.navigation.sensing.bearing import ANY_DIRECTION_RAD2
+from octant.navigation.checks import check_positive
+from octant.navigation.sensing.sensor import PowerLink
+
+FloatArray = npt.NDArray[np.float64]
+
+_FLOOR_SHARE = 1e-15
+
+NULL_SHARE = 0.01
+"""Share of the mean over the antennas that is added to each before decibels are compared [-]: how
+deep a null is below that, no table knows."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PatternTable:
+    """Return the RSS of the antennas for relative places of a tag, free of reflections.
+
+    Parameters
+    ----------
+    reach_m : float
+        Largest distance, along the floor, of the table [m].
+    power_w : (r, b, s, n) float64
+        RSS [W] of n antennas. Distance number i is reach (i/(r - 1))² [m]; bearing number j from
+        the robot's front is 2πj/b; the robot stands to the side 2πk/s of the tag, in the room.
+
+    Raises
+    ------
+    NavigationError
+        When the reach or a power is not positive, or the table is too small.
+
+    Notes
+    -----
+    The squares put the rows close together under the tag, where the RSS falls fast.
+    """
+
+    reach_m: float
+    power_w: FloatArray
+
+    def __post_init__(self) -> None:
+        check_positive(self.reach_m, name="reach_m", unit="m")
+        power = frozen_array(
+            self.power_w, name="power_w", shape=(None, None, None, None), error=NavigationError
+        )
+        if power.shape[0] < 2 or power.shape[1] < 4 or not (power > 0.0).all():
+            msg = (
+                f"power_w has the shape {power.shape} and the least power {power.min():g} W, but "
+                "two distances, four bearings and powers above 0 W are needed: compute it anew."
+            )
+            raise NavigationError(msg)
+        object.__setattr__(self, "power_w", power)
+
+    @property
+    def antennas(self) -> int:
+        """Return the number n of antennas [-]."""
+        return int(self.power_w.shape[3])
+
+    @property
+    def bearings_rad(self) -> FloatArray:
+        """Return the (b,) bearings from the robot's front [rad]."""
+        count = self.power_w.shape[1]
+        return np.asarray(2.0 * np.pi * np.arange(count) / count)
+
+    @property
+    def reference_w(self) -> float:
+        """Return the strongest mean over the antennas that the table holds [W]."""
+        return float(self.power_w.mean(axis=3).max())
+
+
+def pattern_table(
+    link: PowerLink,
+    tag_point_m: npt.ArrayLike,
+    *,
+    reach_m: float = 8.0,
+    distances: int = 61,
+    bearings: int = 48,
+    sides: int = 16,
+) -> PatternTable:
+    """Return the table of a reader and a kind of tag, from their link in the open.
+
+    Parameters
+    ----------
+    link : PowerLink
+        Link of one tag to the reader in free space.
+    tag_point_m : (2,) float64
+        Point on the floor under that tag [m].
+    reach_m : float
+        Largest distance [m].
+    distances, bearings, sides : int
+        Size of the table [-]; one side is enough for a tag that looks the same from all.
+
+    Returns
+    -------
+    PatternTable
+        RSS [W], with a floor 150 dB below the strongest in place of zero.
+
+    Raises
+    ------
+    NavigationError
+        When nothing is received anywhere.
+    """
+    point = np.asarray(tag_point_m, dtype=np.float64)
+    rho = reach_m * (np.arange(distances) / (distances - 1.0)) ** 2
+    bearing = 2.0 * np.pi * np.arange(bearings) / bearings
+    side = 2.0 * np.pi * np.arange(sides) / sides
+    far, off, at = np.meshgrid(rho, bearing, side, indexing="ij")
+    poses = np.stack(
+        [point[0] + far * np.cos(at), point[1] + far * np.sin(at), at + np.pi - off], axis=-1
+    )
+    power = link.rss_w(poses.reshape(-1, 3)).reshape(*far.shape, -1)
+    strongest = float(power.max())
+    if not strongest > 0.0:
+        msg = "the reader receives nothing of the tag in the open: check antennas and heights."
+        raise NavigationError(msg)
+    return PatternTable(reach_m=reach_m, power_w=np.maximum(power, _FLOOR_SHARE * strongest))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PatternMatcher:
+    """Return a bearing estimator: least squares in decibels over the table of patterns.
+
+    Parameters
+    ----------
+    table : PatternTable
+        The reader's patterns.
+    error_db : float
+        Standard deviation of what the patterns do not explain of each RSS [dB]: noise of the
+        device and reflections.
+
+    Raises
+    ------
+    NavigationError
+        When the error is not positive.
+
+    Notes
+    -----
+    A reading z fits distance ρ and bearing φ with the sum of squares S = Σ (r_i - mean r)² of
+    r_i = 10 log(z_i/P_i(ρ, φ)): the common level is left free, so neither tag power nor path loss
+    matters. The posterior exp(-S/(2 error²)) over the table, equal for all ρ and φ before, has a
+    circular mean, the bearing, and a mean length R, the variance -2 ln R. To reading and patterns
+    `NULL_SHARE` of their mean is added first.
+    """
+
+    table: PatternTable
+    error_db: float = 2.0
+    _level_db: FloatArray = field(init=False, repr=False, compare=False)
+    _unit: npt.NDArray[np.complex128] = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        check_positive(self.error_db, name="error_db", unit="dB")
+        power = self.table.power_w.mean(axis=2)
+        power = power + NULL_SHARE * power.mean(axis=2, keepdims=True)
+        level = 10.0 * np.log10(power)
+        level -= level.mean(axis=2, keepdims=True)
+        object.__setattr__(self, "_level_db", frozen_array(level, name="level", shape=level.shape))
+        unit = np.exp(1j * self.table.bearings_rad)
+        object.__setattr__(
+            self, "_unit", frozen_array(unit, name="unit", shape=unit.shape, dtype=np.complex128)
+        )
+
+    def bearing(self, rss_w: FloatArray) -> tuple[float, float]:
+        """Return the bearing of a reading and its variance.
+
+        Parameters
+        ----------
+        rss_w : (n,) float64
+            One reading; antennas that received nothing (0 W) are left out [W].
+
+        Returns
+        -------
+        bearing_rad : float
+            From the robot's front, counter-clockwise positive, in (-π, π] [rad]; 0 without signal.
+        variance_rad2 : float
+            At most π²/3, that of a direction that may be any [rad²].
+        """
+        heard = rss_w > 0.0
+        if np.count_nonzero(heard) < 2:
+            return 0.0, ANY_DIRECTION_RAD2
+        filled = rss_w[heard] + NULL_SHARE * rss_w[heard].mean()
+        residual = 10.0 * np.log10(filled) - self._level_db[..., heard]
+        squares = residual.var(axis=-1) * np.count_nonzero(heard)
+        weight = np.exp(-0.5 * (squares - squares.min()) / self.error_db**2)
+        mean = complex(weight.sum(axis=0) @ self._unit) / float(weight.sum())
+        length = max(abs(mean), math.exp(-0.5 * ANY_DIRECTION_RAD2))
+        return math.atan2(mean.imag, mean.real), max(0.0, -2.0 * math.log(min(length, 1.0)))

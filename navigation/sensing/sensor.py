@@ -1,0 +1,251 @@
+"""What the robot reads: the RSS of every antenna for the tag it asks for, with the device's errors.
+
+The field comes from a `PowerLink` (the radio model's link between one tag and the reader); the
+sensor adds the way driven from one antenna's reading to the next, the receiver's errors
+(`rss_detector`) and what is lost.
+"""
+
+import difflib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.geometries.errors import NavigationError
+from octant.navigation.sensing.bearing import checked_azimuths
+from octant.navigation.robot.motion import AT_REST, Motion
+from octant.navigation.sensing.rss_detector import RssQuantiser, ThermalNoise, log_normal_rss
+
+
+class PowerLink(Protocol):
+    """The power that one tag delivers to the reader's antennas, free of noise."""
+
+    def rss_w(self, poses: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+        """Return the received power of each antenna [W].
+
+        Parameters
+        ----------
+        poses : (m, 3) float64
+            x [m], y [m], heading [rad] of the robot in the room.
+
+        Returns
+        -------
+        (m, n) float64
+            Received power, zero where nothing arrives [W].
+        """
+        ...
+
+
+class Sensor(Protocol):
+    """What a navigator may know of the world: the reader's RSS for a named tag."""
+
+    @property
+    def antennas(self) -> int:
+        """Return the number n of antennas [-]."""
+        ...
+
+    @property
+    def azimuths_rad(self) -> npt.NDArray[np.float64]:
+        """Return the (n,) azimuths of the antennas in the reader frame [rad]."""
+        ...
+
+    @property
+    def tag_ids(self) -> tuple[str, ...]:
+        """Return the tags that can be asked for."""
+        ...
+
+    def read(
+        self,
+        pose: npt.NDArray[np.float64],
+        tag_id: str,
+        rng: np.random.Generator,
+        *,
+        motion: Motion = AT_REST,
+    ) -> npt.NDArray[np.float64]:
+        """Return one reading of all antennas [W].
+
+        Parameters
+        ----------
+        pose : (3,) float64
+            x [m], y [m], heading [rad] of the robot in the room, when the reading ends.
+        tag_id : str
+            Which tag to ask for.
+        rng : numpy.random.Generator
+            Source of the reading's random errors.
+        motion : Motion
+            How the robot has driven since its last reading: a reader that takes its antennas one
+            after another read the first of them on that way. By default it has stood still. After
+            an arrival the next tag is read at once and standing.
+
+        Returns
+        -------
+        (n,) float64
+            RSS, zero where nothing is received [W].
+        """
+        ...
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FieldSensor:
+    """Return a sensor that reads the radio model's field as a device does.
+
+    Parameters
+    ----------
+    links : mapping of str to PowerLink
+        One link for each tag that the robot may ask for.
+    azimuths_rad : (n,) float64
+        Azimuths of the reader's antennas in the reader frame [rad].
+    noise_db : float
+        Standard deviation of the log-normal error of each antenna [dB].
+    sensitivity_w : float
+        RSS below this is not received and reads zero [W].
+    quantiser : RssQuantiser or None
+        The detector's codes; None for none.
+    dwell_s : float
+        Time from one antenna's reading to the next one's [s]; zero reads all at once.
+    thermal : ThermalNoise or None
+        The receiver's own noise; None for none.
+    drop_out_probability : float
+        Probability that an antenna's reading is lost, each by itself, and reads zero [-].
+    read_probability : float
+        Probability that a tag within reach answers at all; otherwise all antennas read zero [-].
+
+    Raises
+    ------
+    NavigationError
+        When there is no link, the antennas are too few, or a number is out of its range.
+
+    Notes
+    -----
+    Errors come in the order of the device: thermal noise, log-normal error, sensitivity, codes,
+    then what is lost. One after another, the antennas read in the order of their numbers and the
+    last one at the given pose, antenna i (n - 1 - i) dwell times earlier.
+
+    Every reading draws the log-normal errors from the generator itself and everything else from a
+    child of its own, so that sensors that differ in any of these settings, given equal
+    generators, err alike in all others.
+    """
+
+    links: Mapping[str, PowerLink]
+    azimuths_rad: npt.NDArray[np.float64]
+    noise_db: float = 0.0
+    sensitivity_w: float = 0.0
+    quantiser: RssQuantiser | None = None
+    dwell_s: float = 0.0
+    thermal: ThermalNoise | None = None
+    drop_out_probability: float = 0.0
+    read_probability: float = 1.0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "links", dict(self.links))
+        object.__setattr__(self, "azimuths_rad", checked_azimuths(self.azimuths_rad))
+        if not self.links:
+            msg = "the sensor has no link to any tag; give at least one."
+            raise NavigationError(msg)
+        for name, unit in (("noise_db", "dB"), ("sensitivity_w", "W"), ("dwell_s", "s")):
+            value = getattr(self, name)
+            if not (np.isfinite(value) and value >= 0.0):
+                msg = f"{name} is {value} {unit}, but it must be finite and not negative: raise it."
+                raise NavigationError(msg)
+        for name in ("drop_out_probability", "read_probability"):
+            value = getattr(self, name)
+            if not 0.0 <= value <= 1.0:
+                msg = f"{name} is {value}, but a probability lies between 0 and 1: change it."
+                raise NavigationError(msg)
+
+    @property
+    def antennas(self) -> int:
+        """Return the number n of antennas [-]."""
+        return int(self.azimuths_rad.size)
+
+    @property
+    def tag_ids(self) -> tuple[str, ...]:
+        """Return the tags that can be asked for."""
+        return tuple(self.links)
+
+    def read(
+        self,
+        pose: npt.NDArray[np.float64],
+        tag_id: str,
+        rng: np.random.Generator,
+        *,
+        motion: Motion = AT_REST,
+    ) -> npt.NDArray[np.float64]:
+        """Return one reading of all antennas with the device's errors [W].
+
+        Parameters
+        ----------
+        pose : (3,) float64
+            x [m], y [m], heading [rad] of the robot in the room, when the reading ends.
+        tag_id : str
+            Which tag to ask for.
+        rng : numpy.random.Generator
+            Source of the errors.
+        motion : Motion
+            How the robot has driven since its last reading.
+
+        Returns
+        -------
+        (n,) float64
+            RSS, zero where nothing is received [W].
+
+        Raises
+        ------
+        NavigationError
+            When the sensor has no link to that tag, or the link has another number of antennas.
+        """
+        rss = self._field_w(np.asarray(pose, dtype=np.float64), tag_id, motion)
+        # Gamma variables, of which nobody knows how much they draw, come last.
+        own = rng.spawn(1)[0]
+        answers = float(own.random()) < self.read_probability
+        arrives = own.random(rss.shape) >= self.drop_out_probability
+        if self.thermal is not None:
+            rss = self.thermal.reading_w(rss, own)
+        rss = log_normal_rss(rss, self.noise_db, rng)
+        rss = np.where(rss < self.sensitivity_w, 0.0, rss)
+        if self.quantiser is not None:
+            rss = self.quantiser.quantise(rss)
+        return np.where(arrives & answers, rss, 0.0)
+
+    def _field_w(
+        self, pose: npt.NDArray[np.float64], tag_id: str, motion: Motion
+    ) -> npt.NDArray[np.float64]:
+        """Return the (n,) powers at the places where the antennas are read [W]."""
+        if tag_id not in self.links:
+            raise unknown_tag(tag_id, self.tag_ids)
+        n = self.antennas
+        one_pose = self.dwell_s == 0.0 or motion.rests
+        times_s = np.zeros(1) if one_pose else self.dwell_s * np.arange(1 - n, 1)
+        rss = self.links[tag_id].rss_w(motion.poses(pose, times_s))
+        if rss.shape[1] != n:
+            msg = (
+                f"the link of tag {tag_id!r} gives {rss.shape[1]} RSS values, but the reader has "
+                f"{n} antennas: build both from one reader."
+            )
+            raise NavigationError(msg)
+        return rss[0] if one_pose else rss.diagonal()
+
+
+def unknown_tag(tag_id: str, known: tuple[str, ...]) -> NavigationError:
+    """Return the error for a tag that nobody knows, naming the nearest one.
+
+    Parameters
+    ----------
+    tag_id : str
+        The tag asked for.
+    known : tuple of str
+        The tags there are.
+
+    Returns
+    -------
+    NavigationError
+        To be raised by the caller.
+    """
+    near = difflib.get_close_matches(tag_id, known, n=1, cutoff=0.0)
+    return NavigationError(
+        f"tag {tag_id!r} is unknown, the tags are {list(known)}: did you mean {near[0]!r}?"
+        if near
+        else f"tag {tag_id!r} is unknown and there are no tags: add it."
+    )

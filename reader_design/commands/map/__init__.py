@@ -1,0 +1,1 @@
+"""``octant map``: received power over the floor of a room."""

@@ -1,0 +1,231 @@
+"""Figures of ``octant map``: every layer of its dataset as plan views of the room."""
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.reader_design.showing.style import ANTENNA_COLOURS, figure_style, new_figure
+from octant.reader_design.showing.room import MapPanel, map_figure
+from octant.reader_design.commands.map.layers import open_places
+from octant.reader_design.showing.plan import Plan, draw_plan, draw_tags, plan_of, plan_shape
+from octant.reader_design.setting.scene import StudyScene
+from octant.reader_design.setting.measures import power_dbm
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+FloatArray = npt.NDArray[np.float64]
+
+PAGES = (
+    "power.png",
+    "strongest_antenna.png",
+    "bearing_error.png",
+    "path_count.png",
+    "delay_spread.png",
+    "azimuth_spread.png",
+    "direction_spread.png",
+)
+"""Files that `map_pages` may name."""
+MOST_TAGS = 4
+"""Tags that one page shows [-]."""
+FEW_COUNTS = 12
+"""Different numbers of paths [-] up to which each gets a colour of its own."""
+
+_POWERS = (
+    ("rss_w", "coherent"),
+    ("rss_local_mean_w", "local mean (power sum over paths)"),
+    ("rss_disc_mean_w", "local mean (disc of one wavelength)"),
+)
+_SPREADS = (
+    ("delay_spread", "RMS delay spread", "delay spread [ns]"),
+    ("azimuth_spread", "Azimuth spread of arrival (circular)", "azimuth spread [°]"),
+    ("direction_spread", "Direction spread of arrival (over the sphere)", "direction spread [°]"),
+)
+
+
+def map_pages(data: "xr.Dataset", built: StudyScene) -> "Iterator[tuple[str, Figure]]":
+    """Yield a file name of `PAGES` and a figure for each layer of a map [-].
+
+    Parameters
+    ----------
+    data : xarray.Dataset
+        From `octant.reader_design.commands.map.layers.map_dataset`.
+    built : StudyScene
+        The room.
+
+    Yields
+    ------
+    (str, Figure)
+        At most four tags a page; grey is outside the room and inside objects.
+    """
+    pages = _Pages(data, built)
+    yield "power.png", pages.power()
+    if "strongest_antenna" in data:
+        yield "strongest_antenna.png", pages.strongest()
+        yield "bearing_error.png", pages.bearing_error()
+    yield "path_count.png", pages.path_count()
+    for name, title, bar in _SPREADS:
+        if name in data:
+            yield f"{name}.png", pages.layer(name, title=title, bar_label=bar)
+
+
+class _Pages:
+    """The figures of one dataset, which share its grid, plan, tags and mask."""
+
+    def __init__(self, data: "xr.Dataset", built: StudyScene) -> None:
+        self.data = data
+        self.x, self.y = data["x"].to_numpy(), data["y"].to_numpy()
+        self.plan = plan_of(built.scene, float(data["z"]))
+        x, y = np.meshgrid(self.x, self.y, indexing="ij")
+        places = np.column_stack((x.ravel(), y.ravel(), np.full(x.size, float(data["z"]))))
+        self.open = open_places(built, places).reshape(x.shape)
+        self.ids = [str(tag) for tag in data["tag"].to_numpy()][:MOST_TAGS]
+        self.points = {tag.id: tag.position_m[:2] for tag in built.tags}
+        receiver = data.attrs["receiver"]
+        if receiver == "reader":
+            receiver += f", heading {float(data['heading']):g}°"
+        self.where = f"z = {float(data['z']):g} m, {receiver}"
+
+    def panel(self, title: str, values: FloatArray, tag: str) -> MapPanel:
+        shown = np.where(self.open & np.isfinite(values), values, np.nan)
+        return MapPanel(title=title, values=shown.T, tags={tag: self.points[tag]})
+
+    def map(self, panels: Sequence[MapPanel], **options: Any) -> "Figure":  # noqa: ANN401
+        return map_figure(self.x, self.y, panels, self.plan, **options)
+
+    def power(self) -> "Figure":
+        present = [(name, what) for name, what in _POWERS if name in self.data]
+        what_of = "strongest antenna" if "antenna" in self.data.dims else "antenna"
+        panels = []
+        for i, tag in enumerate(self.ids):
+            for name, what in present:
+                values = self.data[name].to_numpy()[i].astype(np.float64)
+                best = values.max(axis=-1) if values.ndim == 3 else values
+                panels.append(self.panel(f"{what}, tag {tag}", power_dbm(best), tag))
+        return self.map(
+            panels,
+            title=f"Received power of the {what_of}\n{self.where}",
+            bar_label="received power [dBm]",
+            columns=len(present),
+        )
+
+    def bearing_error(self) -> "Figure":
+        errors = np.abs(self.data["bearing_error"].to_numpy())
+        panels = [self.panel(f"tag {tag}", errors[i], tag) for i, tag in enumerate(self.ids)]
+        return self.map(
+            panels,
+            title=f"Bearing error of the RSS-weighted vector sum\n{self.where}",
+            bar_label="absolute bearing error [°]",
+            limits=(0.0, 180.0),
+            colours="magma_r",
+        )
+
+    def layer(self, name: str, *, title: str, bar_label: str) -> "Figure":
+        values = self.data[name].to_numpy()
+        panels = [self.panel(f"tag {tag}", values[i], tag) for i, tag in enumerate(self.ids)]
+        where = f"z = {float(self.data['z']):g} m, isotropic_theta"
+        return self.map(panels, title=f"{title}\n{where}", bar_label=bar_label, colours="cividis")
+
+    def path_count(self) -> "Figure":
+        counts = self.data["path_count"].to_numpy().astype(np.float64)
+        panels = [self.panel(f"tag {tag}", counts[i], tag) for i, tag in enumerate(self.ids)]
+        seen = np.concatenate([p.values[np.isfinite(p.values)] for p in panels])
+        low, high = (int(seen.min()), int(seen.max())) if seen.size else (0, 1)
+        return self.map(
+            panels,
+            title=f"Number of paths\n{self.where}",
+            bar_label="paths [-]",
+            limits=(low - 0.5, high + 0.5),
+            colours="viridis",
+            levels=high - low + 1 if high - low < FEW_COUNTS else None,
+        )
+
+    def strongest(self) -> "Figure":
+        values = self.data["strongest_antenna"].to_numpy().astype(np.float64)
+        values = np.where(values > 0, values, np.nan)
+        panels = [self.panel(f"tag {tag}", values[i], tag) for i, tag in enumerate(self.ids)]
+        heading = float(self.data["heading"])
+        count = self.data.sizes["antenna"]
+        turn = heading - 90.0 + np.arange(count) * 360.0 / count
+        return category_figure(
+            self.x,
+            self.y,
+            panels,
+            self.plan,
+            names=[f"{i + 1}: {azimuth % 360.0:g}°" for i, azimuth in enumerate(turn)],
+            title=f"Strongest antenna\n{self.where}",
+            legend_title="antenna: azimuth\nin the room",
+        )
+
+
+def category_figure(
+    x_m: FloatArray,
+    y_m: FloatArray,
+    panels: Sequence[MapPanel],
+    plan: Plan,
+    *,
+    names: Sequence[str],
+    title: str,
+    legend_title: str,
+) -> "Figure":
+    """Return plan views of numbered categories with one colour each, axes in [m].
+
+    Parameters
+    ----------
+    x_m, y_m : (nx,), (ny,) float64
+        Grid [m].
+    panels : sequence of MapPanel
+        Numbers from 1 [-]; NaN is grey.
+    plan : Plan
+        Walls and objects.
+    names : sequence of str
+        What the numbers mean, from 1 on.
+    title : str
+        Above the figure.
+    legend_title : str
+        Above the legend.
+
+    Returns
+    -------
+    Figure
+        At most two panels in a row, the legend beside them.
+    """
+    from matplotlib.colors import ListedColormap
+    from matplotlib.patches import Patch
+
+    colours = [ANTENNA_COLOURS[i % len(ANTENNA_COLOURS)] for i in range(len(names))]
+    columns = min(len(panels), 2)
+    rows = -(-len(panels) // columns)
+    extent = plan_shape(plan, x_m, y_m)
+    with figure_style():
+        figure, axes = new_figure(
+            width_in=1.7 + 4.1 * columns,
+            height_in=0.6 + 0.25 * title.count("\n") + (0.85 + 3.35 * extent) * rows,
+            title=title,
+            rows=rows,
+            columns=columns,
+        )
+        for ax, panel in zip(axes.ravel(), panels, strict=False):
+            ax.set_facecolor("#d8d8d8")
+            ax.grid(visible=False)
+            ax.pcolormesh(
+                x_m,
+                y_m,
+                panel.values,
+                shading="nearest",
+                cmap=ListedColormap(colours),
+                vmin=0.5,
+                vmax=len(names) + 0.5,
+                rasterized=True,
+            )
+            draw_plan(ax, plan, extra_m=np.array([[x_m[0], y_m[0]], [x_m[-1], y_m[-1]]]))
+            draw_tags(ax, panel.tags)
+            ax.set_title(panel.title)
+        for ax in axes.ravel()[len(panels) :]:
+            ax.set_visible(False)
+        handles = [Patch(color=c, label=n) for c, n in zip(colours, names, strict=True)]
+        figure.legend(handles=handles, loc="outside right center", title=legend_title)
+    return figure

@@ -1,0 +1,1 @@
+"""``octant reader``: the reader by itself."""

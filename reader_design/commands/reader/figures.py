@@ -1,0 +1,313 @@
+"""Figures of one reader's full-wave solution: gains, S-matrix, currents on its mesh.
+
+As in :mod:`octant.reader_design.showing.style`, every function takes arrays and returns a figure.
+"""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.reader_design.showing.style import (
+    antenna_legend,
+    draw_antennas,
+    figure_style,
+    new_figure,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from mpl_toolkits.mplot3d import Axes3D
+
+FloatArray = npt.NDArray[np.float64]
+
+SPAN_DB = 30.0
+"""Range of gain that polar cuts and solids of gain show below their top [dB]."""
+CURRENT_SPAN_DB = 60.0
+"""Range of current density that is coloured below its maximum [dB]."""
+
+
+def gain_dbi(pattern: npt.NDArray[np.complex128]) -> FloatArray:
+    """Return the gain of both polarisations together [dBi], not below -100 dBi.
+
+    Parameters
+    ----------
+    pattern : (..., 2) complex128
+        F_theta and F_phi [-].
+
+    Returns
+    -------
+    (...) float64
+        Gain over isotropic [dBi].
+    """
+    power = np.sum(np.abs(pattern) ** 2, axis=-1)
+    gain: FloatArray = 10.0 * np.log10(np.maximum(power, 1e-10))
+    return gain
+
+
+def element_figure(
+    theta_rad: FloatArray, phi_rad: FloatArray, gain: FloatArray, *, title: str
+) -> "Figure":
+    """Return the gain [dBi] of a single antenna: as a solid and as a cut over theta [deg].
+
+    Parameters
+    ----------
+    theta_rad : (t,) float64
+        Angles from the vertical, 0 to pi [rad].
+    phi_rad : (p,) float64
+        Azimuths, 0 to 2 pi, both ends included [rad].
+    gain : (t, p) float64
+        Gain [dBi].
+    title : str
+        Above the figure.
+
+    Returns
+    -------
+    Figure
+        In the manner of thesis Fig. 5.8 and 5.10, which show the solid.
+    """
+    with figure_style():
+        figure, axes = new_figure(width_in=9.0, height_in=4.2, title=title, columns=2)
+        axes[0, 0].remove()
+        solid: Any = figure.add_subplot(1, 2, 1, projection="3d")
+        _draw_solid(figure, solid, theta_rad, phi_rad, gain)
+        ax = axes[0, 1]
+        degrees = np.degrees(theta_rad)
+        ax.plot(degrees, gain[:, 0], label="azimuth 0°")
+        across = int(np.argmin(np.abs(phi_rad - 0.25 * np.pi)))
+        if np.abs(gain[:, across] - gain[:, 0]).max() > 0.1:
+            ax.plot(
+                degrees, gain[:, across], "--", label=f"azimuth {np.degrees(phi_rad[across]):.0f}°"
+            )
+            ax.legend(loc="lower center")
+        top, best = float(gain.max()), np.unravel_index(int(gain.argmax()), gain.shape)
+        ax.axhline(top, color="#999999", linewidth=0.8, linestyle=":")
+        ax.set_title(f"greatest gain {top:.2f} dBi at θ = {degrees[best[0]]:.0f}°")
+        ax.set_xlim(0.0, 180.0)
+        ax.set_xticks(np.arange(0, 181, 30))
+        ax.set_ylim(top - SPAN_DB, top + 3.0)
+        ax.set_xlabel("angle θ from the vertical [°]")
+        ax.set_ylabel("gain [dBi]")
+    return figure
+
+
+def gain_figure(
+    theta_rad: FloatArray, phi_rad: FloatArray, gain: FloatArray, *, title: str
+) -> "Figure":
+    """Return the realised gain [dBi] of one antenna of the reader as a solid.
+
+    Parameters
+    ----------
+    theta_rad : (t,) float64
+        Angles from the vertical, 0 to pi [rad].
+    phi_rad : (p,) float64
+        Azimuths, 0 to 2 pi, both ends included [rad].
+    gain : (t, p) float64
+        Gain [dBi].
+    title : str
+        Above the figure.
+
+    Returns
+    -------
+    Figure
+        Radius and colour are the gain; the centre stands for 30 dB below the greatest.
+    """
+    with figure_style():
+        figure, axes = new_figure(width_in=6.4, height_in=5.4, title=title)
+        axes[0, 0].remove()
+        solid: Any = figure.add_subplot(1, 1, 1, projection="3d")
+        _draw_solid(figure, solid, theta_rad, phi_rad, gain)
+    return figure
+
+
+def _draw_solid(
+    figure: "Figure", axes: "Axes3D", theta_rad: FloatArray, phi_rad: FloatArray, gain: FloatArray
+) -> None:
+    """Draw gain as a solid: the distance from the centre is the gain above the greatest - 30 dB."""
+    from matplotlib import colormaps
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Normalize
+
+    top = float(gain.max())
+    radius = np.maximum(gain - (top - SPAN_DB), 0.0) / SPAN_DB
+    theta, phi = theta_rad[:, None], phi_rad[None, :]
+    scale = Normalize(top - SPAN_DB, top)
+    axes.plot_surface(
+        radius * np.sin(theta) * np.cos(phi),
+        radius * np.sin(theta) * np.sin(phi),
+        radius * np.cos(theta),
+        facecolors=colormaps["viridis"](scale(gain)),
+        rcount=91,
+        ccount=121,
+        linewidth=0.0,
+        antialiased=False,
+        shade=False,
+    )
+    _space(axes, reach=1.0)
+    axes.set_xticklabels([])
+    axes.set_yticklabels([])
+    axes.set_zticklabels([])
+    axes.set_xlabel("x (antenna 1)", labelpad=-10)
+    axes.set_ylabel("y", labelpad=-10)
+    axes.set_zlabel("z (up)", labelpad=-10)
+    bar = figure.colorbar(
+        ScalarMappable(scale, "viridis"), ax=axes, label="gain [dBi]", shrink=0.7, pad=0.08
+    )
+    bar.outline.set_visible(False)
+
+
+def _space(axes: "Axes3D", *, reach: float) -> None:
+    """Set a cube of equal scales and a view from above and aside."""
+    axes.set_xlim(-reach, reach)
+    axes.set_ylim(-reach, reach)
+    axes.set_zlim(-reach, reach)
+    axes.set_box_aspect((1.0, 1.0, 1.0))
+    axes.view_init(elev=24.0, azim=-58.0)
+
+
+def cuts_figure(
+    phi_rad: FloatArray,
+    cuts: Sequence[tuple[float, FloatArray]],
+    element_azimuths_rad: FloatArray,
+    *,
+    title: str,
+) -> "Figure":
+    """Return the realised gain [dBi] of all antennas over azimuth, a polar panel each elevation.
+
+    Parameters
+    ----------
+    phi_rad : (p,) float64
+        Azimuths, 0 to 2 pi, both ends included [rad].
+    cuts : sequence of (float, (n, p) float64)
+        Elevation over the horizon [deg] and the antennas' gain there [dBi].
+    element_azimuths_rad : (n,) float64
+        Azimuths of the antennas [rad].
+    title : str
+        Above the figure.
+
+    Returns
+    -------
+    Figure
+        One common scale, so that panels can be compared.
+    """
+    columns = min(len(cuts), 2)
+    rows = -(-len(cuts) // columns)
+    top = 5.0 * np.ceil(max(float(gain.max()) for _, gain in cuts) / 5.0)
+    with figure_style():
+        figure, axes = new_figure(
+            width_in=1.6 + 3.8 * columns,
+            height_in=0.6 + 3.9 * rows,
+            title=title,
+            rows=rows,
+            columns=columns,
+        )
+        polar: Any = None
+        for k in range(rows * columns):
+            axes[k // columns, k % columns].remove()
+        for k, (elevation_deg, gain) in enumerate(cuts):
+            polar = figure.add_subplot(rows, columns, k + 1, projection="polar")
+            draw_antennas(polar, phi_rad, np.maximum(gain, top - SPAN_DB).T)
+            polar.set_ylim(top - SPAN_DB, top)
+            polar.set_yticks(np.arange(top - SPAN_DB, top + 1.0, 10.0))
+            polar.set_rlabel_position(float(np.degrees(element_azimuths_rad[0])) + 11.0)
+            polar.set_xticks(np.sort(element_azimuths_rad % (2.0 * np.pi)))
+            polar.set_title(f"elevation {elevation_deg:g}°", pad=14)
+        antenna_legend(figure, polar, title="gain [dBi]")
+    return figure
+
+
+def s_matrix_figure(s_matrix: npt.NDArray[np.complex128], *, title: str) -> "Figure":
+    """Return the scattering matrix as a coloured table of magnitudes [dB].
+
+    Parameters
+    ----------
+    s_matrix : (n, n) complex128
+        Scattering matrix [-].
+    title : str
+        Above the figure.
+
+    Returns
+    -------
+    Figure
+        Reflection on the diagonal, coupling beside it.
+    """
+    level = 20.0 * np.log10(np.maximum(np.abs(s_matrix), 1e-10))
+    count = len(level)
+    with figure_style():
+        figure, axes = new_figure(
+            width_in=1.9 + 0.62 * count, height_in=1.2 + 0.56 * count, title=title
+        )
+        ax = axes[0, 0]
+        low = max(float(level.min()), -60.0)
+        mesh = ax.imshow(level, cmap="viridis", vmin=low, vmax=0.0, origin="upper")
+        for (i, j), value in np.ndenumerate(level):
+            colour = "white" if value < 0.55 * low else "#222222"
+            ax.text(j, i, f"{value:.1f}", ha="center", va="center", fontsize=8, color=colour)
+        names = [str(i + 1) for i in range(count)]
+        ax.set_xticks(range(count), names)
+        ax.set_yticks(range(count), names)
+        ax.tick_params(length=0)
+        ax.grid(visible=False)
+        ax.set_xlabel("driven antenna")
+        ax.set_ylabel("receiving antenna")
+        bar = figure.colorbar(mesh, ax=ax, label="|S| [dB]", shrink=0.9)
+        bar.outline.set_visible(False)
+    return figure
+
+
+def current_figure(corners_m: FloatArray, current_a_per_m: FloatArray, *, title: str) -> "Figure":
+    """Return the size of the surface current [dB] on the triangles of a mesh, lengths in [cm].
+
+    Parameters
+    ----------
+    corners_m : (f, 3, 3) float64
+        Corners of the triangles [m].
+    current_a_per_m : (f,) float64
+        Size of the current density in the middle of each triangle [A/m].
+    title : str
+        Above the figure.
+
+    Returns
+    -------
+    Figure
+        Colour runs over 60 dB below the greatest current.
+    """
+    from matplotlib import colormaps
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Normalize
+    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+    top = max(float(current_a_per_m.max()), 1e-30)
+    level = 20.0 * np.log10(np.maximum(current_a_per_m / top, 1e-10))
+    scale = Normalize(-CURRENT_SPAN_DB, 0.0)
+    points = 100.0 * corners_m
+    with figure_style():
+        figure, axes = new_figure(width_in=7.6, height_in=5.6, title=title)
+        axes[0, 0].remove()
+        ax: Any = figure.add_subplot(1, 1, 1, projection="3d")
+        faces = Poly3DCollection(
+            points, facecolors=colormaps["inferno"](scale(level)), edgecolors="#ffffff30"
+        )
+        faces.set_linewidth(0.15)
+        ax.add_collection3d(faces)
+        low, high = points.min(axis=(0, 1)), points.max(axis=(0, 1))
+        size = np.maximum(high - low, 1.0)
+        ax.set_xlim(low[0], high[0])
+        ax.set_ylim(low[1], high[1])
+        ax.set_zlim(low[2], low[2] + size[2])
+        ax.set_box_aspect(tuple(size / size.max()), zoom=1.05)
+        ax.view_init(elev=38.0, azim=-35.0)
+        ax.set_xlabel("x [cm]")
+        ax.set_ylabel("y [cm]")
+        ax.set_zlabel("z [cm]")
+        bar = figure.colorbar(
+            ScalarMappable(scale, "inferno"),
+            ax=ax,
+            label="surface current below its maximum [dB]",
+            shrink=0.75,
+            pad=0.1,
+            extend="min",
+        )
+        bar.outline.set_visible(False)
+    return figure

@@ -1,0 +1,1 @@
+"""``octant scene``: the room as a GLB file and as a picture."""

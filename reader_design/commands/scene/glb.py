@@ -1,0 +1,157 @@
+"""A scene as a GLB file: its bodies with materials, and paths as tubes between its ends."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.geometries._checks import unused_name
+from octant.geometries.bodies import Body
+from octant.geometries.mesh_files import save_bodies
+from octant.geometries.scene import Scene
+from octant.reader_design.keeping.store import whole_file
+
+if TYPE_CHECKING:
+    from octant.reader_design.commands.scene.drawing import DrawnPaths
+
+FloatArray = npt.NDArray[np.float64]
+
+WALL_OPACITY = 0.3
+"""Opacity [-] of what closes a room, so that a viewer sees into it."""
+TUBE_RADIUS_PER_EXTENT = 8e-4
+"""Radius of a path's tube [-] over the extent of the scene."""
+END_RADIUS_PER_EXTENT = 6e-3
+"""Radius of the ball at an end of the paths [-] over the extent of the scene."""
+_TUBE_SIDES = 6
+
+
+def write_scene(
+    scene: Scene, path: Path, *, paths: "DrawnPaths | None", ends_m: Mapping[str, FloatArray]
+) -> None:
+    """Return nothing; write a scene to a GLB file.
+
+    Parameters
+    ----------
+    scene : Scene
+        Room and objects.
+    path : Path
+        The file, written whole or not at all.
+    paths : DrawnPaths or None
+        Paths to be drawn as tubes, named by their rank, order and gain.
+    ends_m : mapping of str to (3,) float64
+        Places of transmitter and receiver [m], drawn as balls.
+
+    Raises
+    ------
+    ConfigError
+        When the folder cannot be written to.
+    GeometryError
+        When there is nothing to write.
+    """
+    used: set[str] = set()
+    bodies = [replace(b, name=unused_name(b.name, used)) for b in scene.bodies]
+    opacity = {b.name: WALL_OPACITY for b in bodies if closes_room(b, scene)}
+    extra: list[Body] = []
+    for name, place in ends_m.items():
+        extra.append(_ball(name, place, END_RADIUS_PER_EXTENT * scene.extent_m))
+    if paths is not None:
+        for k, vertices in enumerate(paths.vertices_m):
+            order = int(paths.order[k])
+            name = f"path {k + 1}, order {order}, {paths.gain_db[k]:.1f} dB"
+            radius = TUBE_RADIUS_PER_EXTENT * scene.extent_m
+            extra.append(tube(vertices, radius, name=name, material=f"path of order {order}"))
+    with whole_file(path) as part:
+        save_bodies([*bodies, *extra], part, opacity=opacity)
+
+
+def closes_room(body: Body, scene: Scene) -> bool:
+    """Return whether a body hides the room from outside: it reaches the bounds, but is no floor.
+
+    Parameters
+    ----------
+    body : Body
+        One of the scene's.
+    scene : Scene
+        The scene.
+
+    Returns
+    -------
+    bool
+        True for walls and ceilings [-].
+    """
+    if not scene.has_room:
+        return False
+    low, high = body.bounds_m
+    slack = 1e-6 * scene.extent_m
+    is_floor = high[2] <= scene.floor_height_m + slack
+    touched = (low <= scene.bounds_m[0] + slack) | (high >= scene.bounds_m[1] - slack)
+    touched[2] = high[2] >= scene.bounds_m[1, 2] - slack
+    return bool(touched.any()) and not is_floor
+
+
+def tube(vertices_m: FloatArray, radius_m: float, *, name: str, material: str) -> Body:
+    """Return a path as a tube of six sides around each of its legs.
+
+    Parameters
+    ----------
+    vertices_m : (n, 3) float64
+        Corners of the path [m].
+    radius_m : float
+        Radius [m].
+    name, material : str
+        Of the body.
+
+    Returns
+    -------
+    Body
+        Open prisms, one a leg; legs without length are left out.
+
+    Raises
+    ------
+    GeometryError
+        When no leg has a length.
+    """
+    angle = 2.0 * np.pi * np.arange(_TUBE_SIDES) / _TUBE_SIDES
+    i = np.arange(_TUBE_SIDES)
+    j = (i + 1) % _TUBE_SIDES
+    sides = np.concatenate(
+        (
+            np.column_stack((i, j, j + _TUBE_SIDES)),
+            np.column_stack((i, j + _TUBE_SIDES, i + _TUBE_SIDES)),
+        )
+    )
+    points: list[FloatArray] = []
+    faces: list[npt.NDArray[np.int64]] = []
+    for start, end in pairwise(vertices_m):
+        along = end - start
+        length = float(np.linalg.norm(along))
+        if length == 0.0:
+            continue
+        axis = along / length
+        aside = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
+        aside = aside / np.linalg.norm(aside)
+        ring = np.outer(np.cos(angle), aside) + np.outer(np.sin(angle), np.cross(axis, aside))
+        faces.append(sides + 2 * _TUBE_SIDES * len(faces))
+        points += [start + radius_m * ring, end + radius_m * ring]
+    return Body(
+        name=name,
+        vertices_m=np.concatenate(points) if points else np.zeros((0, 3)),
+        faces=np.concatenate(faces) if faces else np.zeros((0, 3), dtype=np.int64),
+        material=material,
+    )
+
+
+def _ball(name: str, place_m: FloatArray, radius_m: float) -> Body:
+    from trimesh.creation import icosphere
+
+    ball = icosphere(subdivisions=2, radius=radius_m)
+    return Body(
+        name=name,
+        vertices_m=np.asarray(ball.vertices) + place_m,
+        faces=np.asarray(ball.faces, dtype=np.int64),
+        material=name,
+    )

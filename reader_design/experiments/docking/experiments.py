@@ -1,0 +1,213 @@
+"""The experiments of the docking paper and the textbook's two figures, recomputed."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.navigation.missions.batches import run_seeded
+from octant.navigation.control.closed_loop import ClosedLoop, integrate
+from octant.navigation.control.docking_law import DockingLaw, GoalLaw
+from octant.navigation.docking.run import DockingJob
+from octant.navigation.docking.setting import DockingSetting
+from octant.navigation.docking.task import DockingResult, DockingTask, FineStage
+from octant.navigation.estimators.landmark_filters import LandmarkFilter
+from octant.navigation.sensing.landmark_sensor import Landmark, LandmarkSensor
+from octant.navigation.estimators.landmark_trials import (
+    Drives,
+    Estimates,
+    Manoeuvre,
+    drive,
+    estimate,
+    paper_manoeuvre,
+)
+from octant.navigation.missions.starts import RandomStarts
+from octant.navigation.control.polar import pose_of_polar
+from octant.navigation.control.regulators import CartesianRegulator, GracefulLaw, posture_regulator
+from octant.navigation.robot.drive import DifferentialDrive
+
+FloatArray = npt.NDArray[np.float64]
+
+WRONG_START = (2.0, -1.5, 2.5)
+"""First guess less truth in the experiment with a wrong start [m], [m], [rad]."""
+
+BLACKOUT_S = 30.0
+"""Length of the blackout after which errors are compared [s]."""
+
+SLIPS = (-0.01, 0.008)
+"""Slips of the filter experiments: b is the paper's forced value, s is chosen [m/s], [rad/s]."""
+
+
+def figure_4_law() -> DockingLaw:
+    """Return the docking law with the gains of the paper's figure 4 [1/s], [-], [1/s]."""
+    return DockingLaw(gamma_per_s=3.0, h=1.0, k_per_s=6.0)
+
+
+def figure_4_loops() -> dict[str, ClosedLoop]:
+    """Return the runs of figure 4: from 3 m, landmark's attitude zero, eight directions [m], [rad].
+
+    Returns
+    -------
+    dict of str to ClosedLoop
+        By the first bearing α of the goal.
+    """
+    times = np.linspace(0.0, 2.5, 300)
+    return {
+        f"{degrees}°": integrate(
+            figure_4_law(), pose_of_polar([3.0, *[np.radians(degrees)] * 2]), times
+        )
+        for degrees in (0, 45, 90, 135, 180, -45, -90, -135)
+    }
+
+
+def regulator_loops() -> dict[str, tuple[ClosedLoop, ClosedLoop]]:
+    """Return the runs of figures 11.19 and 11.20, and those of the modern peer [m], [rad].
+
+    Returns
+    -------
+    dict of str to (ClosedLoop, ClosedLoop)
+        By the regulator's name; from the two starts of the textbook's figures.
+    """
+    starts = ([-1.0, -1.0, 0.0], [1.0, 1.0, 0.0])
+    laws: dict[str, tuple[GoalLaw, float]] = {
+        "Cartesian regulator (Fig. 11.19)": (CartesianRegulator(), 8.0),
+        "posture regulator (Fig. 11.20)": (posture_regulator(), 8.0),
+        "graceful law (Park and Kuipers)": (GracefulLaw(), 150.0),
+    }
+    loops = {}
+    for name, (law, seconds) in laws.items():
+        times = np.linspace(0.0, seconds, 400)
+        first, second = (integrate(law, start, times, tolerance=1e-10) for start in starts)
+        loops[name] = (first, second)
+    return loops
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FilterExperiment:
+    """Return repeated drives past a landmark and what each filter made of them.
+
+    Parameters
+    ----------
+    drives : Drives
+        Truth and detections.
+    estimates : dict of str to Estimates
+        By the filter's name: ``slips``, ``no slips``, ``wrong start``, ``pair`` (the paper's two
+        filters).
+    """
+
+    drives: Drives
+    estimates: dict[str, Estimates]
+
+
+def filter_experiment(*, seed: int, repetitions: int = 100) -> FilterExperiment:
+    """Return the experiments of the paper's figures 6 to 16.
+
+    Parameters
+    ----------
+    seed : int
+        Seed [-].
+    repetitions : int
+        Repetitions [-].
+
+    Returns
+    -------
+    FilterExperiment
+        With b = -0.01 m/s and s = 0.008 rad/s.
+    """
+    return _experiment(paper_manoeuvre(), seed=seed, repetitions=repetitions)
+
+
+def straight_experiment(*, seed: int) -> FilterExperiment:
+    """Return the experiment of figure 17: a simpler drive at one constant speed, once.
+
+    Parameters
+    ----------
+    seed : int
+        Seed [-].
+
+    Returns
+    -------
+    FilterExperiment
+        The landmark drops out of view after some 20 s and the robot drives on past it.
+    """
+    simple = Manoeuvre(
+        start=np.array([-2.5, -0.6, 0.0]),
+        legs=np.array([[60.0, 0.06, 0.0]]),
+        landmark=Landmark(position_m=np.array([0.0, 0.0, 0.5]), heading_rad=0.0),
+    )
+    return _experiment(simple, seed=seed, repetitions=1)
+
+
+def docking_experiment(
+    task: DockingTask, camera: LandmarkSensor, *, seed: int, runs: int, workers: int = 1
+) -> dict[bool, tuple[DockingResult, ...]]:
+    """Return closed-loop dockings on estimates from beside the staging place, figures 18 and 19.
+
+    Parameters
+    ----------
+    task : DockingTask
+        Station, law and filter; each run has one try.
+    camera : LandmarkSensor
+        Detector; nothing hides the landmark here.
+    seed : int
+        Seed [-].
+    runs : int
+        Runs with slip compensation; without it a tenth of them [-].
+    workers : int
+        Processes that share them [-].
+
+    Returns
+    -------
+    dict of bool to tuple of DockingResult
+        By whether slips were compensated.
+    """
+    landmark = Landmark(position_m=np.array([task.stand_off_m, 0.0, 0.6]), heading_rad=0.0)
+    back = task.staging_m - task.stand_off_m
+    results = {}
+    for compensate, number in ((True, runs), (False, max(2, runs // 10))):
+        fine: FineStage = replace(task.fine, compensate_slips=compensate)
+        job = DockingJob(
+            task=replace(task, landmark=landmark, fine=fine, tries=1),
+            setting=DockingSetting(
+                reader=None, camera=replace(camera, scene=None), robot=DifferentialDrive()
+            ),
+            starts=RandomStarts(
+                low_m=np.array([-back - 0.4, -0.6]),
+                high_m=np.array([-back + 0.4, 0.6]),
+                fits=anywhere,
+            ),
+        )
+        results[compensate] = run_seeded(job, runs=number, seed=seed, workers=workers)
+    return results
+
+
+def anywhere(points_m: FloatArray) -> npt.NDArray[np.bool_]:
+    """Return that a robot fits wherever it is asked [-].
+
+    Parameters
+    ----------
+    points_m : (m, 2) float64
+        Places [m].
+
+    Returns
+    -------
+    (m,) bool
+        True.
+    """
+    return np.ones(len(points_m), dtype=np.bool_)
+
+
+def _experiment(manoeuvre: Manoeuvre, *, seed: int, repetitions: int) -> FilterExperiment:
+    coupled = LandmarkFilter()
+    drives = drive(
+        manoeuvre, LandmarkSensor(), coupled, slips=SLIPS, repetitions=repetitions, seed=seed
+    )
+    return FilterExperiment(
+        drives=drives,
+        estimates={
+            "slips": estimate(drives, coupled),
+            "no slips": estimate(drives, LandmarkFilter(estimate_slips=False)),
+            "wrong start": estimate(drives, coupled, start_error=WRONG_START),
+            "pair": estimate(drives, LandmarkFilter(coupled=False)),
+        },
+    )

@@ -1,0 +1,243 @@
+"""Figures of docking missions: ways through the rooms, one docking over time, where runs end."""
+
+import itertools
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.navigation.control.docking_law import DockingLaw, stall_distance_m
+from octant.navigation.docking.task import DockingResult
+from octant.navigation.control.polar import pose_in_goal_frame
+from octant.reader_design.showing.style import figure_style, new_figure
+from octant.reader_design.showing.plan import Plan, draw_plan, draw_tags, plan_shape
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+FloatArray = npt.NDArray[np.float64]
+
+_MOST_WAYS = 20
+PHASE_COLOURS = {
+    "approach": "#332288",
+    "search": "#ddaa33",
+    "refine": "#88ccee",
+    "dock": "#117733",
+    "back off": "#cc6677",
+}
+"""Colour of each phase of a docking mission."""
+
+
+def docking_ways_figure(
+    rooms: Sequence[tuple[str, Sequence[DockingResult], Plan]],
+    tag: tuple[str, FloatArray],
+    *,
+    title: str,
+) -> "Figure":
+    """Return the robots' ways from their starts to the dock, a panel for each room [m].
+
+    Parameters
+    ----------
+    rooms : sequence of (str, sequence of DockingResult, Plan)
+        Name, runs, plan.
+    tag : (str, (2,) float64)
+        The station's tag and its point on the floor [m].
+    title : str
+        Above the figure.
+
+    Returns
+    -------
+    Figure
+        Up to 20 runs in each, coloured by phase; starts as dots, failed runs end in a black cross.
+    """
+    reach = [np.concatenate([r.poses[:, :2] for r in runs[:_MOST_WAYS]]) for _, runs, _ in rooms]
+    shape = max(
+        plan_shape(plan, *points.T) for (_, _, plan), points in zip(rooms, reach, strict=True)
+    )
+    with figure_style():
+        figure, axes = new_figure(
+            width_in=0.6 + 4.4 * len(rooms),
+            height_in=1.2 + 4.0 * shape,
+            title=title,
+            columns=len(rooms),
+        )
+        for ax, (name, runs, plan), points in zip(axes[0], rooms, reach, strict=True):
+            draw_plan(ax, plan, extra_m=points)
+            for result in runs[:_MOST_WAYS]:
+                _draw_way(ax, result)
+            landmark = runs[0].task.landmark
+            ax.plot(*landmark.position_m[:2], "s", color="#222222", label="landmark", zorder=6)
+            draw_tags(ax, {tag[0]: tag[1]})
+            docked = sum(result.success for result in runs)
+            ax.set_title(f"{name}: {docked} of {len(runs)} docked")
+        entries = {
+            label: handle
+            for ax in axes[0]
+            for handle, label in zip(*ax.get_legend_handles_labels(), strict=True)
+        }
+        figure.legend(entries.values(), entries.keys(), loc="outside lower center", ncols=7)
+    return figure
+
+
+def docking_figure(result: DockingResult, *, title: str) -> "Figure":
+    """Return one docking over time, figures 18 and 19 of the docking paper [m], [rad], [s].
+
+    Parameters
+    ----------
+    result : DockingResult
+        A run that docks; its last try is shown.
+    title : str
+        Above the figure.
+
+    Returns
+    -------
+    Figure
+        Path in the goal frame, commands v and ω, estimated e, α and φ, the Lyapunov function.
+    """
+    rows = _last_docking(result)
+    time = result.time_s[rows] - result.time_s[rows[0]]
+    way = pose_in_goal_frame(result.poses[rows], result.task.goal)
+    law = result.task.fine.law
+    polar, twist = result.polar[rows], result.twist[rows]
+    with figure_style():
+        figure, axes = new_figure(width_in=10.4, height_in=6.4, title=title, rows=2, columns=3)
+        plan = axes[0, 0]
+        plan.plot(way[:, 0], way[:, 1], color=PHASE_COLOURS["dock"], label="true path")
+        plan.plot(0.0, 0.0, "x", color="#222222", markersize=9, label="dock")
+        plan.set_aspect("equal", adjustable="datalim")
+        plan.set_xlabel("x in the goal frame [m]")
+        plan.set_ylabel("y in the goal frame [m]")
+        plan.legend(loc="best")
+        for ax, values, label in (
+            (axes[0, 1], twist[:, 0], "speed command v [m/s]"),
+            (axes[0, 2], twist[:, 1], "turn command ω [rad/s]"),
+            (axes[1, 0], polar[:, 0], "estimated e [m]"),
+            (axes[1, 1], None, "estimated angles [rad]"),
+            (axes[1, 2], law.lyapunov(polar), "V = (e² + α² + h φ²)/2"),
+        ):
+            if values is not None:
+                ax.plot(time, values)
+            ax.set_xlabel("time [s]")
+            ax.set_ylabel(label)
+        axes[1, 0].plot(time, np.hypot(*way[:, :2].T), "--", color="#222222", label="true e")
+        axes[1, 0].legend()
+        axes[1, 1].plot(time, polar[:, 1], label="α")
+        axes[1, 1].plot(time, polar[:, 2], label="φ")
+        axes[1, 1].legend()
+        axes[1, 2].set_yscale("log")
+    return figure
+
+
+def stall_figure(
+    runs: Mapping[bool, Sequence[DockingResult]], law: DockingLaw, *, slip_m_per_s: float
+) -> "Figure":
+    """Return the true distance from the dock over time with and without slip compensation [m], [s].
+
+    Parameters
+    ----------
+    runs : mapping of bool to sequence of DockingResult
+        By whether slips were compensated.
+    law : DockingLaw
+        Gains.
+    slip_m_per_s : float
+        The linear slip b [m/s].
+
+    Returns
+    -------
+    Figure
+        The stall at |b|/γ as a line.
+    """
+    with figure_style():
+        figure, axes = new_figure(
+            width_in=8.4, height_in=4.0, title=f"Docking with a slip of {slip_m_per_s:g} m/s"
+        )
+        ax = axes[0, 0]
+        for compensated, colour, label in (
+            (True, "#332288", "command v - b̂, ω - ŝ"),
+            (False, "#cc6677", "without compensation"),
+        ):
+            for k, result in enumerate(runs[compensated][:10]):
+                rows = _last_docking(result)
+                away = np.hypot(*pose_in_goal_frame(result.poses[rows], result.task.goal)[:, :2].T)
+                ax.semilogy(
+                    result.time_s[rows] - result.time_s[rows[0]],
+                    away,
+                    color=colour,
+                    linewidth=0.9,
+                    label=label if k == 0 else None,
+                )
+        stall_m = stall_distance_m(law, slip_m_per_s)
+        ax.axhline(stall_m, color="#222222", linestyle="--", label=f"|b|/γ = {stall_m:.3g} m")
+        ax.set_xlabel("time since the docking began [s]")
+        ax.set_ylabel("true distance from the dock [m]")
+        figure.legend(*ax.get_legend_handles_labels(), loc="outside right center")
+    return figure
+
+
+def docking_errors_figure(rooms: Mapping[str, Sequence[DockingResult]]) -> "Figure":
+    """Return where docked robots stand in the goal frame [cm], and their headings [deg].
+
+    Parameters
+    ----------
+    rooms : mapping of str to sequence of DockingResult
+        Runs by room.
+
+    Returns
+    -------
+    Figure
+        Two panels.
+    """
+    with figure_style():
+        figure, axes = new_figure(
+            width_in=9.4, height_in=4.2, title="Where docked robots stand", columns=2
+        )
+        place, turn = axes[0]
+        for name, runs in rooms.items():
+            final = np.array([result.final for result in runs if result.success]).reshape(-1, 3)
+            place.plot(*(100.0 * final[:, :2].T), ".", label=name)
+            turn.hist(np.degrees(final[:, 2]), bins=15, alpha=0.5, label=name)
+        tolerance = 100.0 * next(iter(rooms.values()))[0].task.tolerance_m
+        circle = np.linspace(0.0, 2.0 * np.pi, 200)
+        place.plot(
+            tolerance * np.cos(circle),
+            tolerance * np.sin(circle),
+            "--",
+            color="#777777",
+            label="station's contact",
+        )
+        place.set_aspect("equal")
+        place.set_xlabel("x in the goal frame [cm]")
+        place.set_ylabel("y in the goal frame [cm]")
+        turn.set_xlabel("final heading error [°]")
+        turn.set_ylabel("runs [-]")
+        figure.legend(*place.get_legend_handles_labels(), loc="outside lower center", ncols=4)
+    return figure
+
+
+def _draw_way(axes: "Axes", result: DockingResult) -> None:
+    phases = np.array(result.phases)
+    xy = result.poses[:, :2]
+    begins = np.concatenate([[0], np.flatnonzero(phases[1:] != phases[:-1]) + 1, [len(phases) - 1]])
+    for begin, end in itertools.pairwise(begins):
+        phase = str(phases[begin])
+        axes.plot(
+            *xy[begin : end + 1].T,
+            color=PHASE_COLOURS[phase],
+            linewidth=0.9,
+            label=phase,
+            zorder=4,
+        )
+    axes.plot(*xy[0], "o", color="#555555", markersize=3, label="start", zorder=5)
+    if not result.success:
+        axes.plot(*xy[-1], "X", color="#000000", label="failed", zorder=7)
+
+
+def _last_docking(result: DockingResult) -> npt.NDArray[np.int64]:
+    """Return the rows in which the last try that got so far followed the law, at least two."""
+    docking = np.isfinite(result.polar[:, 0])
+    between = np.array([phase in {"back off", "search"} for phase in result.phases])
+    tries = np.cumsum(between)
+    rows = np.flatnonzero(docking & (tries == tries[docking].max(initial=-1)))
+    return rows if len(rows) > 1 else np.arange(len(docking))[-2:]

@@ -1,0 +1,290 @@
+"""The report of ``octant dock``: missions, the published experiments, and what is claimed."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from octant.navigation.docking.task import DockingResult
+from octant.navigation.estimators.kalman import consistency_band
+from octant.reader_design.experiments.docking.experiments import (
+    BLACKOUT_S,
+    SLIPS,
+    WRONG_START,
+    FilterExperiment,
+)
+from octant.reader_design.showing.pages import Report, ReportFigure, ReportSection, ReportTable
+
+
+def summary_lines(rooms: Mapping[str, Sequence[DockingResult]]) -> tuple[str, ...]:
+    """Return how the missions of each room ended, and why some failed [m], [s].
+
+    Parameters
+    ----------
+    rooms : mapping of str to sequence of DockingResult
+        Runs by room.
+
+    Returns
+    -------
+    tuple of str
+        Sentences.
+    """
+    lines = []
+    for name, runs in rooms.items():
+        docked = [result for result in runs if result.success]
+        line = f"{name}: {len(docked)} of {len(runs)} runs docked"
+        if docked:
+            position, lateral = (
+                [getattr(result, key) for result in docked]
+                for key in ("position_error_m", "lateral_error_m")
+            )
+            line += (
+                f"; final position {_pair(position)} m, lateral {_pair(lateral)} m (median / 90 %),"
+                f" {np.median([result.time_s[-1] for result in docked]):.0f} s"
+            )
+        lines.append(f"{line}.")
+        failed = [f"{result.outcome}: {result.reason}" for result in runs if not result.success]
+        lines.extend(f"{failed.count(why)} x {why}." for why in dict.fromkeys(failed))
+    return tuple(lines)
+
+
+def docking_report(
+    rooms: Mapping[str, Sequence[DockingResult]],
+    experiment: FilterExperiment,
+    dockings: Mapping[bool, Sequence[DockingResult]],
+    *,
+    name: str,
+    figures: Mapping[str, Path],
+) -> Report:
+    """Return the report of a docking study [m], [s].
+
+    Parameters
+    ----------
+    rooms : mapping of str to sequence of DockingResult
+        Missions by room.
+    experiment : FilterExperiment
+        Landmark filters past a landmark.
+    dockings : mapping of bool to sequence of DockingResult
+        Closed-loop dockings by whether slips were compensated.
+    name : str
+        The study's name.
+    figures : mapping of str to Path
+        PNG files by name.
+
+    Returns
+    -------
+    Report
+        For `octant.reader_design.showing.pages.render_report`.
+    """
+    runs = [result for each in rooms.values() for result in each]
+    docked = sum(result.success for result in runs)
+    return Report(
+        title=f"Docking: {name}",
+        subtitle="From across the room to a station, by the reader first and by a landmark then",
+        summary=summary_lines(rooms),
+        warnings=(),
+        facts=(
+            ("docked", f"{docked} of {len(runs)} runs"),
+            ("first try", f"{sum(r.success and r.tries == 1 for r in runs)} runs"),
+            ("contacts", f"{sum(r.contacts for r in runs)} in all runs"),
+        ),
+        sections=(
+            _missions_section(rooms, figures),
+            _docking_section(dockings, figures),
+            _filter_section(experiment, figures),
+            _law_section(figures),
+        ),
+    )
+
+
+def _missions_section(
+    rooms: Mapping[str, Sequence[DockingResult]], figures: Mapping[str, Path]
+) -> ReportSection:
+    rows = tuple(
+        (
+            name,
+            f"{sum(r.success for r in runs)} of {len(runs)}",
+            f"{np.mean([r.tries for r in runs]):.2f}",
+            str(sum(r.contacts for r in runs)),
+            _pair([r.staged_m for r in runs if np.isfinite(r.staged_m)]),
+            _pair([r.position_error_m for r in runs if r.success]),
+            _pair([r.lateral_error_m for r in runs if r.success]),
+            f"{np.median([r.time_s[-1] for r in runs]):.0f}",
+        )
+        for name, runs in rooms.items()
+    )
+    return ReportSection(
+        heading="Missions from random starts",
+        paragraphs=(
+            (
+                "The reader's bearings from many places and odometry find the station's tag, over "
+                "the staging place. There the robot turns until its camera sees the landmark, "
+                "looks, and follows the docking law on the filter's estimate; a failed try goes "
+                "back to staging."
+            ),
+        ),
+        tables=(
+            ReportTable(
+                caption="Median / 90 %; staging and final errors in m, time in s.",
+                header=(
+                    "room",
+                    "docked",
+                    "tries",
+                    "contacts",
+                    "staged within [m]",
+                    "final position [m]",
+                    "final lateral [m]",
+                    "time [s]",
+                ),
+                rows=rows,
+            ),
+        ),
+        figures=(
+            _shown(figures, "dock_ways", "Ways to the dock", "Starts are dots."),
+            _shown(figures, "dock_errors", "Final places", "Within the circle there is contact."),
+        ),
+    )
+
+
+def _docking_section(
+    dockings: Mapping[bool, Sequence[DockingResult]], figures: Mapping[str, Path]
+) -> ReportSection:
+    rows = tuple(
+        (
+            "v - b̂, ω - ŝ" if compensated else "none",
+            f"{sum(r.success for r in runs)} of {len(runs)}",
+            str(sum(r.outcome == "stalled" for r in runs)),
+            _pair([r.position_error_m for r in runs if r.success]),
+            _pair([r.lateral_error_m for r in runs if r.success]),
+        )
+        for compensated, runs in dockings.items()
+    )
+    return ReportSection(
+        heading="Docking on estimated states",
+        paragraphs=(
+            (
+                "One try from beside the staging place. Without compensation a slip against the "
+                "motion stops the law at |b|/γ before the dock."
+            ),
+        ),
+        tables=(
+            ReportTable(
+                caption="Final errors in m, median / 90 % of the runs that docked.",
+                header=(
+                    "slip compensation",
+                    "docked",
+                    "stalled",
+                    "final position [m]",
+                    "final lateral [m]",
+                ),
+                rows=rows,
+            ),
+        ),
+        figures=(
+            _shown(
+                figures,
+                "dock_run",
+                "One docking",
+                "Path, commands, polar state and Lyapunov function; paper, figures 18 and 19.",
+            ),
+            _shown(figures, "dock_stall", "Stall", "With and without slip compensation."),
+        ),
+    )
+
+
+def _filter_rows(experiment: FilterExperiment) -> tuple[tuple[str, ...], ...]:
+    drives = experiment.drives
+    end, runs = drives.blackout_end(BLACKOUT_S), np.arange(drives.truth.shape[1])
+    at_20 = int(np.searchsorted(drives.time_s, 20.0))
+    low, high = consistency_band(degrees=5, samples=len(runs))
+    settled = drives.time_s > 10.0
+    rows = []
+    for key, label in (
+        ("slips", "coupled filter"),
+        ("pair", "the paper's pair of filters"),
+        ("no slips", "coupled, slips not estimated"),
+        ("wrong start", "coupled, wrong start"),
+    ):
+        made = experiment.estimates[key]
+        error, mean = made.position_error_m(drives), made.nees[settled].mean(axis=1)
+        inside = np.mean((low <= mean) & (mean <= high))
+        rows.append(
+            (
+                label,
+                _pair(error[at_20]),
+                _pair(error[end, runs]),
+                "-" if np.isnan(mean).any() else f"{mean.mean():.2f} ({100 * inside:.0f} %)",
+                f"{np.nanmean(made.nis[settled]):.2f}",
+            )
+        )
+    return tuple(rows)
+
+
+def _filter_section(experiment: FilterExperiment, figures: Mapping[str, Path]) -> ReportSection:
+    runs = experiment.drives.truth.shape[1]
+    low, high = consistency_band(degrees=5, samples=runs)
+    b, s = SLIPS
+    dx, dy, turn = WRONG_START
+    return ReportSection(
+        heading="Landmark filters",
+        paragraphs=(
+            (
+                f"{runs} drives with slips b = {b:g} m/s and s = {s:g} rad/s; the landmark "
+                f"is lost after some 23 s. A wrong start is off by ({dx:g}, {dy:g}) m and "
+                f"{turn:g} rad. Truth carries the process noise that the filters assume, so their "
+                "consistency can be judged: the mean NEES of five states belongs between "
+                f"{low:.2f} and {high:.2f}."
+            ),
+        ),
+        tables=(
+            ReportTable(
+                caption=(
+                    "Error of the landmark's place, median / 90 % in m; mean NEES after 10 s and "
+                    "the share of time in the 95 % band; mean NIS, 3 for a consistent filter."
+                ),
+                header=(
+                    "filter",
+                    "after 20 s [m]",
+                    f"{BLACKOUT_S:g} s unseen [m]",
+                    "NEES [-]",
+                    "NIS [-]",
+                ),
+                rows=_filter_rows(experiment),
+            ),
+        ),
+        figures=(
+            _shown(figures, "dock_filter_path", "Ways (Fig. 6)", "In the landmark's frame."),
+            _shown(figures, "dock_filter_no_slips", "No slips estimated (Fig. 7-9)", "Run 0."),
+            _shown(figures, "dock_filter_slips", "Slips estimated (Fig. 11-13)", "Run 0."),
+            _shown(figures, "dock_slips", "Slips (Fig. 14-16)", "Forced b = -0.01 m/s."),
+            _shown(figures, "dock_filter_straight", "Simpler drive (Fig. 17)", "Constant speed."),
+            _shown(figures, "dock_histograms", "Errors (Fig. 10)", "p: D'Agostino and Pearson."),
+            _shown(figures, "dock_consistency", "Consistency", "Mean over the runs."),
+        ),
+    )
+
+
+def _law_section(figures: Mapping[str, Path]) -> ReportSection:
+    return ReportSection(
+        heading="Laws without noise",
+        figures=(
+            _shown(figures, "dock_law", "Docking law (Fig. 4)", "V never rises."),
+            _shown(figures, "dock_gains", "Gains", "2γ <= k <= γ(h + 1) bounds the curvature."),
+            _shown(
+                figures,
+                "dock_regulators",
+                "Regulators (textbook 11.19, 11.20)",
+                "The posture regulator is the docking law under other names.",
+            ),
+        ),
+    )
+
+
+def _shown(figures: Mapping[str, Path], key: str, title: str, caption: str) -> ReportFigure:
+    return ReportFigure(title=title, caption=caption, png=figures[key].read_bytes())
+
+
+def _pair(values: Sequence[float] | np.ndarray) -> str:
+    if not len(values):
+        return "-"
+    return f"{np.median(values):.3f} / {np.quantile(values, 0.9):.3f}"

@@ -1,0 +1,152 @@
+"""What a comparison's report says: one table of all cells, and each cell's first run."""
+
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from octant.reader_design.experiments.missions.comparison_outcomes import CellOutcome, layouts_of
+from octant.reader_design.experiments.missions.comparison_file import Comparison
+from octant.reader_design.showing.pages import (
+    Report,
+    ReportFigure,
+    ReportSection,
+    ReportTable,
+    embedded_figures,
+)
+
+HEADER = (
+    "layout",
+    "controller",
+    "link",
+    "reader",
+    "reached every tag",
+    "share (95 %)",
+    "median RMSE [m] (95 %)",
+    "published [m]",
+    "arrival [m], median / 90 %",
+    "captured",
+    "collided",
+    "time [s]",
+)
+
+
+def comparison_report(
+    comparison: Comparison,
+    outcomes: Sequence[CellOutcome],
+    figures: Mapping[str, Sequence[tuple[str, str, Path]]],
+    overview: Path,
+) -> Report:
+    """Return the report of a comparison; numbers carry their units [m], [s].
+
+    Parameters
+    ----------
+    comparison : Comparison
+        What was compared.
+    outcomes : sequence of CellOutcome
+        Of all cells.
+    figures : mapping of str to sequence of (str, str, Path)
+        By layout: title, caption and file of each cell's figure.
+    overview : Path
+        PNG of all cells side by side.
+
+    Returns
+    -------
+    Report
+        Ready to be rendered.
+    """
+    by_layout = layouts_of(outcomes)
+    notes = dict.fromkeys(note for outcome in outcomes for note in outcome.mission.notes)
+    table = ReportTable(
+        caption=(
+            f"{comparison.runs} runs a cell. Shares with Wilson's 95 % interval, medians with the "
+            "bootstrap's; a run is a success when every tag was declared reached within twice the "
+            "arrival radius of its point."
+        ),
+        header=HEADER,
+        rows=tuple(table_row(outcome) for outcome in outcomes),
+    )
+    sections = [
+        ReportSection(
+            heading="All cells",
+            tables=(table,),
+            figures=(
+                ReportFigure(
+                    title="All cells side by side",
+                    caption="Dots are shares and medians, bars their 95 % intervals.",
+                    png=overview.read_bytes(),
+                ),
+            ),
+        )
+    ]
+    sections += [
+        ReportSection(
+            heading=name,
+            paragraphs=tuple(
+                f"{o.cell.label}: not driven, because {o.mission.reason}"
+                for o in group
+                if o.mission.reason
+            ),
+            figures=embedded_figures(figures, name),
+        )
+        for name, group in by_layout.items()
+    ]
+    if notes:
+        sections.append(ReportSection(heading="Warnings and validity", points=tuple(notes)))
+    return Report(
+        title=f"{comparison.name}: navigation compared",
+        subtitle="Layouts, links, readers and controllers, every combination",
+        summary=tuple(
+            _best(name, group) for name, group in by_layout.items() if any(o.runs for o in group)
+        ),
+        warnings=(),
+        facts=(
+            ("layouts", str(len(by_layout))),
+            ("cells", str(len(outcomes))),
+            ("runs a cell", str(comparison.runs)),
+            ("seed", str(comparison.seed)),
+        ),
+        sections=tuple(sections),
+    )
+
+
+def table_row(outcome: CellOutcome) -> tuple[str, ...]:
+    """Return one cell's line of the table; numbers stand in the header's units [m], [s].
+
+    Parameters
+    ----------
+    outcome : CellOutcome
+        The cell.
+
+    Returns
+    -------
+    tuple of str
+        One text for each of `HEADER`.
+    """
+    cell = outcome.cell
+    names = (cell.layout, cell.controller, cell.link, cell.reader)
+    published = "" if cell.published_rmse_m is None else f"{cell.published_rmse_m:.2f}"
+    if outcome.runs == 0:
+        return (*names, "not driven", "–", "–", published, "–", "–", "–", "–")
+    low, high = outcome.success_interval
+    arrival = "–"
+    if math.isfinite(outcome.arrival_m):
+        arrival = f"{outcome.arrival_m:.2f} / {outcome.arrival_p90_m:.2f}"
+    return (
+        *names,
+        f"{outcome.successes} of {outcome.runs}",
+        f"{outcome.successes / outcome.runs:.0%} ({low:.0%} to {high:.0%})",
+        "{:.3f} ({:.3f} to {:.3f})".format(outcome.rmse_m, *outcome.rmse_interval_m),
+        published,
+        arrival,
+        str(outcome.captured),
+        str(outcome.collided),
+        f"{outcome.time_s:.0f}",
+    )
+
+
+def _best(name: str, group: Sequence[CellOutcome]) -> str:
+    best = max((o for o in group if o.runs), key=lambda o: (o.successes / o.runs, -o.rmse_m))
+    return (
+        f"{name}: best is {best.cell.label}, with {best.successes} of {best.runs} runs that "
+        f"reached every tag and a median RMSE of {best.rmse_m:.2f} m."
+    )

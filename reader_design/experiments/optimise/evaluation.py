@@ -1,0 +1,297 @@
+"""One evaluation of the search: a design's scores at each distance, or why it has none."""
+
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.geometries._arrays import frozen_array
+from octant.geometries.errors import OctantError, PhysicsWarning, SweepStateError
+from octant.reader_design.study_file.optimise import Optimise
+from octant.reader_design.study_file.schema import Study
+from octant.reader_design.setting.scene import StudyScene, build_study_scene
+from octant.reader_design.keeping.store import versions
+from octant.reader_design.setting.evaluation import (
+    SweepContext,
+    free_link,
+    reference_tag,
+)
+from octant.reader_design.setting.design import (
+    ReaderDesign,
+    content_hash,
+    design_responses,
+    response_inputs,
+)
+from octant.reader_design.setting.keys import scene_fingerprint
+from octant.reader_design.setting.samples import (
+    Sampling,
+    free_points_m,
+    grid_azimuths_rad,
+    sample_rss_w,
+)
+from octant.reader_design.setting.scores import score_rss
+from octant.reader_design.setting.size import reader_size_m
+
+FloatArray = npt.NDArray[np.float64]
+
+EVALUATION_FORMAT = 1
+"""Raised when the meaning of an evaluation changes, so that old files are computed again [-]."""
+
+ARRAYS = ("right_share", "margin_db", "bearing_error_deg", "front_to_back_db", "level_w")
+"""Scores that an evaluation holds for each distance [-]."""
+
+SAME_LENGTH_M = 1e-9
+"""Lengths that differ by less are the same [m]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Evaluation:
+    """What is known of one design; the arrays are empty for a design without scores.
+
+    Attributes
+    ----------
+    key : str
+        Hash of everything that the numbers depend on.
+    design : ReaderDesign
+        The design.
+    reason : str
+        Why it is infeasible; empty when it is not.
+    footprint_m, height_m : float
+        Size of the ground plane, and height of plates and antennas above it [m].
+    right_share : (d,) float64
+        Share of directions [-] whose strongest antenna is the nearest, by distance.
+    margin_db : (d,) float64
+        Worst lead of the facing antenna over its neighbours [dB].
+    bearing_error_deg : (d,) float64
+        Error of the vector sum, rms [deg].
+    front_to_back_db : (d,) float64
+        Facing antenna over the opposite one, mean [dB].
+    level_w : (d,) float64
+        RSS of the strongest antenna, mean over azimuth [W].
+    notes : tuple of str
+        Warnings of the reader's model.
+    """
+
+    key: str
+    design: ReaderDesign
+    reason: str = ""
+    footprint_m: float
+    height_m: float
+    right_share: FloatArray
+    margin_db: FloatArray
+    bearing_error_deg: FloatArray
+    front_to_back_db: FloatArray
+    level_w: FloatArray
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        count = np.size(self.level_w)
+        for name in ARRAYS:
+            array = frozen_array(
+                getattr(self, name), name=name, shape=(count,), error=SweepStateError
+            )
+            object.__setattr__(self, name, array)
+
+    @property
+    def feasible(self) -> bool:
+        """Whether the design can be built within the limits and has scores [-]."""
+        return not self.reason
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Bench:
+    """Where designs are evaluated: tag and reader in free space.
+
+    Attributes
+    ----------
+    study : Study
+        The study, with its table ``[optimise]``.
+    built : StudyScene
+        Its room, of which the reference tag is used.
+    fingerprint : str
+        Hash of the room and its tags.
+    """
+
+    study: Study
+    built: StudyScene
+    fingerprint: str
+
+    @property
+    def table(self) -> Optimise:
+        """The study's table ``[optimise]`` [-]."""
+        assert self.study.optimise is not None  # noqa: S101  `bench` lets no other study pass
+        return self.study.optimise
+
+    def key(self, design: ReaderDesign) -> str:
+        """Return the hash of everything that a design's evaluation depends on, in hex digits [-].
+
+        Parameters
+        ----------
+        design : ReaderDesign
+            The design.
+
+        Returns
+        -------
+        str
+            The same on every machine with this version of Octant.
+        """
+        table, radio = self.table, self.study.radio
+        return content_hash(
+            {
+                "format": EVALUATION_FORMAT,
+                "octant": versions()["octant_version"],
+                "design": design.as_dict(),
+                **response_inputs(self.study),
+                "frequencies_hz": list(radio.frequencies_hz),
+                "tag_power_w": radio.tag_power_w,
+                "tag": reference_tag(self.study, self.built).id,
+                "scene": self.fingerprint,
+                "distances_m": list(table.distances_m),
+                "limits_m": [table.footprint_m, table.height_m],
+                "azimuths": Sampling().free_azimuths,
+            }
+        )
+
+
+def bench(study: Study) -> Bench:
+    """Return the bench of a study that has a table ``[optimise]``.
+
+    Parameters
+    ----------
+    study : Study
+        The study [m], [Hz].
+
+    Returns
+    -------
+    Bench
+        With the tag whose height and antenna the evaluations use.
+
+    Raises
+    ------
+    ConfigError
+        When the study has no such table, no tag, or its room cannot be used.
+    """
+    from octant.geometries.errors import ConfigError
+
+    if study.optimise is None:
+        msg = "the study has no table [optimise], but a search needs one; add it."
+        raise ConfigError(msg)
+    if study.reader.response == "files":
+        msg = (
+            'reader.response is "files", but a search needs a model that follows the design; give '
+            '"fullwave", "rays" or "isolated".'
+        )
+        raise ConfigError(msg)
+    built = build_study_scene(study)
+    reference_tag(study, built)  # refuses a study without tags
+    return Bench(study=study, built=built, fingerprint=scene_fingerprint(built))
+
+
+def rss_over_azimuth(
+    study: Study, built: StudyScene, design: ReaderDesign, distances_m: Sequence[float]
+) -> tuple[FloatArray, FloatArray, FloatArray, tuple[str, ...]]:
+    """Return the RSS of a design in free space at given distances [W], and where it was sampled.
+
+    Parameters
+    ----------
+    study : Study
+        Frequencies [Hz], the model of the reader, power of the tag [W].
+    built : StudyScene
+        Its room, of which the reference tag's height and antenna are used [m].
+    design : ReaderDesign
+        The reader.
+    distances_m : sequence of float
+        Horizontal distances of the tag [m].
+
+    Returns
+    -------
+    rss_w : (d, a, n) float64
+        RSS [W] by distance, azimuth of the tag, antenna.
+    azimuths_rad : (a,) float64
+        Azimuths of the tag in the reader frame [rad].
+    element_azimuths_rad : (n,) float64
+        Azimuths of the antennas [rad].
+    notes : tuple of str
+        Warnings of the reader's model.
+
+    Raises
+    ------
+    GeometryError, AntennaError
+        When the design cannot be built or solved.
+    """
+    context = SweepContext(study=study, built=built, sampling=Sampling())
+    responses = design_responses(study, design)
+    elements = np.asarray(responses[0].azimuths_rad, dtype=np.float64)
+    tag = reference_tag(study, built)
+    link = free_link(context, tag, responses)
+    azimuths = grid_azimuths_rad(elements.size, context.sampling.free_azimuths)
+    origin = tag.position_m[:2]
+    rss = sample_rss_w(link, origin + free_points_m(distances_m), origin, azimuths)
+    notes = dict.fromkeys((*design.notes(), *(w for r in responses for w in r.warnings)))
+    return rss, azimuths, elements, tuple(notes)
+
+
+def evaluate(place: Bench, design: ReaderDesign) -> Evaluation:
+    """Return the scores of a design, or the reason why it is infeasible; units as in `Evaluation`.
+
+    Parameters
+    ----------
+    place : Bench
+        Where it is evaluated.
+    design : ReaderDesign
+        The design [m], [ohm].
+
+    Returns
+    -------
+    Evaluation
+        A design beyond the limits is not solved; one that cannot be built carries the sentence
+        that says so.
+    """
+    width_m, height_m = reader_size_m(design, place.study.radio.frequency_hz)
+    reason = _beyond_limits(place.table, width_m, height_m)
+    scores: dict[str, FloatArray] = {name: np.zeros(0) for name in ARRAYS}
+    notes: tuple[str, ...] = ()
+    if not reason:
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", PhysicsWarning)  # kept as notes
+                scores, notes = _scores(place, design)
+        except OctantError as exc:
+            reason = str(exc)
+    return Evaluation(
+        key=place.key(design),
+        design=design,
+        reason=reason,
+        footprint_m=width_m,
+        height_m=height_m,
+        notes=notes,
+        **scores,
+    )
+
+
+def _beyond_limits(table: Optimise, width_m: float, height_m: float) -> str:
+    """Return why a design is larger than allowed; empty when it is not."""
+    sizes = (
+        ("footprint", width_m, table.footprint_m),
+        ("height with plates and antennas", height_m, table.height_m),
+    )
+    for name, size_m, most_m in sizes:
+        if size_m > most_m + SAME_LENGTH_M:
+            return f"its {name} is {1e3 * size_m:.1f} mm, but at most {1e3 * most_m:g} mm is free."
+    return ""
+
+
+def _scores(place: Bench, design: ReaderDesign) -> tuple[dict[str, FloatArray], tuple[str, ...]]:
+    rss, azimuths, elements, notes = rss_over_azimuth(
+        place.study, place.built, design, place.table.distances_m
+    )
+    found = [score_rss(rss[i : i + 1], azimuths, elements) for i in range(len(rss))]
+    return {
+        "right_share": np.array([s.right_share for s in found]),
+        "margin_db": np.array([s.margin_worst_db for s in found]),
+        "bearing_error_deg": np.degrees([s.vector_rms_rad for s in found]),
+        "front_to_back_db": np.array([s.front_to_back_mean_db for s in found]),
+        "level_w": rss.max(axis=-1).mean(axis=-1),
+    }, notes

@@ -1,0 +1,255 @@
+"""How near a design comes to the goals: scores over distances, slacks, one number to maximise."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from octant.reader_design.study_file.optimise import SMALLER_IS_BETTER, Goal
+from octant.reader_design.experiments.optimise.evaluation import Evaluation
+from octant.reader_design.setting.measures import power_dbm
+
+BALANCE = 0.05
+"""Weight of the mean slack beside the least one [-]: of two designs with the same weakest point
+the one that is better elsewhere wins, so that the best one lies on the Pareto front."""
+
+FULL_SHARE = 1.0 - 1e-12
+"""A share of right antennas from here on cannot be improved [-]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Targets:
+    """The goals, and what their scores refer to.
+
+    Attributes
+    ----------
+    goals : tuple of Goal
+        The goals.
+    distances_m : tuple of float
+        Distances of the evaluations [m].
+    reference : Evaluation or None
+        The study's ``[reader]``, which gains refer to; None where it has no scores.
+    """
+
+    goals: tuple[Goal, ...]
+    distances_m: tuple[float, ...]
+    reference: Evaluation | None
+
+    def score(self, evaluation: Evaluation, goal: Goal) -> float:
+        """Return the score that a goal names, over the distances that it names, in its unit [-].
+
+        Parameters
+        ----------
+        evaluation : Evaluation
+            A design with scores.
+        goal : Goal
+            Which score, at which distances [m].
+
+        Returns
+        -------
+        float
+            In the score's unit; over the distances the mean of shares and front-to-back ratios, the
+            greatest bearing error, the least margin, level and gain.
+        """
+        at = [i for i, d in enumerate(self.distances_m) if not goal.at_m or d in goal.at_m]
+        level = power_dbm(np.maximum(evaluation.level_w[at], 1e-30))
+        match goal.score:
+            case "right_share":
+                value = evaluation.right_share[at].mean()
+            case "margin_db":
+                value = evaluation.margin_db[at].min()
+            case "bearing_error_deg":
+                value = evaluation.bearing_error_deg[at].max()
+            case "front_to_back_db":
+                value = evaluation.front_to_back_db[at].mean()
+            case "level_dbm":
+                value = level.min()
+            case "gain_db":
+                own = level if self.reference is None else power_dbm(self.reference.level_w[at])
+                value = (level - own).min()
+            case "footprint_m":
+                value = evaluation.footprint_m
+            case "height_m":
+                value = evaluation.height_m
+        return float(value)
+
+    def scores(self, evaluation: Evaluation) -> tuple[float, ...]:
+        """Return the score of each goal, in its own unit [-].
+
+        Parameters
+        ----------
+        evaluation : Evaluation
+            A design with scores.
+
+        Returns
+        -------
+        tuple of float
+            In the order of the goals.
+        """
+        return tuple(self.score(evaluation, goal) for goal in self.goals)
+
+    def slacks(self, evaluation: Evaluation) -> tuple[float, ...]:
+        """Return by how much each goal is met, times its weight; negative where it is missed [-].
+
+        Parameters
+        ----------
+        evaluation : Evaluation
+            A design with scores.
+
+        Returns
+        -------
+        tuple of float
+            In the order of the goals.
+        """
+        values = zip(self.goals, self.scores(evaluation), strict=True)
+        return tuple(goal.weight * direction(goal) * (v - goal.value) for goal, v in values)
+
+    def attainment(self, evaluation: Evaluation) -> float:
+        """Return how well a design reaches all goals together; 0 or more: all are met [-].
+
+        Parameters
+        ----------
+        evaluation : Evaluation
+            Any design.
+
+        Returns
+        -------
+        float
+            The least slack and `BALANCE` times their mean; minus infinity for an infeasible
+            design.
+
+        Notes
+        -----
+        Goal attainment with an augmented Chebyshev norm: the maximum lies on the Pareto front also
+        where that is not convex. A share of 1 cannot be exceeded, so once it is reached it no
+        longer counts as the least slack.
+
+        References
+        ----------
+        .. [1] F. W. Gembicki and Y. Y. Haimes, "Approach to performance and sensitivity
+           multiobjective optimization: the goal attainment method", IEEE Trans. Automatic Control
+           20 (1975), 769-771.
+        """
+        if not evaluation.feasible:
+            return -np.inf
+        slacks = self.slacks(evaluation)
+        full = [
+            goal.score == "right_share" and score >= FULL_SHARE
+            for goal, score in zip(self.goals, self.scores(evaluation), strict=True)
+        ]
+        counting = [s for s, done in zip(slacks, full, strict=True) if not done] or list(slacks)
+        return min(counting) + BALANCE * float(np.mean(slacks))
+
+    def met(self, evaluation: Evaluation) -> tuple[bool, ...]:
+        """Return which goals a design meets [-].
+
+        Parameters
+        ----------
+        evaluation : Evaluation
+            A design with scores.
+
+        Returns
+        -------
+        tuple of bool
+            In the order of the goals.
+        """
+        return tuple(slack >= 0.0 for slack in self.slacks(evaluation))
+
+
+def direction(goal: Goal) -> float:
+    """Return +1 where more of a goal's score is better, -1 where less is [-].
+
+    Parameters
+    ----------
+    goal : Goal
+        The goal.
+
+    Returns
+    -------
+    float
+        Sign [-].
+    """
+    return -1.0 if goal.score in SMALLER_IS_BETTER else 1.0
+
+
+UNITS = {
+    "right_share": "",
+    "margin_db": "dB",
+    "bearing_error_deg": "°",
+    "front_to_back_db": "dB",
+    "level_dbm": "dBm",
+    "gain_db": "dB",
+    "footprint_m": "m",
+    "height_m": "m",
+}
+"""Unit of each score [-]."""
+WORDS = {
+    "right_share": "share of right antennas",
+    "margin_db": "worst margin over the neighbours",
+    "bearing_error_deg": "bearing error of the vector sum",
+    "front_to_back_db": "front-to-back ratio",
+    "level_dbm": "weakest signal",
+    "gain_db": "gain in signal",
+    "footprint_m": "footprint",
+    "height_m": "height",
+}
+"""Each score in words [-]."""
+
+
+def goal_name(goal: Goal) -> str:
+    """Return a goal's score in words, with its unit and distances [m].
+
+    Parameters
+    ----------
+    goal : Goal
+        The goal.
+
+    Returns
+    -------
+    str
+        For example ``gain in signal at 1, 2 m [dB]``.
+    """
+    where = f" at {', '.join(f'{d:g}' for d in goal.at_m)} m" if goal.at_m else ""
+    unit = UNITS[goal.score]
+    return f"{WORDS[goal.score]}{where}" + (f" [{unit}]" if unit else "")
+
+
+def value_text(goal: Goal, value: float) -> str:
+    """Return a score as a sentence shows it, with its unit.
+
+    Parameters
+    ----------
+    goal : Goal
+        Which score.
+    value : float
+        Its value, in the score's unit [-].
+
+    Returns
+    -------
+    str
+        With two digits behind the point; lengths in [mm].
+    """
+    unit = UNITS[goal.score]
+    if unit == "m":
+        return f"{1e3 * value:.1f} mm"
+    signed = f"{value:+.2f}" if unit == "dB" else f"{value:.2f}"
+    return f"{signed}{'' if unit in {'', '°'} else ' '}{unit}"
+
+
+def column_names(goals: Sequence[Goal]) -> tuple[str, ...]:
+    """Return a column name of a table for each goal, its unit at the end [-].
+
+    Parameters
+    ----------
+    goals : sequence of Goal
+        The goals.
+
+    Returns
+    -------
+    tuple of str
+        For example ``gain_db_at_1_2_m``.
+    """
+    return tuple(
+        goal.score + (f"_at_{'_'.join(f'{d:g}' for d in goal.at_m)}_m" if goal.at_m else "")
+        for goal in goals
+    )

@@ -1,0 +1,278 @@
+"""The search: the study's reader, a survey, then the refinement of the best design found.
+
+Everything follows from the seed and the scores alone, so the same search over kept evaluations
+takes the same steps to the same end.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.geometries.errors import ConfigError, SweepStateError
+from octant.reader_design.study_file.optimise import Optimise
+from octant.reader_design.study_file.schema import Study
+from octant.reader_design.experiments.optimise.evaluation import Evaluation
+from octant.reader_design.experiments.optimise.goals import Targets
+from octant.reader_design.experiments.optimise.space import Box, boxes, survey_designs
+from octant.reader_design.setting.design import ReaderDesign, design_of
+
+FloatArray = npt.NDArray[np.float64]
+Objective = Callable[[FloatArray], float]
+
+FIRST_STEP = 0.15
+"""First step of the refinement, as a share of each parameter's bounds [-]."""
+LAST_STEP = 0.01
+"""Step below which the refinement ends [-]."""
+INFEASIBLE = 30.0
+"""What an infeasible design counts in the refinement [-]: worse than any goal missed by 30 dB."""
+PATIENCE = 40
+"""Steps in a row to designs that are known already after which the refinement ends [-]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Trial:
+    """One design that the search tried.
+
+    Attributes
+    ----------
+    number : int
+        From 0, in the order of the search [-].
+    stage : str
+        ``reader``, ``survey`` or ``refinement``.
+    evaluation : Evaluation
+        What became of it.
+    attainment : float
+        How well it reaches the goals [-]; minus infinity when it is infeasible.
+    """
+
+    number: int
+    stage: str
+    evaluation: Evaluation
+    attainment: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Search:
+    """A finished search.
+
+    Attributes
+    ----------
+    trials : tuple of Trial
+        In their order; the first is the study's ``[reader]``.
+    targets : Targets
+        The goals that it was judged by.
+    """
+
+    trials: tuple[Trial, ...]
+    targets: Targets
+
+    @property
+    def reader(self) -> Trial:
+        """The study's own ``[reader]`` [-]."""
+        return self.trials[0]
+
+    @property
+    def winner(self) -> Trial:
+        """The feasible design that reaches the goals best; the earlier of equals [-]."""
+        return max(self.trials, key=lambda trial: (trial.attainment, -trial.number))
+
+    def best_of(self, stage: str) -> Trial | None:
+        """Return the best feasible design of a stage; None where there is none [-].
+
+        Parameters
+        ----------
+        stage : str
+            ``reader``, ``survey`` or ``refinement``.
+
+        Returns
+        -------
+        Trial or None
+            The earlier of equals.
+        """
+        found = [t for t in self.trials if t.stage == stage and t.evaluation.feasible]
+        return max(found, key=lambda t: (t.attainment, -t.number)) if found else None
+
+
+class _BudgetSpentError(Exception):
+    """The refinement may evaluate no further design, or finds no new one."""
+
+
+@dataclass(slots=True, kw_only=True)
+class _Log:
+    """What the search has tried so far; grows while it runs."""
+
+    evaluate: Callable[[ReaderDesign], Evaluation]
+    targets: Targets
+    trials: list[Trial] = field(default_factory=list)
+    by_design: dict[ReaderDesign, Trial] = field(default_factory=dict)
+
+    def tried(self, design: ReaderDesign, stage: str) -> Trial:
+        """Return the trial of a design, evaluated now unless it is known."""
+        if design not in self.by_design:
+            evaluation = self.evaluate(design)
+            trial = Trial(
+                number=len(self.trials),
+                stage=stage,
+                evaluation=evaluation,
+                attainment=self.targets.attainment(evaluation),
+            )
+            self.trials.append(trial)
+            self.by_design[design] = trial
+        return self.by_design[design]
+
+
+def planned_evaluations(study: Study, table: Optimise) -> int:
+    """Return how many designs a search evaluates at most [-].
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    table : Optimise
+        Its search.
+
+    Returns
+    -------
+    int
+        The reader, the survey and the budget of each refinement.
+    """
+    combinations = len(boxes(study, table))
+    points = 1 + (table.survey if table.parameters.given() else 0)
+    return 1 + combinations * points + min(table.starts, combinations) * table.evaluations
+
+
+def search(study: Study, evaluate: Callable[[ReaderDesign], Evaluation]) -> Search:
+    """Return every design that the search of a study's ``[optimise]`` tries, judged by its goals.
+
+    Parameters
+    ----------
+    study : Study
+        Reader, table and seed [-].
+    evaluate : callable
+        Returns a design's `Evaluation`; called once for each design.
+
+    Returns
+    -------
+    Search
+        With the winner.
+
+    Raises
+    ------
+    ConfigError
+        When a goal asks for a gain over a ``[reader]`` that has no scores.
+    SweepStateError
+        When no design of the survey is feasible.
+
+    Notes
+    -----
+    The refinement maximises `Targets.attainment`, which has kinks where the goal that limits it
+    changes. Nelder and Mead's simplex needs no derivatives; it starts anew with half the step when
+    it has shrunk, which is known to free it from points that are none. It promises a local maximum
+    only.
+    """
+    table = study.optimise
+    assert table is not None  # noqa: S101  `bench` lets no other study pass
+    reader = evaluate(design_of(study.reader))
+    reference = reader if reader.feasible else None
+    if reference is None and any(goal.score == "gain_db" for goal in table.goals):
+        msg = (
+            "optimise.goal asks for gain_db, the gain over [reader], but the reader has no scores: "
+            f"{reader.reason} Give a [reader] within the limits, or level_dbm instead."
+        )
+        raise ConfigError(msg)
+    targets = Targets(goals=table.goals, distances_m=table.distances_m, reference=reference)
+    log = _Log(evaluate=lambda design: _known_or(reader, design, evaluate), targets=targets)
+    log.tried(reader.design, "reader")
+    generator = np.random.default_rng(study.seed)
+    frequency = study.radio.frequency_hz
+    best: list[tuple[Trial, Box]] = []
+    for box in boxes(study, table):
+        designs = survey_designs(box, table.survey, frequency_hz=frequency, generator=generator)
+        trials = [log.tried(design, "survey") for design in designs]
+        first = max(trials, key=lambda t: t.attainment)
+        best += [(first, box)] if first.evaluation.feasible else []
+    if not best:
+        raise SweepStateError(_nothing_feasible(log.trials))
+    best.sort(key=lambda pair: -pair[0].attainment)
+    for trial, box in best[: table.starts] if table.evaluations else ():
+        start = box.point(trial.evaluation.design, frequency_hz=frequency)
+        _refine(table, log, box, start=start, generator=generator)
+    return Search(trials=tuple(log.trials), targets=targets)
+
+
+def _known_or(
+    reader: Evaluation, design: ReaderDesign, evaluate: Callable[[ReaderDesign], Evaluation]
+) -> Evaluation:
+    """Return the reader's evaluation for its own design, else a new one."""
+    return reader if design == reader.design else evaluate(design)
+
+
+def _nothing_feasible(trials: Sequence[Trial]) -> str:
+    reasons = list(dict.fromkeys(t.evaluation.reason for t in trials if t.evaluation.reason))
+    return (
+        f"none of the {len(trials)} designs of the survey is feasible, so there is nothing to "
+        f"refine; the first reason: {reasons[0]} Change optimise.parameters, choices or limits."
+    )
+
+
+def _refine(
+    table: Optimise, log: _Log, box: Box, *, start: FloatArray, generator: np.random.Generator
+) -> None:
+    """Run the method of the table from a point until its budget is spent."""
+    most = len(log.trials) + table.evaluations
+    idle = [0]
+
+    def cost(point: FloatArray) -> float:
+        design = box.design(point)
+        new = design not in log.by_design
+        idle[0] = 0 if new else idle[0] + 1
+        if (new and len(log.trials) >= most) or idle[0] > PATIENCE:
+            raise _BudgetSpentError
+        attainment = log.tried(design, "refinement").attainment
+        return -attainment if np.isfinite(attainment) else INFEASIBLE
+
+    try:
+        for _ in _rounds(table.method, cost, start, generator):
+            pass
+    except _BudgetSpentError:
+        return
+
+
+def _rounds(
+    method: str, cost: Objective, start: FloatArray, generator: np.random.Generator
+) -> Iterator[None]:
+    """Yield after each round of a method: simplex and trust region start anew with half the step.
+
+    The budget ends them by an exception.
+    """
+    from scipy.optimize import differential_evolution, minimize
+
+    limits = [(0.0, 1.0)] * start.size
+    if method == "differential-evolution":
+        differential_evolution(
+            cost, limits, x0=start, rng=generator, init="halton", polish=False, tol=0.0
+        )
+        return
+    step, point = FIRST_STEP, start
+    while step > LAST_STEP:
+        if method == "cobyqa":
+            radii = {"initial_tr_radius": step, "final_tr_radius": LAST_STEP}
+            found = minimize(cost, point, method="COBYQA", bounds=limits, options=radii)
+        else:
+            corners = np.vstack([point, point + _inward(point, step) * np.eye(point.size)])
+            options: dict[str, Any] = {
+                "initial_simplex": corners,
+                "xatol": LAST_STEP,
+                "fatol": 1e-3,
+            }
+            found = minimize(cost, point, method="Nelder-Mead", bounds=limits, options=options)
+        point, step = np.clip(found.x, 0.0, 1.0), 0.5 * step
+        yield
+
+
+def _inward(point: FloatArray, step: float) -> FloatArray:
+    """Return the step from a point along each axis, turned round where it would leave the cube."""
+    return np.where(point + step <= 1.0, step, -step)

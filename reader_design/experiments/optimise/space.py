@@ -1,0 +1,157 @@
+"""The space of designs: survey points, and the box of parameters as the unit cube."""
+
+import itertools
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.reader_design.study_file.optimise import Optimise
+from octant.reader_design.study_file.schema import Study
+from octant.reader_design.setting.design import ReaderDesign, design_of
+
+FloatArray = npt.NDArray[np.float64]
+
+LENGTH_STEP_M = 1e-4
+"""Lengths are searched in steps of this [m]: what a workshop keeps, and a design that comes up
+again is not solved again."""
+LOAD_STEP_OHM = 1.0
+"""Loads are searched in steps of this [ohm]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Box:
+    """The parameters that vary and their bounds, around a design that has all other values.
+
+    Attributes
+    ----------
+    base : ReaderDesign
+        Values of everything that does not vary.
+    names : tuple of str
+        Parameters that vary.
+    low, high : (p,) tuple of float
+        Their bounds, in the unit of each name [m], [ohm].
+    """
+
+    base: ReaderDesign
+    names: tuple[str, ...]
+    low: tuple[float, ...]
+    high: tuple[float, ...]
+
+    def design(self, point: npt.ArrayLike) -> ReaderDesign:
+        """Return the design at a point of the unit cube, in steps that can be made [m], [ohm].
+
+        Parameters
+        ----------
+        point : (p,) array_like
+            Place between the bounds [-], 0 to 1 each; outside, the nearest bound.
+
+        Returns
+        -------
+        ReaderDesign
+            The base with these parameters.
+        """
+        share = np.clip(np.asarray(point, dtype=np.float64), 0.0, 1.0)
+        values: dict[str, Any] = {
+            name: _stepped(name, low, low + float(s) * (high - low), high)
+            for name, low, high, s in zip(self.names, self.low, self.high, share, strict=True)
+        }
+        return replace(self.base, **values)
+
+    def point(self, design: ReaderDesign, *, frequency_hz: float) -> FloatArray:
+        """Return where a design lies in the unit cube [-]; beyond a bound, on it.
+
+        Parameters
+        ----------
+        design : ReaderDesign
+            Any design [m], [ohm].
+        frequency_hz : float
+            Frequency at which antennas without a length are resonant [Hz].
+
+        Returns
+        -------
+        (p,) float64
+            Place between the bounds, 0 to 1 each.
+        """
+        low, high = np.array(self.low), np.array(self.high)
+        values = [_value(design, name, frequency_hz) for name in self.names]
+        share: FloatArray = np.clip((np.array(values) - low) / (high - low), 0.0, 1.0)
+        return share
+
+
+def _stepped(name: str, low: float, value: float, high: float) -> float:
+    """Return a value on the grid of what can be made, within the bounds."""
+    per_unit = 1.0 / (LOAD_STEP_OHM if name == "load_ohm" else LENGTH_STEP_M)
+    return min(max(round(value * per_unit) / per_unit, low), high)
+
+
+def _value(design: ReaderDesign, name: str, frequency_hz: float) -> float:
+    """Return a parameter of a design, defaults resolved [m], [ohm]."""
+    if name == "antenna_length_m":
+        return design.element(frequency_hz).length_m or 0.0
+    value = getattr(design, name)
+    if value is None:
+        return design.plate_height_m if name == "plate_height_axis_m" else design.ground_plane_m / 2
+    return float(value)
+
+
+def boxes(study: Study, table: Optimise) -> tuple[Box, ...]:
+    """Return the box of parameters for each combination of the choices [m], [ohm].
+
+    Parameters
+    ----------
+    study : Study
+        Its ``[reader]`` has the values of all that is neither parameter nor choice.
+    table : Optimise
+        Parameters and choices.
+
+    Returns
+    -------
+    tuple of Box
+        The first choice varies slowest.
+    """
+    base, choices, bounds = design_of(study.reader), table.choices.given(), table.parameters.given()
+    combinations: list[dict[str, Any]] = [
+        dict(zip(choices, values, strict=True)) for values in itertools.product(*choices.values())
+    ]
+    return tuple(
+        Box(
+            base=replace(base, **combination),
+            names=tuple(bounds),
+            low=tuple(low for low, _ in bounds.values()),
+            high=tuple(high for _, high in bounds.values()),
+        )
+        for combination in combinations
+    )
+
+
+def survey_designs(
+    box: Box, count: int, *, frequency_hz: float, generator: np.random.Generator
+) -> tuple[ReaderDesign, ...]:
+    """Return designs spread over a box: the reader's own values first, within the bounds [m].
+
+    Parameters
+    ----------
+    box : Box
+        Parameters and bounds.
+    count : int
+        How many besides the first [-].
+    frequency_hz : float
+        Frequency at which antennas without a length are resonant [Hz].
+    generator : numpy.random.Generator
+        Scrambles the sequence.
+
+    Returns
+    -------
+    tuple of ReaderDesign
+        The base, and ``count`` points of a scrambled Halton sequence; equal designs once. A box
+        without parameters has its base only.
+    """
+    from scipy.stats import qmc
+
+    if not box.names:
+        return (box.base,)
+    points = [box.point(box.base, frequency_hz=frequency_hz)]
+    points += list(qmc.Halton(len(box.names), rng=generator).random(count))
+    return tuple(dict.fromkeys(box.design(point) for point in points))

@@ -1,0 +1,91 @@
+"""How far the two approximations are off the full-wave response of the chosen reader."""
+
+import math
+
+from octant.em.reader.comparison import FLOOR_DB, ResponseDifference, compare_responses
+from octant.reader_design.showing.pages import ReportTable
+from octant.reader_design.setting.evaluation import SweepContext, reference_tag
+from octant.reader_design.setting.design import FULLWAVE, ReaderDesign
+
+APPROXIMATIONS = ("rays", "isolated")
+"""Models that are compared with the full-wave one [-]."""
+
+
+def approximation_errors(
+    context: SweepContext, design: ReaderDesign
+) -> tuple[ResponseDifference, ...]:
+    """Return the errors of both approximations for one design, in [dB] and as shares [-].
+
+    Parameters
+    ----------
+    context : SweepContext
+        Study, room and sampling; the distances [m] say under which angles tags are seen.
+    design : ReaderDesign
+        The reader.
+
+    Returns
+    -------
+    tuple of ResponseDifference
+        At the carrier; empty when the study's own response is not the full-wave one.
+
+    Raises
+    ------
+    GeometryError, AntennaError
+        When the design cannot be built.
+    """
+    import numpy as np
+
+    study = context.study
+    if study.reader.response != FULLWAVE:
+        return ()
+    frequency_hz, cells = study.radio.frequency_hz, study.reader.cells_per_wavelength
+    tag = reference_tag(study, context.built)
+    rise_m = float(tag.position_m[2]) - context.built.reader_z_m
+    theta = np.arctan2(context.sampling.distances_m(), rise_m)
+    truth = design.response(frequency_hz, FULLWAVE, cells_per_wavelength=cells)
+    return tuple(
+        compare_responses(truth, design.response(frequency_hz, model), theta.tolist())
+        for model in APPROXIMATIONS
+    )
+
+
+def approximation_table(errors: tuple[ResponseDifference, ...]) -> ReportTable:
+    """Return the errors of the approximations as a table ([dB], [%]).
+
+    Parameters
+    ----------
+    errors : tuple of ResponseDifference
+        From `approximation_errors`, at least one.
+
+    Returns
+    -------
+    ReportTable
+        One row a model.
+    """
+    rows = tuple(
+        (
+            e.model,
+            f"{e.offset_db:+.1f}",
+            f"{e.strong_rms_db:.1f}",
+            f"{e.weak_rms_db:.1f}",
+            f"{e.faint_rms_db:.1f}" if math.isfinite(e.faint_rms_db) else "none that faint",
+            f"{100.0 * e.other_antenna_share:.0f}",
+        )
+        for e in errors
+    )
+    return ReportTable(
+        caption="How far the approximations are off the full-wave response of this reader, above "
+        "its ground plane: mean level where an antenna's gain is within 10 dB of its greatest, rms "
+        f"differences after taking that out (gains below {FLOOR_DB:g} dB under the greatest count "
+        "as that), and how often they name another antenna as the strongest for tags at the "
+        "sweep's distances.",
+        header=(
+            "response",
+            "mean level [dB]",
+            "rms within 10 dB [dB]",
+            "rms 10–20 dB below [dB]",
+            "rms further down [dB]",
+            "another strongest antenna [% of azimuths]",
+        ),
+        rows=rows,
+    )

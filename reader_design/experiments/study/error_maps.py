@@ -1,0 +1,120 @@
+"""Maps of the bearing error over the floor, all headings together, and of capture."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.em.reader.response import ReaderResponse
+from octant.em.power.received_power import ReaderLink
+from octant.navigation.sensing.bearing import reader_azimuth
+from octant.reader_design.keeping.progress import Progress
+from octant.reader_design.keeping.store import variable
+from octant.reader_design.setting.links import tag_link
+from octant.reader_design.setting.capture import arriving_paths, captured
+from octant.reader_design.setting.evaluation import SweepContext
+from octant.reader_design.setting.bearing_errors import vector_errors_rad
+from octant.reader_design.setting.measures import strongest_errors_rad
+from octant.reader_design.setting.samples import grid_azimuths_rad
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+FloatArray = npt.NDArray[np.float64]
+
+BLOCK = 2048
+"""Places that are worked on at a time [-]: bounds the memory."""
+
+
+def heading_errors_rad(
+    link: ReaderLink, places_m: FloatArray, headings_rad: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return the rms bearing error over all headings at each place [rad].
+
+    Parameters
+    ----------
+    link : ReaderLink
+        From the tag to the reader.
+    places_m : (p, 2) float64
+        Places of the reader [m].
+    headings_rad : (h,) float64
+        Headings of the robot [rad].
+
+    Returns
+    -------
+    vector_rad, strongest_rad : (p,) float64
+        Of the RSS-weighted vector sum, and of the direction of the strongest antenna [rad].
+    """
+    rss = link.rss_by_heading_w(places_m, headings_rad)
+    towards = np.arctan2(*(link.tag_position_m[:2] - places_m).T[::-1])
+    azimuths = reader_azimuth(headings_rad, towards[:, None])
+    vector = vector_errors_rad(rss, azimuths, link.azimuths_rad)
+    strongest = np.empty(len(places_m))
+    for i, (row, azimuth) in enumerate(zip(rss, azimuths, strict=True)):
+        error, weight = strongest_errors_rad(row[None], azimuth, link.azimuths_rad)
+        strongest[i] = np.sqrt((weight * error**2).sum() / headings_rad.size)
+    return np.sqrt((vector**2).mean(axis=1)), strongest
+
+
+def error_maps(
+    context: SweepContext,
+    responses: Sequence[ReaderResponse],
+    places_m: FloatArray,
+    standing: npt.NDArray[np.bool_],
+    progress: Progress,
+) -> "dict[str, xr.Variable]":
+    """Return the maps of a reader's bearing error and of capture for every tag ([rad], [-]).
+
+    Parameters
+    ----------
+    context : SweepContext
+        Study and room; its sampling gives the number of headings.
+    responses : sequence of ReaderResponse
+        The reader's, one for each frequency.
+    places_m : (nx, ny, 2) float64
+        Grid [m].
+    standing : (nx, ny) bool
+        Where the reader fits [-]; elsewhere the maps hold NaN.
+    progress : Progress
+        Told about places.
+
+    Returns
+    -------
+    dict of str to xarray.Variable
+        ``vector_error`` and ``strongest_error``, rms over the headings [rad], and
+        ``captured_share`` of the antennas that face the tag [-], each (tag, x, y).
+    """
+    study, built = context.study, context.built
+    headings = grid_azimuths_rad(responses[0].antennas, context.sampling.room_azimuths)
+    places = places_m[standing]
+    tables = np.full((3, len(built.tags), *standing.shape), np.nan)
+    for number, tag in enumerate(built.tags):
+        link = tag_link(study, built, tag, responses)
+        columns = np.empty((3, len(places)))
+        with progress.count(len(places), label=f"bearing errors of tag {tag.id}") as done:
+            for begin in range(0, len(places), BLOCK):
+                block = slice(begin, begin + BLOCK)
+                near = places[block]
+                columns[:2, block] = heading_errors_rad(link, near, headings)
+                towards = np.arctan2(*(tag.position_m[:2] - near).T[::-1])
+                paths = arriving_paths(study, built, tag, near)
+                columns[2, block] = captured(paths, towards, responses).mean(axis=1)
+                done(begin + len(near))
+        tables[:, number, standing] = columns
+    dims = ["tag", "x", "y"]
+    over = "over all headings of the robot"
+    return {
+        "vector_error": variable(
+            dims, tables[0], units="rad", long_name=f"rms error of the vector sum {over}"
+        ),
+        "strongest_error": variable(
+            dims, tables[1], units="rad", long_name=f"rms error of the strongest antenna {over}"
+        ),
+        "captured_share": variable(
+            dims,
+            tables[2],
+            units="1",
+            long_name="share of facing antennas at which a reflection beats the direct ray",
+        ),
+    }

@@ -1,0 +1,198 @@
+"""What a report says about missions: of the chosen reader, and of the short list."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from octant.reader_design.study_file.mission import Mission
+from octant.reader_design.showing.pages import ReportFigure, ReportSection, ReportTable
+from octant.reader_design.experiments.missions.mission_stage import RoomMission
+from octant.reader_design.experiments.study.shortlist import DrivenDesign
+from octant.reader_design.setting.ranking import Candidate, Choice
+
+
+def mission_sentence(mission: RoomMission) -> str:
+    """Return how the runs in one room ended, in one sentence with [m] and [s].
+
+    Parameters
+    ----------
+    mission : RoomMission
+        The runs.
+
+    Returns
+    -------
+    str
+        Success, errors, and why runs failed.
+    """
+    if mission.data is None:
+        return f"Mission in {mission.name}: it could not be driven: {mission.reason}"
+    data = mission.data
+    success = data["success"].values.astype(bool)
+    text = (
+        f"Mission in {mission.name}: {int(success.sum())} of {success.size} runs reached every "
+        f"tag; RMSE to the straight segments {float(np.median(data['rmse_m'].values)):.2f} m, 90 % "
+        f"of the time within {float(np.median(data['p90_position_m'].values)):.2f} m (medians over "
+        f"the runs)"
+    )
+    if success.all():
+        return f"{text}."
+    ends = data["ended_because"].values.astype(str)[~success]
+    common = max(dict.fromkeys(ends), key=lambda reason: int((ends == reason).sum()))
+    wrong = "a tag was declared reached too far away" if common.startswith("all tags") else common
+    return f"{text}; most failed because {wrong}."
+
+
+def mission_section(
+    missions: Sequence[RoomMission],
+    table: Mission | None,
+    figures: tuple[ReportFigure, ...],
+) -> ReportSection | None:
+    """Return what the chosen reader's missions came to, room by room ([m], [s], [deg]).
+
+    Parameters
+    ----------
+    missions : sequence of RoomMission
+        Of the chosen design.
+    table : Mission or None
+        The study's mission.
+    figures : tuple of ReportFigure
+        Figures of the section.
+
+    Returns
+    -------
+    ReportSection or None
+        None when nothing was driven.
+    """
+    if table is None or not missions:
+        return None
+    header = (
+        "room",
+        "runs",
+        "reached every tag",
+        "captured",
+        "collided",
+        "RMSE [m]",
+        "worst RMSE [m]",
+        "90 % position [m]",
+        "90 % heading [°]",
+        "arrival error [m]",
+        "time [s]",
+        "way [m]",
+    )
+    rows = []
+    for mission in missions:
+        if mission.data is None:
+            rows.append((mission.name, "0", *["–"] * (len(header) - 2)))
+            continue
+        d = mission.data
+        arrivals = d["arrival_error_m"].values
+        arrival = f"{np.nanmedian(arrivals):.2f}" if np.isfinite(arrivals).any() else "–"
+        rows.append(
+            (
+                mission.name,
+                str(d.sizes["run"]),
+                *(str(int(d[n].values.sum())) for n in ("success", "captured", "collided")),
+                f"{np.median(d['rmse_m'].values):.3f}",
+                f"{np.max(d['rmse_m'].values):.3f}",
+                f"{np.median(d['p90_position_m'].values):.3f}",
+                f"{np.degrees(np.median(d['p90_heading_rad'].values)):.1f}",
+                arrival,
+                f"{np.median(d['time_s'].values):.0f}",
+                f"{np.median(d['path_m'].values):.2f}",
+            )
+        )
+    return ReportSection(
+        heading="Missions",
+        paragraphs=(
+            (
+                "The chosen reader drives the robot through the tags by the navigator of thesis "
+                f"section 5.2, with {table.noise_db:g} dB noise on each reading. Errors are "
+                "distances to the nearest point of the straight segment between consecutive tags; "
+                "medians over the runs, unless the column says otherwise."
+            ),
+            *(mission_sentence(m) for m in missions),
+        ),
+        tables=(ReportTable(caption="All runs, room by room.", header=header, rows=tuple(rows)),),
+        figures=figures,
+    )
+
+
+def shortlist_table(
+    candidates: Sequence[Candidate], choice: Choice, driven: Sequence[DrivenDesign]
+) -> ReportTable:
+    """Return the best designs with size, scores, missions and reason ([cm], [%], [deg], [m]).
+
+    Parameters
+    ----------
+    candidates : sequence of Candidate
+        Scored designs.
+    choice : Choice
+        Their ranking.
+    driven : sequence of DrivenDesign
+        Those that drove the missions.
+
+    Returns
+    -------
+    ReportTable
+        One row for each design of the short list.
+    """
+    missions = {d.index: d.missions for d in driven}
+    names = [m.name for m in driven[0].missions] if driven else []
+    rows = []
+    for rank, index in enumerate(choice.shortlist):
+        one = candidates[index]
+        place = one.free if one.room is None else one.room
+        rows.append(
+            (
+                f"{rank + 1}. {one.label}",
+                f"{100 * one.width_m:.3g} x {100 * one.height_m:.3g}",
+                _pair_deg(place.vector_median_rad, place.vector_p90_rad),
+                f"{place.vector_beyond_90_share:.1%}",
+                f"{place.captured_share:.1%}",
+                f"{place.read_right_share:.1%}",
+                *(_driven_text(missions.get(index, ()), k) for k in range(len(names))),
+                choice.comparisons[rank],
+            )
+        )
+    where = "in free space" if candidates[choice.chosen].room is None else "in the room"
+    return ReportTable(
+        caption=f"The short list; errors and shares are those {where}. Missions: runs that reached "
+        "every tag (95 % interval after Wilson), median RMSE to the straight segments; "
+        "choice.missions in the study says how many designs drive.",
+        header=(
+            "design",
+            "width x height [cm]",
+            "vector sum: median / 90 % [°]",
+            "beyond 90°",
+            "captured",
+            "right antenna as read",
+            *(f"mission, {name}" for name in names),
+            "why it stands here",
+        ),
+        rows=tuple(rows),
+        words=True,
+        best=0,
+    )
+
+
+def _pair_deg(first_rad: float, second_rad: float) -> str:
+    """Return two angles in degrees."""
+    return f"{math.degrees(first_rad):.1f} / {math.degrees(second_rad):.1f}"
+
+
+def _driven_text(missions: Sequence[RoomMission], number: int) -> str:
+    """Return how a design's missions in one room went, in a few words."""
+    if not missions:
+        return "not driven"
+    data = missions[number].data
+    if data is None:
+        return "could not be driven"
+    from scipy.stats import binomtest
+
+    success = data["success"].values
+    interval = binomtest(int(success.sum()), success.size).proportion_ci(method="wilson")
+    return (
+        f"{int(success.sum())} of {success.size} ({interval.low:.0%} to {interval.high:.0%}), "
+        f"RMSE {float(np.median(data['rmse_m'].values)):.2f} m"
+    )

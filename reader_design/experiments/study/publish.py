@@ -1,0 +1,148 @@
+"""What a study leaves for people: results, tables, figures and the report."""
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+
+from octant.reader_design.keeping.progress import Progress
+from octant.reader_design.experiments.study.page import StudyContent, study_report
+from octant.reader_design.setting.scene import StudyScene
+from octant.reader_design.keeping.store import versions, whole_file, write_dataset, write_text
+from octant.reader_design.experiments.study.map_stage import RoomMap
+from octant.reader_design.experiments.missions.mission_stage import RoomMission
+from octant.reader_design.setting.design import content_hash
+from octant.reader_design.showing.tables import put_table
+
+
+def publish(
+    content: StudyContent,
+    room_map: RoomMap,
+    rooms: Sequence[tuple[str, str, StudyScene]],
+    out_dir: Path,
+    *,
+    force: bool,
+    progress: Progress,
+) -> None:
+    """Return nothing; write results, tables, figures and report, unless these are there already.
+
+    Parameters
+    ----------
+    content : StudyContent
+        What was found; units as there [-].
+    room_map : RoomMap
+        Maps of the chosen reader [W].
+    rooms : sequence of (str, str, StudyScene)
+        Name, file name and scene of the study's room and of its layouts [m].
+    out_dir : Path
+        Folder of the results.
+    force : bool
+        Write all the same.
+    progress : Progress
+        Told about figures.
+
+    Raises
+    ------
+    ConfigError
+        When the folder cannot be written to.
+    """
+    key = content_hash(
+        {
+            "cells": [[c.key, c.reason] for c in content.cells],
+            "missions": [[m.folder.name, m.reason] for d in content.driven for m in d.missions],
+            "map": content.context.study.map.spacing_m,
+            "as_built": None if content.as_built is None else list(content.as_built.paragraphs),
+            "versions": versions(),
+            "study": content.study_toml,
+        }
+    )
+    stamp = out_dir / "stages" / "finished.json"
+    if not force and _finished(stamp, key, out_dir):
+        progress.say(f"{out_dir} is complete already; nothing was written.")
+        return
+    stamp.unlink(missing_ok=True)
+    written = _results(content, room_map, out_dir)
+    written += _tables(content.missions, out_dir)
+    figures = _figures(content, room_map, rooms, out_dir, progress)
+    written += [path for entries in figures.values() for _, _, path in entries]
+    from octant.reader_design.showing.pages import render_report
+
+    report = out_dir / "report.html"
+    write_text(report, render_report(study_report(content, figures)))
+    written.append(report)
+    names = [str(path.relative_to(out_dir)) for path in written]
+    write_text(stamp, json.dumps({"key": key, "files": names}, indent=1))
+
+
+def _finished(stamp: Path, key: str, out_dir: Path) -> bool:
+    """Return whether a former run wrote exactly these results and they are still there."""
+    try:
+        told = json.loads(stamp.read_text("utf-8"))
+        return told["key"] == key and all((out_dir / name).is_file() for name in told["files"])
+    except (OSError, ValueError, KeyError, TypeError):
+        return False
+
+
+def _results(content: StudyContent, room_map: RoomMap, out_dir: Path) -> list[Path]:
+    """Write the results file and the table of designs."""
+    from octant.reader_design.experiments.study.results import design_table, study_dataset
+
+    written = [out_dir / "results.nc", out_dir / "designs.csv"]
+    write_dataset(study_dataset(content, room_map), written[0], force=True)
+    header, rows = design_table(content)
+    put_table(str(written[1]), header, rows, force=True)
+    return written
+
+
+def _tables(missions: Sequence[RoomMission], out_dir: Path) -> list[Path]:
+    """Copy the tables of the missions: missions.csv for the study's room, others by layout."""
+    written = []
+    for mission in missions:
+        if mission.data is None:
+            continue
+        ending = ".csv" if mission.slug == "room" else f"-{mission.slug}.csv"
+        for stem in ("missions", "trajectory"):
+            target = out_dir / f"{stem}{ending}"
+            with whole_file(target) as part:
+                part.write_bytes((mission.folder / f"{stem}.csv").read_bytes())
+            written.append(target)
+    return written
+
+
+def _figures(
+    content: StudyContent,
+    room_map: RoomMap,
+    rooms: Sequence[tuple[str, str, StudyScene]],
+    out_dir: Path,
+    progress: Progress,
+) -> dict[str, list[tuple[str, str, Path]]]:
+    """Draw and write all figures; return title, caption and file of each by section."""
+    import itertools
+
+    from octant.reader_design.showing.style import save_figure
+    from octant.reader_design.experiments.study.figures import (
+        mission_figures,
+        reader_figures,
+        room_figures,
+    )
+    from octant.reader_design.experiments.study.sweep_figures import sweep_figures
+    from octant.reader_design.showing.plan import plan_of
+
+    study = content.context.study
+    cell = next(c for c in content.cells if c.key == content.chosen.key)
+    elements = cell.design.body().element_azimuths_rad
+    plans = [plan_of(built.scene, built.reader_z_m) for _, _, built in rooms]
+    pairs = list(zip(content.missions, plans, strict=False))
+    drawn = itertools.chain(
+        sweep_figures(
+            content.cells, content.candidates, content.choice, frequency_hz=study.radio.frequency_hz
+        ),
+        reader_figures(study, cell, elements, room_map),
+        room_figures(content.context, room_map, elements),
+        mission_figures(content.context, pairs, label=cell.label),
+    )
+    entries: dict[str, list[tuple[str, str, Path]]] = {}
+    for one in progress.track(drawn, label="figures"):
+        path = out_dir / "figures" / one.file
+        save_figure(one.figure, path)
+        entries.setdefault(one.section, []).append((one.title, one.caption, path))
+    return entries

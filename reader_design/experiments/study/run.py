@@ -1,0 +1,309 @@
+"""The main job, end to end: sweep, choice, maps, missions, figures, report; it can be resumed.
+
+Everything that takes time is kept in the output folder, in files named by the hash of their input
+(``cells/`` and ``stages/``). Running the same study again in the same folder therefore goes on
+where the last run stopped, however that ended.
+"""
+
+import re
+import time
+from collections.abc import Iterator, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from pathlib import Path
+
+import msgspec
+
+from octant.geometries.errors import ConfigError, SweepStateError
+from octant.reader_design.study_file.loading import to_toml
+from octant.reader_design.study_file.schema import Layout, Study
+from octant.reader_design.keeping.progress import Progress
+from octant.reader_design.experiments.study.approximations import approximation_errors
+from octant.reader_design.experiments.study.mission_sections import mission_sentence
+from octant.reader_design.experiments.study.page import StudyContent
+from octant.reader_design.experiments.choice.thesis_claims import claim_sentence
+from octant.reader_design.setting.scene import StudyScene, build_study_scene
+from octant.reader_design.keeping.store import write_text
+from octant.reader_design.experiments.study.map_stage import map_stage
+from octant.reader_design.experiments.missions.mission_stage import collected_warnings
+from octant.reader_design.experiments.study.publish import publish
+from octant.reader_design.experiments.study.shortlist import candidates_of, drive_shortlist
+from octant.reader_design.experiments.study.tolerance_stage import tolerance_stage
+from octant.reader_design.setting.evaluation import Cell, SweepContext
+from octant.reader_design.setting.ranking import choose
+from octant.reader_design.experiments.sweep.cost import cell_cost
+from octant.reader_design.setting.design import design_responses
+from octant.reader_design.keeping.workers import cores, open_crew
+from octant.reader_design.keeping.folder import cell_path
+from octant.reader_design.experiments.sweep.plan import SweepPlan, plan_sweep
+from octant.reader_design.experiments.sweep.run import run_sweep
+from octant.reader_design.setting.samples import Sampling
+
+WORTH_PROCESSES_S = 20.0
+"""Expected time of a sweep [s] above which worker processes are worth starting."""
+QUICK_RUNS = 3
+"""Runs of a mission in a quick look [-]."""
+QUICK_SPACING_M = 0.2
+"""Least spacing of the map in a quick look [m]."""
+QUICK_LINE = "# A quick look: coarse sampling and few runs (octant study --quick).\n"
+OUTPUTS = (
+    "results.nc",
+    "report.html",
+    "designs.csv",
+    "missions*.csv",
+    "trajectory*.csv",
+    "figures/*.png",
+)
+"""What a study writes for people, besides study.toml; --force clears it for another study."""
+OWN_ROOM = "the study's room"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StudyOutcome:
+    """What a study leaves.
+
+    Attributes
+    ----------
+    content : StudyContent
+        Cells, choice and missions.
+    folder : Path
+        Where everything lies.
+    report : Path
+        The report.
+    """
+
+    content: StudyContent
+    folder: Path
+    report: Path
+
+    @property
+    def failed(self) -> tuple[tuple[str, str], ...]:
+        """Designs without scores and the reason of each [-]."""
+        return tuple((c.label, c.reason) for c in self.content.cells if c.reason)
+
+    def lines(self) -> tuple[str, ...]:
+        """Return what a person wants to read at the end; numbers carry their units [m, dB, deg].
+
+        Returns
+        -------
+        tuple of str
+            Which design was chosen and why, how the missions went, where the report is.
+        """
+        failed = [f"No scores for {label}: {reason}" for label, reason in self.failed]
+        claims = self.content.claims
+        return (
+            *self.content.choice.reason,
+            *([claim_sentence(claims)] if claims else []),
+            *failed,
+            *(() if self.content.as_built is None else self.content.as_built.paragraphs),
+            *(mission_sentence(m) for m in self.content.missions),
+            f"Report: {self.report}",
+        )
+
+
+def run_study(
+    study: Study,
+    out_dir: Path,
+    *,
+    quick: bool = False,
+    force: bool = False,
+    progress: Progress | None = None,
+    executor: Executor | None = None,
+    workers: int | None = 1,
+    cluster: str | None = None,
+) -> StudyOutcome:
+    """Return the outcome of a study and leave its files; see DESIGN section 6 for what they hold.
+
+    Parameters
+    ----------
+    study : Study
+        From :func:`octant.reader_design.study_file.loading.load_study`.
+    out_dir : Path
+        Folder of the results; made when missing.
+    quick : bool
+        Coarse sampling, a coarse map and few runs.
+    force : bool
+        Replace the results of another study in that folder.
+    progress : Progress, optional
+        Told what happens.
+    executor : concurrent.futures.Executor, optional
+        Computes the sweep's cells; see :func:`octant.reader_design.experiments.sweep.run.run_sweep`.
+    workers : int or None
+        Processes of this machine that compute them instead [-]; 1: this one; None: one for each
+        core where the sweep is long enough to gain from it. A script that starts processes must
+        guard its main part with ``if __name__ == "__main__"``.
+    cluster : str or None
+        Address of a dask scheduler that computes them instead, or ``local:N``.
+
+    Returns
+    -------
+    StudyOutcome
+        Also when some designs failed; then it says which and why.
+
+    Raises
+    ------
+    ConfigError
+        When the folder holds another study and ``force`` is false, or a room cannot be used.
+    SweepStateError
+        When no design has scores.
+    KeyboardInterrupt
+        Passed on; what was computed is kept and the same call goes on from there.
+    """
+    began = time.perf_counter()
+    progress = progress or Progress()
+    text = (QUICK_LINE if quick else "") + to_toml(study, relative_to=out_dir)
+    _claim(out_dir, text, force=force)
+    with collected_warnings() as warned:
+        context = _context(study, quick=quick)
+        rooms = list(_rooms(study, context.built))
+        for note in dict.fromkeys(n for _, _, built in rooms for n in built.notes):
+            progress.say(note)
+        write_text(out_dir / "study.toml", text)
+        plan = plan_sweep(context)
+        cells = _swept(
+            plan, out_dir, executor=executor, workers=workers, cluster=cluster, progress=progress
+        )
+        scored = [c for c in cells if c.free is not None]
+        _refuse_nothing_scored(cells)
+        candidates = candidates_of(study, cells)
+        choice = choose(candidates, model=study.reader.response, rules=study.choice)
+        chosen = scored[choice.chosen]
+        progress.say(choice.reason[0])
+        contexts = {p.key: p.context for p in plan.cells}
+
+        def setting(cell: Cell) -> tuple[Study, list[tuple[str, str, StudyScene]]]:
+            own = contexts[cell.key]
+            same = own.built is rooms[0][2] and own.study.room == study.room
+            return own.study, rooms if same else list(_rooms(own.study, own.built))
+
+        context = contexts[chosen.key]
+        responses = design_responses(context.study, chosen.design)
+        approximations = approximation_errors(context, chosen.design)
+        stages = out_dir / "stages"
+        room_map = map_stage(
+            context, responses, cell_key=chosen.key, folder=stages, progress=progress
+        )
+        driven = drive_shortlist(
+            setting,
+            scored,
+            choice,
+            most_runs=QUICK_RUNS if quick else None,
+            folder=stages,
+            progress=progress,
+        )
+        as_built = None
+        if not quick:
+            second = scored[choice.ranking[1]] if len(scored) > 1 else None
+            as_built = tolerance_stage(
+                context.study,
+                second,
+                folder=out_dir / "tolerance",
+                progress=progress,
+                workers=workers,
+                executor=executor,
+            )
+        rooms = setting(chosen)[1]
+        for mission in driven[0].missions:
+            progress.say(mission_sentence(mission))
+    content = StudyContent(
+        context=context,
+        cells=cells,
+        candidates=candidates,
+        choice=choice,
+        driven=driven,
+        notes=tuple(dict.fromkeys((*(n for _, _, b in rooms for n in b.notes), *warned))),
+        study_toml=text,
+        quick=quick,
+        seconds=time.perf_counter() - began,
+        approximations=approximations,
+        as_built=as_built,
+    )
+    publish(content, room_map, rooms, out_dir, force=force, progress=progress)
+    return StudyOutcome(content=content, folder=out_dir, report=out_dir / "report.html")
+
+
+def _swept(
+    plan: SweepPlan,
+    out_dir: Path,
+    *,
+    executor: Executor | None,
+    workers: int | None,
+    cluster: str | None,
+    progress: Progress,
+) -> tuple[Cell, ...]:
+    """Return the cells of the sweep, computed by whoever was asked for."""
+    folder = out_dir / "cells"
+    if executor is not None:
+        return run_sweep(plan, folder, executor=executor, progress=progress)
+    missing = [p for p in plan.cells if not cell_path(folder, p.key).exists()]
+    if workers is None:
+        long = sum(cell_cost(p).seconds for p in missing) > WORTH_PROCESSES_S
+        workers = cores() if long else 1
+    workers = min(workers, max(1, len(missing)))
+    with open_crew(workers=workers, cluster=cluster if missing else None) as crew:
+        return run_sweep(plan, folder, crew=crew, progress=progress)
+
+
+def _context(study: Study, *, quick: bool) -> SweepContext:
+    if quick:
+        spacing = max(study.map.spacing_m, QUICK_SPACING_M)
+        study = msgspec.structs.replace(
+            study, map=msgspec.structs.replace(study.map, spacing_m=spacing)
+        )
+    sampling = Sampling().coarser() if quick else Sampling()
+    return SweepContext(study=study, built=build_study_scene(study), sampling=sampling)
+
+
+def _rooms(study: Study, own: StudyScene) -> Iterator[tuple[str, str, StudyScene]]:
+    """Yield name, file name and scene of the study's room and of its layouts, all checked."""
+    yield OWN_ROOM, "room", own
+    layouts: Sequence[Layout] = study.layouts
+    used = {"room"}
+    for number, layout in enumerate(layouts, 1):
+        slug = re.sub(r"[^a-z0-9]+", "-", layout.name.lower()).strip("-") or "layout"
+        slug = slug if slug not in used else f"{slug}-{number}"
+        used.add(slug)
+        yield layout.name, slug, build_study_scene(study, layout)
+
+
+def _refuse_nothing_scored(cells: Sequence[Cell]) -> None:
+    """Raise when every cell failed, with the reason of the first."""
+    if all(cell.reason for cell in cells):
+        first = cells[0]
+        reason = first.reason.rstrip(".")
+        msg = (
+            f"none of the {len(cells)} designs has scores, so none can be chosen: "
+            f"{first.label} failed because {reason}; change [sweep] or [reader]."
+        )
+        raise SweepStateError(msg)
+
+
+def _claim(out_dir: Path, text: str, *, force: bool) -> None:
+    """Refuse a folder with another study's results, or clear it when that is wanted."""
+    there = out_dir / "study.toml"
+    outputs = [
+        path
+        for pattern in (
+            "results.nc",
+            "report.html",
+            "designs.csv",
+            "missions*.csv",
+            "trajectory*.csv",
+        )
+        for path in sorted(out_dir.glob(pattern))
+    ] + sorted(out_dir.glob("figures/*.png"))
+    if out_dir.exists() and not out_dir.is_dir():
+        msg = f"{out_dir} is a file, but the results need a folder; give another --out."
+        raise ConfigError(msg)
+    if there.is_file() and there.read_text("utf-8") == text:
+        return
+    if not (outputs or there.exists()):
+        return
+    if not force:
+        msg = (
+            f"{out_dir} holds the results of another study (or another version of this one); "
+            "give another --out, or --force to replace them."
+        )
+        raise ConfigError(msg)
+    for path in (*outputs, there):
+        path.unlink(missing_ok=True)

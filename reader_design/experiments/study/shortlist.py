@@ -1,0 +1,121 @@
+"""The missions of the best designs of a study, so that the ranking can be held against them."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from octant.reader_design.study_file.schema import Study
+from octant.reader_design.keeping.progress import Progress
+from octant.reader_design.setting.scene import StudyScene
+from octant.reader_design.experiments.missions.mission_stage import RoomMission, mission_stage
+from octant.reader_design.setting.evaluation import Cell
+from octant.reader_design.setting.ranking import Candidate, Choice
+from octant.reader_design.setting.design import design_responses
+from octant.reader_design.setting.size import reader_size_m
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DrivenDesign:
+    """A design of the short list with its missions.
+
+    Attributes
+    ----------
+    index : int
+        Its place among the candidates [-].
+    missions : tuple of RoomMission
+        One for each room: the study's own and its layouts; none without a mission.
+    """
+
+    index: int
+    missions: tuple[RoomMission, ...]
+
+
+def candidates_of(study: Study, cells: Sequence[Cell]) -> tuple[Candidate, ...]:
+    """Return the scored cells as candidates of the choice, sizes in [m].
+
+    Parameters
+    ----------
+    study : Study
+        Its carrier sizes resonant antennas [Hz].
+    cells : sequence of Cell
+        All cells.
+
+    Returns
+    -------
+    tuple of Candidate
+        Those with scores, in the order of the cells.
+    """
+    out = []
+    for cell in cells:
+        if cell.free is None:
+            continue
+        width_m, height_m = reader_size_m(cell.design, study.radio.frequency_hz)
+        out.append(
+            Candidate(
+                label=cell.label,
+                key=cell.key,
+                free=cell.free,
+                room=cell.room,
+                width_m=width_m,
+                height_m=height_m,
+            )
+        )
+    return tuple(out)
+
+
+def drive_shortlist(
+    settings: Callable[[Cell], tuple[Study, Sequence[tuple[str, str, StudyScene]]]],
+    scored: Sequence[Cell],
+    choice: Choice,
+    *,
+    most_runs: int | None,
+    folder: Path,
+    progress: Progress,
+) -> tuple[DrivenDesign, ...]:
+    """Return the missions of the best designs, read or driven ([s], [m], [rad], [W]).
+
+    Parameters
+    ----------
+    settings : callable
+        Returns the study of a cell and name, file name and scene of each of its rooms: a sweep may
+        vary those too. ``choice.missions`` says with how many designs, ``mission.runs`` how often.
+    scored : sequence of Cell
+        The candidates' cells, in their order.
+    choice : Choice
+        Their ranking.
+    most_runs : int or None
+        Greatest number of runs in each room [-]; None: as many as the study says.
+    folder : Path
+        Where stages are kept.
+    progress : Progress
+        Told about runs.
+
+    Returns
+    -------
+    tuple of DrivenDesign
+        Best first: the chosen design is always there. All drive with the same seeds.
+    """
+    driven = []
+    for index in choice.ranking[: choice.rules.missions]:
+        cell, missions = scored[index], []
+        study, rooms = settings(cell)
+        if study.mission is not None:
+            responses = design_responses(study, cell.design)
+            runs = study.mission.runs
+            missions = [
+                mission_stage(
+                    study,
+                    built,
+                    responses,
+                    name=name,
+                    slug=slug,
+                    design_key=cell.design.key(),
+                    runs=runs if most_runs is None else min(runs, most_runs),
+                    folder=folder,
+                    progress=progress,
+                    layout=layout,
+                )
+                for layout, (name, slug, built) in zip((None, *study.layouts), rooms, strict=True)
+            ]
+        driven.append(DrivenDesign(index=index, missions=tuple(missions)))
+    return tuple(driven)

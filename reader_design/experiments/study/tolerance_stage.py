@@ -1,0 +1,61 @@
+"""The chosen reader and the next best as built, where a study asks for tolerances."""
+
+from concurrent.futures import Executor
+from pathlib import Path
+
+from octant.reader_design.study_file.schema import Study
+from octant.reader_design.keeping.progress import Progress
+from octant.reader_design.showing.pages import ReportSection
+from octant.reader_design.setting.evaluation import Cell
+from octant.reader_design.keeping.workers import cores
+from octant.reader_design.experiments.tolerance.results import write_results
+from octant.reader_design.experiments.tolerance.study import run_tolerance_study
+
+
+def tolerance_stage(
+    study: Study,
+    second: Cell | None,
+    *,
+    folder: Path,
+    progress: Progress,
+    workers: int | None = None,
+    executor: Executor | None = None,
+) -> ReportSection | None:
+    """Return the section of the report on tolerances; lengths in [mm], angles in [deg].
+
+    Parameters
+    ----------
+    study : Study
+        The chosen cell's own study; without a table ``[tolerance]`` nothing is built.
+    second : Cell or None
+        The next best design, which is built with the same errors.
+    folder : Path
+        Where the readers' files and the results of :func:`write_results` lie.
+    progress : Progress
+        Told about readers.
+    workers : int or None
+        Processes [-]; None: one for each core.
+    executor : concurrent.futures.Executor, optional
+        Solves the readers in place of own processes.
+
+    Returns
+    -------
+    ReportSection or None
+        Spread of the scores, yield, and with what confidence the chosen design is the better one.
+
+    Raises
+    ------
+    ConfigError
+        When the readers' model knows no build errors, or the folder cannot be written to.
+    """
+    if study.tolerance is None:
+        return None
+    result = run_tolerance_study(
+        study,
+        folder / "cases",
+        rivals=() if second is None else ((f"the next best, {second.label}", second.design),),
+        workers=cores() if workers is None else workers,
+        executor=executor,
+        progress=progress,
+    )
+    return write_results(result, folder)

@@ -1,0 +1,189 @@
+"""``octant sweep``: plan, compute what is missing, and one table of it all in a folder."""
+
+from collections import Counter
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+from octant.geometries.errors import ConfigError, OctantError
+from octant.reader_design.study_file.loading import to_toml
+from octant.reader_design.study_file.schema import Study
+from octant.reader_design.keeping.progress import Progress
+from octant.reader_design.setting.scene import build_study_scene
+from octant.reader_design.keeping.store import write_text
+from octant.reader_design.setting.evaluation import SweepContext
+from octant.reader_design.keeping.workers import cores, open_crew
+from octant.reader_design.keeping.folder import sweep_folder
+from octant.reader_design.experiments.sweep.plan import SweepPlan, plan_sweep
+from octant.reader_design.experiments.sweep.run import compute_missing
+from octant.reader_design.setting.samples import Sampling
+from octant.reader_design.experiments.sweep.table import (
+    CELLS_FOLDER,
+    CSV_FILE,
+    MISSING,
+    TABLE_FILE,
+    CellRow,
+    known_rows,
+    missing_cells,
+    row_of,
+    write_table,
+)
+
+STUDY_FILE = "study.toml"
+MOST_LINES = 40
+"""Cells that are listed one by one at most [-]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SweepOutcome:
+    """What a sweep leaves.
+
+    Attributes
+    ----------
+    plan : SweepPlan
+        All its cells.
+    rows : mapping of str to CellRow
+        What is computed, by key.
+    folder : Path
+        Where everything lies.
+    """
+
+    plan: SweepPlan
+    rows: Mapping[str, CellRow]
+    folder: Path
+
+    @property
+    def failed(self) -> tuple[tuple[str, str], ...]:
+        """Label and reason of every cell without scores that was tried [-]."""
+        tried = ((cell.label, self.rows.get(cell.key)) for cell in self.plan.cells)
+        return tuple((label, row.reason) for label, row in tried if row is not None and row.reason)
+
+    def lines(self) -> tuple[str, ...]:
+        """Return what a person wants to read at the end, counts without unit [-].
+
+        Returns
+        -------
+        tuple of str
+            How many cells ended how, why some have no scores, where the tables are.
+        """
+        ends = Counter(
+            row.status if (row := self.rows.get(cell.key)) is not None else MISSING
+            for cell in self.plan.cells
+        )
+        counts = ", ".join(f"{count} {status}" for status, count in ends.most_common())
+        reasons = [f"No scores for {label}: {reason}" for label, reason in self.failed]
+        if len(reasons) > MOST_LINES:
+            more = f"... and {len(reasons) - MOST_LINES} more: see {self.folder / CSV_FILE}."
+            reasons = [*reasons[:MOST_LINES], more]
+        return (
+            f"{len(self.plan.cells)} cells: {counts}.",
+            *reasons,
+            f"Tables: {self.folder / CSV_FILE} and {self.folder / TABLE_FILE}",
+        )
+
+
+def study_plan(study: Study) -> SweepPlan:
+    """Return the cells of a study's sweep with the sampling of final figures; lengths in [m].
+
+    Parameters
+    ----------
+    study : Study
+        From :func:`octant.reader_design.study_file.loading.load_study`.
+
+    Returns
+    -------
+    SweepPlan
+        Nothing is computed yet.
+
+    Raises
+    ------
+    ConfigError, GeometryError
+        When the study's own room cannot be used.
+    """
+    return plan_sweep(
+        SweepContext(study=study, built=build_study_scene(study), sampling=Sampling())
+    )
+
+
+def sweep_study(
+    study: Study,
+    out_dir: Path,
+    *,
+    workers: int | None = 1,
+    cluster: str | None = None,
+    merge_only: bool = False,
+    force: bool = False,
+    progress: Progress | None = None,
+) -> SweepOutcome:
+    """Return the outcome of a study's sweep and leave its cells and tables in a folder.
+
+    Parameters
+    ----------
+    study : Study
+        From :func:`octant.reader_design.study_file.loading.load_study`.
+    out_dir : Path
+        Folder of the sweep; made when missing.
+    workers : int or None
+        Processes of this machine [-], no more than there are cells; 1: this one; None: one for
+        each core. A script that starts processes must guard its main part with
+        ``if __name__ == "__main__"``.
+    cluster : str or None
+        Address of a dask scheduler, or ``local:N``; instead of ``workers``.
+    merge_only : bool
+        Only make the tables of what is computed already.
+    force : bool
+        Go on in a folder that holds another sweep; its cells are kept where they fit.
+    progress : Progress, optional
+        Told what happens.
+
+    Returns
+    -------
+    SweepOutcome
+        Also when some cells failed; then it says which and why.
+
+    Raises
+    ------
+    ConfigError
+        When the folder holds another sweep or cannot be written to, or the cluster does not answer.
+    KeyboardInterrupt
+        Passed on; what was computed is kept and the same call goes on from there.
+    """
+    progress = progress or Progress()
+    text = to_toml(study, relative_to=out_dir)
+    _refuse_another(out_dir, text, force=force)
+    plan = study_plan(study)
+    for note in plan.context.built.notes:
+        progress.say(note)
+    rows = known_rows(plan, out_dir, progress=progress)
+    if rows:
+        progress.say(f"{len(rows)} of {len(plan.cells)} cells are computed already.")
+    missing = [] if merge_only else missing_cells(plan, rows)
+    at_most = min(cores() if workers is None else workers, max(1, len(missing)))
+    with open_crew(workers=at_most, cluster=cluster if missing else None) as crew:
+        write_text(out_dir / STUDY_FILE, text)
+        with sweep_folder(out_dir / CELLS_FOLDER):
+            work = compute_missing(missing, out_dir / CELLS_FOLDER, crew=crew, progress=progress)
+            try:
+                for done in work:
+                    rows[done.planned.key] = row_of(done.cell, done.sha256)
+            except KeyboardInterrupt:
+                with suppress(OctantError):
+                    write_table(plan, rows, out_dir, text)
+                raise
+    write_table(plan, rows, out_dir, text)
+    return SweepOutcome(plan=plan, rows=rows, folder=out_dir)
+
+
+def _refuse_another(out_dir: Path, text: str, *, force: bool) -> None:
+    """Raise when the folder holds another sweep and nobody wants to go on in it."""
+    path = out_dir / STUDY_FILE
+    if out_dir.exists() and not out_dir.is_dir():
+        msg = f"{out_dir} is a file, but the results need a folder; give another --out."
+        raise ConfigError(msg)
+    if path.is_file() and path.read_text("utf-8") != text and not force:
+        msg = (
+            f"{out_dir} holds another sweep (or another version of this one); give another --out, "
+            "or --force to go on with this one: cells that both have are not computed again."
+        )
+        raise ConfigError(msg)

@@ -1,0 +1,236 @@
+"""What a sweep will compute: every combination of its values as a study of its own, and its name.
+
+Nothing is meshed and no field is computed; rooms are built, each different one once, because a
+cell's name holds every vertex that the radio model sees.
+"""
+
+import itertools
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import msgspec
+
+from octant.geometries.errors import OctantError
+from octant.reader_design.study_file.loading import study_variant
+from octant.reader_design.study_file.schema import Study
+from octant.reader_design.study_file.sweep import (
+    expanded,
+    parameter_paths,
+    parameter_unit,
+    put,
+)
+from octant.reader_design.setting.scene import StudyScene, build_study_scene
+from octant.reader_design.setting.evaluation import SweepContext
+from octant.reader_design.setting.design import ReaderDesign, design_of
+from octant.reader_design.setting.keys import cell_key, refused_key, scene_fingerprint
+
+IN_EVERY_LABEL = ("antenna", "antenna_radius_m", "plate_height_m")
+"""Parameters that a design's own label names."""
+
+SHOWN = {"m": (100.0, "cm"), "Hz": (1e-9, "GHz")}
+"""Factor and unit in which labels show a reader's lengths, and frequencies."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlannedCell:
+    """One cell that a sweep will compute.
+
+    Attributes
+    ----------
+    values : dict
+        Value of every swept parameter, in the unit of its key ([m], [Hz], ...).
+    label : str
+        Human name, with every swept parameter.
+    key : str
+        Name of the cell: hash of its full input.
+    design : ReaderDesign
+        The reader.
+    context : SweepContext
+        Study, room and sampling; those of the whole sweep when the cell was refused.
+    reason : str
+        Why these values cannot be together; empty when they can.
+    """
+
+    values: Mapping[str, Any]
+    label: str
+    key: str
+    design: ReaderDesign
+    context: SweepContext
+    reason: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SweepPlan:
+    """What a sweep will compute.
+
+    Attributes
+    ----------
+    context : SweepContext
+        The study as it stands, its room and the sampling.
+    cells : tuple of PlannedCell
+        Every combination; the first parameter varies slowest.
+    """
+
+    context: SweepContext
+    cells: tuple[PlannedCell, ...]
+
+    @property
+    def designs(self) -> tuple[ReaderDesign, ...]:
+        """The reader of each cell, lengths in [m]."""
+        return tuple(cell.design for cell in self.cells)
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """The name of each cell [-]."""
+        return tuple(cell.key for cell in self.cells)
+
+
+def combinations(study: Study) -> tuple[dict[str, Any], ...]:
+    """Return every combination of the values of a study's sweep, in their keys' units [m], [Hz].
+
+    Parameters
+    ----------
+    study : Study
+        With its sweep.
+
+    Returns
+    -------
+    tuple of dict
+        The first parameter varies slowest; one empty combination where nothing is swept.
+    """
+    lists = expanded(study.sweep)
+    return tuple(
+        dict(zip(lists, values, strict=True)) for values in itertools.product(*lists.values())
+    )
+
+
+def designs_of(study: Study) -> tuple[ReaderDesign, ...]:
+    """Return the reader of every combination of the study's sweep; lengths in [m].
+
+    Parameters
+    ----------
+    study : Study
+        With its sweep.
+
+    Returns
+    -------
+    tuple of ReaderDesign
+        The first parameter varies slowest.
+    """
+    return tuple(_design(study, values) for values in combinations(study))
+
+
+def plan_sweep(context: SweepContext) -> SweepPlan:
+    """Return the cells that a study asks for; lengths in [m].
+
+    Parameters
+    ----------
+    context : SweepContext
+        Study, room and sampling.
+
+    Returns
+    -------
+    SweepPlan
+        Nothing is computed yet.
+    """
+    rooms: dict[bytes, tuple[StudyScene, str] | OctantError] = {}
+    rooms[_room_inputs(context.study)] = context.built, scene_fingerprint(context.built)
+    cells = tuple(_planned(context, values, rooms) for values in combinations(context.study))
+    return SweepPlan(context=context, cells=cells)
+
+
+def _planned(
+    context: SweepContext,
+    values: dict[str, Any],
+    rooms: dict[bytes, tuple[StudyScene, str] | OctantError],
+) -> PlannedCell:
+    design = _design(context.study, values)
+    label = cell_label(design, values)
+    try:
+        study = study_variant(context.study, values, shapes=False) if values else context.study
+        built, fingerprint = _built(study, rooms)
+    except OctantError as exc:
+        refused = msgspec.convert(put(context.study, values), Study)
+        return PlannedCell(
+            values=values,
+            label=label,
+            key=refused_key(refused),
+            design=design,
+            context=context,
+            reason=str(exc),
+        )
+    own = replace(context, study=study, built=built)
+    key = cell_key(own, design, fingerprint=fingerprint)
+    return PlannedCell(values=values, label=label, key=key, design=design, context=own)
+
+
+def _design(study: Study, values: dict[str, Any]) -> ReaderDesign:
+    return design_of(msgspec.convert(put(study, values), Study).reader)
+
+
+def _room_inputs(study: Study) -> bytes:
+    heights_m = (study.reader.height_m, study.map.height_m)
+    return msgspec.json.encode([study.radio, study.room, study.tags, study.solver, heights_m])
+
+
+def _built(
+    study: Study, rooms: dict[bytes, tuple[StudyScene, str] | OctantError]
+) -> tuple[StudyScene, str]:
+    """Return a study's room and its fingerprint, built once for all cells that share it."""
+    inputs = _room_inputs(study)
+    if inputs not in rooms:
+        try:
+            # Where a mission starts does not matter to scores.
+            built = build_study_scene(msgspec.structs.replace(study, mission=None))
+            rooms[inputs] = built, scene_fingerprint(built)
+        except OctantError as exc:
+            rooms[inputs] = exc
+    known = rooms[inputs]
+    if isinstance(known, OctantError):
+        raise known
+    return known
+
+
+def cell_label(design: ReaderDesign, values: Mapping[str, Any]) -> str:
+    """Return the human name of a cell, a reader's lengths in [cm], frequencies in [GHz].
+
+    Parameters
+    ----------
+    design : ReaderDesign
+        Names antenna, r_a and h_p.
+    values : mapping
+        Swept parameters, in the units of their keys ([m], [Hz], ...); the others are named too.
+
+    Returns
+    -------
+    str
+        For example ``dipole r_a = 10 cm h_p = 8 cm gap = 0.5 cm``.
+    """
+    paths = parameter_paths()
+    parts = [
+        _parameter_text(name, value)
+        for name, value in values.items()
+        if paths[name][-1] not in IN_EVERY_LABEL or paths[name][0] != "reader"
+    ]
+    return " ".join([design.label(), *parts])
+
+
+def _parameter_text(name: str, value: Any) -> str:  # noqa: ANN401  any value of a study
+    unit = parameter_unit(name)
+    factor, shown = SHOWN.get(unit, (1.0, unit))
+    if unit == "m" and parameter_paths()[name][0] != "reader":
+        factor, shown = 1.0, unit
+    word = name.removeprefix("reader.")
+    for ending in (f"_{unit}", f"_{unit.lower()}"):
+        word = word.removesuffix(ending)
+    return f"{word.replace('_', ' ')} = {_value_text(value, factor)} {shown}".rstrip()
+
+
+def _value_text(value: Any, factor: float) -> str:  # noqa: ANN401  any value of a study
+    if isinstance(value, bool) or not isinstance(value, int | float | list):
+        return value if isinstance(value, str) else json.dumps(value, sort_keys=True)
+    if isinstance(value, list):
+        return "(" + ", ".join(_value_text(item, factor) for item in value) + ")"
+    return f"{factor * value:.6g}"

@@ -1,0 +1,300 @@
+"""All cells of a sweep in one table: ``sweep.nc`` for programs, ``sweep.csv`` for people.
+
+The table is also the index of the folder: it holds the hash of every cell's file, so that a later
+run knows a file for whole, and its scores, without opening it.
+"""
+
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.geometries.errors import SweepStateError
+from octant.reader_design.study_file.schema import Study
+from octant.reader_design.study_file.sweep import parameter_unit
+from octant.reader_design.keeping.progress import Progress
+from octant.reader_design.keeping.store import versions
+from octant.reader_design.experiments.sweep.cell_files import (
+    cell_of_bytes,
+    put_bytes,
+    stored_scores,
+    stored_surroundings,
+)
+from octant.reader_design.setting.evaluation import Cell
+from octant.reader_design.keeping.folder import cell_path
+from octant.reader_design.experiments.sweep.plan import PlannedCell, SweepPlan
+from octant.reader_design.setting.scores import SCORE_NAMES, Scores
+from octant.reader_design.keeping.small_netcdf import Stored, netcdf_bytes, read_netcdf
+from octant.reader_design.showing.tables import csv_text
+
+TABLE_FILE = "sweep.nc"
+CSV_FILE = "sweep.csv"
+CELLS_FOLDER = "cells"
+
+DONE, INFEASIBLE, FAILED, MISSING = "done", "infeasible", "failed", "missing"
+"""A cell has scores; cannot be built; failed for another reason; is not computed yet."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CellRow:
+    """What the table says about one cell.
+
+    Attributes
+    ----------
+    key : str
+        Name of the cell.
+    status : str
+        ``done``, ``infeasible``, ``failed`` (tried again by the next run) or ``missing``.
+    reason : str
+        Why there are no scores; empty when there are.
+    seconds : float
+        Time that it took [s]; NaN when missing.
+    free, room : Scores or None
+        Scores in free space and in the room ([rad], [dB], [W], [-]).
+    sha256 : str
+        Hash of its file's content; empty when missing.
+    """
+
+    key: str
+    status: str
+    reason: str = ""
+    seconds: float = np.nan
+    free: Scores | None = None
+    room: Scores | None = None
+    sha256: str = ""
+
+
+def row_of(cell: Cell, sha256: str) -> CellRow:
+    """Return the row of a cell; scores keep their units ([rad], [dB], [W], [-]).
+
+    Parameters
+    ----------
+    cell : Cell
+        The cell.
+    sha256 : str
+        Hash of its file's content.
+
+    Returns
+    -------
+    CellRow
+        Without the RSS.
+    """
+    status = DONE if not cell.reason else FAILED if cell.unexpected else INFEASIBLE
+    return CellRow(
+        key=cell.key,
+        status=status,
+        reason=cell.reason,
+        seconds=cell.seconds,
+        free=cell.free,
+        room=cell.room,
+        sha256=sha256,
+    )
+
+
+def known_rows(plan: SweepPlan, folder: Path, *, progress: Progress) -> dict[str, CellRow]:
+    """Return the rows of all cells whose files are there and whole, by key.
+
+    Parameters
+    ----------
+    plan : SweepPlan
+        What the sweep consists of.
+    folder : Path
+        Folder of the sweep.
+    progress : Progress
+        Told about files that are damaged.
+
+    Returns
+    -------
+    dict of str to CellRow
+        Every file is read; only those that the table does not know by their hash are opened.
+    """
+    index = _index(folder / TABLE_FILE)
+    rows: dict[str, CellRow] = {}
+    for planned in plan.cells:
+        path = cell_path(folder / CELLS_FOLDER, planned.key)
+        try:
+            content = path.read_bytes()
+        except FileNotFoundError:
+            continue
+        except OSError as exc:
+            progress.say(f"the cell file {path} cannot be read ({exc}). It is computed again.")
+            continue
+        sha256 = hashlib.sha256(content).hexdigest()
+        row = index.get(planned.key)
+        if row is None or row.sha256 != sha256:
+            try:
+                row = row_of(cell_of_bytes(content, path, planned.design, planned.key), sha256)
+            except SweepStateError as exc:
+                progress.say(f"{exc} It is computed again.")
+                continue
+        rows[planned.key] = row
+    return rows
+
+
+def missing_cells(plan: SweepPlan, rows: Mapping[str, CellRow]) -> list[PlannedCell]:
+    """Return the cells to compute: those without a file, and those whose failure may pass [-].
+
+    Parameters
+    ----------
+    plan : SweepPlan
+        What the sweep consists of.
+    rows : mapping of str to CellRow
+        What is there, by key.
+
+    Returns
+    -------
+    list of PlannedCell
+        In the order of the sweep.
+    """
+    there = {key for key, row in rows.items() if row.status != FAILED}
+    return [cell for cell in plan.cells if cell.key not in there]
+
+
+def _index(path: Path) -> dict[str, CellRow]:
+    """Return the rows of a table by key; none where there is no table, or a damaged one."""
+    try:
+        arrays, _ = read_netcdf(path.read_bytes())
+        scores = np.stack([arrays[name] for name in SCORE_NAMES], axis=-1)
+        names = ("cell_key", "status", "failed_because", "file_sha256")
+        keys, status, reasons, hashes = (arrays[name].tolist() for name in names)
+        return {
+            key: CellRow(
+                key=key,
+                status=status[i],
+                reason=reasons[i],
+                seconds=float(arrays["seconds"][i]),
+                free=_scores(scores[i, 0], there=bool(arrays["scored"][i, 0])),
+                room=_scores(scores[i, 1], there=bool(arrays["scored"][i, 1])),
+                sha256=hashes[i],
+            )
+            for i, key in enumerate(keys)
+        }
+    except (OSError, KeyError, ValueError, TypeError, RuntimeError, IndexError):
+        return {}
+
+
+def _scores(values: npt.NDArray[np.float64], *, there: bool) -> Scores | None:
+    return Scores(**dict(zip(SCORE_NAMES, values.tolist(), strict=True))) if there else None
+
+
+def write_table(plan: SweepPlan, rows: Mapping[str, CellRow], folder: Path, toml: str) -> None:
+    """Return nothing; write ``sweep.nc`` and ``sweep.csv`` of a sweep, unless they say just this.
+
+    Parameters
+    ----------
+    plan : SweepPlan
+        What the sweep consists of.
+    rows : mapping of str to CellRow
+        By key; cells without one are missing.
+    folder : Path
+        Folder of the sweep.
+    toml : str
+        The resolved study.
+
+    Raises
+    ------
+    ConfigError
+        When the folder cannot be written to, or the disk is full.
+    """
+    ordered = [rows.get(p.key) or CellRow(key=p.key, status=MISSING) for p in plan.cells]
+    header, lines = _csv_rows(plan.cells, ordered)
+    contents = {
+        TABLE_FILE: _table_bytes(plan, ordered, toml),
+        CSV_FILE: csv_text(header, lines).encode(),
+    }
+    for name, content in contents.items():
+        path = folder / name
+        if not path.is_file() or path.read_bytes() != content:
+            put_bytes(path, content)
+
+
+def _table_bytes(plan: SweepPlan, rows: Sequence[CellRow], toml: str) -> bytes:
+    stored: dict[str, Stored] = {
+        "cell": (["cell"], np.arange(len(rows)), "1", "number of the cell, in the sweep's order"),
+        "surrounding": stored_surroundings(),
+    }
+    parameters = list(plan.cells[0].values)
+    for name in parameters:
+        values = [cell.values[name] for cell in plan.cells]
+        stored[name] = ["cell"], column(values), parameter_unit(name) or "1", f"swept: {name}"
+    labels = [cell.label for cell in plan.cells]
+    there = [[row.free is not None, row.room is not None] for row in rows]
+    stored |= {
+        "label": (["cell"], labels, "1", "the cell's name"),
+        "cell_key": (["cell"], [row.key for row in rows], "1", "hash of the cell's input"),
+        "status": (["cell"], [row.status for row in rows], "1", "how the cell ended"),
+        "failed_because": (["cell"], [row.reason for row in rows], "1", "why it has no scores"),
+        "seconds": (["cell"], [row.seconds for row in rows], "s", "time that it took"),
+        "file_sha256": (["cell"], [row.sha256 for row in rows], "1", "hash of the cell's file"),
+        "scored": (["cell", "surrounding"], np.array(there, dtype=np.int8), "1", "1 with scores"),
+        **stored_scores([(row.free, row.room) for row in rows], dim="cell"),
+    }
+    study: Study = plan.context.study
+    attributes: dict[str, str | int | float] = {
+        "title": f"Octant sweep {study.name}",
+        "study": toml,
+        "seed": study.seed,
+        **versions(),
+        "parameters": json.dumps(parameters),
+        "coordinates": " ".join(parameters),
+    }
+    return netcdf_bytes(stored, attributes)
+
+
+def column(values: Sequence[Any]) -> npt.NDArray[Any]:
+    """Return a parameter's values as a column: numbers where all are, else text [-].
+
+    Parameters
+    ----------
+    values : sequence
+        As a study file holds them, in the parameter's unit.
+
+    Returns
+    -------
+    (k,) ndarray
+        float64 or int64; true and false are 1 and 0; lists and tables are written as JSON.
+    """
+    if all(isinstance(value, bool) for value in values):
+        return np.array(values, dtype=np.int8)
+    if all(isinstance(value, int | float) for value in values):
+        return np.array(values)
+    return np.array([parameter_text(value) for value in values], dtype=np.str_)
+
+
+def parameter_text(value: Any) -> str:  # noqa: ANN401  any value of a study
+    """Return a parameter's value as the table writes text, in the parameter's unit [-].
+
+    Parameters
+    ----------
+    value : object
+        As a study file holds it.
+
+    Returns
+    -------
+    str
+        Text as it is, anything else as JSON.
+    """
+    return value if isinstance(value, str) else json.dumps(value, sort_keys=True)
+
+
+def _csv_rows(
+    cells: Sequence[PlannedCell], rows: Sequence[CellRow]
+) -> tuple[tuple[str, ...], list[list[object]]]:
+    parameters = tuple(cells[0].values)
+    scores = tuple(f"{place}_{name}" for place in ("free", "room") for name in SCORE_NAMES)
+    header = ("cell", "label", *parameters, "status", "reason", "seconds", *scores, "key")
+    lines: list[list[object]] = []
+    for i, (cell, row) in enumerate(zip(cells, rows, strict=True)):
+        given = [cell.values[name] for name in parameters]
+        line: list[object] = [i, cell.label]
+        line += [v if isinstance(v, float) else parameter_text(v) for v in given]
+        line += [row.status, row.reason, "" if row.status == MISSING else row.seconds]
+        for one in (row.free, row.room):
+            line += [""] * len(SCORE_NAMES) if one is None else list(one.as_dict().values())
+        lines.append([*line, row.key])
+    return header, lines

@@ -1,0 +1,302 @@
+"""One case: a design, built and used with given deviations, and its scores."""
+
+import time
+import warnings
+from dataclasses import asdict, dataclass, replace
+
+import msgspec
+import numpy as np
+import numpy.typing as npt
+
+from octant.em.medium.materials import Material
+from octant.em.medium.radio_scene import RadioScene, radio_scene
+from octant.em.reader.response import ReaderResponse
+from octant.em.reader.cache import cached_responses
+from octant.geometries.errors import OctantError, PhysicsWarning
+from octant.reader_design.study_file.schema import Radio, Study
+from octant.reader_design.setting.scene import StudyScene, build_study_scene
+from octant.reader_design.keeping.store import versions
+from octant.reader_design.setting.evaluation import (
+    SweepContext,
+    free_link,
+    reference_tag,
+    room_samples_w,
+)
+from octant.reader_design.setting.design import (
+    ReaderDesign,
+    content_hash,
+    design_responses,
+    response_inputs,
+)
+from octant.reader_design.setting.measures import power_dbm
+from octant.reader_design.setting.samples import free_points_m, grid_azimuths_rad, sample_rss_w
+from octant.reader_design.setting.scores import Scores, score_rss
+from octant.reader_design.experiments.tolerance.draws import Deviation
+
+FloatArray = npt.NDArray[np.float64]
+
+CASE_FORMAT = 1
+"""Raised when the meaning of a case changes, so that old files are computed again [-]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ToleranceContext:
+    """What all cases share; picklable.
+
+    Attributes
+    ----------
+    sweep : SweepContext
+        Study, its room and how densely designs are probed [m].
+    distances_m : tuple of float
+        Horizontal distances in free space [m].
+    room : bool
+        Whether to score in the room, too.
+    """
+
+    sweep: SweepContext
+    distances_m: tuple[float, ...]
+    room: bool
+
+    @property
+    def study(self) -> Study:
+        """The study."""
+        return self.sweep.study
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Case:
+    """What is to be computed.
+
+    Attributes
+    ----------
+    design : ReaderDesign
+        The drawing [m].
+    deviation : Deviation
+        What is built less what is drawn ([m], [rad], [-]).
+    """
+
+    design: ReaderDesign
+    deviation: Deviation
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CaseScores:
+    """What came out.
+
+    Attributes
+    ----------
+    key : str
+        Hash of the case's full input.
+    reason : str
+        Why there are no scores; empty when there are.
+    free, room : Scores or None
+        Scores in free space at the given distances, and in the room (units as in Scores [-]).
+    levels_dbm : tuple of float
+        Mean over all azimuths of the strongest antenna's RSS in free space, at each distance [dBm].
+    seconds : float
+        Time that it took [s].
+    """
+
+    key: str
+    reason: str = ""
+    free: Scores | None = None
+    room: Scores | None = None
+    levels_dbm: tuple[float, ...] = ()
+    seconds: float = 0.0
+
+
+def case_key(context: ToleranceContext, case: Case, fingerprint: str) -> str:
+    """Return the name of a case: the hash of its full input, 64 hexadecimal digits [-].
+
+    Parameters
+    ----------
+    context : ToleranceContext
+        What all cases share.
+    case : Case
+        The case.
+    fingerprint : str
+        From :func:`octant.reader_design.setting.evaluation.scene_fingerprint`, once for all cases.
+
+    Returns
+    -------
+    str
+        The same on every machine with this version of Octant.
+    """
+    study = context.study
+    return content_hash(
+        {
+            "format": CASE_FORMAT,
+            "octant": versions()["octant_version"],
+            "design": case.design.as_dict(),
+            "deviation": case.deviation.as_dict(),
+            **response_inputs(study),
+            "frequencies_hz": list(study.radio.frequencies_hz),
+            "tag_power_w": study.radio.tag_power_w,
+            "tag": list(reference_tag(study, context.sweep.built).position_m),
+            "max_reflections": study.solver.max_reflections if context.room else 0,
+            "scene": fingerprint,
+            "sampling": asdict(context.sweep.sampling),
+            "usable_dbm": context.sweep.usable_dbm,
+            "distances_m": list(context.distances_m),
+            "room": context.room,
+        }
+    )
+
+
+def compute_case(context: ToleranceContext, case: Case, key: str) -> CaseScores:
+    """Return the scores of one case; one that cannot be built gives its reason [-].
+
+    Parameters
+    ----------
+    context : ToleranceContext
+        What all cases share.
+    case : Case
+        The case.
+    key : str
+        From :func:`case_key`.
+
+    Returns
+    -------
+    CaseScores
+        With ``reason`` set when an error of Octant stopped it.
+
+    Notes
+    -----
+    Scores take the antennas to be where the drawing has them, as a navigator does.
+    """
+    began = time.perf_counter()
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", PhysicsWarning)
+            scores = _scored(_shifted(context, case.deviation), case, key)
+    except OctantError as exc:
+        scores = CaseScores(key=key, reason=str(exc))
+    return replace(scores, seconds=time.perf_counter() - began)
+
+
+def built_responses(study: Study, case: Case) -> tuple[ReaderResponse, ...]:
+    """Return the patterns of a design as built at each frequency of a study [Hz].
+
+    Parameters
+    ----------
+    study : Study
+        Frequencies [Hz] and the model of the reader.
+    case : Case
+        Design and errors.
+
+    Returns
+    -------
+    tuple of ReaderResponse
+        Read from or kept in the user's cache only for the drawing itself.
+
+    Raises
+    ------
+    GeometryError, AntennaError
+        When the design cannot be built so, or the model is not ``fullwave``.
+    """
+    errors = case.deviation.build
+    if errors.is_zero and case.deviation.frequency_factor == 1.0:
+        return design_responses(study, case.design)
+    cut = replace(case.design, antenna_length_m=_drawn_length_m(study, case))
+    solutions = cached_responses(
+        cut.body(errors),
+        cut.element(study.radio.frequencies_hz[0]),
+        study.radio.frequencies_hz,
+        cells_per_wavelength=study.reader.cells_per_wavelength,
+        keep=False,
+        **cut.feed(),
+    )
+    return tuple(solution.response for solution in solutions)
+
+
+def _drawn_length_m(study: Study, case: Case) -> float:
+    """Return the antennas' length [m], resonant at the frequency that the drawing is for."""
+    drawn_hz = study.radio.frequency_hz / case.deviation.frequency_factor
+    return float(case.design.element(drawn_hz).length_m)
+
+
+def _shifted(context: ToleranceContext, deviation: Deviation) -> ToleranceContext:
+    """Return the context with another frequency and other materials, where they deviate."""
+    study, built = context.study, context.sweep.built
+    factor = deviation.frequency_factor
+    if factor != 1.0:
+        radio = study.radio
+        shifted = Radio(
+            frequency_hz=factor * radio.frequency_hz,
+            channels_hz=tuple(factor * f for f in radio.channels_hz),
+            tag_power_w=radio.tag_power_w,
+        )
+        study = msgspec.structs.replace(study, radio=shifted)
+        built = build_study_scene(study)
+    factors = (deviation.permittivity_factor, deviation.conductivity_factor)
+    if factors != (1.0, 1.0):
+        built = _other_materials(study, built, *factors)
+    return replace(context, sweep=replace(context.sweep, study=study, built=built))
+
+
+def _other_materials(
+    study: Study, built: StudyScene, permittivity: float, conductivity: float
+) -> StudyScene:
+    """Return the room with its materials' constants multiplied by two factors."""
+
+    def other(radio: RadioScene) -> RadioScene:
+        names = built.scene.material_names
+        changed = [scaled_material(m, permittivity, conductivity) for m in radio.materials]
+        return radio_scene(
+            radio.scene,
+            radio.frequency_hz,
+            dict(zip(names, changed, strict=True)),
+            transmission=study.solver.transmission,
+            wedges=radio.wedges,
+        )
+
+    return replace(built, radios=tuple(other(radio) for radio in built.radios))
+
+
+def scaled_material(material: Material, permittivity: float, conductivity: float) -> Material:
+    """Return a material whose constants are multiplied by two factors [-].
+
+    Parameters
+    ----------
+    material : Material
+        The study's own.
+    permittivity : float
+        Factor of the relative permittivity less one [-], so that air stays air.
+    conductivity : float
+        Factor of the conductivity [-].
+
+    Returns
+    -------
+    Material
+        Perfect conductors stay; every layer of a layered wall changes alike.
+    """
+    if material.is_pec:
+        return material
+    return replace(
+        material,
+        eps_r_a=1.0 + permittivity * (material.eps_r_a - 1.0),
+        sigma_c_s_per_m=conductivity * material.sigma_c_s_per_m,
+        layers=tuple(scaled_material(m, permittivity, conductivity) for m in material.layers),
+    )
+
+
+def _scored(context: ToleranceContext, case: Case, key: str) -> CaseScores:
+    study, sampling = context.study, context.sweep.sampling
+    responses = built_responses(study, case)
+    elements = np.asarray(responses[0].azimuths_rad, dtype=np.float64)
+    azimuths = grid_azimuths_rad(elements.size, sampling.free_azimuths)
+    tag = reference_tag(study, context.sweep.built)
+    link, origin = free_link(context.sweep, tag, responses), tag.position_m[:2]
+    rss = sample_rss_w(link, origin + free_points_m(context.distances_m), origin, azimuths)
+    usable = context.sweep.usable_dbm
+    room = None
+    if context.room:
+        room_azimuths = grid_azimuths_rad(elements.size, sampling.room_azimuths)
+        in_room = room_samples_w(context.sweep, responses, room_azimuths)
+        room = score_rss(in_room, room_azimuths, elements, usable_dbm=usable)
+    return CaseScores(
+        key=key,
+        free=score_rss(rss, azimuths, elements, usable_dbm=usable),
+        room=room,
+        levels_dbm=tuple(power_dbm(rss.max(axis=-1).mean(axis=-1)).tolist()),
+    )

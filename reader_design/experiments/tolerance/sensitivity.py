@@ -1,0 +1,227 @@
+"""How scores change with errors that all antennas share: differences around the drawing."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.geometries.build_errors import BuildErrors, common_errors
+from octant.reader_design.setting.design import ReaderDesign
+from octant.reader_design.experiments.tolerance.cases import Case, CaseScores
+from octant.reader_design.experiments.tolerance.draws import Deviation, as_drawn
+from octant.reader_design.experiments.tolerance.views import View, values_of
+
+FloatArray = npt.NDArray[np.float64]
+
+SAME_SLOPE = 0.05
+"""Share [-] of the steeper slope by which slopes of two steps may differ and count as one."""
+
+SMALL = 1e-3
+"""Change of a score [dB or deg] that nobody asks about, be it a bend or rounding."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Parameter:
+    """One way in which all antennas or plates can be off.
+
+    Attributes
+    ----------
+    name : str
+        Name for people.
+    field : str
+        Argument of :func:`octant.geometries.build_errors.common_errors`.
+    unit : str
+        Unit of slopes' denominators, ``mm`` or ``°``.
+    per_unit : float
+        That unit in [m] or [rad].
+    step : float
+        Step of the differences [unit].
+    towards_rad : float
+        Where antennas lean, for a tilt [rad].
+    """
+
+    name: str
+    field: str
+    unit: str
+    per_unit: float
+    step: float
+    towards_rad: float = 0.0
+
+    def errors(self, antennas: int, amount: float) -> BuildErrors:
+        """Return the errors of an amount [unit], the same for all antennas.
+
+        Parameters
+        ----------
+        antennas : int
+            Number of antennas [-].
+        amount : float
+            Amount [unit], of either sign.
+
+        Returns
+        -------
+        BuildErrors
+            A negative tilt leans the other way.
+        """
+        value = amount * self.per_unit
+        given = {self.field: value}
+        if self.field == "tilt_rad":
+            behind = np.pi if value < 0.0 else 0.0
+            given = {"tilt_rad": abs(value), "tilt_azimuth_rad": self.towards_rad + behind}
+        return common_errors(antennas, **given)
+
+
+_MM, _DEG = 1e-3, np.pi / 180.0
+
+PARAMETERS = (
+    Parameter(name="r_a", field="radial_m", unit="mm", per_unit=_MM, step=0.2),
+    Parameter(name="gap", field="gap_m", unit="mm", per_unit=_MM, step=0.2),
+    Parameter(name="antenna length", field="length_m", unit="mm", per_unit=_MM, step=0.2),
+    Parameter(name="h_p", field="plate_height_m", unit="mm", per_unit=_MM, step=0.2),
+    Parameter(name="ground plane", field="ground_plane_m", unit="mm", per_unit=_MM, step=0.2),
+    Parameter(name="antennas' azimuth", field="azimuth_rad", unit="°", per_unit=_DEG, step=0.4),
+    Parameter(name="lean outwards", field="tilt_rad", unit="°", per_unit=_DEG, step=0.4),
+    Parameter(
+        name="lean sideways",
+        field="tilt_rad",
+        unit="°",
+        per_unit=_DEG,
+        step=0.4,
+        towards_rad=0.5 * np.pi,
+    ),
+)
+"""What is varied; the azimuth is that of the antennas against plates and ground plane."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Slope:
+    """How fast one score changes with one parameter.
+
+    Attributes
+    ----------
+    parameter : str
+        Name of the parameter.
+    score : str
+        Name of the view.
+    unit : str
+        Unit of the slopes, e.g. ``dB/mm``.
+    up, down : float
+        Slope for more, and for less, of the parameter [unit]; they differ where the score bends.
+    central : float
+        Central difference of the smaller step [unit].
+    doubt : float
+        Difference of the central slopes of both steps [unit].
+    bends : bool
+        True when ``up`` and ``down`` differ by more than curvature explains, as where the worst of
+        several directions changes: the central slope then says little.
+    """
+
+    parameter: str
+    score: str
+    unit: str
+    up: float
+    down: float
+    central: float
+    doubt: float
+    bends: bool
+
+
+def parameters_of(design: ReaderDesign) -> tuple[Parameter, ...]:
+    """Return the parameters that a design has.
+
+    Parameters
+    ----------
+    design : ReaderDesign
+        A design without plates has no h_p [m]; a monopole joined to the ground plane no gap.
+
+    Returns
+    -------
+    tuple of Parameter
+        Of ``PARAMETERS``.
+    """
+    plates = max(design.plate_height_m, design.plate_height_axis_m or 0.0) > 0.0
+    joined = design.antenna == "monopole" and design.monopole_plane_m == 0.0
+    absent = {"plate_height_m"} if not plates else set()
+    absent |= {"gap_m"} if joined else set()
+    return tuple(p for p in PARAMETERS if p.field not in absent)
+
+
+def sensitivity_cases(design: ReaderDesign, parameters: tuple[Parameter, ...]) -> tuple[Case, ...]:
+    """Return the drawing, then four cases a parameter: -h, +h, -h/2, +h/2 [-].
+
+    Parameters
+    ----------
+    design : ReaderDesign
+        The drawing [m].
+    parameters : tuple of Parameter
+        What to vary.
+
+    Returns
+    -------
+    tuple of Case
+        1 + 4 p of them.
+    """
+    count = design.antennas
+    cases = [Case(design=design, deviation=as_drawn(count))]
+    for parameter in parameters:
+        for part in (-1.0, 1.0, -0.5, 0.5):
+            errors = parameter.errors(count, part * parameter.step)
+            cases.append(Case(design=design, deviation=Deviation(build=errors)))
+    return tuple(cases)
+
+
+def slopes(
+    parameters: tuple[Parameter, ...], shown: tuple[View, ...], results: tuple[CaseScores, ...]
+) -> tuple[Slope, ...]:
+    """Return the slope of every score with every parameter [units of each].
+
+    Parameters
+    ----------
+    parameters : tuple of Parameter
+        What was varied.
+    shown : tuple of View
+        Scores; shares are left out, as they change in steps.
+    results : tuple of CaseScores
+        Of :func:`sensitivity_cases`, in their order.
+
+    Returns
+    -------
+    tuple of Slope
+        Parameter by parameter; NaN where a case cannot be built.
+    """
+    views = tuple(view for view in shown if not view.name.endswith("share"))
+    table = values_of(views, results)
+    out = []
+    for p, parameter in enumerate(parameters):
+        low, high, near_low, near_high = table[1 + 4 * p : 5 + 4 * p]
+        for v, view in enumerate(views):
+            out.append(
+                _slope(
+                    parameter,
+                    view,
+                    (low[v], near_low[v], table[0, v], near_high[v], high[v]),
+                )
+            )
+    return tuple(out)
+
+
+def _slope(parameter: Parameter, view: View, five: tuple[float, ...]) -> Slope:
+    """Return the slopes through a score at -h, -h/2, 0, h/2 and h."""
+    low, near_low, middle, near_high, high = five
+    step = parameter.step
+    wide, central = (high - low) / (2.0 * step), (near_high - near_low) / step
+    up, down = (near_high - middle) / (0.5 * step), (middle - near_low) / (0.5 * step)
+    # A smooth score's one-sided slopes draw together with the step; those of a bend do not.
+    gap = abs(up - down)
+    wide_gap = abs((high - middle) - (middle - low)) / step
+    steepest = max(abs(up), abs(down))
+    bends = gap * step > SMALL and gap > SAME_SLOPE * steepest and gap > 0.75 * wide_gap
+    return Slope(
+        parameter=parameter.name,
+        score=view.name,
+        unit=f"{view.change_unit}/{parameter.unit}",
+        up=float(up),
+        down=float(down),
+        central=float(central),
+        doubt=float(abs(wide - central)),
+        bends=bool(bends),
+    )

@@ -1,0 +1,331 @@
+"""A tolerance study from end to end: nominal design, samples, sensitivities, rivals."""
+
+from collections.abc import Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import numpy.typing as npt
+
+from octant.geometries.errors import ConfigError
+from octant.reader_design.study_file.schema import Study
+from octant.reader_design.study_file.tolerance import Rival, Tolerance
+from octant.reader_design.keeping.progress import Progress
+from octant.reader_design.setting.scene import build_study_scene
+from octant.reader_design.setting.evaluation import SweepContext, room_samples_w
+from octant.reader_design.setting.design import FULLWAVE, ReaderDesign, design_of
+from octant.reader_design.setting.samples import Sampling, grid_azimuths_rad
+from octant.reader_design.experiments.tolerance.cases import (
+    Case,
+    CaseScores,
+    ToleranceContext,
+    built_responses,
+)
+from octant.reader_design.experiments.tolerance.draws import (
+    Deviation,
+    as_drawn,
+    drawn_deviation,
+    regressors,
+)
+from octant.reader_design.experiments.tolerance.ranking import RoomRss, wins, wins_over_places
+from octant.reader_design.experiments.tolerance.run import run_cases
+from octant.reader_design.experiments.tolerance.sensitivity import (
+    Parameter,
+    Slope,
+    parameters_of,
+    sensitivity_cases,
+    slopes,
+)
+from octant.reader_design.experiments.tolerance.statistics import (
+    Explained,
+    Interval,
+    explained_variance,
+    quantiles,
+    wilson,
+)
+from octant.reader_design.experiments.tolerance.views import View, meets, values_of, views
+
+FloatArray = npt.NDArray[np.float64]
+
+PROBABILITIES = (0.5, 0.05, 0.95)
+"""Quantiles that a study gives of every score [-]."""
+
+PLACE_RESAMPLES = 200
+"""Resamples of the room's places [-]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class BuiltDesign:
+    """A design and what becomes of it when it is built many times.
+
+    Attributes
+    ----------
+    name : str
+        Name in the results.
+    design : ReaderDesign
+        The drawing [m].
+    nominal : CaseScores
+        Scores of the drawing.
+    samples : tuple of CaseScores
+        Scores of the built readers.
+    values : (s, v) float64
+        Scores shown, a row a sample [units of the views].
+    spreads : tuple of tuple of Interval
+        Median, 5 % and 95 % quantile of every score [units of the views].
+    good : Interval
+        Share of readers that meet the limits [-].
+    drawn_is_good : bool
+        Whether the drawing itself does.
+    """
+
+    name: str
+    design: ReaderDesign
+    nominal: CaseScores
+    samples: tuple[CaseScores, ...]
+    values: FloatArray
+    spreads: tuple[tuple[Interval, ...], ...]
+    good: Interval
+    drawn_is_good: bool
+
+    @property
+    def not_built(self) -> int:
+        """Number of samples that cannot be built [-]."""
+        return sum(1 for case in self.samples if case.reason)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ToleranceStudy:
+    """The whole result.
+
+    Attributes
+    ----------
+    study : Study
+        What was asked for.
+    tolerance : Tolerance
+        Its table, or the defaults.
+    shown : tuple of View
+        Scores, in the order of the columns of every ``values``.
+    chosen : BuiltDesign
+        The study's reader.
+    rivals : tuple of BuiltDesign
+        The other designs, built with the same errors.
+    deviations : tuple of Deviation
+        The samples' errors, as the chosen design has them ([m], [rad], [-]).
+    parameters : tuple of Parameter
+        What the slopes are against.
+    slopes : tuple of Slope
+        Around the drawing of the chosen design.
+    explained : tuple of Explained or None
+        For every score; None where nothing varies or samples are too few.
+    confidence : tuple of Interval
+        Share of built readers in which the chosen design beats each rival [-].
+    confidence_places : tuple of Interval
+        The same over resampled places of the room [-]; empty without a room.
+    """
+
+    study: Study
+    tolerance: Tolerance
+    shown: tuple[View, ...]
+    chosen: BuiltDesign
+    rivals: tuple[BuiltDesign, ...]
+    deviations: tuple[Deviation, ...]
+    parameters: tuple[Parameter, ...]
+    slopes: tuple[Slope, ...]
+    explained: tuple[Explained | None, ...]
+    confidence: tuple[Interval, ...]
+    confidence_places: tuple[Interval, ...]
+
+
+def run_tolerance_study(
+    study: Study,
+    folder: Path,
+    *,
+    rivals: Sequence[tuple[str, ReaderDesign]] = (),
+    samples: int | None = None,
+    workers: int = 1,
+    executor: Executor | None = None,
+    sampling: Sampling | None = None,
+    progress: Progress | None = None,
+) -> ToleranceStudy:
+    """Return what tolerances do to a study's reader and its rivals; resumes from a folder.
+
+    Parameters
+    ----------
+    study : Study
+        Reader, tag, room, ``[tolerance]``.
+    folder : Path
+        Where the cases' files lie; made when missing.
+    rivals : sequence of (str, ReaderDesign)
+        Names and designs to compare with besides those of the study [m].
+    samples : int or None
+        Readers built [-]; None: the study's.
+    workers : int
+        Processes [-].
+    executor : concurrent.futures.Executor, optional
+        Computes cases in place of ``workers`` own processes.
+    sampling : Sampling, optional
+        How densely designs are probed [m]; default: that of Sampling.
+    progress : Progress, optional
+        Told about cases.
+
+    Returns
+    -------
+    ToleranceStudy
+        The same bits at any number of workers.
+
+    Raises
+    ------
+    ConfigError
+        When the reader's model is not ``fullwave``, there is no tag, or the drawing of a design
+        itself cannot be built.
+    """
+    tolerance = study.tolerance or Tolerance()
+    _refuse_other_models(study)
+    count = samples or tolerance.samples
+    sweep = SweepContext(
+        study=study, built=build_study_scene(study), sampling=sampling or Sampling()
+    )
+    context = ToleranceContext(sweep=sweep, distances_m=tolerance.distances_m, room=tolerance.room)
+    designs = [("the study's reader", design_of(study.reader))]
+    designs += [(rival.name, _rival_design(study, rival)) for rival in tolerance.rivals]
+    designs += rivals
+    parameters = parameters_of(designs[0][1])
+    cases = list(sensitivity_cases(designs[0][1], parameters))
+    cases += [Case(design=d, deviation=as_drawn(d.antennas)) for _, d in designs[1:]]
+    first_sample = len(cases)
+    for _, design in designs:
+        cases += [
+            Case(
+                design=design,
+                deviation=drawn_deviation(
+                    tolerance,
+                    antennas=design.antennas,
+                    antenna_radius_m=design.antenna_radius_m,
+                    seed=study.seed,
+                    index=index,
+                ),
+            )
+            for index in range(count)
+        ]
+    results = run_cases(
+        context, cases, folder, workers=workers, executor=executor, progress=progress
+    )
+    around = 1 + 4 * len(parameters)
+    nominal = (results[0], *results[around:first_sample])
+    for (name, _), case in zip(designs, nominal, strict=True):
+        _refuse_unbuilt(name, case)
+    shown = views(tolerance.distances_m, room=tolerance.room)
+    built = [
+        _built(
+            name,
+            design,
+            nominal[i],
+            results[first_sample + i * count : first_sample + (i + 1) * count],
+            shown=shown,
+            tolerance=tolerance,
+            seed=study.seed,
+        )
+        for i, (name, design) in enumerate(designs)
+    ]
+    deviations = [case.deviation for case in cases[first_sample : first_sample + count]]
+    return ToleranceStudy(
+        study=study,
+        tolerance=msgspec.structs.replace(tolerance, samples=count),
+        shown=shown,
+        chosen=built[0],
+        rivals=tuple(built[1:]),
+        deviations=tuple(deviations),
+        parameters=parameters,
+        slopes=slopes(parameters, shown, results[:around]),
+        explained=_explained(built[0], deviations),
+        confidence=tuple(wins(built[0].samples, rival.samples) for rival in built[1:]),
+        confidence_places=_over_places(context, built) if tolerance.room else (),
+    )
+
+
+def _refuse_other_models(study: Study) -> None:
+    if study.reader.response != FULLWAVE:
+        msg = (
+            f"reader.response is {study.reader.response!r}, but only 'fullwave' knows build "
+            'errors; set reader.response = "fullwave".'
+        )
+        raise ConfigError(msg)
+
+
+def _refuse_unbuilt(name: str, case: CaseScores) -> None:
+    if case.reason:
+        msg = f"{name} cannot be built even without errors: {case.reason}"
+        raise ConfigError(msg)
+
+
+def _rival_design(study: Study, rival: Rival) -> ReaderDesign:
+    """Return the study's reader with what a rival changes."""
+    changes = {
+        name: value
+        for name in Rival.__struct_fields__
+        if name != "name" and (value := getattr(rival, name)) is not None
+    }
+    return design_of(msgspec.structs.replace(study.reader, **changes))
+
+
+def _built(
+    name: str,
+    design: ReaderDesign,
+    nominal: CaseScores,
+    samples: tuple[CaseScores, ...],
+    *,
+    shown: tuple[View, ...],
+    tolerance: Tolerance,
+    seed: int,
+) -> BuiltDesign:
+    """Return a design with its statistics."""
+    values = values_of(shown, samples)
+    there = ~np.isnan(values).any(axis=1)
+    if not there.any():
+        msg = (
+            f"none of {len(samples)} readers of {name} can be built with these tolerances: "
+            f"{samples[0].reason} Give smaller ones."
+        )
+        raise ConfigError(msg)
+    random = np.random.default_rng([seed, len(samples)])
+    return BuiltDesign(
+        name=name,
+        design=design,
+        nominal=nominal,
+        samples=samples,
+        values=values,
+        spreads=tuple(
+            quantiles(column, PROBABILITIES, random=random) for column in values[there].T
+        ),
+        good=wilson(sum(meets(tolerance.limits, case) for case in samples), len(samples)),
+        drawn_is_good=meets(tolerance.limits, nominal),
+    )
+
+
+def _explained(chosen: BuiltDesign, deviations: list[Deviation]) -> tuple[Explained | None, ...]:
+    """Return the explained variance of every score, over the readers that can be built."""
+    there = ~np.isnan(chosen.values).any(axis=1)
+    kept = [deviations[i] for i in np.flatnonzero(there)]
+    names, columns = regressors(kept, chosen.design.antenna_radius_m)
+    return tuple(explained_variance(names, columns, values) for values in chosen.values[there].T)
+
+
+def _over_places(context: ToleranceContext, built: list[BuiltDesign]) -> tuple[Interval, ...]:
+    """Return the confidence over places of the room of the chosen design against each rival."""
+    probed = []
+    for one in built if len(built) > 1 else []:
+        case = Case(design=one.design, deviation=as_drawn(one.design.antennas))
+        responses = built_responses(context.study, case)
+        elements = np.asarray(responses[0].azimuths_rad, dtype=np.float64)
+        azimuths = grid_azimuths_rad(elements.size, context.sweep.sampling.room_azimuths)
+        rss = room_samples_w(context.sweep, responses, azimuths)
+        probed.append(
+            (one.nominal, RoomRss(rss_w=rss, azimuths_rad=azimuths, element_azimuths_rad=elements))
+        )
+    random = np.random.default_rng([context.study.seed, PLACE_RESAMPLES])
+    return tuple(
+        wins_over_places(probed[0], other, random=random, resamples=PLACE_RESAMPLES)
+        for other in probed[1:]
+    )

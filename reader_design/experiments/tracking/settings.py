@@ -1,0 +1,253 @@
+"""From the table ``[track]`` to robots, weights, tags, noises and trajectories, all checked."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.geometries.errors import ConfigError
+from octant.navigation.estimators.pose_filters import RssModel, WheelMotion
+from octant.navigation.estimators.rss_kalman import RssAssumptions
+from octant.navigation.robot.drive import DifferentialDrive
+from octant.navigation.sensing.rss_models import LogExponentialLaw, RssNoise, TagMesh, tag_grid
+from octant.navigation.tracking import shapes
+from octant.navigation.tracking.closed_loop import World
+from octant.navigation.tracking.problem import Weights, stabilisation_weights
+from octant.navigation.tracking.trajectories import Curve, check_feasible, desired_trajectory
+from octant.reader_design.study_file.schema import Study
+from octant.reader_design.study_file.track import Track, Trajectory
+
+FloatArray = npt.NDArray[np.float64]
+
+NOMINAL_PERIOD_S = 0.6
+"""Sample period of the nominal control, thesis 7.5.1 [s]."""
+EULER_STEP_S = 0.05
+"""Euler step with which nominal controls are computed [s]."""
+LEMNISCATE_START = (0.5, 0.0, 0.0)
+"""Start of thesis 7.5.2.2 [m, rad]."""
+POINT_START = (0.0, 0.0, math.radians(28.6))
+"""Start of the point stabilisation of thesis 7.5.1.1 and 7.5.2.1 [m, rad]."""
+POINT_GOAL = (3.0, 8.0, 0.5 * math.pi)
+"""Its goal [m, rad]."""
+
+
+RESERVED_NAMES = ("point", "lemniscate")
+"""Names of the thesis' own tasks of chapter 7.3, which no other trajectory may have."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OwnTask:
+    """Return a trajectory of the study's own.
+
+    Parameters
+    ----------
+    curve : Curve
+        The way.
+    start : (3,) tuple of float
+        x [m], y [m], heading [rad] of the robot.
+    """
+
+    curve: Curve
+    start: tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Settings:
+    """Return everything that the chapters share.
+
+    Parameters
+    ----------
+    study : Study
+        The study, with a table ``[track]``.
+    track : Track
+        That table.
+    feedback_robot, robot : DifferentialDrive
+        The Scout with the wheel limits of chapter 6 and of chapter 7 [rad/s].
+    weights, stabilisation : Weights
+        Of trajectories, and of thesis 7.5.2.1.
+    law : LogExponentialLaw
+        RSS of the tags.
+    noise : RssNoise
+        On readings.
+    own : tuple of OwnTask
+        The study's own trajectories.
+    """
+
+    study: Study
+    track: Track
+    feedback_robot: DifferentialDrive
+    robot: DifferentialDrive
+    weights: Weights
+    stabilisation: Weights
+    law: LogExponentialLaw
+    noise: RssNoise
+    own: tuple[OwnTask, ...]
+
+    @property
+    def feedback_tags_m(self) -> FloatArray:
+        """Return the tags of chapter 6, (s, 3) [m]."""
+        track = self.track
+        return tag_grid(
+            track.feedback_tags, spacing_m=track.tag_spacing_m, height_m=track.tag_height_m
+        )
+
+    @property
+    def mesh(self) -> TagMesh:
+        """Return the tags of chapter 7 with their RSS [dBm]."""
+        track = self.track
+        tags = tag_grid(track.tags, spacing_m=track.tag_spacing_m, height_m=track.tag_height_m)
+        return TagMesh(tags_m=tags, law=self.law)
+
+    @property
+    def motion(self) -> WheelMotion:
+        """Return the estimators' motion model [m, rad]."""
+        return WheelMotion(
+            robot=self.robot,
+            period_s=self.track.period_s,
+            rate_sigma_rad_per_s=self.track.wheel_sigma_rad_per_s,
+        )
+
+    @property
+    def assumptions(self) -> RssAssumptions:
+        """Return what the filters assume of the readings' noise: its mean is unknown [dB]."""
+        return RssAssumptions(sigma_db=self.noise.sigma_db)
+
+    def world(
+        self, sensor: RssModel, *, noise: RssNoise | None = None, reading_every: int = 1
+    ) -> World:
+        """Return the world in which robots are driven.
+
+        Parameters
+        ----------
+        sensor : RssModel
+            RSS that the tags really send.
+        noise : RssNoise or None
+            On readings; None: that of the chapters [dB].
+        reading_every : int
+            Periods from one reading to the next [-].
+        """
+        track = self.track
+        sigma = np.array(
+            [track.start_sigma_m, track.start_sigma_m, math.radians(track.start_sigma_deg)]
+        )
+        counts = track.encoder_counts
+        return World(
+            robot=self.robot,
+            period_s=track.period_s,
+            sensor=sensor,
+            noise=noise or self.noise,
+            rate_sigma_rad_per_s=track.wheel_sigma_rad_per_s,
+            start_covariance=sigma**2,
+            reading_every=reading_every,
+            encoder_tick_rad=None if counts is None else 2.0 * math.pi / counts,
+        )
+
+
+def settings_of(study: Study) -> Settings:
+    """Return the settings of a study's table ``[track]``, everything in it checked.
+
+    Parameters
+    ----------
+    study : Study
+        The study [m, s, deg].
+
+    Raises
+    ------
+    ConfigError
+        When there is no such table, or a trajectory lacks what its shape needs.
+    NavigationError
+        When a trajectory is infeasible, a weight not symmetric or singular, or a noise covariance
+        zero.
+    """
+    track = study.track
+    if track is None:
+        msg = "the study has no [track], so there is nothing to follow; add the table, even empty."
+        raise ConfigError(msg)
+    _check_names([one.name for one in track.trajectories])
+    feedback_robot = _scout(track.feedback_wheel_rate_rad_per_s)
+    robot = _scout(track.wheel_rate_rad_per_s)
+    settings = Settings(
+        study=study,
+        track=track,
+        feedback_robot=feedback_robot,
+        robot=robot,
+        weights=Weights(
+            state=track.state_weight,  # type: ignore[arg-type]
+            final=track.final_weight,  # type: ignore[arg-type]
+            inputs=track.input_weight,  # type: ignore[arg-type]
+        ),
+        stabilisation=stabilisation_weights(),
+        law=LogExponentialLaw(alpha_dbm=track.alpha_dbm, beta_per_m=track.beta_per_m),
+        noise=RssNoise(mean_db=track.rss_mean_db, sigma_db=track.rss_sigma_db),
+        own=tuple(_own_task(i, one) for i, one in enumerate(track.trajectories)),
+    )
+    settings.world(settings.mesh)
+    for task in (*settings.own, OwnTask(curve=shapes.lemniscate(), start=LEMNISCATE_START)):
+        check_feasible(desired_trajectory(task.curve, period_s=track.period_s), robot)
+    for curve in (shapes.line(), shapes.sine()):
+        check_feasible(desired_trajectory(curve, period_s=track.period_s), feedback_robot)
+    _ = settings.motion
+    return settings
+
+
+def _check_names(names: list[str]) -> None:
+    for i, name in enumerate(names):
+        if name in RESERVED_NAMES or name in names[:i]:
+            msg = (
+                f"track.trajectory[{i}].name is {name!r}, which another trajectory has (the "
+                f"thesis' are {' and '.join(RESERVED_NAMES)}); give every one its own name."
+            )
+            raise ConfigError(msg)
+
+
+def _scout(wheel_rate_rad_per_s: float) -> DifferentialDrive:
+    radius = DifferentialDrive().wheel_radius_m
+    return DifferentialDrive(max_wheel_speed_m_per_s=wheel_rate_rad_per_s * radius)
+
+
+def _own_task(index: int, given: Trajectory) -> OwnTask:
+    curve = _curve(f"track.trajectory[{index}]", given)
+    first, velocity, _ = curve.motion(np.zeros(1))
+    heading = math.atan2(velocity[0, 1], velocity[0, 0]) if velocity.any() else 0.0
+    if given.start_heading_deg is not None:
+        heading = math.radians(given.start_heading_deg)
+    x, y = given.start_m or (float(first[0, 0]), float(first[0, 1]))
+    return OwnTask(curve=curve, start=(x, y, heading))
+
+
+def _curve(path: str, given: Trajectory) -> Curve:
+    needed = {"spline": 2, "line": 2, "point": 1}.get(given.shape, 0)
+    exact = given.shape in ("line", "point")
+    count = len(given.waypoints_m)
+    if count < needed or (exact and count != needed) or (needed == 0 and count):
+        wanted = f"{'exactly' if exact else 'at least'} {needed}" if needed else "no"
+        msg = (
+            f"{path}.waypoints_m has {count} points, but the shape {given.shape!r} takes {wanted}; "
+            "change the list or the shape."
+        )
+        raise ConfigError(msg)
+    duration = given.duration_s
+    fixed = {
+        "sine": shapes.sine,
+        "sigmoid": shapes.sigmoid,
+        "parabola": shapes.parabola,
+        "ellipse": shapes.ellipse,
+        "lemniscate": shapes.lemniscate,
+        "u-shape": shapes.u_shape,
+    }
+    if given.shape in fixed:
+        curve = fixed[given.shape](duration_s=duration)
+    elif given.shape == "line":
+        curve = shapes.line(*given.waypoints_m, duration_s=duration)
+    elif given.shape == "point":
+        heading = math.radians(given.start_heading_deg or 0.0)
+        curve = shapes.fixed_pose((*given.waypoints_m[0], heading), duration_s=duration)
+    else:
+        curve = shapes.spline(given.waypoints_m, duration_s=duration, closed=given.closed)
+    return Curve(
+        name=given.name,
+        duration_s=curve.duration_s,
+        motion=curve.motion,
+        resting_heading_rad=curve.resting_heading_rad,
+    )

@@ -1,0 +1,36 @@
+"""``octant track``: the controllers of thesis chapters 6 and 7."""
+
+from pathlib import Path
+
+import click
+
+from octant.reader_design.keeping.progress import Progress
+from octant.reader_design.options import common_options
+
+
+@click.command()
+@click.argument("study", type=click.Path(path_type=Path), required=False)
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path),
+    default=Path("octant-track"),
+    show_default=True,
+    help="Folder for results.",
+)
+@common_options
+def track(*, study: Path | None, out: Path, force: bool, quiet: bool) -> None:
+    """Follow trajectories from the RSS of tags, by every controller and estimator.
+
+    Without STUDY the built-in study of thesis chapters 6 and 7 runs: measurement feedback, nominal
+    and neighbouring optimal control, EKF SLAM, and the same with RSS from the room solver. Leaves
+    results.nc, tracking.csv, costs.csv, slam.csv, figures, study.toml and report.html in --out.
+    """
+    from octant.reader_design.study_file.loading import load_study
+    from octant.reader_design.experiments.tracking.page import summary_lines
+    from octant.reader_design.experiments.tracking.run import run_tracking
+
+    loaded = load_study(study, built_in="track_study")
+    content = run_tracking(loaded, out, force=force, progress=Progress(quiet=quiet))
+    for line in summary_lines(content):
+        click.echo(line)
+    click.echo(f"written: {out / 'report.html'}, results.nc, tables and figures")

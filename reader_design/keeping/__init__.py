@@ -1,0 +1,1 @@
+"""What is kept on disk and who computes it: keys, whole files, folders, workers, resuming."""

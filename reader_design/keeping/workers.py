@@ -1,0 +1,287 @@
+"""Who computes the cells of a sweep: this process, processes of this machine, or a cluster.
+
+All take the same cells in the same way: a crew has a size and takes one call at a time, as
+:class:`concurrent.futures.Executor` does. Results do not depend on which crew computed them.
+"""
+
+import logging
+import multiprocessing
+import os
+import signal
+import socket
+import threading
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from contextlib import contextmanager
+from multiprocessing.connection import Connection
+from typing import Any, Protocol, TypeVar
+
+from octant.geometries.errors import ConfigError
+from octant.reader_design.keeping.worker_process import THREADS_VARIABLE, begin
+
+Result = TypeVar("Result")
+
+CONNECT_S = 5.0
+"""How long a scheduler may take to answer [s]."""
+FIRST_WORKER_S = 15.0
+"""How long the first worker of a scheduler may take to appear [s]."""
+LOCAL = "local:"
+"""How an address begins that asks for a cluster on this machine."""
+GIVEN_SIZE = 64
+"""Cells that an executor of unknown size gets at a time [-]."""
+
+
+class Crew(Protocol):
+    """Workers that compute cells."""
+
+    @property
+    def size(self) -> int:
+        """Number of cells computed at the same time [-]."""
+
+    def submit(self, call: Callable[..., Result], /, *arguments: object) -> "Future[Result]":
+        """Return the future of a call.
+
+        Parameters
+        ----------
+        call : callable
+            A function of a module, which a worker can import.
+        *arguments : object
+            What it takes; must be picklable.
+
+        Returns
+        -------
+        Future
+            Of its result.
+        """
+
+    def renew(self) -> None:
+        """Return nothing; replace workers after one was killed and took the others with it."""
+
+    def stop(self) -> None:
+        """Return nothing; end at once, whatever is being computed."""
+
+
+class GivenExecutor:
+    """A crew made of any executor; it is neither renewed nor stopped here.
+
+    Parameters
+    ----------
+    executor : concurrent.futures.Executor
+        Threads, processes, or what behaves like them.
+    size : int
+        Cells that it gets at a time [-].
+    """
+
+    def __init__(self, executor: Executor, size: int = GIVEN_SIZE) -> None:
+        self._executor = executor
+        self.size = size
+
+    def submit(self, call: Callable[..., Result], /, *arguments: object) -> "Future[Result]":
+        """Return the future of a call.
+
+        Parameters
+        ----------
+        call : callable
+            A function of a module.
+        *arguments : object
+            What it takes.
+
+        Returns
+        -------
+        Future
+            Of its result.
+        """
+        return self._executor.submit(call, *arguments)
+
+    def renew(self) -> None:
+        """Return nothing; whoever made the executor would have to replace it."""
+
+    def stop(self) -> None:
+        """Return nothing; whoever made the executor stops it."""
+
+
+class LocalProcesses:
+    """A crew of processes of this machine, started when they are first needed.
+
+    Parameters
+    ----------
+    size : int
+        Number of processes [-].
+    """
+
+    def __init__(self, size: int) -> None:
+        self.size = size
+        self._pool: ProcessPoolExecutor | None = None
+        self._lifeline: Connection | None = None
+
+    def submit(self, call: Callable[..., Result], /, *arguments: object) -> "Future[Result]":
+        """Return the future of a call.
+
+        Parameters
+        ----------
+        call : callable
+            A function of a module.
+        *arguments : object
+            What it takes.
+
+        Returns
+        -------
+        Future
+            Of its result.
+        """
+        if self._pool is None:
+            # Spawned, not forked: a fork copies the locks of numerical libraries in any state.
+            context = multiprocessing.get_context("spawn")
+            theirs, self._lifeline = context.Pipe(duplex=False)
+            self._pool = ProcessPoolExecutor(
+                self.size,
+                mp_context=context,
+                initializer=begin,
+                initargs=(theirs, max(1, cores() // self.size)),
+            )
+        return self._pool.submit(call, *arguments)
+
+    def renew(self) -> None:
+        """Return nothing; the next call starts new processes."""
+        self.stop()
+
+    def stop(self) -> None:
+        """Return nothing; end the processes at once, whatever they compute."""
+        if self._pool is None or self._lifeline is None:
+            return
+        self._lifeline.close()
+        self._pool.shutdown(wait=True, cancel_futures=True)
+        self._pool = self._lifeline = None
+
+
+def cores() -> int:
+    """Return the number of cores that this process may use [-].
+
+    Returns
+    -------
+    int
+        At least 1.
+    """
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+@contextmanager
+def open_crew(*, workers: int | None = None, cluster: str | None = None) -> Iterator[Crew | None]:
+    """Yield the workers that someone asked for; they are gone at the end of the block.
+
+    Parameters
+    ----------
+    workers : int or None
+        Processes of this machine [-]; None: one for each core; 1: none, this process computes.
+    cluster : str or None
+        Address of a dask scheduler, or ``local:N`` for N worker processes of a cluster that is
+        started here; instead of ``workers``.
+
+    Yields
+    ------
+    Crew or None
+        None: this process computes.
+
+    Raises
+    ------
+    ConfigError
+        When dask is not installed, or the scheduler does not answer.
+    """
+    if cluster is not None:
+        with _cluster_crew(cluster) as crew:
+            yield crew
+        return
+    count = cores() if workers is None else workers
+    local = LocalProcesses(count) if count > 1 else None
+    try:
+        yield local
+    finally:
+        if local is not None:
+            local.stop()
+
+
+@contextmanager
+def _cluster_crew(address: str) -> Iterator[Crew]:
+    try:
+        import distributed
+    except ImportError as exc:
+        msg = (
+            f"--cluster {address} needs dask, which is not installed; install Octant with its "
+            "extra [cluster]: pip install 'octant[cluster]'."
+        )
+        raise ConfigError(msg) from exc
+    # Lost connections are told in sentences of our own.
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)
+    with _scheduler(distributed, address) as where:
+        try:
+            if where == address:
+                _answer(address)
+            client = distributed.Client(where, timeout=CONNECT_S, set_as_default=False)
+        except (OSError, OverflowError) as exc:
+            raise ConfigError(_unreachable(address, "does not answer")) from exc
+        with client:
+            try:
+                client.wait_for_workers(1, timeout=FIRST_WORKER_S)
+            except TimeoutError as exc:
+                raise ConfigError(_unreachable(address, "has no workers")) from exc
+            threads = max(1, sum(client.nthreads().values()))
+            executor = client.get_executor(pure=False)
+            try:
+                yield GivenExecutor(executor, threads)
+            finally:
+                executor.shutdown(wait=False)
+
+
+@contextmanager
+def _scheduler(distributed: Any, address: str) -> Iterator[Any]:  # noqa: ANN401  a module
+    """Yield what a client connects to: an address, or a cluster of this machine."""
+    if not address.startswith(LOCAL):
+        yield address
+        return
+    count = address.removeprefix(LOCAL)
+    if not count.isdecimal() or int(count) < 1:
+        msg = f"--cluster is {address!r}, but a number of workers must follow: local:2."
+        raise ConfigError(msg)
+    with _deaf_to_interrupts():
+        started = distributed.LocalCluster(
+            n_workers=int(count),
+            threads_per_worker=1,
+            dashboard_address=None,
+            silence_logs=logging.CRITICAL,
+            env={THREADS_VARIABLE: str(max(1, cores() // int(count)))},
+        )
+    with started as cluster:
+        yield cluster
+
+
+@contextmanager
+def _deaf_to_interrupts() -> Iterator[None]:
+    """Start processes that inherit deafness to Ctrl-C: this process alone decides what it means."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def _answer(address: str) -> None:
+    """Raise at once when nobody listens at HOST:PORT; a client would keep trying in a thread."""
+    scheme, _, place = address.rpartition("://")
+    host, _, port = place.rpartition(":")
+    if scheme in {"", "tcp", "tls"}:
+        if not (host and port.isdecimal()):
+            msg = f"--cluster is {address!r}, but the address of a scheduler is HOST:PORT."
+            raise ConfigError(msg)
+        socket.create_connection((host.strip("[]"), int(port)), timeout=CONNECT_S).close()
+
+
+def _unreachable(address: str, what: str) -> str:
+    return (
+        f"the scheduler at {address} {what}; start one with 'dask scheduler' and workers with "
+        "'dask worker ADDRESS --nthreads 1', or give --workers instead."
+    )

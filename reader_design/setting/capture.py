@@ -1,0 +1,186 @@
+"""Capture: where a reflection of the tag is stronger than the tag itself."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.em.antennas.kinds import Antenna, make_antenna
+from octant.em.paths.tracing import path_gains, trace_paths
+from octant.em.reader.response import ReaderResponse
+from octant.reader_design.study_file.schema import Study
+from octant.reader_design.setting.scene import PlacedTag, StudyScene, candidates_from
+from octant.reader_design.setting.samples import Sampling, room_places_m
+
+FloatArray = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ArrivingPaths:
+    """The paths from one tag to places on the floor, as plane waves at the reader's centre.
+
+    Attributes
+    ----------
+    place : (k,) int64
+        Place of each path [-].
+    bends : (k,) int64
+        Reflections and diffractions of each path [-]; 0 is the direct ray.
+    theta_rad, phi_rad : (k,) float64
+        Direction that each comes from, in the room's frame [rad].
+    field : (c, k, 2) complex128
+        What a theta- and a phi-polarised isotropic antenna would receive of it at each frequency,
+        for 1 W from the tag [-].
+    """
+
+    place: npt.NDArray[np.int64]
+    bends: npt.NDArray[np.int64]
+    theta_rad: FloatArray
+    phi_rad: FloatArray
+    field: npt.NDArray[np.complex128]
+
+
+def _isotropic_phi(frequency_hz: float) -> Antenna:
+    """Return an antenna that receives the azimuthal component equally from everywhere."""
+    table = np.zeros((2, 5, 4), dtype=np.complex128)
+    table[1] = 1.0
+    return Antenna(
+        kind="pattern",
+        length_m=0.0,
+        frequency_hz=frequency_hz,
+        axis=np.array([0.0, 0.0, 1.0]),
+        pattern=table,
+    )
+
+
+def arriving_paths(
+    study: Study, built: StudyScene, tag: PlacedTag, places_m: FloatArray
+) -> ArrivingPaths:
+    """Return the paths from a tag to the reader at places on the floor.
+
+    Parameters
+    ----------
+    study : Study
+        With its solver.
+    built : StudyScene
+        One of its rooms.
+    tag : PlacedTag
+        One of the room's tags.
+    places_m : (p, 2) float64
+        Places of the reader [m].
+
+    Returns
+    -------
+    ArrivingPaths
+        The same ones that the link from the tag sums up.
+    """
+    places = np.column_stack([places_m, np.full(len(places_m), built.reader_z_m)])
+    found = candidates_from(study, built.radios[0], tag.position_m)
+    paths = trace_paths(built.radios[0], found.images, places, edges=found.edges)
+    fields = []
+    for radio, antenna in zip(built.radios, tag.antennas, strict=True):
+        ends = (
+            make_antenna("isotropic_theta", radio.frequency_hz),
+            _isotropic_phi(radio.frequency_hz),
+        )
+        gains = [path_gains(radio, paths, transmitter=antenna, receiver=end) for end in ends]
+        fields.append(np.stack([g.gain for g in gains], axis=-1))
+    arrival = gains[0].arrival
+    return ArrivingPaths(
+        place=paths.receiver,
+        bends=paths.order,
+        theta_rad=np.arccos(np.clip(arrival[:, 2], -1.0, 1.0)),
+        phi_rad=np.arctan2(arrival[:, 1], arrival[:, 0]),
+        field=np.array(fields),
+    )
+
+
+def captured(
+    paths: ArrivingPaths, towards_rad: FloatArray, responses: Sequence[ReaderResponse]
+) -> npt.NDArray[np.bool_]:
+    """Return where a single reflection beats the direct ray at the antenna that faces the tag [-].
+
+    Parameters
+    ----------
+    paths : ArrivingPaths
+        From a tag to the places.
+    towards_rad : (p,) float64
+        Room azimuth of the tag from each place [rad].
+    responses : sequence of ReaderResponse
+        The reader's, one for each frequency.
+
+    Returns
+    -------
+    (p, n) bool
+        For each antenna, turned so that it faces the tag: whether the strongest path with bends
+        brings it more power, mean over the frequencies, than the direct ray. Also true where
+        something hides the tag and a bent path arrives; false where nothing arrives.
+    """
+    elements = responses[0].azimuths_rad
+    out = np.zeros((len(towards_rad), elements.size), dtype=np.bool_)
+    for i, element in enumerate(elements):
+        azimuth = paths.phi_rad - towards_rad[paths.place] + element
+        power = np.zeros(paths.place.size)
+        for response, field in zip(responses, paths.field, strict=True):
+            pattern = response.far_field(paths.theta_rad, azimuth % (2.0 * math.pi))[i]
+            power += np.abs((pattern * field).sum(axis=-1)) ** 2
+        direct, bent = np.zeros(len(towards_rad)), np.zeros(len(towards_rad))
+        np.maximum.at(direct, paths.place[paths.bends == 0], power[paths.bends == 0])
+        np.maximum.at(bent, paths.place[paths.bends > 0], power[paths.bends > 0])
+        out[:, i] = bent > direct
+    return out
+
+
+def captured_by_tag(
+    study: Study, built: StudyScene, sampling: Sampling, responses: Sequence[ReaderResponse]
+) -> dict[str, npt.NDArray[np.bool_]]:
+    """Return for each tag at which places of the floor a reflection beats its direct ray [-].
+
+    Parameters
+    ----------
+    study : Study
+        With its solver.
+    built : StudyScene
+        One of its rooms.
+    sampling : Sampling
+        Which places count [m].
+    responses : sequence of ReaderResponse
+        The reader's, one for each frequency.
+
+    Returns
+    -------
+    dict of str to (p, n) bool
+        By tag, place within range and antenna that faces the tag. Tags without a place in range are
+        left out. The mean over both axes is the tag's share of captured floor [-].
+    """
+    found = {}
+    for tag, places in room_places_m(study, built, sampling):
+        towards = np.arctan2(*(tag.position_m[:2] - places).T[::-1])
+        found[tag.id] = captured(arriving_paths(study, built, tag, places), towards, responses)
+    return found
+
+
+def captured_share(
+    study: Study, built: StudyScene, sampling: Sampling, responses: Sequence[ReaderResponse]
+) -> float:
+    """Return the share of places, tags and facing antennas where a reflection beats the ray [-].
+
+    Parameters
+    ----------
+    study : Study
+        With its solver.
+    built : StudyScene
+        One of its rooms.
+    sampling : Sampling
+        Which places count [m].
+    responses : sequence of ReaderResponse
+        The reader's, one for each frequency.
+
+    Returns
+    -------
+    float
+        Between 0 and 1 [-]; see :func:`captured`.
+    """
+    shares = captured_by_tag(study, built, sampling, responses)
+    return float(np.concatenate(list(shares.values())).mean())

@@ -1,0 +1,325 @@
+"""One cell of a sweep: a design in a study, scored in free space and in the room.
+
+:mod:`octant.reader_design.setting.keys` names cells, :mod:`octant.reader_design.experiments.sweep.run` runs many
+of them, :mod:`octant.reader_design.experiments.sweep.cell_files` keeps them.
+"""
+
+import time
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.em.medium.radio_scene import radio_scene
+from octant.em.reader.response import ReaderResponse
+from octant.em.power.received_power import ReaderLink, reader_link
+from octant.geometries._arrays import frozen_array
+from octant.geometries.errors import ConfigError, OctantError, PhysicsWarning, SweepStateError
+from octant.geometries.scene import free_space_scene
+from octant.reader_design.study_file.schema import Study
+from octant.reader_design.setting.scene import PlacedTag, StudyScene
+from octant.reader_design.setting.links import tag_link
+from octant.reader_design.setting.capture import captured_share
+from octant.reader_design.setting.design import ReaderDesign, design_responses
+from octant.reader_design.setting.receiver import scoring_readings_w
+from octant.reader_design.setting.samples import (
+    Sampling,
+    free_points_m,
+    grid_azimuths_rad,
+    room_places_m,
+    sample_rss_w,
+)
+from octant.reader_design.setting.scores import USABLE_DBM, Scores, score_rss
+
+FloatArray = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SweepContext:
+    """What all cells of a sweep share; picklable, so that it can travel to workers.
+
+    Attributes
+    ----------
+    study : Study
+        The study.
+    built : StudyScene
+        Its room with tags [m].
+    sampling : Sampling
+        How densely designs are probed [m].
+    usable_dbm : float
+        RSS at which a tag is still read [dBm].
+    """
+
+    study: Study
+    built: StudyScene
+    sampling: Sampling
+    usable_dbm: float = USABLE_DBM
+
+    @property
+    def has_room(self) -> bool:
+        """Whether there is a room to score in, besides free space [-]."""
+        return self.built.scene.has_room
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Cell:
+    """One computed (or failed) cell.
+
+    Attributes
+    ----------
+    key : str
+        Hash of its full input.
+    design : ReaderDesign
+        The design.
+    reason : str
+        Why it failed; empty when it did not.
+    free, room : Scores or None
+        Scores in free space and in the room ([rad], [dB], [W], [-]); None without.
+    distances_m : (d,) float64
+        Distances in free space [m].
+    free_rss_w : (d, a, n) float64
+        RSS in free space [W] by distance, azimuth, antenna; azimuths evenly from 0.
+    travel_m : (t,) float64
+        Distances of the drive away from the tag [m].
+    travel_rss_w : (t, n) float64
+        RSS on it [W], the tag straight behind antenna 1's direction of travel reversed: antenna 1
+        faces the tag.
+    notes : tuple of str
+        Warnings of the reader's model.
+    seconds : float
+        Time that it took [s].
+    unexpected : bool
+        Whether it failed for a reason that is not the design's own, such as want of memory: the
+        next run tries it again.
+    label : str
+        Human name, with every swept parameter [-]; by default the design's own.
+    """
+
+    key: str
+    design: ReaderDesign
+    reason: str = ""
+    free: Scores | None = None
+    room: Scores | None = None
+    distances_m: FloatArray
+    free_rss_w: FloatArray
+    travel_m: FloatArray
+    travel_rss_w: FloatArray
+    notes: tuple[str, ...] = ()
+    seconds: float = 0.0
+    unexpected: bool = False
+    label: str = ""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "label", self.label or self.design.label())
+        d, t = np.size(self.distances_m), np.size(self.travel_m)
+        for name, shape in (
+            ("distances_m", (d,)),
+            ("free_rss_w", (d, None, None)),
+            ("travel_m", (t,)),
+            ("travel_rss_w", (t, None)),
+        ):
+            array = frozen_array(getattr(self, name), name=name, shape=shape, error=SweepStateError)
+            object.__setattr__(self, name, array)
+
+
+def reference_tag(study: Study, built: StudyScene) -> PlacedTag:
+    """Return the tag whose height and antenna the free-space scores use [m].
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    built : StudyScene
+        Its room with tags.
+
+    Returns
+    -------
+    PlacedTag
+        The mission's first, or the study's first.
+
+    Raises
+    ------
+    ConfigError
+        When the study has no tag.
+    """
+    if not built.tags:
+        msg = "the study has no [[tag]], but designs are scored by the RSS of one; add a tag."
+        raise ConfigError(msg)
+    return built.tags[0] if study.mission is None else built.tag(study.mission.tags[0])
+
+
+def compute_cell(context: SweepContext, design: ReaderDesign, key: str) -> Cell:
+    """Return the scores and RSS of one design; a design that cannot be built gives its reason [-].
+
+    Parameters
+    ----------
+    context : SweepContext
+        Study, room and sampling.
+    design : ReaderDesign
+        The design.
+    key : str
+        From :func:`octant.reader_design.setting.keys.cell_key`.
+
+    Returns
+    -------
+    Cell
+        With ``reason`` set when an error of Octant stopped it.
+
+    Notes
+    -----
+    Free space uses :func:`reference_tag` at its height, without the room; the room uses every tag
+    and every place of the floor on which the reader fits. RSS is coherent.
+    """
+    from threadpoolctl import threadpool_limits
+
+    began = time.perf_counter()
+    try:
+        # Sums and factors of BLAS and LAPACK depend on the number of threads in their last bits;
+        # what a cell holds must not depend on who computed it.
+        with threadpool_limits(limits=1, user_api="blas"), warnings.catch_warnings():
+            # The responses carry the same warnings, and the report prints them.
+            warnings.simplefilter("ignore", PhysicsWarning)
+            cell = _scored(context, design, key)
+    except OctantError as exc:
+        cell = failed_cell(design, key, str(exc))
+    return replace(cell, seconds=time.perf_counter() - began)
+
+
+def failed_cell(design: ReaderDesign, key: str, reason: str, *, unexpected: bool = False) -> Cell:
+    """Return a cell without numbers [-].
+
+    Parameters
+    ----------
+    design : ReaderDesign
+        The design.
+    key : str
+        Its name.
+    reason : str
+        Why there are none.
+    unexpected : bool
+        Whether the reason is not the design's own.
+
+    Returns
+    -------
+    Cell
+        With empty arrays.
+    """
+    return Cell(
+        key=key,
+        design=design,
+        reason=reason,
+        unexpected=unexpected,
+        distances_m=np.zeros(0),
+        free_rss_w=np.zeros((0, 0, design.antennas)),
+        travel_m=np.zeros(0),
+        travel_rss_w=np.zeros((0, design.antennas)),
+    )
+
+
+def _scored(context: SweepContext, design: ReaderDesign, key: str) -> Cell:
+    study, built, sampling = context.study, context.built, context.sampling
+    responses = design_responses(study, design)
+    elements = np.asarray(responses[0].azimuths_rad, dtype=np.float64)
+    tag = reference_tag(study, built)
+    link = free_link(context, tag, responses)
+    azimuths = grid_azimuths_rad(elements.size, sampling.free_azimuths)
+    distances, travel = sampling.distances_m(), sampling.travel_m()
+    origin = tag.position_m[:2]
+    free = sample_rss_w(link, origin + free_points_m(distances), origin, azimuths)
+    along = sample_rss_w(link, origin + free_points_m(travel), origin, elements[:1])
+    room = None
+    if context.has_room:
+        room_azimuths = grid_azimuths_rad(elements.size, sampling.room_azimuths)
+        rss = room_samples_w(context, responses, room_azimuths)
+        room = score_rss(
+            rss,
+            room_azimuths,
+            elements,
+            usable_dbm=context.usable_dbm,
+            readings_w=scoring_readings_w(study, rss),
+            captured_share=captured_share(study, built, sampling, responses),
+        )
+    return Cell(
+        key=key,
+        design=design,
+        free=score_rss(
+            free,
+            azimuths,
+            elements,
+            usable_dbm=context.usable_dbm,
+            readings_w=scoring_readings_w(study, free),
+        ),
+        room=room,
+        distances_m=distances,
+        free_rss_w=free,
+        travel_m=travel,
+        travel_rss_w=along[:, 0],
+        notes=tuple(dict.fromkeys((*design.notes(), *(w for r in responses for w in r.warnings)))),
+    )
+
+
+def free_link(
+    context: SweepContext, tag: PlacedTag, responses: Sequence[ReaderResponse]
+) -> ReaderLink:
+    """Return the link from a tag to the reader at the same heights, without any room [W].
+
+    Parameters
+    ----------
+    context : SweepContext
+        Study and room, which gives the height of the floor [m].
+    tag : PlacedTag
+        Its place and antenna are kept.
+    responses : sequence of ReaderResponse
+        Of the design, one for each frequency.
+
+    Returns
+    -------
+    ReaderLink
+        Poses in the room's frame [m], RSS [W] averaged over the frequencies.
+    """
+    study, scene = context.study, free_space_scene()
+    place = np.array(tag.position_m)
+    place[2] -= context.built.reader_z_m - study.reader.height_m
+    return reader_link(
+        [radio_scene(scene, antenna.frequency_hz) for antenna in tag.antennas],
+        tag_position_m=place,
+        tag_antenna=tag.antennas,
+        tag_power_w=study.radio.tag_power_w,
+        response=responses,
+        reader_height_m=study.reader.height_m,
+        max_reflections=0,
+    )
+
+
+def room_samples_w(
+    context: SweepContext, responses: Sequence[ReaderResponse], azimuths_rad: FloatArray
+) -> FloatArray:
+    """Return the RSS of a reader over the places, azimuths and tags of the study's room [W].
+
+    Parameters
+    ----------
+    context : SweepContext
+        Study, room and sampling.
+    responses : sequence of ReaderResponse
+        Of the design, one for each frequency.
+    azimuths_rad : (a,) float64
+        Azimuths of the tag in the reader frame [rad].
+
+    Returns
+    -------
+    (k, a, n) float64
+        RSS [W].
+
+    Raises
+    ------
+    ConfigError
+        When no place of the floor lies within range of a tag.
+    """
+    study, built, sampling = context.study, context.built, context.sampling
+    rows = []
+    for tag, places in room_places_m(study, built, sampling):
+        link = tag_link(study, built, tag, responses)
+        rows.append(sample_rss_w(link, places, tag.position_m[:2], azimuths_rad))
+    return np.concatenate(rows)

@@ -1,0 +1,187 @@
+"""A study's links: from its tags to its reader, in a room and in the open."""
+
+import warnings
+from collections.abc import Sequence
+
+import msgspec
+
+from octant.em.reader.response import ReaderResponse
+from octant.em.power.received_power import ReaderLink, reader_link
+from octant.geometries.errors import ConfigError, PhysicsWarning
+from octant.navigation.sensing.pattern_match import PatternTable, pattern_table
+from octant.reader_design.study_file.mission import Mission as MissionTable
+from octant.reader_design.study_file.room import Room
+from octant.reader_design.study_file.schema import Study
+from octant.reader_design.setting.scene import PlacedTag, StudyScene, build_study_scene
+from octant.reader_design.setting.design import design_of, design_responses
+
+_ROUND = ("dipole", "monopole", "isotropic_theta")
+_SIDES = 16
+
+
+def study_responses(study: Study) -> tuple[ReaderResponse, ...]:
+    """Return the response of the reader of a study's table ``[reader]``, one for each frequency.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+
+    Returns
+    -------
+    tuple of ReaderResponse
+        In the order of ``study.radio.frequencies_hz`` [Hz].
+
+    Raises
+    ------
+    GeometryError, AntennaError
+        When the reader cannot be built.
+
+    Warns
+    -----
+    PhysicsWarning
+        For everything that the responses say does not hold.
+    """
+    responses = design_responses(study, design_of(study.reader))
+    for text in dict.fromkeys(text for response in responses for text in response.warnings):
+        warnings.warn(text, PhysicsWarning, stacklevel=2)
+    return responses
+
+
+def tag_link(
+    study: Study,
+    built: StudyScene,
+    tag: PlacedTag,
+    responses: Sequence[ReaderResponse],
+    *,
+    height_m: float | None = None,
+) -> ReaderLink:
+    """Return the link of one tag to the reader: RSS [W] for any pose, mean over the channels.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    built : StudyScene
+        One of its rooms.
+    tag : PlacedTag
+        One of the room's tags.
+    responses : sequence of ReaderResponse
+        The reader's, one for each of ``study.radio.frequencies_hz``.
+    height_m : float or None
+        Ground plane above the floor [m]; None: the study's.
+
+    Returns
+    -------
+    ReaderLink
+        Coherent RSS and local mean [W] of every antenna.
+    """
+    return reader_link(
+        built.radios,
+        tag_position_m=tag.position_m,
+        tag_antenna=tag.antennas,
+        tag_power_w=study.radio.tag_power_w,
+        response=responses,
+        reader_height_m=study.reader.height_m if height_m is None else height_m,
+        max_reflections=study.solver.max_reflections,
+        max_diffractions=study.solver.max_diffractions,
+        search=study.solver.search,
+        rays=study.solver.rays,
+    )
+
+
+def mission_table(study: Study) -> MissionTable:
+    """Return the study's table ``[mission]`` [m], [deg], [s].
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+
+    Returns
+    -------
+    Mission
+        The table.
+
+    Raises
+    ------
+    ConfigError
+        When the study has none.
+    """
+    if study.mission is None:
+        msg = "the study has no table [mission], which is needed to drive; add start_m and tags."
+        raise ConfigError(msg)
+    return study.mission
+
+
+def open_link(
+    study: Study, built: StudyScene, tag_id: str, responses: Sequence[ReaderResponse]
+) -> ReaderLink:
+    """Return the link of a tag that hangs as it does in a room, but in free space.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    built : StudyScene
+        One of its rooms; only the tag's height above the floor is taken from it [m].
+    tag_id : str
+        The tag.
+    responses : sequence of ReaderResponse
+        The reader's, one for each of ``study.radio.frequencies_hz``.
+
+    Returns
+    -------
+    ReaderLink
+        What a person can measure or compute beforehand: RSS [W] around a tag in the open. The tag
+        hangs over (0, 0) m.
+    """
+    table = next(tag for tag in study.tags if tag.id == tag_id)
+    height_m = float(built.tag(tag_id).position_m[2]) - built.scene.floor_height_m
+    lone = msgspec.structs.replace(
+        study,
+        room=Room(free_space=True),
+        tags=(msgspec.structs.replace(table, position_m=(0.0, 0.0, height_m)),),
+        mission=None,
+        track=None,
+        dock=None,
+        layouts=(),
+    )
+    there = build_study_scene(lone)
+    return tag_link(lone, there, there.tag(tag_id), responses)
+
+
+def mission_tables(
+    study: Study, built: StudyScene, responses: Sequence[ReaderResponse]
+) -> tuple[PatternTable, ...]:
+    """Return what the robot knows of its reader, for each tag of the mission.
+
+    Parameters
+    ----------
+    study : Study
+        With a mission.
+    built : StudyScene
+        The room; how the tags hang is taken from it, and not where.
+    responses : sequence of ReaderResponse
+        The reader's, one for each of ``study.radio.frequencies_hz``.
+
+    Returns
+    -------
+    tuple of PatternTable
+        RSS [W] around a tag in the open. Tags that hang alike share one.
+    """
+    made: dict[str, PatternTable] = {}
+    tables = []
+    for tag_id in mission_table(study).tags:
+        tag = next(tag for tag in study.tags if tag.id == tag_id)
+        height_m = float(built.tag(tag_id).position_m[2]) - built.scene.floor_height_m
+        kind = repr((tag.antenna, tag.axis, tag.azimuth_deg, height_m))
+        if kind not in made:
+            upright = tag.antenna in _ROUND and (tag.axis is None or not any(tag.axis[:2]))
+            made[kind] = pattern_table(
+                open_link(study, built, tag_id, responses),
+                (0.0, 0.0),
+                sides=1 if upright else _SIDES,
+            )
+        tables.append(made[kind])
+    return tuple(tables)

@@ -1,0 +1,131 @@
+"""The errors of the device that measures the RSS, as the scores see them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.geometries.errors import ConfigError
+from octant.navigation.sensing.rss_detector import RssQuantiser, log_normal_rss
+from octant.reader_design.study_file.choice import Scoring
+from octant.reader_design.study_file.schema import Study
+
+FloatArray = npt.NDArray[np.float64]
+
+SCORING_STREAM = 5_103
+"""Keeps the random numbers of the scores apart from those of other parts with the same seed [-]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RssReceiver:
+    """A receiver of RSS: thermal noise is added, a log-normal error multiplies, codes round.
+
+    Attributes
+    ----------
+    noise_db : float
+        Standard deviation of the error of each reading [dB].
+    thermal_noise_w : float
+        Power of the receiver's own noise [W], which adds to that of the signal.
+    quantiser : RssQuantiser or None
+        Codes in which the reading comes; None: it is exact.
+    """
+
+    noise_db: float = 0.0
+    thermal_noise_w: float = 0.0
+    quantiser: RssQuantiser | None = None
+
+    def __post_init__(self) -> None:
+        for name, unit in (("noise_db", "dB"), ("thermal_noise_w", "W")):
+            value = getattr(self, name)
+            if not (np.isfinite(value) and value >= 0.0):
+                msg = f"{name} is {value} {unit}, but it must be finite and not negative; raise it."
+                raise ConfigError(msg)
+
+    def read(self, rss_w: npt.ArrayLike, rng: np.random.Generator) -> FloatArray:
+        """Return one reading of each RSS [W].
+
+        Parameters
+        ----------
+        rss_w : (...) array_like
+            Received powers [W].
+        rng : numpy.random.Generator
+            Source of the errors; nothing is drawn without ``noise_db``.
+
+        Returns
+        -------
+        (...) float64
+            (RSS + thermal noise) 10^(N(0, noise_db)/10), rounded to a code [W].
+
+        Notes
+        -----
+        A detector averages over many noise periods, so the noise's power adds as its mean; what
+        fluctuation is left is part of ``noise_db``. It is the same noise at all antennas and so
+        pulls the vector sum to no side, but drowns what tells the antennas apart.
+        """
+        noisy = log_normal_rss(np.asarray(rss_w) + self.thermal_noise_w, self.noise_db, rng)
+        return noisy if self.quantiser is None else self.quantiser.quantise(noisy)
+
+    def readings(self, rss_w: FloatArray, rng: np.random.Generator, *, draws: int) -> FloatArray:
+        """Return several independent readings of samples, one after another [W].
+
+        Parameters
+        ----------
+        rss_w : (d, a, n) float64
+            Received powers [W] by distance or place, azimuth, antenna.
+        rng : numpy.random.Generator
+            Source of the errors.
+        draws : int
+            Readings of each [-]; one is enough without ``noise_db``, and then one is made.
+
+        Returns
+        -------
+        (draws d, a, n) float64
+            Readings [W].
+        """
+        count = draws if self.noise_db > 0.0 else 1
+        return np.concatenate([self.read(rss_w, rng) for _ in range(count)])
+
+
+def receiver_of(table: Scoring) -> RssReceiver:
+    """Return the receiver that a study's table ``[scoring]`` describes [W], [dB].
+
+    Parameters
+    ----------
+    table : Scoring
+        The table; its levels are in [dBm].
+
+    Returns
+    -------
+    RssReceiver
+        With its quantiser, unless ``bits`` is 0.
+    """
+    quantiser = None
+    if table.bits:
+        quantiser = RssQuantiser(
+            bits=table.bits, floor_dbm=table.floor_dbm, full_scale_dbm=table.full_scale_dbm
+        )
+    return RssReceiver(
+        noise_db=table.noise_db,
+        thermal_noise_w=10.0 ** ((table.thermal_noise_dbm - 30.0) / 10.0),
+        quantiser=quantiser,
+    )
+
+
+def scoring_readings_w(study: Study, rss_w: FloatArray) -> FloatArray:
+    """Return what the study's receiver reads of samples of a design [W].
+
+    Parameters
+    ----------
+    study : Study
+        Table ``[scoring]`` and seed.
+    rss_w : (d, a, n) float64
+        Received powers [W] by distance or place, azimuth, antenna.
+
+    Returns
+    -------
+    (k, a, n) float64
+        Readings [W], k a multiple of d. The errors depend on the seed and on the shape only: all
+        designs meet the same ones, which takes their luck out of the comparison.
+    """
+    rng = np.random.default_rng((study.seed, SCORING_STREAM))
+    return receiver_of(study.scoring).readings(rss_w, rng, draws=study.scoring.draws)

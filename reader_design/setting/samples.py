@@ -1,0 +1,306 @@
+"""Where a design is probed: the RSS of its antennas over distances, places and azimuths.
+
+Poses are chosen so that the tag appears at the same grid of azimuths in the reader frame from
+every place; free space and room then give arrays of one shape, (distance or place, azimuth,
+antenna), which :mod:`octant.reader_design.setting.scores` averages.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.em.power.received_power import ReaderLink
+from octant.geometries._arrays import frozen_array
+from octant.geometries.errors import ConfigError
+from octant.geometries.scene import Scene
+from octant.navigation.sensing.sensor import PowerLink
+from octant.reader_design.study_file.schema import Study
+from octant.reader_design.setting.scene import PlacedTag, StudyScene
+
+FloatArray = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sampling:
+    """How densely designs are probed.
+
+    Attributes
+    ----------
+    nearest_m, farthest_m : float
+        Range of horizontal distances between reader and tag [m].
+    distance_step_m : float
+        Step of the distances in free space [m].
+    free_azimuths : int
+        Azimuths for each antenna in free space [-]; even, so that directions half-way between
+        antennas are among them.
+    room_azimuths : int
+        Azimuths for each antenna in the room [-]; even.
+    room_spacing_m : float
+        Step of the places on the floor [m].
+    travel_step_m : float
+        Step of the drive along antenna 1's direction, for the figure of RSS against distance [m].
+    """
+
+    nearest_m: float = 0.5
+    farthest_m: float = 5.0
+    distance_step_m: float = 0.5
+    free_azimuths: int = 18
+    room_azimuths: int = 4
+    room_spacing_m: float = 0.5
+    travel_step_m: float = 0.05
+
+    def distances_m(self) -> FloatArray:
+        """Return the horizontal distances in free space, ends included [m].
+
+        Returns
+        -------
+        (d,) float64
+            Ascending [m].
+        """
+        count = max(2, 1 + round((self.farthest_m - self.nearest_m) / self.distance_step_m))
+        return np.linspace(self.nearest_m, self.farthest_m, count)
+
+    def travel_m(self) -> FloatArray:
+        """Return the distances of the drive away from the tag, from right under it [m].
+
+        Returns
+        -------
+        (t,) float64
+            Ascending from 0 [m].
+        """
+        return np.linspace(0.0, self.farthest_m, 1 + round(self.farthest_m / self.travel_step_m))
+
+    def coarser(self) -> "Sampling":
+        """Return the sampling of a quick look: a quarter of the places, fewer azimuths [-].
+
+        Returns
+        -------
+        Sampling
+            For ``--quick``; shares from it carry an error of a few percentage points.
+        """
+        return Sampling(
+            nearest_m=self.nearest_m,
+            farthest_m=self.farthest_m,
+            distance_step_m=2.0 * self.distance_step_m,
+            free_azimuths=max(2, self.free_azimuths // 2 // 2 * 2),
+            room_azimuths=max(2, self.room_azimuths // 2 // 2 * 2),
+            room_spacing_m=2.0 * self.room_spacing_m,
+            travel_step_m=2.0 * self.travel_step_m,
+        )
+
+
+def grid_azimuths_rad(antennas: int, per_antenna: int) -> FloatArray:
+    """Return azimuths evenly over the circle, those of the antennas included [rad].
+
+    Parameters
+    ----------
+    antennas : int
+        Number of antennas n [-].
+    per_antenna : int
+        Azimuths for each antenna [-].
+
+    Returns
+    -------
+    (n * per_antenna,) float64
+        Ascending from 0 [rad].
+    """
+    count = antennas * per_antenna
+    return 2.0 * np.pi * np.arange(count) / count
+
+
+def facing_poses(
+    points_m: npt.ArrayLike, tag_point_m: npt.ArrayLike, azimuths_rad: npt.ArrayLike
+) -> FloatArray:
+    """Return poses from which the tag appears at given azimuths of the reader frame.
+
+    Parameters
+    ----------
+    points_m : (p, 2) array_like
+        Places of the robot [m].
+    tag_point_m : (2,) array_like
+        Point under the tag [m].
+    azimuths_rad : (a,) array_like
+        Azimuths of the tag in the reader frame [rad].
+
+    Returns
+    -------
+    (p, a, 3) float64
+        x [m], y [m], heading [rad].
+
+    Notes
+    -----
+    A robot of heading h has the reader frame turned by h - pi/2 (antenna 3 of 8 is the front), so
+    a tag in room direction A appears at A - h + pi/2.
+    """
+    points = frozen_array(points_m, name="points_m", shape=(None, 2))
+    tag = frozen_array(tag_point_m, name="tag_point_m", shape=(2,))
+    azimuths = frozen_array(azimuths_rad, name="azimuths_rad", shape=(None,))
+    towards = np.arctan2(tag[1] - points[:, 1], tag[0] - points[:, 0])
+    poses = np.empty((len(points), len(azimuths), 3))
+    poses[:, :, :2] = points[:, None, :]
+    poses[:, :, 2] = towards[:, None] + math.pi / 2.0 - azimuths
+    return poses
+
+
+def sample_rss_w(
+    link: PowerLink,
+    points_m: npt.ArrayLike,
+    tag_point_m: npt.ArrayLike,
+    azimuths_rad: npt.ArrayLike,
+) -> FloatArray:
+    """Return the RSS by place, azimuth of the tag and antenna [W].
+
+    Parameters
+    ----------
+    link : PowerLink
+        From the tag to the reader.
+    points_m : (p, 2) array_like
+        Places of the robot [m].
+    tag_point_m : (2,) array_like
+        Point under the tag [m].
+    azimuths_rad : (a,) array_like
+        Azimuths of the tag in the reader frame [rad].
+
+    Returns
+    -------
+    (p, a, n) float64
+        RSS [W].
+    """
+    poses = facing_poses(points_m, tag_point_m, azimuths_rad)
+    if isinstance(link, ReaderLink):  # each place is traced once for all headings
+        rows = [link.rss_by_heading_w(pose[:1, :2], pose[:, 2]) for pose in poses]
+        return np.concatenate(rows)
+    return link.rss_w(poses.reshape(-1, 3)).reshape(*poses.shape[:2], -1)
+
+
+def free_points_m(distances_m: npt.ArrayLike) -> FloatArray:
+    """Return places at given horizontal distances from a tag above the origin [m].
+
+    Parameters
+    ----------
+    distances_m : (d,) array_like
+        Horizontal distances [m].
+
+    Returns
+    -------
+    (d, 2) float64
+        Along +x [m]; in free space the direction does not matter.
+    """
+    distance = np.asarray(distances_m, dtype=np.float64)
+    return np.column_stack([distance, np.zeros(distance.size)])
+
+
+def standing_room(
+    scene: Scene, points_m: FloatArray, *, reader_z_m: float, clearance_m: float
+) -> npt.NDArray[np.bool_]:
+    """Return at which places of the floor the robot's reader fits [-].
+
+    Parameters
+    ----------
+    scene : Scene
+        Room and objects.
+    points_m : (p, 2) float64
+        Places [m].
+    reader_z_m : float
+        Height coordinate of the ground plane in the room's frame [m].
+    clearance_m : float
+        Distance to keep between the reader's centre and walls or objects beside it [m].
+
+    Returns
+    -------
+    (p,) bool
+        Inside the room, in no solid from the floor up to the reader, and clear of what is nearer
+        than the clearance.
+    """
+    fits = np.ones(len(points_m), dtype=np.bool_)
+    if not scene.bodies:
+        return fits
+    column = np.column_stack([points_m, np.full(len(points_m), reader_z_m)])
+    fits &= scene.inside_room(column)
+    floor = scene.floor_height_m
+    for z_m in np.linspace(floor + 1e-3, reader_z_m, 4):
+        column[:, 2] = z_m
+        fits &= ~scene.inside_solid(column)
+    distance = scene.distance_to_facets_m(column)[0]
+    fits &= distance >= min(clearance_m, 0.999 * (reader_z_m - floor))
+    return fits
+
+
+def floor_points_m(
+    scene: Scene, *, spacing_m: float, reader_z_m: float, clearance_m: float
+) -> FloatArray:
+    """Return the places of a square grid on which the reader fits [m].
+
+    Parameters
+    ----------
+    scene : Scene
+        A room; its bounds carry the grid, centred in them.
+    spacing_m : float
+        Step of the grid [m].
+    reader_z_m : float
+        Height coordinate of the ground plane in the room's frame [m].
+    clearance_m : float
+        See :func:`standing_room` [m].
+
+    Returns
+    -------
+    (p, 2) float64
+        Places [m].
+    """
+    axes = []
+    for low, high in zip(scene.bounds_m[0, :2], scene.bounds_m[1, :2], strict=True):
+        count = max(1, math.floor((high - low) / spacing_m + 1e-9))
+        offset = 0.5 * ((high - low) - (count - 1) * spacing_m)
+        axes.append(low + offset + spacing_m * np.arange(count))
+    grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
+    fits = standing_room(scene, grid, reader_z_m=reader_z_m, clearance_m=clearance_m)
+    return grid[fits]
+
+
+def room_places_m(
+    study: Study, built: StudyScene, sampling: Sampling
+) -> list[tuple[PlacedTag, FloatArray]]:
+    """Return the places of the floor at which each tag's RSS counts [m].
+
+    Parameters
+    ----------
+    study : Study
+        With its reader.
+    built : StudyScene
+        One of its rooms.
+    sampling : Sampling
+        Grid and range [m].
+
+    Returns
+    -------
+    list of (PlacedTag, (p, 2) float64)
+        Tags with at least one place, and the places within range of each on which the reader
+        fits [m].
+
+    Raises
+    ------
+    ConfigError
+        When no place lies within range of any tag.
+    """
+    places = floor_points_m(
+        built.scene,
+        spacing_m=sampling.room_spacing_m,
+        reader_z_m=built.reader_z_m,
+        clearance_m=study.reader.ground_plane_m / 2.0,
+    )
+    found = []
+    for tag in built.tags:
+        distance = np.hypot(*(places - tag.position_m[:2]).T)
+        near = distance >= sampling.nearest_m - 1e-9
+        near &= distance <= sampling.farthest_m + 1e-9
+        if near.any():
+            found.append((tag, places[near]))
+    if not found:
+        msg = (
+            f"none of the {len(places)} places on the floor lies {sampling.nearest_m:g} to "
+            f"{sampling.farthest_m:g} m from a tag; check the tags' positions and the room."
+        )
+        raise ConfigError(msg)
+    return found

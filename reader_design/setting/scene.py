@@ -1,0 +1,406 @@
+"""From a study to what the radio model computes with: scene, materials, tags in their places."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.em.antennas.kinds import Antenna
+from octant.em.search.candidates import Candidates, search_candidates
+from octant.em.medium.radio_scene import RadioScene, radio_scene
+from octant.geometries._arrays import frozen_array
+from octant.geometries.errors import ConfigError, OctantError
+from octant.geometries.scene import Scene, build_scene
+from octant.geometries.wedges import find_wedges
+from octant.reader_design.study_file.checks import rooms_of
+from octant.reader_design.study_file.errors import unknown_name
+from octant.reader_design.study_file.schema import Layout, Radio, Study, Tag
+from octant.reader_design.setting.antennas import named_antenna
+from octant.reader_design.setting.bodies import object_bodies, room_bodies, study_materials
+
+FloatArray = npt.NDArray[np.float64]
+
+COORDINATE_BITS = {"flat": 24, "as_stored": 53}
+"""Bits [-] of the coordinates that ``solver.faces`` takes for exact: of single or double precision.
+"""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlacedTag:
+    """A tag where the radio model sees it.
+
+    Parameters
+    ----------
+    id : str
+        Its name.
+    position_m : (3,) float64
+        Place in the room, after the stand-off [m].
+    given_m : (3,) float64
+        Place that the study gives [m].
+    antennas : tuple of Antenna
+        Its antenna at each frequency of the study [Hz]: the same metal, cut for the carrier; axis
+        in the room's frame.
+    """
+
+    id: str
+    position_m: FloatArray
+    given_m: FloatArray
+    antennas: tuple[Antenna, ...]
+
+    def __post_init__(self) -> None:
+        for name in ("position_m", "given_m"):
+            value = frozen_array(getattr(self, name), name=name, shape=(3,))
+            object.__setattr__(self, name, value)
+
+    @property
+    def point_m(self) -> FloatArray:
+        """The tag's point on the ground, (2,) float64 [m]: below where the study puts the tag."""
+        return self.given_m[:2]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StudyScene:
+    """One room of a study, ready for the radio model.
+
+    Parameters
+    ----------
+    name : str
+        The study's name, or the layout's.
+    scene : Scene
+        Room and objects.
+    radios : tuple of RadioScene
+        One for each frequency over which RSS is averaged [Hz].
+    tags : tuple of PlacedTag
+        In the order of the study.
+    reader_z_m : float
+        Height coordinate of the reader's ground plane in the room's frame [m].
+    map_z_m : float
+        Height coordinate of map receivers in the room's frame [m].
+    notes : tuple of str
+        What the user should know, for example which tag was moved off the ceiling and how far [m].
+    """
+
+    name: str
+    scene: Scene
+    radios: tuple[RadioScene, ...]
+    tags: tuple[PlacedTag, ...]
+    reader_z_m: float
+    map_z_m: float
+    notes: tuple[str, ...]
+
+    def tag(self, tag_id: str) -> PlacedTag:
+        """Return the tag of a name [-].
+
+        Parameters
+        ----------
+        tag_id : str
+            Its id.
+
+        Returns
+        -------
+        PlacedTag
+            The tag.
+
+        Raises
+        ------
+        ConfigError
+            When the study has no such tag; the message names the nearest.
+        """
+        for tag in self.tags:
+            if tag.id == tag_id:
+                return tag
+        raise ConfigError(
+            unknown_name("the tag", tag_id, [t.id for t in self.tags], what="[[tag]]")
+        )
+
+
+def build_study_scene(study: Study, layout: Layout | None = None) -> StudyScene:
+    """Return the room of a study, or of one of its layouts, with materials and tags.
+
+    Parameters
+    ----------
+    study : Study
+        A study from `load_study` [m].
+    layout : Layout or None
+        One of ``study.layouts``; None: the study's own room.
+
+    Returns
+    -------
+    StudyScene
+        Tags that lie on a surface stand off it by ``solver.standoff_m`` [m], said in ``notes``.
+
+    Raises
+    ------
+    ConfigError
+        When a tag or the start of the mission is outside the room or inside an object, or a
+        material is unknown or does not cover the frequency.
+    GeometryError
+        When a mesh cannot be used.
+    """
+    where = "" if layout is None else f"in layout {layout.name!r}: "
+    room = rooms_of(study, layout)
+    scene = build_scene(
+        room_bodies(room),
+        objects=object_bodies(room.objects),
+        coordinate_bits=COORDINATE_BITS[study.solver.faces],
+    )
+    try:
+        materials = study_materials(study)
+        wedges = find_wedges(scene) if study.solver.diffraction else None
+        through = study.solver.transmission
+        radios = tuple(
+            radio_scene(scene, f, materials, transmission=through, wedges=wedges)
+            for f in study.radio.frequencies_hz
+        )
+        tags, notes = place_tags(study, scene)
+        reader_z_m = scene.floor_height_m + study.reader.height_m
+        map_z_m = scene.floor_height_m + (study.map.height_m or study.reader.height_m)
+        _check_heights(study, scene, reader_z_m, map_z_m)
+        _check_starts(study, scene, reader_z_m)
+    except OctantError as exc:
+        if not where:
+            raise
+        msg = f"{where}{exc}"
+        raise ConfigError(msg) from exc
+    return StudyScene(
+        name=study.name if layout is None else layout.name,
+        scene=scene,
+        radios=radios,
+        tags=tags,
+        reader_z_m=reader_z_m,
+        map_z_m=map_z_m,
+        notes=tuple(where + note for note in notes),
+    )
+
+
+def radio_at(study: Study, built: StudyScene, frequency_hz: float) -> RadioScene:
+    """Return the room of a study at a frequency that may be none of its channels.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    built : StudyScene
+        One of its rooms.
+    frequency_hz : float
+        Frequency [Hz].
+
+    Returns
+    -------
+    RadioScene
+        With the same edges and sheets as the study's own.
+    """
+    for radio in built.radios:
+        if radio.frequency_hz == frequency_hz:
+            return radio
+    return radio_scene(
+        built.scene,
+        frequency_hz,
+        study_materials(study),
+        transmission=study.solver.transmission,
+        wedges=built.radios[0].wedges,
+    )
+
+
+def candidates_from(
+    study: Study,
+    radio: RadioScene,
+    source_m: npt.ArrayLike,
+    *,
+    max_reflections: int | None = None,
+    region_m: npt.ArrayLike | None = None,
+) -> Candidates:
+    """Return the candidates for paths from a place, searched as the study's solver says.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    radio : RadioScene
+        Its room at one frequency.
+    source_m : (3,) array_like
+        Place of the source [m].
+    max_reflections : int or None
+        Greatest order [-]; None: the study's.
+    region_m : (2, 3) array_like or None
+        Box [m] that all receivers lie in; None: the room.
+
+    Returns
+    -------
+    Candidates
+        Images and ways over edges.
+    """
+    solver = study.solver
+    return search_candidates(
+        radio,
+        source_m,
+        solver.max_reflections if max_reflections is None else max_reflections,
+        max_diffractions=solver.max_diffractions,
+        search=solver.search,
+        rays=solver.rays,
+        region_m=region_m,
+    )
+
+
+def place_tags(study: Study, scene: Scene) -> tuple[tuple[PlacedTag, ...], tuple[str, ...]]:
+    """Return the tags in their places, and a line for each that had to be moved.
+
+    Parameters
+    ----------
+    study : Study
+        With its tags [m].
+    scene : Scene
+        The room they hang in.
+
+    Returns
+    -------
+    tuple of PlacedTag
+        In the order of the study [m].
+    tuple of str
+        One line for each tag that lay on a surface and was moved [m].
+
+    Raises
+    ------
+    ConfigError
+        When a tag is outside the room or inside an object.
+    """
+    placed, notes = [], []
+    for i, tag in enumerate(study.tags):
+        position, moved = place_antenna(
+            scene,
+            tag.position_m,
+            study.solver.standoff_m,
+            name=f"tag {tag.id!r}",
+            key=f"tag[{i}].position_m",
+        )
+        if moved:
+            notes.append(moved)
+        placed.append(
+            PlacedTag(
+                id=tag.id,
+                position_m=position,
+                given_m=np.array(tag.position_m),
+                antennas=_tag_antennas(tag, study.radio, key=f"tag[{i}].antenna"),
+            )
+        )
+    return tuple(placed), tuple(notes)
+
+
+def place_antenna(
+    scene: Scene, point_m: npt.ArrayLike, standoff_m: float, *, name: str, key: str
+) -> tuple[FloatArray, str]:
+    """Return where an antenna is put, and a line that says so when that is not where it was given.
+
+    Parameters
+    ----------
+    scene : Scene
+        The room.
+    point_m : (3,) array_like
+        Given place [m].
+    standoff_m : float
+        How far it is moved off a surface that it lies on [m].
+    name : str
+        What it is called when it is moved.
+    key : str
+        Key path or option that gave the place, for errors.
+
+    Returns
+    -------
+    (3,) ndarray of float64
+        The place [m].
+    str
+        Empty where nothing was moved.
+
+    Raises
+    ------
+    ConfigError
+        When the place is outside the room or inside an object.
+    """
+    given = np.asarray(point_m, dtype=np.float64)
+    text = _point_text(given)
+    points, moved = scene.stand_off(given[None, :], standoff_m)
+    if not scene.inside_room(points)[0]:
+        low, high = (_point_text(corner) for corner in scene.bounds_m)
+        msg = (
+            f"{key} is {text} m, which is outside the room that spans {low} to {high} m; "
+            "move it inside."
+        )
+        raise ConfigError(msg)
+    if scene.inside_solid(points)[0]:
+        msg = f"{key} is {text} m, which is inside a solid object; move it out, or the object."
+        raise ConfigError(msg)
+    if not moved[0]:
+        return given, ""
+    note = (
+        f"{name} at {text} m lies on a surface and is moved "
+        f"{100.0 * float(np.linalg.norm(points[0] - given)):.3g} cm off it, "
+        f"to {_point_text(points[0])} m (solver.standoff_m)."
+    )
+    return np.asarray(points[0], dtype=np.float64), note
+
+
+def _tag_antennas(tag: Tag, radio: Radio, *, key: str) -> tuple[Antenna, ...]:
+    antennas: list[Antenna] = []
+    cut = None
+    for f in (radio.frequency_hz, *radio.frequencies_hz):
+        antennas.append(
+            named_antenna(
+                tag.antenna, f, key=key, axis=tag.axis, azimuth_deg=tag.azimuth_deg, length_m=cut
+            )
+        )
+        cut = antennas[0].length_m or None  # the same metal at all frequencies
+    return tuple(antennas[1:])
+
+
+def _check_starts(study: Study, scene: Scene, reader_z_m: float) -> None:
+    if study.mission is None:
+        return
+    _check_start(study, scene, reader_z_m, key="mission.start_m", place_m=study.mission.start_m)
+    for i, (x, y, _) in enumerate(study.mission.starts):
+        _check_start(study, scene, reader_z_m, key=f"mission.starts[{i}]", place_m=(x, y))
+
+
+def _check_start(
+    study: Study, scene: Scene, reader_z_m: float, *, key: str, place_m: tuple[float, float]
+) -> None:
+    start = np.array([*place_m, reader_z_m])
+    shown = f"{key} is {list(place_m)} m"
+    if not scene.inside_room(start[None, :])[0]:
+        low, high = scene.bounds_m[:, :2].tolist()
+        msg = f"{shown}, which is outside the room that spans {low} to {high} m; start inside it."
+        raise ConfigError(msg)
+    heights = np.linspace(scene.floor_height_m + 1e-3, reader_z_m, 5)
+    column = np.column_stack([np.tile(start[:2], (5, 1)), heights])
+    if scene.inside_solid(column).any():
+        msg = f"{shown}, which is inside an object; start beside it."
+        raise ConfigError(msg)
+    radius_m = study.reader.ground_plane_m / 2.0
+    distance_m = float(scene.distance_to_facets_m(start[None, :])[0][0])
+    beside = distance_m < radius_m and distance_m < study.reader.height_m - 1e-9
+    if beside:
+        msg = (
+            f"{shown}, {distance_m:g} m from a wall or an object, but the reader reaches "
+            f"{radius_m:g} m from its centre; start further off (or move the room: room.origin_m)."
+        )
+        raise ConfigError(msg)
+
+
+def _check_heights(study: Study, scene: Scene, reader_z_m: float, map_z_m: float) -> None:
+    if not scene.has_room:
+        return
+    top_m = float(scene.bounds_m[1, 2])
+    heights = {
+        "reader.height_m": (study.reader.height_m, reader_z_m),
+        "map.height_m": (study.map.height_m, map_z_m),
+    }
+    for path, (height_m, z_m) in heights.items():
+        if z_m >= top_m:
+            msg = (
+                f"{path} is {height_m:g} m above the floor, but the room is only "
+                f"{top_m - scene.floor_height_m:g} m high; choose less."
+            )
+            raise ConfigError(msg)
+
+
+def _point_text(point_m: npt.ArrayLike) -> str:
+    return "(" + ", ".join(f"{c:.6g}" for c in np.asarray(point_m)) + ")"

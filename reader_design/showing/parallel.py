@@ -1,0 +1,133 @@
+"""Parallel coordinates of a sweep: every design a line across its parameters and scores."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from textwrap import fill
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.reader_design.showing.style import figure_style, math_text, new_figure
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+FloatArray = npt.NDArray[np.float64]
+
+FEW_VALUES = 7
+"""Different numbers on an axis [-] up to which each gets a tick of its own."""
+LINE = 15
+"""Letters in a line of a title [-]."""
+CHOSEN_COLOUR = "#cc3311"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ParallelAxis:
+    """One vertical axis.
+
+    Attributes
+    ----------
+    title : str
+        Below the axis, with its unit, e.g. ``h_p [cm]``.
+    values : tuple of float, or of str
+        One for each design in the title's unit [-]; words get a place each.
+    """
+
+    title: str
+    values: tuple[float, ...] | tuple[str, ...]
+
+    def places(self) -> tuple[FloatArray, list[tuple[float, str]]]:
+        """Return each design's height on the axis, 0 to 1, and the ticks with their text [-].
+
+        Returns
+        -------
+        (k,) float64
+            Heights [-].
+        list of (float, str)
+            Height and text of each tick.
+        """
+        if any(isinstance(v, str) for v in self.values):
+            words = list(dict.fromkeys(map(str, self.values)))
+            step = 1.0 / max(len(words) - 1, 1)
+            at = {word: k * step if len(words) > 1 else 0.5 for k, word in enumerate(words)}
+            return np.array([at[str(v)] for v in self.values]), [(y, w) for w, y in at.items()]
+        numbers = np.array(self.values, dtype=np.float64)
+        low, high = float(numbers.min()), float(numbers.max())
+        span = high - low
+        heights = (numbers - low) / span if span > 0.0 else np.full(numbers.size, 0.5)
+        shown = np.unique(numbers)
+        if shown.size > FEW_VALUES:
+            shown = np.linspace(low, high, 5)
+        ticks = (shown - low) / span if span > 0.0 else np.full(shown.size, 0.5)
+        return heights, [(float(y), f"{v:.3g}") for y, v in zip(ticks, shown, strict=True)]
+
+
+def parallel_figure(
+    axes_of: Sequence[ParallelAxis], rank: npt.NDArray[np.int64], *, title: str
+) -> "Figure":
+    """Return the designs as lines across parameters and scores, coloured by their rank [-].
+
+    Parameters
+    ----------
+    axes_of : sequence of ParallelAxis
+        At least two; all of k designs.
+    rank : (k,) int64
+        Place of each design in the ranking, from 1 [-].
+    title : str
+        Above the figure.
+
+    Returns
+    -------
+    Figure
+        Works for two designs as for thousands; the first of the ranking is drawn on top.
+    """
+    from matplotlib import colormaps
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.collections import LineCollection
+    from matplotlib.colors import Normalize
+
+    drawn = [axis.places() for axis in axes_of]
+    heights = np.array([places for places, _ in drawn])
+    count, width = len(rank), len(axes_of)
+    order = np.argsort(-rank, kind="stable")
+    lines = np.stack([np.broadcast_to(np.arange(width), (count, width)), heights.T], axis=-1)[order]
+    with figure_style():
+        figure, panels = new_figure(
+            width_in=max(2.0 + 1.15 * width, 7.0), height_in=4.4, title=title
+        )
+        ax = panels[0, 0]
+        scale = Normalize(1, max(int(rank.max()), 2))
+        colours = colormaps["viridis"](scale(rank[order]))
+        colours[:, 3] = np.clip(12.0 / np.sqrt(count) / 2.0, 0.12, 0.85)
+        ax.add_collection(LineCollection(list(lines[:-1]), colors=colours[:-1], linewidths=1.3))
+        ax.plot(*lines[-1].T, color=CHOSEN_COLOUR, linewidth=2.6, label="chosen design", zorder=5)
+        for k, (_, ticks) in enumerate(drawn):
+            _draw_axis(ax, k, ticks)
+        ax.set_xlim(-0.35, width - 0.45)
+        ax.set_ylim(-0.06, 1.06)
+        ax.set_xticks(range(width), [math_text(fill(a.title, LINE)) for a in axes_of], fontsize=8.5)
+        ax.set_yticks([])
+        ax.grid(visible=False)
+        ax.tick_params(length=0)
+        for spine in ax.spines.values():
+            spine.set_visible(False)
+        bar = figure.colorbar(
+            ScalarMappable(scale, "viridis"), ax=ax, label="place in the ranking", pad=0.01
+        )
+        bar.ax.invert_yaxis()
+        bar.outline.set_visible(False)
+        figure.legend(*ax.get_legend_handles_labels(), loc="outside lower center")
+    return figure
+
+
+def _draw_axis(ax: "Axes", at: int, ticks: Sequence[tuple[float, str]]) -> None:
+    """Draw one vertical axis with its ticks."""
+    from matplotlib.patheffects import withStroke
+
+    ax.axvline(at, ymin=0.0, ymax=1.0, color="#444444", linewidth=1.0, zorder=3)
+    halo = [withStroke(linewidth=2.5, foreground="white")]
+    for y, text in ticks:
+        ax.plot([at - 0.03, at + 0.03], [y, y], color="#444444", linewidth=1.0, zorder=3)
+        ax.text(at + 0.06, y, text, fontsize=8, va="center", path_effects=halo, zorder=6)

@@ -1,0 +1,138 @@
+"""CSV tables in and out: named columns, errors with file and line."""
+
+import csv
+import io
+import math
+import sys
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import TextIO
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.geometries.errors import ConfigError
+from octant.reader_design.study_file.errors import nearest
+from octant.reader_design.keeping.store import refuse_overwrite, whole_file
+
+
+def read_columns(path: Path, columns: Sequence[str]) -> npt.NDArray[np.float64]:
+    """Return named columns of a CSV file, in the units that their names carry.
+
+    Parameters
+    ----------
+    path : Path
+        A CSV file whose first line names its columns; further columns are left alone, empty lines
+        skipped.
+    columns : sequence of str
+        The names wanted, for example ``x_m``.
+
+    Returns
+    -------
+    (m, k) ndarray of float64
+        One row a line [m], [deg]; k = ``len(columns)``.
+
+    Raises
+    ------
+    ConfigError
+        When the file is missing, has no such column, no row, or a value that is no finite number.
+    """
+    try:
+        text = path.read_text("utf-8-sig")
+    except (OSError, UnicodeDecodeError) as exc:
+        reason = exc.strerror if isinstance(exc, OSError) else "it is not UTF-8 text"
+        msg = f"{path} cannot be read ({reason}); give a CSV file with {','.join(columns)}."
+        raise ConfigError(msg) from exc
+    reader = csv.reader(io.StringIO(text), skipinitialspace=True)
+    header = [name.strip() for name in next(reader, [])]
+    places = [_place(path, header, name) for name in columns]
+    rows = [
+        [
+            _number(path, reader.line_num, name, row, i)
+            for name, i in zip(columns, places, strict=True)
+        ]
+        for row in reader
+        if any(cell.strip() for cell in row)
+    ]
+    if not rows:
+        msg = f"{path} has no rows below its header; give at least one."
+        raise ConfigError(msg)
+    return np.array(rows, dtype=np.float64)
+
+
+def put_table(
+    target: str | None, header: Sequence[str], rows: Iterable[Sequence[object]], *, force: bool
+) -> None:
+    """Return nothing; write a CSV table to a file or to stdout, row by row.
+
+    Parameters
+    ----------
+    target : str or None
+        A file's path; None or ``-``: stdout.
+    header : sequence of str
+        Column names, with their units.
+    rows : iterable of sequences
+        Values [-]; floats get the digits that read back to the same number.
+    force : bool
+        Replace a file that exists.
+
+    Raises
+    ------
+    ConfigError
+        When the file exists and ``force`` is false, or cannot be written.
+    """
+    if target is None or target == "-":
+        _write_rows(sys.stdout, header, rows)
+        return
+    path = Path(target)
+    refuse_overwrite(path, force=force)
+    with whole_file(path) as part, part.open("w", encoding="utf-8", newline="") as file:
+        _write_rows(file, header, rows)
+
+
+def csv_text(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+    """Return a CSV table as text.
+
+    Parameters
+    ----------
+    header : sequence of str
+        Column names, with their units.
+    rows : iterable of sequences
+        Values [-]; floats get the digits that read back to the same number.
+
+    Returns
+    -------
+    str
+        One line a row.
+    """
+    text = io.StringIO(newline="")
+    _write_rows(text, header, rows)
+    return text.getvalue()
+
+
+def _write_rows(file: TextIO, header: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
+    writer = csv.writer(file, lineterminator="\n")
+    writer.writerow(header)
+    for row in rows:
+        writer.writerow([repr(float(v)) if isinstance(v, float) else v for v in row])
+
+
+def _place(path: Path, header: Sequence[str], name: str) -> int:
+    if name in header:
+        return header.index(name)
+    near = nearest(name, header)
+    hint = f"; the nearest is {near!r}" if near else ""
+    msg = f"{path}:1: has no column {name!r}, but the header must name it{hint}."
+    raise ConfigError(msg)
+
+
+def _number(path: Path, line: int, name: str, row: Sequence[str], place: int) -> float:
+    cell = row[place].strip() if place < len(row) else ""
+    try:
+        value = float(cell)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        msg = f"{path}:{line}: {name} is {cell!r}, but a finite number is needed."
+        raise ConfigError(msg)
+    return value

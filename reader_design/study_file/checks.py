@@ -1,0 +1,294 @@
+"""What one key of a study demands of another; a failure is a `ConfigError` with the key path."""
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import get_args
+
+import msgspec
+
+from octant.em.antennas.kinds import AntennaKind
+from octant.geometries.errors import ConfigError, InfeasibleDesignError
+from octant.reader_design.study_file.choice import Choice, Scoring
+from octant.reader_design.study_file.dock import Dock
+from octant.reader_design.study_file.errors import unknown_name
+from octant.reader_design.study_file.materials import (
+    check_material,
+    material_label,
+    material_specs,
+)
+from octant.reader_design.study_file.mission import Mission
+from octant.reader_design.study_file.optimise import check_optimise
+from octant.reader_design.study_file.room import (
+    Room,
+)
+from octant.reader_design.study_file.room_checks import check_rooms
+from octant.reader_design.study_file.rules import mission_rules
+from octant.reader_design.study_file.schema import Layout, Reader, Study, Tag
+from octant.reader_design.study_file.sensor import Sensor
+from octant.reader_design.setting.scores import SCORE_NAMES, higher_is_better, score_unit
+
+TAG_ANTENNAS = get_args(AntennaKind)
+"""Antennas of tags and of the ends of paths that need no file."""
+
+
+def unknown_antenna(path: str, name: str) -> str:
+    """Return the sentence for an antenna that is neither known nor a pattern file.
+
+    Parameters
+    ----------
+    path : str
+        Where it is named.
+    name : str
+        What was given.
+
+    Returns
+    -------
+    str
+        One sentence, with the nearest name.
+    """
+    what = "antenna, and no such pattern file"
+    return unknown_name(path, name, TAG_ANTENNAS, what=what)
+
+
+def check_study(study: Study, *, shapes: bool = True) -> None:
+    """Return nothing; refuse a study whose keys contradict each other.
+
+    Parameters
+    ----------
+    study : Study
+        A study whose single values are already within their ranges.
+    shapes : bool
+        False: leave out whether the walls of rooms fit together, which building the scene finds
+        out as well; it takes a hundred times as long as the rest.
+
+    Raises
+    ------
+    ConfigError
+        With the key path, what was given and what is allowed.
+    """
+    check_rooms(study, shapes=shapes)
+    _check_unique("layout", "name", [layout.name for layout in study.layouts])
+    _check_tags(study.tags)
+    _check_scoring(study.scoring)
+    _check_choice(study.choice)
+    _check_reader(study.reader)
+    _check_pattern_files(study.reader)
+    _check_surroundings(study.reader)
+    _check_sensor(study.sensor)
+    if study.mission is not None:
+        _check_mission(study.mission, study.tags)
+        _check_dwell(study.sensor, study.mission, study.reader.antennas)
+    if study.dock is not None:
+        _check_dock(study.dock, study.tags)
+    if study.optimise is not None:
+        check_optimise(study.optimise)
+    if study.tolerance is not None:
+        _check_tolerance(study)
+    for path, spec in material_specs(study):
+        check_material(path, spec, study.radio.frequencies_hz)
+
+
+def _check_scoring(scoring: Scoring) -> None:
+    if scoring.floor_dbm >= scoring.full_scale_dbm:
+        msg = (
+            f"scoring.floor_dbm is {scoring.floor_dbm:g} dBm, but the codes must rise to "
+            f"scoring.full_scale_dbm = {scoring.full_scale_dbm:g} dBm; choose less."
+        )
+        raise ConfigError(msg)
+
+
+def _check_choice(choice: Choice) -> None:
+    for i, criterion in enumerate(choice.criteria):
+        given = [(key, getattr(criterion, key)) for key in ("free", "room")]
+        named = [(key, name) for key, name in given if name]
+        if not named:
+            msg = f"choice.criterion[{i}] names no score; give free, room, or both."
+            raise ConfigError(msg)
+        for key, name in named:
+            if name not in SCORE_NAMES:
+                path = f"choice.criterion[{i}].{key}"
+                raise ConfigError(unknown_name(path, name, SCORE_NAMES, what="score"))
+        if len({(score_unit(n), higher_is_better(n)) for _, n in named}) > 1:
+            msg = (
+                f"choice.criterion[{i}] compares {criterion.free!r} in free space with "
+                f"{criterion.room!r} in the room, which cannot be averaged; name like scores."
+            )
+            raise ConfigError(msg)
+
+
+def rooms_of(study: Study, layout: Layout | None = None) -> Room:
+    """Return the room of a study or of one of its layouts, with all its objects.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    layout : Layout or None
+        One of its layouts; None: the study's own room.
+
+    Returns
+    -------
+    Room
+        The layout's room (the study's where it has none) and the objects of both [m].
+    """
+    if layout is None:
+        return study.room
+    room = layout.room or study.room
+    return msgspec.structs.replace(room, objects=room.objects + layout.objects)
+
+
+def _check_unique(table: str, key: str, names: Sequence[str]) -> None:
+    for i, name in enumerate(names):
+        if name in names[:i]:
+            msg = (
+                f"{table}[{i}].{key} is {name!r}, which {table}[{names.index(name)}] has already; "
+                f"give every {table} its own {key}."
+            )
+            raise ConfigError(msg)
+
+
+def _check_tags(tags: Sequence[Tag]) -> None:
+    _check_unique("tag", "id", [tag.id for tag in tags])
+    for i, tag in enumerate(tags):
+        if tag.antenna not in TAG_ANTENNAS and not Path(tag.antenna).suffix:
+            raise ConfigError(unknown_antenna(f"tag[{i}].antenna", tag.antenna))
+        if tag.axis is not None and math.hypot(*tag.axis) == 0.0:
+            msg = (
+                f"tag[{i}].axis is {list(tag.axis)}, but an antenna needs a direction; "
+                "write for example [0, 0, 1] for a vertical one."
+            )
+            raise ConfigError(msg)
+
+
+def _check_reader(reader: Reader) -> None:
+    limit_m = reader.ground_plane_m / 2.0
+    if reader.antenna_radius_m > limit_m * (1.0 + 1e-9):
+        msg = (
+            f"reader.antenna_radius_m is {reader.antenna_radius_m:g} m, but the antennas must "
+            f"stand on the ground plane, whose half is {limit_m:g} m; choose a smaller radius or "
+            "a larger reader.ground_plane_m."
+        )
+        raise InfeasibleDesignError(msg)
+
+
+def _check_surroundings(reader: Reader) -> None:
+    if reader.objects and reader.response != "fullwave":
+        msg = (
+            f"reader.object stands near the reader, but reader.response is {reader.response!r}, "
+            'which leaves it out; set reader.response = "fullwave", or take the object away.'
+        )
+        raise ConfigError(msg)
+    for i, item in enumerate(reader.objects):
+        if material_label(item.material) not in ("pec", "metal"):
+            msg = (
+                f"reader.object[{i}].material is {material_label(item.material)!r}, but only a "
+                'conductor may stand near the reader; write "pec" or "metal".'
+            )
+            raise ConfigError(msg)
+
+
+def _check_pattern_files(reader: Reader) -> None:
+    given = len(reader.pattern_files)
+    if reader.response != "files":
+        if given:
+            msg = (
+                f"reader.pattern_files names {given} files, but reader.response is "
+                f'{reader.response!r}; set reader.response = "files", or leave the files out.'
+            )
+            raise ConfigError(msg)
+        return
+    if given != reader.antennas:
+        msg = (
+            f"reader.pattern_files names {given} files, but the reader has {reader.antennas} "
+            "antennas; give one file for each, in their order."
+        )
+        raise ConfigError(msg)
+
+
+def _check_mission(mission: Mission, tags: Sequence[Tag]) -> None:
+    known = [tag.id for tag in tags]
+    for i, tag_id in enumerate(mission.tags):
+        if tag_id not in known:
+            raise ConfigError(unknown_name(f"mission.tags[{i}]", tag_id, known, what="[[tag]]"))
+    if mission.max_time_s is not None and mission.max_time_s < mission.sample_time_s:
+        msg = (
+            f"mission.max_time_s is {mission.max_time_s:g} s, but a mission lasts at least one "
+            f"sample of {mission.sample_time_s:g} s."
+        )
+        raise ConfigError(msg)
+    mission_rules(mission)
+
+
+def _check_sensor(sensor: Sensor) -> None:
+    if sensor.required_snr_db is not None and sensor.bandwidth_hz is None:
+        msg = (
+            f"sensor.required_snr_db is {sensor.required_snr_db:g} dB, but without "
+            "sensor.bandwidth_hz the receiver has no noise; give the bandwidth, or "
+            "sensor.sensitivity_dbm instead."
+        )
+        raise ConfigError(msg)
+    if sensor.floor_dbm >= sensor.full_scale_dbm:
+        msg = (
+            f"sensor.floor_dbm is {sensor.floor_dbm:g} dBm and sensor.full_scale_dbm "
+            f"{sensor.full_scale_dbm:g} dBm, but the floor must lie below; exchange them."
+        )
+        raise ConfigError(msg)
+
+
+def _check_dwell(sensor: Sensor, mission: Mission, antennas: int) -> None:
+    round_s = antennas * sensor.dwell_s
+    if round_s > mission.sample_time_s * (1.0 + 1e-12):
+        msg = (
+            f"sensor.dwell_s is {sensor.dwell_s:g} s, so that one round of {antennas} antennas "
+            f"takes {round_s:g} s, but mission.sample_time_s is {mission.sample_time_s:g} s; "
+            "shorten the dwell time."
+        )
+        raise ConfigError(msg)
+
+
+def _check_tolerance(study: Study) -> None:
+    tolerance = study.tolerance
+    if tolerance is None:
+        return
+    _check_unique("tolerance.rival", "name", [rival.name for rival in tolerance.rivals])
+    if tolerance.room and study.room.free_space:
+        msg = (
+            "tolerance.room is true, but the study's room is free space; set it false, or give a "
+            "room."
+        )
+        raise ConfigError(msg)
+    percent = max(tolerance.permittivity_percent, tolerance.conductivity_percent)
+    if percent > 0.0 and not tolerance.room:
+        msg = (
+            f"tolerance gives materials errors of {percent:g} %, but tolerance.room is false, so "
+            "no room is scored; set tolerance.room = true, or leave the errors out."
+        )
+        raise ConfigError(msg)
+
+
+def _check_dock(dock: Dock, tags: Sequence[Tag]) -> None:
+    known = [tag.id for tag in tags]
+    if dock.tag not in known:
+        raise ConfigError(unknown_name("dock.tag", dock.tag, known, what="[[tag]]"))
+    if dock.staging_m <= dock.stand_off_m:
+        msg = (
+            f"dock.staging_m is {dock.staging_m:g} m and dock.stand_off_m {dock.stand_off_m:g} m, "
+            "but the robot must stage farther from the landmark than it docks; raise staging_m."
+        )
+        raise ConfigError(msg)
+    if (dock.start_low_m is None) != (dock.start_high_m is None):
+        msg = (
+            "dock.start_low_m and dock.start_high_m are the two corners of one area, but only one "
+            "is given; give both, or none."
+        )
+        raise ConfigError(msg)
+    if dock.start_low_m is not None and dock.start_high_m is not None:
+        for low, high in zip(dock.start_low_m, dock.start_high_m, strict=True):
+            if low >= high:
+                msg = (
+                    f"dock.start_low_m is {list(dock.start_low_m)} m and dock.start_high_m "
+                    f"{list(dock.start_high_m)} m, but the first must be the lower corner; "
+                    "exchange them."
+                )
+                raise ConfigError(msg)

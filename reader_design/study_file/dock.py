@@ -1,0 +1,109 @@
+"""The table ``[dock]`` of a study: a station, the robot that docks there, and its errors."""
+
+import math
+from typing import Annotated, Literal
+
+from msgspec import Meta
+
+from octant.reader_design.study_file.room import (
+    Name,
+    NotNegative,
+    Point,
+    Positive,
+    PositiveCount,
+    Table,
+)
+
+Share = Annotated[float, Meta(ge=0.0, le=1.0)]
+
+
+class Dock(Table, frozen=True, kw_only=True):
+    """Docking at a tagged station: table ``[dock]``.
+
+    Parameters
+    ----------
+    tag : str
+        Tag that hangs over the staging place: the ``id`` of a ``[[tag]]``.
+    landmark_position_m : (3,) tuple of float
+        Landmark at the station, in the room's frame [m].
+    landmark_heading_deg : float
+        Direction that the robot has when it faces the landmark squarely [deg].
+    stand_off_m : float
+        The robot docks so far in front of the landmark [m].
+    staging_m : float
+        Distance of the staging place from the landmark [m].
+    tries : int
+        How often the robot tries [-].
+    runs : int
+        Monte-Carlo repetitions in each layout [-].
+    start_low_m, start_high_m : (2,) tuple of float or None
+        Corners of the area in which starts are drawn [m]; None: the room, or in free space 4 m to
+        every side of the staging place.
+    noise_db : float
+        Standard deviation of the noise of each RSS reading [dB].
+    reading_time_s : float
+        Time between two readings of the tag [s].
+    sample_time_s : float
+        Time between two images of the camera and two commands of the docking law [s].
+    gamma_per_s, h, k_per_s : float
+        Gains of the docking law [1/s], [-], [1/s].
+    max_speed_m_per_s : float
+        Limit of the docking law's speed [m/s].
+    max_turn_rate_deg_per_s : float
+        Limit of its turn rate [deg/s].
+    saturation : str
+        ``curvature``: beyond a limit both commands shrink by one factor; ``clip``: each by itself.
+    latch_radius_m : float
+        The robot stops so near to the goal [m].
+    compensate_slips : bool
+        Whether estimated slips are taken off the commands.
+    linear_slip_m_per_s : float
+        How much faster the robot drives than told [m/s].
+    angular_slip_deg_per_s : float
+        How much faster it turns than told [deg/s].
+    robot_radius_m, robot_height_m : float
+        The round body that collides [m].
+    camera_range_m : float
+        Greatest distance at which the landmark is recognised [m].
+    camera_width_deg : float
+        Horizontal field of view [deg].
+    position_sd_m : float
+        Standard deviation of each measured coordinate of the landmark [m].
+    attitude_sd_deg : float
+        Standard deviation of its measured attitude [deg].
+    detection_probability : float
+        Probability that a landmark in sight is detected [-].
+    false_probability : float
+        Probability that something else is reported in its stead [-].
+    """
+
+    tag: Name
+    landmark_position_m: Point
+    landmark_heading_deg: float = 0.0
+    stand_off_m: Positive = 0.5
+    staging_m: Positive = 2.0
+    tries: PositiveCount = 4
+    runs: PositiveCount = 100
+    start_low_m: tuple[float, float] | None = None
+    start_high_m: tuple[float, float] | None = None
+    noise_db: NotNegative = 1.0
+    reading_time_s: Positive = 1.0
+    sample_time_s: Positive = 0.1
+    gamma_per_s: Positive = 0.125
+    h: Positive = 20.0
+    k_per_s: Positive = 1.0
+    max_speed_m_per_s: Positive = 0.2
+    max_turn_rate_deg_per_s: Positive = math.degrees(0.2)
+    saturation: Literal["curvature", "clip"] = "curvature"
+    latch_radius_m: Positive = 0.02
+    compensate_slips: bool = True
+    linear_slip_m_per_s: float = -0.01
+    angular_slip_deg_per_s: float = 0.5
+    robot_radius_m: Positive = 0.2
+    robot_height_m: Positive = 0.8
+    camera_range_m: Positive = 4.5
+    camera_width_deg: Annotated[float, Meta(gt=0.0, le=180.0)] = 57.0
+    position_sd_m: Positive = 0.1
+    attitude_sd_deg: Positive = math.degrees(0.1)
+    detection_probability: Share = 0.95
+    false_probability: Share = 0.02

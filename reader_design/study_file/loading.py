@@ -1,0 +1,314 @@
+"""Reading a study file and writing it back with every default resolved."""
+
+import itertools
+import math
+import os
+from collections.abc import Mapping
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from octant.em.antennas.kinds import PATCHES
+from octant.geometries.errors import ConfigError, InfeasibleDesignError
+from octant.reader_design.study_file.checks import TAG_ANTENNAS, check_study
+from octant.reader_design.study_file.errors import path_text, sentence, unit_of, value_text
+from octant.reader_design.study_file.materials import room_material
+from octant.reader_design.study_file.room import MeshObject, Room, RoomMesh, RoomObject
+from octant.reader_design.study_file.schema import Layout, Study, Tag
+from octant.reader_design.study_file.sweep import expanded, parameter_key, put, taken
+from octant.reader_design.study_file.toml import toml_text
+from octant.reader_design.study_file.toml_files import toml_file_text, toml_tables
+
+replace = msgspec.structs.replace
+
+
+def load_study(path: str | Path | None = None, *, built_in: str = "thesis_study") -> Study:
+    """Return the study of a file, checked, with every default and every path resolved.
+
+    Parameters
+    ----------
+    path : str, Path or None
+        A TOML file; None: a built-in study.
+    built_in : str
+        Which: ``thesis_study``, ``track_study`` of ``octant track``, or ``dock_study`` of
+        ``octant dock``.
+
+    Returns
+    -------
+    Study
+        All lengths in [m], frequencies in [Hz], angles in [deg]; mesh files as absolute paths.
+
+    Raises
+    ------
+    ConfigError
+        When the file is missing or not TOML, or a key is unknown, wrong or contradicts another.
+    """
+    if path is None:
+        name = f"{built_in}.toml"
+        text = resources.files(__package__).joinpath(name).read_text("utf-8")
+        return parse_study(text, source=name, directory=Path.cwd())
+    text = toml_file_text(path, what="study")
+    return parse_study(text, source=str(path), directory=Path(path).resolve().parent)
+
+
+def parse_study(text: str, *, source: str, directory: Path) -> Study:
+    """Return the study that TOML text describes, checked and resolved.
+
+    Parameters
+    ----------
+    text : str
+        TOML.
+    source : str
+        Name of the file in messages.
+    directory : Path
+        Where relative mesh files are looked for.
+
+    Returns
+    -------
+    Study
+        As `load_study` [m], [Hz], [deg].
+
+    Raises
+    ------
+    ConfigError
+        As `load_study`; the message starts with ``source``.
+    """
+    raw = toml_tables(text, source=source)
+    try:
+        _refuse_infinite(raw, ())
+        try:
+            study = msgspec.convert(raw, Study)
+        except msgspec.ValidationError as exc:
+            raise ConfigError(sentence(exc, raw, Study)) from exc
+        check_study(study)
+        return _with_sweep(resolved(study, directory=directory), directory)
+    except ConfigError as exc:
+        msg = f"{source}: {exc}"
+        raise ConfigError(msg) from exc
+
+
+def to_toml(study: Study, *, relative_to: Path | None = None) -> str:
+    """Return a study as TOML text, every default written out.
+
+    Parameters
+    ----------
+    study : Study
+        The study [m], [Hz], [deg].
+    relative_to : Path or None
+        Folder in which the text will lie: mesh files are named relative to it; None names them by
+        absolute path.
+
+    Returns
+    -------
+    str
+        TOML text that `load_study` reads back to an equal study.
+    """
+    base = None if relative_to is None else relative_to.resolve()
+
+    def named(file: str) -> str:
+        return file if base is None else os.path.relpath(file, base)
+
+    tables = msgspec.to_builtins(_with_files(study, named, axes=False))
+    tables["sweep"] = {key: _named(values, named) for key, values in expanded(study.sweep).items()}
+    for room in [tables["room"], *(e["room"] for e in tables["layout"] if e["room"])]:
+        _tidy_room(room)
+    tables["reader"]["object"] = tables["reader"]["object"] or None
+    if tables["track"]:
+        tables["track"]["trajectory"] = tables["track"]["trajectory"] or None
+    if tables["tolerance"]:
+        tables["tolerance"]["rival"] = tables["tolerance"]["rival"] or None
+    empty = [key for key in ("tag", "layout") if not tables[key]]
+    return toml_text({key: value for key, value in tables.items() if key not in empty})
+
+
+def resolved(study: Study, *, directory: Path) -> Study:
+    """Return a study with the defaults that depend on other keys, and its files, made explicit.
+
+    Parameters
+    ----------
+    study : Study
+        A checked study.
+    directory : Path
+        Where relative mesh files are looked for.
+
+    Returns
+    -------
+    Study
+        The ranges of the sweep written out, the map's height [m], the room's material, the
+        tags' axes; mesh and pattern files as absolute paths. What depends on a swept key stays
+        open.
+
+    Raises
+    ------
+    ConfigError
+        When a mesh file does not exist.
+    """
+
+    def absolute(file: str) -> str:
+        full = Path(os.path.normpath(directory / file))
+        if not full.is_file():
+            msg = f"the file {file!r} does not exist in {directory}; give an existing file."
+            raise ConfigError(msg)
+        return str(full)
+
+    sweep = expanded(study.sweep)
+    height_m = study.map.height_m
+    if not {"height_m", "reader.height_m", "reader"} & set(sweep):
+        height_m = height_m or study.reader.height_m
+    return replace(
+        _with_files(study, absolute, axes=not {"tag", "tag.antenna"} & set(sweep)),
+        sweep=dict(sweep),
+        map=replace(study.map, height_m=height_m),
+    )
+
+
+def study_variant(
+    study: Study, values: Mapping[str, Any], *, directory: Path = Path("/"), shapes: bool = True
+) -> Study:
+    """Return a study with other values in some places: one cell of its sweep.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    values : mapping
+        Value by parameter, named as in ``[sweep]`` and in the unit of its key ([m], [Hz], ...).
+    directory : Path
+        Where relative files among the values are looked for; those of a loaded study are absolute.
+    shapes : bool
+        As in `check_study`.
+
+    Returns
+    -------
+    Study
+        Checked and resolved; its own sweep is empty.
+
+    Raises
+    ------
+    ConfigError
+        When a value is wrong for its key, or contradicts another key.
+    """
+    tables = put(study, values)
+    try:
+        variant = msgspec.convert(tables, Study)
+    except msgspec.ValidationError as exc:
+        raise ConfigError(sentence(exc, tables, Study)) from exc
+    check_study(variant, shapes=shapes)
+    return resolved(variant, directory=directory)
+
+
+def _with_sweep(study: Study, directory: Path) -> Study:
+    """Return a study whose swept values have been tried one by one; files as absolute paths."""
+    lists = expanded(study.sweep)
+    tried: dict[str, tuple[Any, ...]] = {}
+    for name, values in lists.items():
+        tried[name] = tuple(
+            _tried(study, lists, name, place, directory) for place in range(len(values))
+        )
+        seen: set[str] = set()
+        for place, value in enumerate(tried[name]):
+            text = repr(value)
+            if text in seen:
+                msg = (
+                    f"{parameter_key(name)}[{place}] is {value_text((name,), value)} a second "
+                    "time; name every value once."
+                )
+                raise ConfigError(msg)
+            seen.add(text)
+    return replace(study, sweep=dict(tried))
+
+
+def _tried(
+    study: Study, lists: Mapping[str, tuple[Any, ...]], name: str, place: int, directory: Path
+) -> Any:  # noqa: ANN401
+    """Return one value of a sweep as its key holds it, if any combination can have it.
+
+    A reader that cannot be built is no mistake in the file, but a cell with that as its result.
+    """
+    others = [key for key in lists if key != name]
+    refusal: ConfigError | None = None
+    for combination in itertools.chain([()], itertools.product(*(lists[key] for key in others))):
+        values = {name: lists[name][place], **dict(zip(others, combination, strict=False))}
+        try:
+            variant = study_variant(study, values, directory=directory, shapes=False)
+        except ConfigError as exc:
+            refusal = refusal or exc
+            if isinstance(exc.__cause__, msgspec.ValidationError):
+                break
+        else:
+            return taken(msgspec.to_builtins(variant), name)
+    if isinstance(refusal, InfeasibleDesignError):
+        tables = put(study, {name: lists[name][place]})
+        return taken(msgspec.to_builtins(msgspec.convert(tables, Study)), name)
+    msg = f"{parameter_key(name)}[{place}]: {refusal}"
+    raise ConfigError(msg) from refusal
+
+
+def _refuse_infinite(value: Any, path: tuple[str | int, ...]) -> None:  # noqa: ANN401
+    if isinstance(value, dict):
+        for key, item in value.items():
+            _refuse_infinite(item, (*path, key))
+    elif isinstance(value, list):
+        for i, item in enumerate(value):
+            _refuse_infinite(item, (*path, i))
+    elif isinstance(value, float) and not math.isfinite(value):
+        unit = unit_of(path)
+        msg = (
+            f"{path_text(path)} is {value}{' ' if unit else ''}{unit}, but a finite number is "
+            "needed."
+        )
+        raise ConfigError(msg)
+
+
+def _with_files(study: Study, convert: Any, *, axes: bool = True) -> Study:  # noqa: ANN401
+    """Return a study with every file's name converted, str to str, and tags' axes if wanted."""
+
+    def of_objects(objects: tuple[RoomObject, ...]) -> tuple[RoomObject, ...]:
+        return tuple(
+            replace(o, file=convert(o.file)) if isinstance(o, MeshObject) else o for o in objects
+        )
+
+    def of_room(room: Room) -> Room:
+        mesh: str | tuple[RoomMesh, ...] | None = room.mesh
+        if isinstance(mesh, str):
+            mesh = convert(mesh)
+        elif mesh is not None:
+            mesh = tuple(replace(m, file=convert(m.file)) for m in mesh)
+        return replace(
+            room, mesh=mesh, material=room_material(room), objects=of_objects(room.objects)
+        )
+
+    def of_layout(layout: Layout) -> Layout:
+        room = None if layout.room is None else of_room(layout.room)
+        return replace(layout, room=room, objects=of_objects(layout.objects))
+
+    def of_tag(tag: Tag) -> Tag:
+        known = tag.antenna in TAG_ANTENNAS
+        down = (0.0, 0.0, -1.0 if tag.antenna in PATCHES else 1.0)
+        antenna = tag.antenna if known else convert(tag.antenna)
+        return replace(tag, antenna=antenna, axis=tag.axis or (down if axes else None))
+
+    layouts = tuple(of_layout(layout) for layout in study.layouts)
+    patterns = tuple(convert(file) for file in study.reader.pattern_files)
+    reader = replace(study.reader, pattern_files=patterns, objects=of_objects(study.reader.objects))
+    tags = tuple(of_tag(tag) for tag in study.tags)
+    return replace(study, room=of_room(study.room), tags=tags, layouts=layouts, reader=reader)
+
+
+def _named(value: Any, named: Any) -> Any:  # noqa: ANN401  named: str -> str
+    """Return a swept value in which files, which stand there by absolute path, are named anew."""
+    if isinstance(value, dict):
+        return {key: _named(item, named) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_named(item, named) for item in value]
+    return named(value) if isinstance(value, str) and Path(value).is_absolute() else value
+
+
+def _tidy_room(room: dict[str, Any]) -> None:
+    for key in ("materials", "object", "doorway"):
+        room[key] = room[key] or None
+    for mesh in room["mesh"] if isinstance(room["mesh"], list | tuple) else ():
+        mesh["materials"] = mesh["materials"] or None
+    room["free_space"] = room["free_space"] or None

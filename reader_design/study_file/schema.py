@@ -1,0 +1,299 @@
+"""The study file as typed, frozen tables: one class per TOML table, every key with its unit.
+
+Only shape and single-value rules stand here; what one key demands of another is in
+`config_checks`, what only the finished room can tell (a tag outside it) in `study_scene`.
+"""
+
+from typing import Annotated, Any, Literal
+
+import msgspec
+from msgspec import Meta
+
+from octant.reader_design.study_file.choice import Choice, Scoring
+from octant.reader_design.study_file.dock import Dock
+from octant.reader_design.study_file.mission import Mission
+from octant.reader_design.study_file.optimise import Optimise
+from octant.reader_design.study_file.room import (
+    Name,
+    NotNegative,
+    Point,
+    Positive,
+    PositiveCount,
+    Room,
+    RoomObject,
+    Table,
+)
+from octant.reader_design.study_file.sensor import Sensor
+from octant.reader_design.study_file.tolerance import Tolerance
+from octant.reader_design.study_file.track import Track
+
+ReaderAntenna = Literal["dipole", "monopole"]
+ReaderModel = Literal["fullwave", "rays", "isolated", "files"]
+
+
+class Radio(Table, frozen=True, kw_only=True):
+    """Frequency and power: table ``[radio]``.
+
+    Parameters
+    ----------
+    frequency_hz : float
+        Carrier frequency [Hz].
+    channels_hz : tuple of float
+        Hopping frequencies [Hz]; where given, RSS is the mean power over them.
+    tag_power_w : float
+        Power [W] that a tag radiates.
+    """
+
+    frequency_hz: Positive = 2.4e9
+    channels_hz: tuple[Positive, ...] = ()
+    tag_power_w: Positive = 1.0
+
+    @property
+    def frequencies_hz(self) -> tuple[float, ...]:
+        """Frequencies over which RSS is averaged in power [Hz]: the channels, or the carrier."""
+        return self.channels_hz or (self.frequency_hz,)
+
+
+class Tag(Table, frozen=True, kw_only=True):
+    """One RFID tag: ``[[tag]]``.
+
+    Parameters
+    ----------
+    id : str
+        Name that missions use.
+    position_m : (3,) tuple of float
+        Place in the room's frame [m].
+    antenna : str
+        ``dipole`` (half a wave), ``monopole`` (quarter wave), ``patch`` (half a wave square),
+        ``conical_patch`` (a disc whose beam is a cone of vertical polarisation) or
+        ``isotropic_theta``; or a pattern file over the full sphere (FEKO .ffe, HFSS .ffd, CST .ffs,
+        NEC output, MSI/Planet, CSV).
+    axis : (3,) tuple of float or None
+        Direction of the antenna's axis [-], of any length but zero: along the wire, where the patch
+        faces, the file's z axis. None: up, patches down.
+    azimuth_deg : float
+        Turn of a patch or a file about the axis [deg]; at 0 the patch's resonant side and the
+        file's x axis point along +x, as far as that is across the axis.
+    """
+
+    id: Name
+    position_m: Point
+    antenna: Name = "dipole"
+    axis: Point | None = None
+    azimuth_deg: float = 0.0
+
+
+class Reader(Table, frozen=True, kw_only=True):
+    """The reader when it is not swept, and what a sweep leaves alone: table ``[reader]``.
+
+    Parameters
+    ----------
+    antenna : str
+        ``dipole`` or ``monopole``.
+    antenna_length_m : float or None
+        Length of each antenna [m]; None: half a wave (dipole) or a quarter wave (monopole).
+    antenna_radius_m : float
+        Distance r_a of the antennas from the axis [m].
+    plate_height_m : float
+        Height h_p of the plates [m]; 0 is a reader without plates.
+    ground_plane_m : float
+        Side of the ground plane, or its diameter when it is round [m].
+    ground_plane_shape : str
+        ``square``, ``round`` or ``octagon``.
+    plate_height_axis_m : float or None
+        Height of the plates at the axis [m]; None: as at the rim.
+    plate_outer_radius_m : float or None
+        How far the plates reach from the axis [m]; None: half of ``ground_plane_m``.
+    antennas : int
+        Number of antennas, at least 3.
+    gap_m : float
+        Lower end of a dipole, or a monopole's own plane, above the ground plane [m].
+    monopole_plane_m : float
+        Side of each monopole's own plane [m]; 0: it stands on the reader's ground plane.
+    height_m : float
+        Ground plane above the floor [m].
+    load_ohm : float
+        Load of each antenna [ohm].
+    wire_radius_m : float
+        Radius of the antennas' wire [m].
+    feed_gap_m : float
+        Length of the antennas' feed [m]; 0 is a delta gap.
+    cells_per_wavelength : float
+        Elements of the full-wave mesh per wavelength [-]; 14 for final figures.
+    response : str
+        ``fullwave`` (method of moments), or the approximations ``rays`` and ``isolated``, which
+        know neither load, wire nor feed: how the reader's own body enters. ``files``: the reader
+        is given entirely by ``pattern_files``.
+    pattern_files : tuple of str
+        One file an antenna, measured or from another solver (FEKO .ffe, HFSS .ffd, CST .ffs, NEC
+        output, MSI/Planet, CSV), in the order of the antennas and in the reader's frame.
+    objects : tuple of RoomObject
+        The tables ``[[reader.object]]``: metal near the reader that rides with it, such as the
+        robot's body, in the reader's frame (origin at the ground plane's centre, z up). Full wave
+        only; it must not touch the reader, and takes the material ``pec`` or ``metal``.
+    """
+
+    antenna: ReaderAntenna = "dipole"
+    antenna_length_m: Positive | None = None
+    antenna_radius_m: Positive = 0.10
+    plate_height_m: NotNegative = 0.08
+    ground_plane_m: Positive = 0.20
+    ground_plane_shape: Literal["square", "round", "octagon"] = "square"
+    plate_height_axis_m: NotNegative | None = None
+    plate_outer_radius_m: Positive | None = None
+    antennas: Annotated[int, Meta(ge=3)] = 8
+    gap_m: Positive = 0.005
+    monopole_plane_m: NotNegative = 0.04
+    height_m: Positive = 0.3
+    load_ohm: Positive = 50.0
+    wire_radius_m: Positive = 0.0005
+    feed_gap_m: NotNegative = 0.0057
+    cells_per_wavelength: Annotated[float, Meta(ge=4.0, le=40.0)] = 10.0
+    response: ReaderModel = "fullwave"
+    pattern_files: tuple[Name, ...] = ()
+    objects: tuple[RoomObject, ...] = msgspec.field(default=(), name="object")
+
+
+class Range(Table, frozen=True, kw_only=True):
+    """Evenly spaced values of a swept parameter, ends included: ``{from = 0.05, to = 0.12, ...}``.
+
+    Parameters
+    ----------
+    low, high : float
+        First and last value, in the parameter's unit: the keys ``from`` and ``to``. They may
+        descend.
+    count : int or None
+        Number of values [-]; instead of ``step``.
+    step : float or None
+        Distance of neighbouring values, in the parameter's unit, above 0; the last value is
+        ``to`` only where a whole number of steps leads there.
+    """
+
+    low: float = msgspec.field(name="from")
+    high: float = msgspec.field(name="to")
+    count: Annotated[int, Meta(ge=2)] | None = None
+    step: Positive | None = None
+
+
+Sweep = dict[str, tuple[Any, ...] | Range]
+"""The design space: table ``[sweep]``; every combination of its values is one study.
+
+A name is a key of ``[reader]``, or the dotted path of any key of ``[radio]``, ``[room]``,
+``[[tag]]``, ``[reader]`` and ``[solver]`` in quotes: see `octant.reader_design.study_file.sweep`.
+"""
+
+
+class Solver(Table, frozen=True, kw_only=True):
+    """What the room's radio model includes: table ``[solver]``.
+
+    Parameters
+    ----------
+    max_reflections : int
+        Highest number of bends of a path [-]: reflections, and diffractions where there are any.
+    diffraction : bool
+        Whether edges diffract.
+    max_diffractions : int
+        Diffractions of a path [-]: 1, or 2 for those over both edges of one face as well.
+    transmission : bool
+        Whether sheets with a thickness let waves through.
+    search : str
+        ``complete`` finds every path; ``rays`` launches rays, for meshes of very many triangles.
+    rays : int
+        Rays launched [-] by ``rays``.
+    faces : str
+        ``flat`` counts triangles as one face where rounding of single-precision coordinates
+        explains what keeps them from being flat; ``as_stored`` only where they are flat exactly.
+    standoff_m : float
+        How far an antenna that lies on a surface is moved off it, along the normal [m].
+    """
+
+    max_reflections: Annotated[int, Meta(ge=0, le=12)] = 3
+    diffraction: bool = False
+    max_diffractions: Literal[1, 2] = 1
+    transmission: bool = False
+    search: Literal["complete", "rays"] = "complete"
+    rays: PositiveCount = 1_000_000
+    faces: Literal["flat", "as_stored"] = "flat"
+    standoff_m: Positive = 0.05
+
+
+class Map(Table, frozen=True, kw_only=True):
+    """The grid of radio maps: table ``[map]``.
+
+    Parameters
+    ----------
+    spacing_m : float
+        Distance of neighbouring receivers [m].
+    height_m : float or None
+        Height of the receivers above the floor [m]; None: the reader's ground plane.
+    """
+
+    spacing_m: Positive = 0.1
+    height_m: Positive | None = None
+
+
+class Layout(Table, frozen=True, kw_only=True):
+    """A further room in which the chosen reader is evaluated: ``[[layout]]``.
+
+    Parameters
+    ----------
+    name : str
+        Name in the results.
+    room : Room or None
+        The room; None: the study's own.
+    objects : tuple of RoomObject
+        Objects that stand there besides the room's own: the tables ``[[layout.object]]``.
+    """
+
+    name: Name
+    room: Room | None = None
+    objects: tuple[RoomObject, ...] = msgspec.field(default=(), name="object")
+
+
+class Study(Table, frozen=True, kw_only=True):
+    """A whole study: the root of the study file.
+
+    Parameters
+    ----------
+    name : str
+        Name in the report.
+    seed : int
+        Seed of every random number [-].
+    radio, room, reader, sweep, solver, map : tables
+        What is studied, see the classes of these names (all units SI, angles in [deg]).
+    tags : tuple of Tag
+        The tables ``[[tag]]``.
+    mission : Mission or None
+        None: the study drives no robot.
+    sensor : Sensor
+        How the robot's reader measures on missions.
+    track : Track or None
+        Trajectory tracking from RSS; None: the study has none.
+    dock : Dock or None
+        Docking at a tagged station; None: the study has none.
+    optimise : Optimise or None
+        The search for a reader design; None: the study has none.
+    tolerance : Tolerance or None
+        How exactly readers are made; None: the defaults.
+    layouts : tuple of Layout
+        The tables ``[[layout]]``.
+    """
+
+    name: Name = "study"
+    seed: Annotated[int, Meta(ge=0)] = 1
+    radio: Radio = Radio()
+    room: Room
+    tags: tuple[Tag, ...] = msgspec.field(default=(), name="tag")
+    reader: Reader = Reader()
+    sweep: Sweep = {}  # noqa: RUF012  msgspec gives every study a table of its own
+    scoring: Scoring = Scoring()
+    choice: Choice = Choice()
+    solver: Solver = Solver()
+    map: Map = Map()
+    mission: Mission | None = None
+    sensor: Sensor = Sensor()
+    track: Track | None = None
+    dock: Dock | None = None
+    optimise: Optimise | None = None
+    tolerance: Tolerance | None = None
+    layouts: tuple[Layout, ...] = msgspec.field(default=(), name="layout")

@@ -1,0 +1,144 @@
+"""The table ``[tolerance]`` of a study: how exactly readers are made, and what they must reach."""
+
+from typing import Annotated, Literal
+
+from msgspec import Meta, field
+
+from octant.reader_design.study_file.room import Name, NotNegative, Positive, PositiveCount, Table
+
+Percent = Annotated[float, Meta(ge=0.0, lt=100.0)]
+
+
+class CommonTolerance(Table, frozen=True, kw_only=True):
+    """What all antennas or plates of one reader share, as from a wrong jig: ``[tolerance.common]``.
+
+    Parameters
+    ----------
+    antenna_radius_m : float
+        Error of r_a [m].
+    gap_m : float
+        Error of the gap [m].
+    antenna_length_m : float
+        Error of the antennas' length [m].
+    plate_height_m : float
+        Error of h_p [m].
+    """
+
+    antenna_radius_m: NotNegative = 0.0005
+    gap_m: NotNegative = 0.0005
+    antenna_length_m: NotNegative = 0.0005
+    plate_height_m: NotNegative = 0.0005
+
+
+class Limits(Table, frozen=True, kw_only=True):
+    """What a built reader must reach to count as good: ``[tolerance.limits]``, in free space.
+
+    Parameters
+    ----------
+    least_right_share : float or None
+        Share of directions whose strongest antenna is the nearest [-].
+    least_margin_db : float or None
+        Worst margin of the facing antenna over its neighbours [dB].
+    most_vector_rms_deg : float or None
+        RMS bearing error of the vector sum [deg].
+    least_front_to_back_db : float or None
+        Mean front-to-back ratio [dB].
+    least_level_dbm : float or None
+        Mean level of the strongest antenna at every distance [dBm].
+    """
+
+    least_right_share: Annotated[float, Meta(ge=0.0, le=1.0)] | None = 1.0
+    least_margin_db: float | None = None
+    most_vector_rms_deg: Positive | None = None
+    least_front_to_back_db: float | None = None
+    least_level_dbm: float | None = None
+
+
+class Rival(Table, frozen=True, kw_only=True):
+    """Another design, built with the same errors, to compare with: ``[[tolerance.rival]]``.
+
+    Parameters
+    ----------
+    name : str
+        Name in the results.
+    antenna : str or None
+        ``dipole`` or ``monopole``. None here and below: as the study's reader.
+    antenna_radius_m, plate_height_m, plate_height_axis_m, plate_outer_radius_m : float or None
+        As in ``[reader]`` [m].
+    ground_plane_m, gap_m, antenna_length_m, monopole_plane_m : float or None
+        As in ``[reader]`` [m].
+    load_ohm : float or None
+        As in ``[reader]`` [ohm].
+    ground_plane_shape : str or None
+        ``square``, ``round`` or ``octagon``.
+    """
+
+    name: Name
+    antenna: Literal["dipole", "monopole"] | None = None
+    antenna_radius_m: Positive | None = None
+    plate_height_m: NotNegative | None = None
+    plate_height_axis_m: NotNegative | None = None
+    plate_outer_radius_m: Positive | None = None
+    ground_plane_m: Positive | None = None
+    ground_plane_shape: Literal["square", "round", "octagon"] | None = None
+    gap_m: Positive | None = None
+    antenna_length_m: Positive | None = None
+    monopole_plane_m: NotNegative | None = None
+    load_ohm: Positive | None = None
+
+
+class Tolerance(Table, frozen=True, kw_only=True):
+    """How exactly readers are made: table ``[tolerance]``.
+
+    Parameters
+    ----------
+    samples : int
+        Readers built [-].
+    distribution : str
+        ``uniform``: errors lie evenly within plus and minus the values below; ``normal``: these are
+        standard deviations.
+    position_m : float
+        Place of each antenna's foot, away from the axis and sideways [m].
+    angle_deg : float
+        Lean of each antenna, away from the axis and sideways, and azimuth of each plate [deg].
+    gap_m : float
+        Height of each antenna's lower end [m].
+    antenna_length_m : float
+        Length of each antenna [m].
+    plate_height_m : float
+        Height of each plate at its outer end [m].
+    ground_plane_m : float
+        Side or diameter of the ground plane [m].
+    frequency_percent : float
+        Frequency of the radio [%].
+    permittivity_percent, conductivity_percent : float
+        Relative permittivity less one, and conductivity, of all materials of the room [%]; only
+        where the room is scored.
+    room : bool
+        Whether to score in the study's room, too.
+    distances_m : tuple of float
+        Horizontal distances from the tag in free space [m].
+    common : CommonTolerance
+        Errors that all antennas share, besides.
+    limits : Limits
+        What counts as good.
+    rivals : tuple of Rival
+        The tables ``[[tolerance.rival]]``.
+    """
+
+    samples: PositiveCount = 64
+    distribution: Literal["uniform", "normal"] = "uniform"
+    position_m: NotNegative = 0.001
+    angle_deg: NotNegative = 2.0
+    gap_m: NotNegative = 0.001
+    antenna_length_m: NotNegative = 0.001
+    plate_height_m: NotNegative = 0.001
+    ground_plane_m: NotNegative = 0.001
+    frequency_percent: Percent = 0.0
+    permittivity_percent: Percent = 0.0
+    conductivity_percent: Percent = 0.0
+    room: bool = False
+    distances_m: Annotated[tuple[Positive, ...], Meta(min_length=1)] = (1.0, 2.0, 4.0)
+    common: CommonTolerance = CommonTolerance()
+    limits: Limits = Limits()
+    rivals: tuple[Rival, ...] = field(default=(), name="rival")

@@ -1,0 +1,145 @@
+"""The table ``[track]`` of a study: the trajectories, noises and weights of the tracking part."""
+
+from typing import Annotated, Literal
+
+import msgspec
+from msgspec import Meta
+
+from octant.reader_design.study_file.room import Name, NotNegative, Positive, PositiveCount, Table
+
+Chapter = Literal["rss", "feedback", "nominal", "neighbouring", "slam", "room", "costs"]
+Shape = Literal[
+    "line", "sine", "sigmoid", "parabola", "ellipse", "lemniscate", "u-shape", "point", "spline"
+]
+Weight = Annotated[tuple[float | tuple[float, ...], ...], Meta(min_length=1)]
+
+
+class Trajectory(Table, frozen=True, kw_only=True):
+    """A trajectory of one's own, driven by the neighbouring control: ``[[track.trajectory]]``.
+
+    Parameters
+    ----------
+    name : str
+        Name in the results.
+    shape : str
+        ``line``, ``sine``, ``sigmoid``, ``parabola``, ``ellipse``, ``lemniscate`` (as in the
+        thesis), ``u-shape``, ``point`` (stay at ``start_m``), or ``spline``.
+    waypoints_m : tuple of (2,) tuples of float
+        Points of a ``spline``, or the two ends of a ``line`` [m].
+    closed : bool
+        The spline returns to its first point.
+    duration_s : float
+        How long it takes [s].
+    start_m : (2,) tuple of float or None
+        Where the robot starts [m]; None: on the trajectory.
+    start_heading_deg : float or None
+        Its heading there [deg]; None: along the trajectory.
+    """
+
+    name: Name
+    shape: Shape
+    waypoints_m: tuple[tuple[float, float], ...] = ()
+    closed: bool = False
+    duration_s: Positive = 60.0
+    start_m: tuple[float, float] | None = None
+    start_heading_deg: float | None = None
+
+
+class Track(Table, frozen=True, kw_only=True):
+    """The controllers of thesis chapters 6 and 7: table ``[track]``.
+
+    Parameters
+    ----------
+    chapters : tuple of str
+        What is computed: ``rss`` (Fig. 6.3), ``feedback`` (6.4, 6.5), ``nominal`` (7.3-7.5),
+        ``neighbouring`` (7.6, 7.7), ``slam`` (7.15), ``room`` (RSS from the room solver),
+        ``costs`` (Table 8.1).
+    runs : int
+        Monte-Carlo repetitions [-].
+    slam_runs : int
+        Those of SLAM [-].
+    period_s : float
+        Sample period T of chapters 6 and 7.3 [s].
+    alpha_dbm : float
+        Alpha of the RSS law (6.2) [dBm].
+    beta_per_m : float
+        Beta of it [1/m].
+    rss_mean_db : float
+        Mean of the noise on readings [dB].
+    rss_sigma_db : float
+        Its standard deviation [dB].
+    wheel_sigma_rad_per_s : float
+        Standard deviation of what a wheel adds to its command in a period [rad/s]; the thesis
+        prints it for SLAM only.
+    encoder_counts : int or None
+        Counts of a wheel encoder per turn, of which the estimators are told; None: they are told
+        the commands, as in the thesis.
+    start_sigma_m, start_sigma_deg : float
+        How wrong the assumed start is [m], [deg].
+    feedback_tags, tags : int
+        Tags along each side of the square mesh of chapter 6 and of chapter 7 [-].
+    tag_spacing_m : float
+        Distance of neighbouring tags [m].
+    tag_height_m : float
+        Height of the tags above the robot's antenna [m].
+    feedback_wheel_rate_rad_per_s, wheel_rate_rad_per_s : float
+        Limits of the wheels in chapter 6 and in chapter 7 [rad/s].
+    state_weight, final_weight : tuple of float, or of tuples
+        Q and P(t_f) of trajectories: three diagonal values, or three rows [1/m², 1/rad²].
+    input_weight : tuple of float, or of tuples
+        R of the neighbouring control: two diagonal values, or two rows [s²/rad²].
+    training_iterations : int
+        Of the measurement feedback [-].
+    training_records : int
+        Noise records of the training over many [-].
+    room_noise_db : float
+        Standard deviation of the noise on readings in the room solver's part [dB].
+    room_reading_every_s : float
+        Time from one reading of the tags to the next there [s].
+    room_tag_spacing_m : float
+        Distance of neighbouring tags of the mesh of chapter 7 there [m].
+    room_map_spacing_m : float
+        Spacing of the map that the robot carries [m]; a fade is some centimetres wide.
+    room_particles : int
+        Particles of the particle filter [-].
+    trajectories : tuple of Trajectory
+        The tables ``[[track.trajectory]]``.
+    """
+
+    chapters: Annotated[tuple[Chapter, ...], Meta(min_length=1)] = (
+        "rss",
+        "feedback",
+        "nominal",
+        "neighbouring",
+        "slam",
+        "room",
+        "costs",
+    )
+    runs: PositiveCount = 50
+    slam_runs: PositiveCount = 100
+    period_s: Positive = 0.1
+    alpha_dbm: float = -60.0
+    beta_per_m: float = 0.2
+    rss_mean_db: float = -30.0
+    rss_sigma_db: NotNegative = 50.0
+    wheel_sigma_rad_per_s: NotNegative = 0.1
+    encoder_counts: PositiveCount | None = None
+    start_sigma_m: Positive = 0.05
+    start_sigma_deg: Positive = 3.0
+    feedback_tags: PositiveCount = 3
+    tags: PositiveCount = 5
+    tag_spacing_m: Positive = 3.0
+    tag_height_m: Positive = 3.0
+    feedback_wheel_rate_rad_per_s: Positive = 12.1
+    wheel_rate_rad_per_s: Positive = 10.0
+    state_weight: Weight = (1.0, 1.0, 2.0)
+    final_weight: Weight = (0.5, 0.5, 1.0)
+    input_weight: Weight = (0.01, 0.01)
+    training_iterations: PositiveCount = 4000
+    training_records: PositiveCount = 10
+    room_noise_db: NotNegative = 2.0
+    room_reading_every_s: Positive = 0.5
+    room_tag_spacing_m: Positive = 2.5
+    room_map_spacing_m: Positive = 0.04
+    room_particles: PositiveCount = 500
+    trajectories: tuple[Trajectory, ...] = msgspec.field(default=(), name="trajectory")

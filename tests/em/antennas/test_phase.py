@@ -1,0 +1,34 @@
+import numpy as np
+from numba import njit
+
+from octant.em.antennas._phase_kernels import sine_cosine
+
+
+@njit
+def fill(phase, sine, cosine):
+    for i in range(len(phase)):
+        sine[i], cosine[i] = sine_cosine(phase[i])
+
+
+def test_sine_and_cosine_equal_the_librarys_to_rounding_over_every_phase_of_a_path():
+    quarters = 0.5 * np.pi * np.arange(200_000)
+    phase = np.concatenate(
+        [
+            np.linspace(-10.0, 10.0, 100_001),
+            np.random.default_rng(1).uniform(0.0, 1e6, 200_000),
+            quarters,
+            np.nextafter(quarters, np.inf),
+            quarters + 0.25 * np.pi,
+        ]
+    )
+    sine, cosine = np.empty_like(phase), np.empty_like(phase)
+    fill(phase, sine, cosine)
+    assert np.abs(sine - np.sin(phase)).max() < 2.3e-16
+    assert np.abs(cosine - np.cos(phase)).max() < 2.3e-16
+
+
+def test_no_phase_is_none_and_nan_stays_nan():
+    sine, cosine = np.empty(2), np.empty(2)
+    fill(np.array([0.0, np.nan]), sine, cosine)
+    assert (sine[0], cosine[0]) == (0.0, 1.0)
+    assert np.isnan([sine[1], cosine[1]]).all()

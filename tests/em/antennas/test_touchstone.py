@@ -1,0 +1,116 @@
+"""Touchstone version 1: the layout of the specification, and back."""
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from octant.em.antennas.pattern_files.touchstone import read_touchstone, write_touchstone
+from octant.geometries.errors import PatternFileError
+
+
+def matrices(n, count=3, seed=0):
+    rng = np.random.default_rng(seed)
+    return rng.normal(size=(count, n, n, 2)) @ np.array([0.3, 0.3j])
+
+
+@given(n=st.integers(1, 9), form=st.sampled_from(["RI", "MA", "DB"]), seed=st.integers(0, 99))
+@settings(max_examples=25, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_s_matrices_come_back(n, form, seed, tmp_path):
+    path = tmp_path / f"a.s{n}p"
+    f, s = np.array([2.402e9, 2.44e9, 2.48e9]), matrices(n, seed=seed)
+    write_touchstone(path, f, s, reference_ohm=75.0, form=form)
+    back = read_touchstone(path)
+    np.testing.assert_array_equal(back.frequencies_hz, f)
+    assert back.reference_ohm == 75.0
+    if form == "RI":
+        np.testing.assert_array_equal(back.s_matrices, s)
+    np.testing.assert_allclose(back.s_matrices, s, rtol=1e-13)
+
+
+def test_eight_ports_take_two_lines_a_row_of_four_pairs(tmp_path):
+    s = np.arange(64).reshape(1, 8, 8) + 0.5j
+    write_touchstone(tmp_path / "a.s8p", [2.4e9], s)
+    lines = (tmp_path / "a.s8p").read_text().splitlines()
+    assert lines[1] == "# Hz S RI R 50.0"
+    body = [[float(x) for x in line.split()] for line in lines[2:]]
+    assert [len(line) for line in body] == [9, *[8] * 15]
+    assert body[0] == [2.4e9, 0, 0.5, 1, 0.5, 2, 0.5, 3, 0.5]
+    assert body[3] == [12, 0.5, 13, 0.5, 14, 0.5, 15, 0.5]  # S(2, 5..8)
+
+
+def test_a_two_port_runs_down_its_columns(write, tmp_path):
+    path = write("a.s2p", "! amplifier\n# MHz S MA R 50\n100 .11 0 .21 0 .12 0 .22 180 ! end\n")
+    got = read_touchstone(path)
+    np.testing.assert_allclose(got.s_matrices, [[[0.11, 0.12], [0.21, -0.22]]], atol=1e-15)
+    assert got.frequencies_hz[0] == 1e8
+    write_touchstone(tmp_path / "b.s2p", got.frequencies_hz, got.s_matrices)
+    row = (tmp_path / "b.s2p").read_text().splitlines()[2].split()
+    assert [float(x) for x in row[1::2]] == pytest.approx([0.11, 0.21, 0.12, -0.22])
+
+
+def test_a_three_port_runs_along_its_rows_and_defaults_are_ghz_ma_50(write):
+    path = write("a.s3p", "#\n1 11 0 12 0 13 0\n21 0 22 0 23 0\n31 0 32 0 33 0\n")
+    got = read_touchstone(path)
+    np.testing.assert_array_equal(
+        got.s_matrices[0].real, np.array([[11, 12, 13], [21, 22, 23], [31, 32, 33]])
+    )
+    assert (got.frequencies_hz[0], got.reference_ohm) == (1e9, 50.0)
+
+
+def test_decibels_are_twenty_times_the_logarithm(write):
+    got = read_touchstone(write("a.s1p", "# GHZ S DB R 50\n1 -20 90\n"))
+    np.testing.assert_allclose(got.s_matrices[0, 0, 0], 0.1j, atol=1e-15)
+
+
+def test_noise_of_a_two_port_is_left_out(write):
+    text = "# GHz S RI R 50\n1 1 0 2 0 3 0 4 0\n2 1 0 2 0 3 0 4 0\n1 1.2 .3 40 .5\n2 1.3 .3 40 .5\n"
+    assert len(read_touchstone(write("a.s2p", text)).frequencies_hz) == 2
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "says"),
+    [
+        ("a.s1p", "1 0 0\n", "line 1: the option line"),
+        ("a.s1p", "# GHz Z RI R 50\n1 0 0\n", "line 1: option 'Z'"),
+        ("a.s1p", "# GHz S RI R\n1 0 0\n", "line 1: '' is not a finite number"),
+        ("a.s1p", "# GHz S RI R 0\n1 0 0\n", "line 1: reference 0 ohm"),
+        ("a.s1p", "[Version] 2.0\n# GHz S RI R 50\n1 0 0\n", "line 1: version 2"),
+        ("a.s1p", "# GHz S RI R 50\n", "line 1: no frequency"),
+        ("a.s1p", "# GHz S RI R 50\n1 0 0\n1 0 0\n", "line 3: frequency 1 does not ascend"),
+        ("a.s1p", "# GHz S RI R 50\n-1 0 0\n", "line 2: frequency -1 is below 0"),
+        ("a.s1p", "# GHz S RI R 50\n1 0 0 0\n", "line 2: 4 numbers where .* has 3"),
+        ("a.s2p", "# GHz S RI R 50\n1 0 0 0\n", "line 2: the file ends after 4 of 9"),
+        ("a.s1p", "# GHz S RI R 50\n1 nan 0\n", "line 2: 'nan'"),
+        ("a.s1p", "# GHz S DB R 50\n1 5000 0\n", "line 2: an S-parameter beyond"),
+    ],
+)
+def test_malformed_files_are_refused_at_the_line(name, text, says, write):
+    with pytest.raises(PatternFileError, match=says):
+        read_touchstone(write(name, text))
+
+
+def test_the_suffix_must_tell_the_ports(write, tmp_path):
+    for name in ("a.txt", "a.s0p", "a.sp"):
+        with pytest.raises(PatternFileError, match=r"\.sNp"):
+            read_touchstone(write(name, "# Hz S RI R 50\n1 0 0\n"))
+    with pytest.raises(PatternFileError, match=r"\.s2p"):
+        write_touchstone(tmp_path / "a.s4p", [1e9], matrices(2, 1))
+
+
+@pytest.mark.parametrize(
+    ("f", "s", "more"),
+    [
+        ([1e9], np.zeros((2, 2, 2)), {}),
+        ([1e9], np.zeros((1, 2, 3)), {}),
+        ([2e9, 1e9], np.zeros((2, 2, 2)), {}),
+        ([1e9], np.full((1, 2, 2), np.nan), {}),
+        ([1e9], np.zeros((1, 2, 2)), {"reference_ohm": 0.0}),
+        ([1e9], np.zeros((1, 2, 2)), {"form": "XY"}),
+        ([], np.zeros((0, 2, 2)), {}),
+    ],
+)
+def test_what_is_no_s_matrix_is_not_written(f, s, more, tmp_path):
+    with pytest.raises(PatternFileError):
+        write_touchstone(tmp_path / "a.s2p", f, s, **more)
+    assert list(tmp_path.iterdir()) == []

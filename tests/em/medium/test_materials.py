@@ -1,0 +1,68 @@
+import math
+
+import pytest
+
+from octant.em.medium.materials import material, material_table
+from octant.geometries.errors import MaterialRangeError
+
+# ITU-R P.2040 as given independently: a, b, c, d with f in GHz.
+P2040 = {
+    "concrete": (5.24, 0.0, 0.0462, 0.7822),
+    "brick": (3.91, 0.0, 0.0238, 0.16),
+    "plasterboard": (2.73, 0.0, 0.0085, 0.9395),
+    "wood": (1.99, 0.0, 0.0047, 1.0718),
+    "glass": (6.31, 0.0, 0.0036, 1.3394),
+    "chipboard": (2.58, 0.0, 0.0217, 0.78),
+    "metal": (1.0, 0.0, 1e7, 0.0),
+}
+
+
+@pytest.mark.parametrize("name", P2040)
+def test_permittivity_follows_the_recommendation(name):
+    a, b, c, d = P2040[name]
+    eps = material(name).relative_permittivity(2.45e9)
+    loss = 17.98 * c * 2.45**d / 2.45  # P.2040 (9b), 17.98 = 1 / (2 pi eps_0 1e9)
+    assert eps.real == pytest.approx(a * 2.45**b, rel=1e-12)
+    assert -eps.imag == pytest.approx(loss, rel=1e-3)
+
+
+def test_itu_prefix_and_case_do_not_matter():
+    assert material("ITU_Concrete") == material("concrete")
+
+
+def test_every_material_of_the_table_is_found_by_its_name():
+    assert all(material(m.name) is m for m in material_table())
+
+
+def test_own_material_keeps_its_numbers():
+    eps = material({"eps_r": 4.0, "sigma_s_per_m": 0.02, "thickness_m": 0.2})
+    assert eps.relative_permittivity(1e9).real == 4.0
+    assert eps.thickness_m == 0.2
+
+
+def test_perfect_conductor_is_infinite():
+    assert material("pec").relative_permittivity(1e9).imag == -math.inf
+
+
+@pytest.mark.parametrize(
+    ("spec", "words"),
+    [
+        ("concret", "did you mean 'concrete'"),
+        ({"eps": 3.0}, "'eps' is unknown"),
+        ({"thickness_m": 0.1}, "neither a name nor eps_r"),
+        ({"name": "concrete", "sigma_s_per_m": 1.0}, "without eps_r"),
+        ({"eps_r": 0.5}, "at least 1"),
+        ({"eps_r": 2.0, "sigma_s_per_m": -1.0}, "at least 0"),
+        ({"name": "glass", "thickness_m": 0.0}, "above 0 m"),
+        ({"eps_r": math.nan}, "not finite"),
+    ],
+)
+def test_bad_materials_say_what_is_allowed(spec, words):
+    with pytest.raises(MaterialRangeError, match=words):
+        material(spec)
+
+
+@pytest.mark.parametrize("frequency_hz", [0.5e9, 101e9, 0.0, -1.0, math.nan])
+def test_frequency_outside_the_table_is_refused(frequency_hz):
+    with pytest.raises(MaterialRangeError, match="holds from 1 to 100 GHz"):
+        material("concrete").relative_permittivity(frequency_hz)

@@ -1,0 +1,78 @@
+"""Laws of the maps of the bearing error, against one pose at a time."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from octant.em.reader.response import sector_response
+from octant.navigation.sensing.bearing import reader_azimuth, vector_sum_bearing, wrap_angle
+from octant.reader_design.study_file.loading import parse_study
+from octant.reader_design.keeping.progress import Progress
+from octant.reader_design.setting.scene import build_study_scene
+from octant.reader_design.experiments.study.error_maps import error_maps, heading_errors_rad
+from octant.reader_design.setting.links import tag_link
+from octant.reader_design.setting.evaluation import SweepContext
+from octant.reader_design.setting.samples import Sampling
+
+READER = sector_response(np.arange(8) * np.pi / 4, frequency_hz=2.4e9, exponent=2.0)
+TAGS = (
+    '[[tag]]\nid = "A"\nposition_m = [1.0, 1.5, 2.9]\n'
+    '[[tag]]\nid = "B"\nposition_m = [4.0, 2.0, 2.9]\n'
+)
+ROOM = (
+    f"[room]\nbox_m = [5.0, 4.0, 3.0]\nmaterial = 'concrete'\n{TAGS}[solver]\nmax_reflections = 1\n"
+)
+HEADINGS = np.arange(16) * np.pi / 8
+
+
+def context_of(text):
+    study = parse_study(text, source="test", directory=Path())
+    return SweepContext(study=study, built=build_study_scene(study), sampling=Sampling())
+
+
+def test_error_at_a_place_is_the_rms_over_single_poses():
+    context = context_of(ROOM)
+    tag = context.built.tags[0]
+    link = tag_link(context.study, context.built, tag, (READER,))
+    places = np.array([[3.0, 2.5], [1.4, 1.2]])
+    vector, strongest = heading_errors_rad(link, places, HEADINGS)
+    for row, place in enumerate(places):
+        errors = []
+        for heading in HEADINGS:
+            rss = link.rss_w([[*place, heading]])[0]
+            towards = math.atan2(*(tag.position_m[:2] - place)[::-1])
+            truth = reader_azimuth(heading, towards)
+            guesses = (
+                vector_sum_bearing(rss, READER.azimuths_rad),
+                READER.azimuths_rad[rss.argmax()],
+            )
+            errors.append([float(wrap_angle(guess - truth)) for guess in guesses])
+        wanted = np.sqrt((np.array(errors) ** 2).mean(axis=0))
+        np.testing.assert_allclose([vector[row], strongest[row]], wanted, rtol=1e-9)
+    assert vector.max() > 0.01  # the walls do mislead
+
+
+def test_sector_reader_has_no_error_in_free_space_but_that_of_its_sectors():
+    context = context_of(f"[room]\nfree_space = true\n{TAGS}")
+    link = tag_link(context.study, context.built, context.built.tags[0], (READER,))
+    headings = np.arange(720) * np.pi / 360
+    vector, strongest = heading_errors_rad(link, np.array([[4.0, 3.0]]), headings)
+    assert vector[0] < 1e-3
+    assert strongest[0] == pytest.approx(np.radians(22.5) / math.sqrt(3.0), rel=1e-2)
+
+
+def test_maps_hold_each_tag_and_nothing_where_no_robot_stands():
+    context = context_of(ROOM)
+    places = np.stack(np.meshgrid([1.0, 2.0, 3.0], [1.0, 2.0], indexing="ij"), axis=-1)
+    standing = np.array([[True, True], [True, False], [True, True]])
+    maps = error_maps(context, (READER,), places, standing, Progress())
+    for name in ("vector_error", "strongest_error", "captured_share"):
+        values = maps[name].values
+        assert values.shape == (2, 3, 2)
+        np.testing.assert_array_equal(np.isnan(values), np.broadcast_to(~standing, (2, 3, 2)))
+    link = tag_link(context.study, context.built, context.built.tags[1], (READER,))
+    alone = heading_errors_rad(link, places[2, 1][None], np.arange(32) * np.pi / 16)
+    assert maps["vector_error"].values[1, 2, 1] == pytest.approx(alone[0][0], rel=1e-12)
+    assert maps["strongest_error"].values[1, 2, 1] == pytest.approx(alone[1][0], rel=1e-12)

@@ -1,0 +1,275 @@
+"""Laws of the sweep: what names a cell, that nothing is computed twice, that nothing is lost."""
+
+import dataclasses
+from concurrent.futures import Future, ProcessPoolExecutor
+from multiprocessing import get_context
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+from octant.geometries.errors import ConfigError, SweepStateError
+from octant.reader_design.study_file.loading import load_study, parse_study
+from octant.reader_design.setting.scene import build_study_scene
+from octant.reader_design.experiments.sweep import run as sweep
+from octant.reader_design.experiments.sweep.cell_files import read_cell
+from octant.reader_design.setting.evaluation import SweepContext, compute_cell, reference_tag
+from octant.reader_design.keeping.folder import cell_path
+from octant.reader_design.setting.keys import cell_key, scene_fingerprint
+from octant.reader_design.experiments.sweep.plan import designs_of, plan_sweep
+from octant.reader_design.experiments.sweep.run import run_sweep
+from octant.reader_design.setting.samples import Sampling
+
+STUDY = """
+name = "small"
+[room]
+box_m = [4.0, 4.0, 3.0]
+origin_m = [-1.0, -1.0, 0.0]
+[[tag]]
+id = "A"
+position_m = [1.0, 1.0, 2.9]
+[[tag]]
+id = "B"
+position_m = [2.0, 0.5, 2.9]
+[reader]
+response = "isolated"
+[solver]
+max_reflections = 1
+[sweep]
+antenna = ["dipole", "monopole"]
+antenna_radius_m = [0.05, 0.10]
+"""
+SAMPLING = Sampling(room_spacing_m=1.0, free_azimuths=2, room_azimuths=2, travel_step_m=0.5)
+
+
+def context_of(text=STUDY, sampling=SAMPLING):
+    study = parse_study(text, source="test", directory=Path.cwd())
+    return SweepContext(study=study, built=build_study_scene(study), sampling=sampling)
+
+
+@pytest.fixture(scope="module")
+def context():
+    return context_of()
+
+
+def same(first, second):
+    for field in dataclasses.fields(first):
+        a, b = getattr(first, field.name), getattr(second, field.name)
+        if field.name == "seconds":
+            continue
+        assert np.array_equal(a, b) if isinstance(a, np.ndarray) else a == b, field.name
+
+
+def test_designs_are_every_combination_and_the_first_list_varies_slowest():
+    designs = designs_of(load_study(None))
+    assert len(set(designs)) == 2 * 2 * 3
+    assert [d.antenna for d in designs] == ["dipole"] * 6 + ["monopole"] * 6
+    assert [d.plate_height_m for d in designs[:3]] == [0.0, 0.08, 0.15]
+    assert {d.antenna_radius_m for d in designs[:3]} == {0.05}
+
+
+def test_cell_holds_the_scores_of_both_surroundings(context):
+    plan = plan_sweep(context)
+    cell = compute_cell(context, plan.designs[0], plan.keys[0])
+    assert cell.reason == ""
+    assert cell.free_rss_w.shape == (10, 16, 8)
+    assert cell.travel_rss_w.shape == (11, 8)
+    # directly under a vertical dipole nothing is received along its axis
+    assert cell.travel_rss_w[0].max() < 1e-12 * cell.travel_rss_w.max()
+    # isolated antennas of one pattern cannot tell directions apart, save by rounding at ties
+    assert cell.free.right_share == pytest.approx((16 + 8) / 16 / 8)
+    assert cell.room is not None
+    assert any("isolated" in note for note in cell.notes)
+
+
+def test_free_space_received_power_is_friis(context):
+    plan = plan_sweep(context)
+    cell = compute_cell(context, plan.designs[2], plan.keys[2])  # monopoles on the plane itself
+    wavelength, height = 299792458.0 / 2.4e9, 2.9 - 0.3
+    distance = cell.distances_m[:, None, None]
+    slant = np.hypot(distance, height)
+    half = np.pi / 2
+
+    def field(theta):
+        return np.cos(half * np.cos(theta)) / np.sin(theta)
+
+    theta = np.arctan2(distance, height)
+    # peak gains of the half-wave dipole 1.6409 and the quarter-wave monopole 3.2819
+    expected = (wavelength / (4 * np.pi * slant)) ** 2 * 1.6409 * 3.2819 * field(theta) ** 4
+    np.testing.assert_allclose(cell.free_rss_w, np.broadcast_to(expected, (10, 16, 8)), rtol=1e-3)
+
+
+def test_keys_differ_between_designs_and_with_everything_that_changes_the_numbers(context):
+    base = plan_sweep(context)
+    assert len(set(base.keys)) == len(base.designs)
+    changes = {
+        "tag": STUDY.replace("[1.0, 1.0, 2.9]", "[1.0, 1.1, 2.9]"),
+        "material": STUDY.replace("[room]", '[room]\nmaterial = "wood"'),
+        "size": STUDY.replace("[4.0, 4.0, 3.0]", "[4.0, 4.1, 3.0]"),
+        "order": STUDY.replace("max_reflections = 1", "max_reflections = 2"),
+        "model": STUDY.replace('"isolated"', '"rays"'),
+        "power": STUDY.replace("[room]", "[radio]\ntag_power_w = 2.0\n[room]", 1),
+        "frequency": STUDY.replace("[room]", "[radio]\nfrequency_hz = 2.45e9\n[room]", 1),
+        "gap": STUDY.replace("[reader]", "[reader]\ngap_m = 0.006"),
+    }
+    keys = {name: plan_sweep(context_of(text)).keys[0] for name, text in changes.items()}
+    finer = dataclasses.replace(SAMPLING, room_azimuths=4)
+    keys["sampling"] = plan_sweep(context_of(sampling=finer)).keys[0]
+    assert len({*keys.values(), base.keys[0]}) == len(keys) + 1
+
+
+def test_keys_do_not_change_with_what_does_not_matter(context):
+    renamed = (
+        STUDY.replace('"small"', '"other"') + "plate_height_m = [0.08]\n[map]\nspacing_m = 9\n"
+    )
+    assert plan_sweep(context_of(renamed)).keys == plan_sweep(context).keys
+
+
+def test_fingerprint_is_the_same_when_the_room_is_built_again(context):
+    again = context_of()
+    assert scene_fingerprint(context.built) == scene_fingerprint(again.built)
+
+
+def test_cells_are_read_back_bit_by_bit_and_not_computed_again(context, tmp_path, monkeypatch):
+    plan = plan_sweep(context)
+    first = run_sweep(plan, tmp_path)
+    assert sorted(p.name for p in tmp_path.iterdir()) == sorted(
+        cell_path(tmp_path, k).name for k in plan.keys
+    )
+
+    def never(*_):
+        raise AssertionError
+
+    monkeypatch.setattr(sweep, "compute_cell", never)
+    for a, b in zip(first, run_sweep(plan, tmp_path), strict=True):
+        same(a, b)
+
+
+def test_damaged_file_is_found_out_and_computed_again(context, tmp_path):
+    plan = plan_sweep(context)
+    first = run_sweep(plan, tmp_path)
+    short, changed, swapped = (cell_path(tmp_path, k) for k in plan.keys[:3])
+    short.write_bytes(short.read_bytes()[:1000])
+    with h5py.File(changed, "r+") as file:
+        file["free_rss_w"][0, 0, 0] *= 1.001
+    swapped.write_bytes(cell_path(tmp_path, plan.keys[3]).read_bytes())
+    for path, design, key in zip((short, changed, swapped), plan.designs, plan.keys, strict=False):
+        with pytest.raises(SweepStateError):
+            read_cell(path, design, key)
+    for a, b in zip(first, run_sweep(plan, tmp_path), strict=True):
+        same(a, b)
+
+
+def test_design_that_cannot_be_built_is_recorded_with_its_reason_and_stops_nobody(tmp_path):
+    text = STUDY.replace("[0.05, 0.10]", "[0.002, 0.10]")
+    plan = plan_sweep(context_of(text))
+    cells = run_sweep(plan, tmp_path)
+    failed = [c for c in cells if c.reason]
+    assert [c.design.label() for c in failed] == ["monopole r_a = 0.2 cm h_p = 8 cm"]
+    assert "monopole_plane_m" in failed[0].reason
+    assert failed[0].free is None
+    again = run_sweep(plan, tmp_path)
+    assert [c.reason for c in again] == [c.reason for c in cells]
+    assert len(list(tmp_path.iterdir())) == 4
+
+
+def test_unexpected_failure_is_recorded_but_tried_again(context, tmp_path, monkeypatch):
+    plan = plan_sweep(context)
+
+    def broken(ctx, design, key):
+        if design.antenna == "monopole":
+            raise MemoryError("too little")
+        return compute_cell(ctx, design, key)
+
+    monkeypatch.setattr(sweep, "compute_cell", broken)
+    cells = run_sweep(plan, tmp_path)
+    assert [bool(c.reason) for c in cells] == [False, False, True, True]
+    assert "MemoryError: too little" in cells[2].reason
+    there = read_cell(cell_path(tmp_path, plan.keys[2]), plan.designs[2], plan.keys[2])
+    assert (there.unexpected, there.reason) == (True, cells[2].reason)
+    monkeypatch.undo()
+    assert not any(c.reason for c in run_sweep(plan, tmp_path))
+
+
+def test_interruption_keeps_what_was_computed(context, tmp_path, monkeypatch):
+    plan = plan_sweep(context)
+    done = []
+
+    def interrupted(ctx, design, key):
+        if len(done) == 2:
+            raise KeyboardInterrupt
+        done.append(key)
+        return compute_cell(ctx, design, key)
+
+    monkeypatch.setattr(sweep, "compute_cell", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        run_sweep(plan, tmp_path)
+    assert {p.name for p in tmp_path.iterdir()} == {cell_path(tmp_path, k).name for k in done}
+
+
+class NowExecutor:
+    """Computes at once and counts what was cancelled."""
+
+    def __init__(self, fail_at=None):
+        self.fail_at, self.submitted = fail_at, 0
+
+    def submit(self, function, *arguments):
+        future = Future()
+        self.submitted += 1
+        if self.submitted == self.fail_at:
+            future.set_exception(RuntimeError("worker died"))
+        else:
+            future.set_result(function(*arguments))
+        return future
+
+
+def test_executor_gets_only_missing_cells_and_a_dead_worker_costs_one_cell(context, tmp_path):
+    plan = plan_sweep(context)
+    executor = NowExecutor(fail_at=2)
+    cells = run_sweep(plan, tmp_path, executor=executor)
+    assert sum(bool(c.reason) for c in cells) == 1
+    assert "worker died" in next(c.reason for c in cells if c.reason)
+    second = NowExecutor()
+    assert not any(c.reason for c in run_sweep(plan, tmp_path, executor=second))
+    assert second.submitted == 1
+
+
+@pytest.mark.slow
+def test_processes_compute_the_same_bits(context, tmp_path):
+    plan = plan_sweep(context)
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
+        there = run_sweep(plan, tmp_path / "there", executor=pool)
+    for a, b in zip(run_sweep(plan, tmp_path / "here"), there, strict=True):
+        same(a, b)
+
+
+def test_reference_tag_is_the_missions_first(context):
+    assert reference_tag(context.study, context.built).id == "A"
+    driven = context_of(STUDY + '[mission]\nstart_m = [0.0, 0.0]\ntags = ["B", "A"]\n')
+    assert reference_tag(driven.study, driven.built).id == "B"
+
+
+def test_study_without_tags_cannot_be_scored():
+    text = STUDY[: STUDY.index("[[tag]]")] + STUDY[STUDY.index("[reader]") :]
+    context = context_of(text)
+    with pytest.raises(ConfigError, match=r"\[\[tag\]\]"):
+        reference_tag(context.study, context.built)
+    plan = plan_sweep(context)
+    assert "[[tag]]" in compute_cell(context, plan.designs[0], plan.keys[0]).reason
+
+
+def test_free_space_study_has_no_room_scores():
+    start = STUDY.index("box_m")
+    text = STUDY[:start] + "free_space = true\n" + STUDY[STUDY.index("[[tag]]") :]
+    context = context_of(text)
+    plan = plan_sweep(context)
+    cell = compute_cell(context, plan.designs[0], plan.keys[0])
+    assert cell.room is None
+    assert cell.free is not None
+
+
+def test_key_is_the_hash_of_the_design_it_is_asked_for(context):
+    fingerprint = scene_fingerprint(context.built)
+    designs = designs_of(context.study)
+    assert cell_key(context, designs[1], fingerprint=fingerprint) == plan_sweep(context).keys[1]

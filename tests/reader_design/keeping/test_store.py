@@ -1,0 +1,96 @@
+"""Results keep their units, their provenance, and are whole or absent."""
+
+import numpy as np
+import pytest
+
+from octant.geometries.errors import ConfigError
+from octant.reader_design.keeping import store
+
+
+def example(**extra):
+    x = store.variable(["x"], [0.0, 1.0], units="m", long_name="x in the room")
+    variables = {
+        "rss_w": store.variable(["x"], [1e-9, 2e-9], units="W", long_name="received power"),
+        "gain": store.variable(["x"], [1 + 2j, 3 - 4j], units="1", long_name="complex gain"),
+    }
+    return store.dataset(
+        variables | extra, coordinates={"x": x}, study_toml="name = 1\n", seed=7, title="example"
+    )
+
+
+def test_round_trip_keeps_numbers_units_and_provenance(tmp_path):
+    path = tmp_path / "deep" / "results.nc"
+    store.write_dataset(example(), path, force=False)
+    again = store.read_dataset(path)
+    np.testing.assert_array_equal(again["rss_w"], [1e-9, 2e-9])
+    assert again["rss_w"].attrs == {"units": "W", "long_name": "received power"}
+    assert again.attrs["study"] == "name = 1\n"
+    assert again.attrs["seed"] == 7
+    assert again.attrs["numpy_version"] == np.__version__
+
+
+def test_complex_numbers_are_stored_as_parts(tmp_path):
+    path = tmp_path / "r.nc"
+    store.write_dataset(example(), path, force=False)
+    again = store.read_dataset(path)
+    assert again["gain"].dims == ("x", "part")
+    assert again["part"].to_numpy().tolist() == ["re", "im"]
+    np.testing.assert_array_equal(again["gain"], [[1.0, 2.0], [3.0, -4.0]])
+
+
+def test_variables_without_unit_or_name_are_refused(tmp_path):
+    with pytest.raises(ValueError, match="long_name"):
+        store.variable(["x"], [1.0], units="W", long_name="")
+    import xarray as xr
+
+    with pytest.raises(ValueError, match="bare"):
+        example(bare=xr.Variable(["x"], [1.0, 2.0]))
+    with pytest.raises(ValueError, match="bare"):
+        store.write_dataset(example().assign(bare=("x", [1.0, 2.0])), tmp_path / "r.nc", force=True)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_existing_files_are_kept_without_force(tmp_path):
+    path = tmp_path / "r.nc"
+    path.write_text("mine")
+    with pytest.raises(ConfigError, match="--force"):
+        store.write_dataset(example(), path, force=False)
+    assert path.read_text() == "mine"
+    store.write_dataset(example(), path, force=True)
+    assert float(store.read_dataset(path)["rss_w"][1]) == 2e-9
+
+
+def test_failed_writes_leave_the_old_file_and_no_rubbish(tmp_path):
+    path = tmp_path / "table.csv"
+    path.write_text("old")
+
+    def interrupted():
+        with store.whole_file(path) as part:
+            part.write_text("half")
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    assert [p.name for p in tmp_path.iterdir()] == ["table.csv"]
+    assert path.read_text() == "old"
+
+
+def test_places_that_cannot_be_written_are_refused(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(ConfigError, match="cannot be written"):
+        store.write_text(tmp_path / "file" / "inside.txt", "x")
+
+
+def test_places_inside_a_file_are_refused_before_any_work(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(ConfigError, match="is a file"):
+        store.refuse_overwrite(tmp_path / "file" / "deep" / "x.nc", force=True)
+    store.refuse_overwrite(tmp_path / "new" / "deep" / "x.nc", force=False)
+
+
+def test_reading_what_is_no_result_is_refused(tmp_path):
+    with pytest.raises(ConfigError, match="does not exist"):
+        store.read_dataset(tmp_path / "none.nc")
+    (tmp_path / "text.nc").write_text("no netCDF")
+    with pytest.raises(ConfigError, match="not a netCDF4 file"):
+        store.read_dataset(tmp_path / "text.nc")
