@@ -11,9 +11,9 @@ import numpy as np
 import skfuzzy
 import skfuzzy.control
 
-from octant.navigation.navigators.arrival import ArrivalTest
 from octant.navigation.control.controllers import FuzzyController
 from octant.navigation.control.fuzzy import FuzzyVariable, RuleBase, thesis_rule_base
+from octant.navigation.navigators.arrival import ArrivalTest
 from octant.navigation.navigators.interface import Odometry
 from octant.navigation.navigators.thesis import ThesisMemory, ThesisNavigator
 from octant.navigation.robot.drive import DifferentialDrive

@@ -15,8 +15,8 @@ from workloads import best_of
 
 from octant.em.antennas.kinds import make_antenna
 from octant.em.medium.radio_scene import radio_scene
-from octant.em.reader.response import sector_response
 from octant.em.power.received_power import channel_average, reader_link
+from octant.em.reader.response import sector_response
 from octant.geometries.furniture import cabinet
 from octant.geometries.rooms import box_room
 from octant.geometries.scene import build_scene

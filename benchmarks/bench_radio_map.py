@@ -20,10 +20,10 @@ from workloads import (
 )
 
 from octant.em.antennas.kinds import make_antenna
-from octant.em.search.image_search import search_images
 from octant.em.power.radio_map import map_reader
-from octant.em.reader.response import sector_response
 from octant.em.power.received_power import antenna_power, reader_link
+from octant.em.reader.response import sector_response
+from octant.em.search.image_search import search_images
 
 WORKLOAD = WORKLOADS["W1-200"]
 REPETITIONS = 3

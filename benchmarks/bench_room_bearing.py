@@ -22,10 +22,10 @@ from pathlib import Path
 import numpy as np
 
 from octant.em.antennas.kinds import Antenna
-from octant.reader_design.study_file.loading import parse_study
-from octant.reader_design.setting.scene import build_study_scene
 from octant.reader_design.setting.design import design_of, design_responses
 from octant.reader_design.setting.random_poses import random_pose_errors_rad
+from octant.reader_design.setting.scene import build_study_scene
+from octant.reader_design.study_file.loading import parse_study
 
 AREA_M = (5.0, 5.0)
 TAGS_M = ((2.0, 0.5), (3.5, 2.0), (2.0, 3.5), (4.0, 3.5))

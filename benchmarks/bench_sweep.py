@@ -11,14 +11,14 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from octant.reader_design.study_file.loading import parse_study, to_toml
-from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.experiments.sweep.cell_files import cell_bytes
-from octant.reader_design.setting.evaluation import compute_cell
-from octant.reader_design.keeping.folder import cell_path
 from octant.reader_design.experiments.sweep.job import study_plan
 from octant.reader_design.experiments.sweep.results import open_sweep
 from octant.reader_design.experiments.sweep.table import CELLS_FOLDER, known_rows, write_table
+from octant.reader_design.keeping.folder import cell_path
+from octant.reader_design.keeping.progress import Progress
+from octant.reader_design.setting.evaluation import compute_cell
+from octant.reader_design.study_file.loading import parse_study, to_toml
 
 STUDY = """
 name = "bench"

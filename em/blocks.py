@@ -30,9 +30,9 @@ def run_blocks(
         Fills rows begin to end of its own arrays; must release the interpreter lock to gain from
         threads, and must not depend on other rows.
     count : int
-        Number of rows [-].
+        Number of rows.
     block_size : int
-        Rows per call [-].
+        Rows per call.
     executor : Executor, optional
         Runs the blocks, sharing memory; by default a pool of one thread per core for this call, or
         of as many as ``$OCTANT_THREADS`` says.

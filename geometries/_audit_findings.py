@@ -18,7 +18,7 @@ class Finding:
     Parameters
     ----------
     kind : str
-        Name of the check, such as "free_edges" [-].
+        Name of the check, such as "free_edges".
     what : str
         What was found, in a few words.
     meaning : str
@@ -36,7 +36,7 @@ def counted(number: int, one: str, many: str | None = None) -> str:
     Parameters
     ----------
     number : int
-        How many [-].
+        How many.
     one : str
         The noun for one.
     many : str or None
@@ -58,7 +58,7 @@ def list_findings(
     Parameters
     ----------
     numbers : dict
-        Count of each kind of fault [-].
+        Count of each kind of fault.
     free_m : float
         Total length of the free edges [m].
     size_m : (3,) float64

@@ -24,15 +24,15 @@ class EdgeTable:
     Parameters
     ----------
     face : (s,) int64
-        Triangle of each side [-].
+        Triangle of each side.
     start, end : (s,) int64
-        Vertices that the side runs between, in the triangle's winding [-].
+        Vertices that the side runs between, in the triangle's winding.
     edge : (s,) int64
-        Edge that the side lies on [-].
+        Edge that the side lies on.
     edge_vertices : (e, 2) int64
-        Vertices of each edge, the lower number first [-].
+        Vertices of each edge, the lower number first.
     sides : (e,) int64
-        Number of triangle sides on each edge [-].
+        Number of triangle sides on each edge.
     """
 
     face: IntArray
@@ -49,7 +49,7 @@ def edge_table(faces: IntArray) -> EdgeTable:
     Parameters
     ----------
     faces : (m, 3) int64
-        Welded vertex numbers of each triangle, all different within a triangle [-].
+        Welded vertex numbers of each triangle, all different within a triangle.
 
     Returns
     -------
@@ -79,14 +79,14 @@ def welded_faces(vertices_m: FloatArray, faces: IntArray, tolerance_m: float) ->
     vertices_m : (n, 3) float64
         Vertices [m].
     faces : (m, 3) int64
-        Vertex numbers [-].
+        Vertex numbers.
     tolerance_m : float
         Vertices nearer than this are one [m].
 
     Returns
     -------
     (m, 3) int64
-        Vertex numbers; a degenerate triangle may repeat one [-].
+        Vertex numbers; a degenerate triangle may repeat one.
     """
     joined: IntArray = weld(vertices_m, tolerance_m)[faces]
     return joined
@@ -100,14 +100,14 @@ def degenerate_faces(vertices_m: FloatArray, faces: IntArray, tolerance_m: float
     vertices_m : (n, 3) float64
         Vertices [m].
     faces : (m, 3) int64
-        Welded vertex numbers [-].
+        Welded vertex numbers.
     tolerance_m : float
         Height above the longest side up to which a triangle counts as a line [m].
 
     Returns
     -------
     (d,) int64
-        Their numbers [-].
+        Their numbers.
     """
     corners = vertices_m[faces]
     longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
@@ -121,12 +121,12 @@ def duplicate_faces(faces: IntArray) -> IntArray:
     Parameters
     ----------
     faces : (m, 3) int64
-        Welded vertex numbers [-].
+        Welded vertex numbers.
 
     Returns
     -------
     (d,) int64
-        Their numbers [-].
+        Their numbers.
     """
     _, first = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
     return np.setdiff1d(np.arange(len(faces)), first)
@@ -139,11 +139,11 @@ class OpenBorder:
     Parameters
     ----------
     t_junctions : int
-        Number of pairs of an open edge and a vertex in its interior [-].
+        Number of pairs of an open edge and a vertex in its interior.
     piece_face : (p,) int64
-        Triangle of each piece of an open edge [-].
+        Triangle of each piece of an open edge.
     piece_vertices : (p, 2) int64
-        Vertices of each piece, the lower number first [-].
+        Vertices of each piece, the lower number first.
     free : (p,) bool
         Whether no other piece lies on the same place, so that the surface really ends there [-].
     """
@@ -228,19 +228,19 @@ def _vertices_on_edges(
 
 
 def winding_conflicts(table: EdgeTable, body_of_face: IntArray) -> int:
-    """Return the number of edges whose two triangles, of one body, run along it the same way [-].
+    """Return the number of edges whose two triangles, of one body, run along it the same way.
 
     Parameters
     ----------
     table : EdgeTable
         Edges of the welded mesh.
     body_of_face : (m,) int64
-        Body of each triangle [-].
+        Body of each triangle.
 
     Returns
     -------
     int
-        Number of edges [-].
+        Number of edges.
     """
     first, second = _pairs_of_sides(table)
     same_body = body_of_face[table.face[first]] == body_of_face[table.face[second]]
@@ -248,21 +248,21 @@ def winding_conflicts(table: EdgeTable, body_of_face: IntArray) -> int:
 
 
 def folded_edges(vertices_m: FloatArray, faces: IntArray, table: EdgeTable) -> int:
-    """Return the number of edges at which two triangles lie on top of each other [-].
+    """Return the number of edges at which two triangles lie on top of each other.
 
     Parameters
     ----------
     vertices_m : (n, 3) float64
         Vertices [m].
     faces : (m, 3) int64
-        Welded vertex numbers, without duplicate triangles [-].
+        Welded vertex numbers, without duplicate triangles.
     table : EdgeTable
         Edges of these faces.
 
     Returns
     -------
     int
-        Number of edges [-].
+        Number of edges.
     """
     first, second = _pairs_of_sides(table)
     origin = vertices_m[table.start[first]]
@@ -293,7 +293,7 @@ class Components:
     Parameters
     ----------
     label : (m,) int64
-        Component of each triangle [-].
+        Component of each triangle.
     closed : (c,) bool
         Whether each component has no free edge [-].
     volume_m3 : (c,) float64
@@ -318,7 +318,7 @@ def components(
     vertices_m : (n, 3) float64
         Vertices [m].
     faces : (m, 3) int64
-        Welded vertex numbers [-].
+        Welded vertex numbers.
     table : EdgeTable
         Edges of these faces.
     border : OpenBorder

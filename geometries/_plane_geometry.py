@@ -19,7 +19,7 @@ def triangle_area_vectors(vertices_m: FloatArray, faces: IntArray) -> FloatArray
 
 
 def connected_labels(count: int, pairs: IntArray) -> IntArray:
-    """Return (count,) component labels [-] of a graph given by (k, 2) index pairs."""
+    """Return (count,) component labels of a graph given by (k, 2) index pairs."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 
@@ -35,14 +35,14 @@ def row_numbers(rows: IntArray) -> tuple[IntArray, IntArray, IntArray]:
     Parameters
     ----------
     rows : (n, k) int64
-        Rows of whole numbers, each >= 0 [-].
+        Rows of whole numbers, each >= 0.
 
     Returns
     -------
     number : (n,) int64
-        Number of each row [-]; equal rows share one, in the order of their values.
+        Number of each row; equal rows share one, in the order of their values.
     start, member : (d + 1,) and (n,) int64
-        The rows with number i are ``member[start[i] : start[i + 1]]``, ascending [-].
+        The rows with number i are ``member[start[i] : start[i + 1]]``, ascending.
     """
     key, span = np.zeros(len(rows), dtype=np.int64), 1
     for column in rows.T:  # whole numbers sort far quicker than rows

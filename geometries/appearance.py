@@ -72,7 +72,7 @@ UNKNOWN = _of("b9a7c4")
 
 
 def looks_of(label: str) -> Looks:
-    """Return what the material of a label looks like [-].
+    """Return what the material of a label looks like.
 
     Parameters
     ----------

@@ -38,19 +38,19 @@ class MeshAudit:
     source : str
         The file, or "bodies".
     body_names : tuple of str
-        Names of the bodies, in order [-].
+        Names of the bodies, in order.
     body_faces : (b,) int64
         Number of triangles of each body [-].
     vertices : int
-        Number of vertices as stored [-].
+        Number of vertices as stored.
     unreferenced_vertices : int
-        Vertices that no triangle uses [-].
+        Vertices that no triangle uses.
     welded_vertices : int
-        Number of different places among the used vertices [-].
+        Number of different places among the used vertices.
     degenerate_faces : int
-        Triangles no higher than the tolerance [-].
+        Triangles no higher than the tolerance.
     duplicate_faces : int
-        Triangles that repeat another one [-].
+        Triangles that repeat another one.
     area_m2 : float
         Area of all triangles, one side each [m²].
     bounds_m : (2, 3) float64
@@ -58,27 +58,27 @@ class MeshAudit:
     edge_lengths_m : (3,) float64
         Shortest, median and longest edge [m].
     open_edges : int
-        Edges that only one triangle has [-].
+        Edges that only one triangle has.
     t_junctions : int
-        Vertices in the interior of another triangle's open edge [-].
+        Vertices in the interior of another triangle's open edge.
     free_edges : int
-        Pieces of open edges where the surface really ends, T-junctions resolved [-].
+        Pieces of open edges where the surface really ends, T-junctions resolved.
     free_edge_length_m : float
         Their total length [m].
     non_manifold_edges : int
-        Edges that three or more triangles share [-].
+        Edges that three or more triangles share.
     winding_conflicts : int
-        Edges whose two triangles, of one body, wind against each other [-].
+        Edges whose two triangles, of one body, wind against each other.
     folded_edges : int
-        Edges at which two triangles lie on top of each other [-].
+        Edges at which two triangles lie on top of each other.
     components : int
-        Parts that hang together along edges [-].
+        Parts that hang together along edges.
     closed_components : int
-        Those of them without a free edge [-].
+        Those of them without a free edge.
     inward_components : int
-        Closed ones whose normals point inwards [-].
+        Closed ones whose normals point inwards.
     inside_out_components : int
-        Inward ones that stand within another part's surrounding box [-].
+        Inward ones that stand within another part's surrounding box.
     tolerance_m : float
         Vertices nearer than this were joined [m].
     findings : tuple of Finding
@@ -120,12 +120,12 @@ class MeshAudit:
 
     @property
     def faces(self) -> int:
-        """Number of triangles as stored [-].
+        """Number of triangles as stored.
 
         Returns
         -------
         int
-            Sum over the bodies [-].
+            Sum over the bodies.
         """
         return int(self.body_faces.sum())
 
@@ -191,7 +191,7 @@ def audit_mesh(
     mesh : str, Path or sequence of Body
         A mesh file, or bodies that exist already.
     unit : str or None
-        Unit of the file's coordinates [-]; None where the format declares it. Not used for bodies.
+        Unit of the file's coordinates; None where the format declares it. Not used for bodies.
     up : "y", "z" or None
         The file's vertical axis; None takes the format's own. Not used for bodies.
     tolerance_m : float

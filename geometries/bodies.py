@@ -18,7 +18,7 @@ class Body:
     Parameters
     ----------
     name : str
-        What messages, figures and material tables call it [-].
+        What messages, figures and material tables call it.
     vertices_m : (n, 3) float64
         Corners [m], z up; the same place may appear more than once (STL repeats every corner),
         since facets are joined by position.

@@ -76,12 +76,12 @@ class BuildErrors:
 
     @property
     def antennas(self) -> int:
-        """Number of antennas [-]."""
+        """Number of antennas."""
         return len(self.radial_m)
 
     @property
     def is_zero(self) -> bool:
-        """Whether the reader is as drawn [-]; where an upright antenna leans does not matter."""
+        """Whether the reader is as drawn; where an upright antenna leans does not matter."""
         names = [name for name in ARRAYS if name != "tilt_azimuth_rad"]
         return self.ground_plane_m == 0.0 and not any(getattr(self, n).any() for n in names)
 
@@ -157,7 +157,7 @@ def common_errors(
     Parameters
     ----------
     antennas : int
-        Number of antennas [-].
+        Number of antennas.
     radial_m, gap_m, length_m : float
         Offsets of r_a, of the gap and of the antennas' length [m].
     azimuth_rad, plate_azimuth_rad : float

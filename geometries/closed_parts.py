@@ -33,7 +33,7 @@ class ClosedParts:
     shell_corners_m : (s, 3, 3) float64
         Triangles [m] of the part that surrounds the whole room, none when the room is open.
     part_of_triangle : (t,) int64
-        Number of the part of each triangle [-], -1 for open ones.
+        Number of the part of each triangle, -1 for open ones.
     """
 
     solids: tuple[FloatArray, ...]
@@ -56,11 +56,11 @@ def find_closed_parts(
     vertices_m : (n, 3) float64
         Vertices [m].
     faces : (t, 3) int64
-        Triangles as indices of welded vertices [-]; the room's come first.
+        Triangles as indices of welded vertices; the room's come first.
     has_area : (t,) bool
         Whether each triangle has one [-]; the others are of no part.
     room_faces : int
-        Number of the room's triangles [-]; the others are objects, which share no edge with it.
+        Number of the room's triangles; the others are objects, which share no edge with it.
     tolerance_m : float
         Distance [m] within which a corner stands on another triangle's edge.
 
@@ -177,7 +177,7 @@ def facet_sides(
     vertices_m : (n, 3) float64
         Vertices [m].
     faces : (t, 3) int64
-        Triangles that the facets were built from, as indices of vertices [-].
+        Triangles that the facets were built from, as indices of vertices.
     facets : Facets
         Facets.
     parts : ClosedParts
@@ -188,7 +188,7 @@ def facet_sides(
     Returns
     -------
     part : (f,) int64
-        Number of the part [-]; -1 for sheets and for facets of triangles that do not agree.
+        Number of the part; -1 for sheets and for facets of triangles that do not agree.
     side : (f,) int64
         +1 when the plane's normal points out of the part, -1 when it points into it, 0 without one.
     """

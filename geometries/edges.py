@@ -24,9 +24,9 @@ class Edges:
     ends_m : (e, 2, 3) float64
         End points [m].
     facet_start : (e + 1,) int64
-        Facets of edge i are ``facet[facet_start[i]]`` up to ``facet[facet_start[i + 1]]`` [-].
+        Facets of edge i are ``facet[facet_start[i]]`` up to ``facet[facet_start[i + 1]]``.
     facet : (k,) int64
-        Facets that end along each edge [-]: one for a free edge, two for a wedge or a bent sheet,
+        Facets that end along each edge: one for a free edge, two for a wedge or a bent sheet,
         three and more for a junction of sheets.
     opening_rad : (e,) float64
         Smallest angle [rad] between two facets of the edge, seen along it: 0 for a free edge, pi

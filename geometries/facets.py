@@ -38,21 +38,21 @@ class Facets:
     plane_u, plane_v : (p, 3) float64
         Orthonormal axes [-] within each plane; u runs along the plane's longest outline edge.
     plane_facet_start : (p + 1,) int64
-        Facets of plane k are ``plane_facet_start[k]`` up to ``plane_facet_start[k + 1]`` [-].
+        Facets of plane k are ``plane_facet_start[k]`` up to ``plane_facet_start[k + 1]``.
     facet_plane : (f,) int64
-        Plane of each facet [-], ascending.
+        Plane of each facet, ascending.
     facet_material : (f,) int64
-        Index of the material label [-].
+        Index of the material label.
     facet_bounds_m : (f, 4) float64
         Least u, least v, greatest u, greatest v [m] in the plane's axes.
     facet_is_rectangle : (f,) bool
         Whether the facet fills its bounds [-], so that the bounds alone decide containment.
     outline_start : (f + 1,) int64
-        Outline edges of facet i are ``outline_start[i]`` up to ``outline_start[i + 1]`` [-].
+        Outline edges of facet i are ``outline_start[i]`` up to ``outline_start[i + 1]``.
     outline_m : (e, 4) float64
         Directed edges u0, v0, u1, v1 [m]; the facet lies to their left.
     triangle_facet : (t,) int64
-        Facet of each input triangle [-]; -1 for a triangle without area.
+        Facet of each input triangle; -1 for a triangle without area.
     """
 
     plane_normal: FloatArray
@@ -94,7 +94,7 @@ class Facets:
         Parameters
         ----------
         facet : int
-            Index of the facet [-].
+            Index of the facet.
 
         Returns
         -------
@@ -116,7 +116,7 @@ class Facets:
         Parameters
         ----------
         facet : int
-            Index of the facet [-].
+            Index of the facet.
         """
         uv = self.outline_m[self.outline_start[facet] : self.outline_start[facet + 1]]
         return float(0.5 * np.sum(uv[:, 0] * uv[:, 3] - uv[:, 2] * uv[:, 1]))
@@ -137,9 +137,9 @@ def build_facets(
     vertices_m : (n, 3) float64
         Vertices [m].
     faces : (t, 3) int64
-        Triangles as indices of welded vertices [-].
+        Triangles as indices of welded vertices.
     material : (t,) int64
-        Material index of each triangle [-].
+        Material index of each triangle.
     tolerance_m : float
         T-junction tolerance [m]: how near a corner stands to an edge that it lies on.
     rounding_m : (n,) float64, float or None

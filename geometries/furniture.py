@@ -126,7 +126,7 @@ def cylinder(
     material : str
         Label of the material.
     sides : int
-        Number of flat sides, at least 3 [-].
+        Number of flat sides, at least 3.
     position_m : (3,) sequence of float
         Centre of the base [m].
     yaw_deg : float
@@ -195,7 +195,7 @@ def sphere(
     material : str
         Label of the material.
     subdivisions : int
-        How often the 20 faces of an icosahedron are cut into four, 0 to 6 [-].
+        How often the 20 faces of an icosahedron are cut into four, 0 to 6.
     position_m : (3,) sequence of float
         Centre [m].
     yaw_deg : float
@@ -277,7 +277,7 @@ def mesh_object(
     path : str or Path
         Any file that `octant.geometries.mesh_files.load_bodies` reads.
     unit : str or None
-        Unit of the file's coordinates [-]; None where the format declares it.
+        Unit of the file's coordinates; None where the format declares it.
     material : str or None
         Label for every body that `materials_by_name` does not name.
     materials_by_name : mapping or None

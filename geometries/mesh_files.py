@@ -69,7 +69,7 @@ def metres_per_unit(unit: str) -> float:
     Parameters
     ----------
     unit : str
-        A key of `METRES_PER_UNIT`, such as "m", "cm", "mm", "in" or "ft"; case does not matter [-].
+        A key of `METRES_PER_UNIT`, such as "m", "cm", "mm", "in" or "ft"; case does not matter.
 
     Returns
     -------
@@ -106,7 +106,7 @@ def readable_extensions() -> tuple[str, ...]:
 
 
 def carries_materials(path: str | Path) -> bool:
-    """Return whether files of this kind may name the material of their bodies [-].
+    """Return whether files of this kind may name the material of their bodies.
 
     Parameters
     ----------
@@ -137,7 +137,7 @@ def load_bodies(
         Any file that trimesh reads: STL, OBJ, PLY, OFF, GLB, GLTF, 3MF and more; or a scene of
         Mitsuba or Sionna RT, XML (`octant.geometries.mitsuba_scene`).
     unit : str or None
-        Unit of the file's coordinates, such as "m" or "mm" [-]. It may be left out for GLB and
+        Unit of the file's coordinates, such as "m" or "mm". It may be left out for GLB and
         GLTF, which are in metres by specification, for 3MF, which declares its unit, and for XML
         scenes, which are in metres unless told otherwise.
     material : str or None

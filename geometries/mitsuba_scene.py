@@ -42,7 +42,7 @@ class MitsubaShape:
     vertices : (n, 3) float64
         Corners in the unit of the file [-], z up.
     faces : (m, 3) int64
-        Vertex numbers of each triangle [-].
+        Vertex numbers of each triangle.
     material : str or None
         Label that the file gives; None where it gives none.
     """

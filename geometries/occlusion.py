@@ -26,7 +26,7 @@ def build_bvh(corners_m: FloatArray, planes: IntArray, *, extent_m: float) -> Bv
     corners_m : (t, 3, 3) float64
         Corners of the triangles [m].
     planes : (t,) int64
-        Number of the plane that each triangle lies in [-], for exclusion.
+        Number of the plane that each triangle lies in, for exclusion.
     extent_m : float
         Size of the whole scene [m], the scale of the margins.
 

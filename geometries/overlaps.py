@@ -36,9 +36,9 @@ def outer_outlines(
     Parameters
     ----------
     piece : (k,) int64
-        Piece of each directed edge [-], in any order.
+        Piece of each directed edge, in any order.
     start, end : (k,) int64
-        Corners of the edges [-], apart for every piece; the piece lies to their left.
+        Corners of the edges, apart for every piece; the piece lies to their left.
     places_m : (n, 3) float64
         Corners [m].
     normal_of_piece : (p, 3) float64

@@ -34,7 +34,7 @@ def rounding_m(vertices_m: FloatArray, *, coordinate_bits: int, extent_m: float)
     vertices_m : (n, 3) float64
         Vertices [m].
     coordinate_bits : int
-        Significant bits of the stored coordinates [-]: 24 for float32, 53 for float64.
+        Significant bits of the stored coordinates: 24 for float32, 53 for float64.
     extent_m : float
         Size of the scene [m].
 
@@ -60,14 +60,14 @@ def rounding_m(vertices_m: FloatArray, *, coordinate_bits: int, extent_m: float)
 def group_planes(
     vertices_m: FloatArray, faces: IntArray, tolerance_m: FloatArray | float
 ) -> IntArray:
-    """Return the (t,) plane label [-] of each triangle, -1 for triangles without area.
+    """Return the (t,) plane label of each triangle, -1 for triangles without area.
 
     Parameters
     ----------
     vertices_m : (n, 3) float64
         Vertices [m].
     faces : (t, 3) int64
-        Triangles as indices of welded vertices [-].
+        Triangles as indices of welded vertices.
     tolerance_m : (n,) float64 or float
         How far [m] rounding may have moved each vertex off its plane.
 

@@ -45,7 +45,7 @@ class ReaderBody:
     Parameters
     ----------
     antennas : int
-        Number of antennas n, at least 3 [-].
+        Number of antennas n, at least 3.
     antenna_radius_m : float
         Distance of the antennas from the axis, r_a [m].
     plate_height_m : float
@@ -57,7 +57,7 @@ class ReaderBody:
     ground_plane_m : float
         Side of a square, diameter of a round, width across flats of an octagonal plane [m].
     ground_plane_shape : str
-        "square", "round" or "octagon" [-].
+        "square", "round" or "octagon".
     monopole_plane_m : float
         Side of the square plane asked for under each monopole [m]; 0: none of its own.
     element_azimuths_rad : (n,) float64
@@ -191,7 +191,7 @@ def reader_body(
         from one antenna to the next maps it onto itself; at 32 sides it has 99.4 % of the
         circle's area.
     antennas : int
-        Number of antennas, at least 3 [-].
+        Number of antennas, at least 3.
     monopole_plane_m : float
         Side of the square plane under each monopole [m]; 0 when the monopoles have none of their
         own. It is not part of the mesh.
@@ -307,9 +307,9 @@ def ground_plane_outline_m(
     ground_plane_m : float
         Side of a square, diameter of a round, width across flats of an octagonal plane [m].
     shape : str
-        "square", "round" or "octagon" [-].
+        "square", "round" or "octagon".
     antennas : int
-        Number of antennas, which sets the number of sides of a round plane [-].
+        Number of antennas, which sets the number of sides of a round plane.
 
     Returns
     -------
@@ -349,7 +349,7 @@ def fitted_monopole_plane_m(
     antenna_radius_m : float
         Distance of the antennas from the axis, r_a [m].
     antennas : int
-        Number of antennas n, at least 3 [-].
+        Number of antennas n, at least 3.
     margin_m : float
         Clearance to keep on all sides [m].
 

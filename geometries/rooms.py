@@ -35,7 +35,7 @@ class Doorway:
     Parameters
     ----------
     wall : int
-        Number of the wall: wall i runs from corner i of the outline to corner i + 1 [-].
+        Number of the wall: wall i runs from corner i of the outline to corner i + 1.
     offset_m : float
         Distance from the wall's first corner to the opening, along the wall [m]; positive.
     width_m : float

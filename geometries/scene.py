@@ -45,18 +45,18 @@ class Scene:
     bodies : tuple of Body
         Everything that the scene was built from, in order.
     material_names : tuple of str
-        Labels that ``facets.facet_material`` counts [-].
+        Labels that ``facets.facet_material`` counts.
     facets : Facets
         Planes and polygons.
     triangle_corners_m : (t, 3, 3) float64
         Corners [m] of the triangles that have an area.
     triangle_facet : (t,) int64
-        Facet of each of them [-].
+        Facet of each of them.
     facet_front : (f,) bool
         Whether the outward side of each facet's triangles, by the order of their corners, is the
         one that its plane's normal points to [-].
     supporting_side : (p,) int64
-        +1 or -1 [-] when the whole scene lies on that side of the plane (the side that the normal
+        +1 or -1 when the whole scene lies on that side of the plane (the side that the normal
         points to, or the other), 0 when the plane cuts through the scene.
     bvh : BvhArrays
         Hierarchy over all triangles.
@@ -70,15 +70,15 @@ class Scene:
     bounds_m : (2, 3) float64
         Least and greatest corner [m]; zeros without any body.
     has_room : bool
-        Whether there is a room to be inside of [-].
+        Whether there is a room to be inside of.
     facet_part : (f,) int64
-        Closed part that each facet bounds [-]: the number of the solid, ``len(solids)`` for the
+        Closed part that each facet bounds: the number of the solid, ``len(solids)`` for the
         closed room, -1 for a sheet.
     triangle_part : (t,) int64
-        Closed part of each triangle [-], as ``facets.triangle_facet`` counts them; -1 for none.
+        Closed part of each triangle, as ``facets.triangle_facet`` counts them; -1 for none.
     facet_outer_side : (f,) int64
         +1 when the plane's normal points out of that part, -1 when it points into it, 0 for a
-        sheet [-].
+        sheet.
     """
 
     bodies: tuple[Body, ...]
@@ -242,7 +242,7 @@ class Scene:
         return points, moved
 
     def _planes_at(self, point_m: FloatArray, slack_m: float) -> IntArray:
-        """Return the planes of all facets that a point lies on [-], a few of them at an apex."""
+        """Return the planes of all facets that a point lies on, a few of them at an apex."""
         found = np.zeros(len(self.facets.plane_normal), dtype=np.bool_)
         _scene_kernels.planes_at(
             np.ascontiguousarray(point_m),
@@ -285,7 +285,7 @@ def build_scene(
     objects : sequence of Body
         Furniture; the closed ones are solids.
     coordinate_bits : int
-        Significant bits of the stored coordinates [-], 1 to 53: what their rounding explains does
+        Significant bits of the stored coordinates, 1 to 53: what their rounding explains does
         not keep triangles out of one plane. 24, float32, suits files; 53 takes every triangle as
         it is stored, so that a flat wall which a float32 file has made uneven becomes many planes.
 

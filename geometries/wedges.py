@@ -31,7 +31,7 @@ class Wedges:
     Parameters
     ----------
     edge : (w,) int64
-        Edge that each wedge lies along [-]; wedges of one edge share its place.
+        Edge that each wedge lies along; wedges of one edge share its place.
     origin_m : (w, 3) float64
         Start of the edge [m].
     length_m : (w,) float64
@@ -46,7 +46,7 @@ class Wedges:
         Angle [rad] of the air from face 0 to face n, n pi in the usual notation: 2 pi for the rim
         of a sheet, 3 pi / 2 for a box seen from outside.
     facets : (w, 2) int64
-        Facets that are face 0 and face n [-]; twice the same one for a rim.
+        Facets that are face 0 and face n; twice the same one for a rim.
     """
 
     edge: IntArray

@@ -19,7 +19,7 @@ def check_positive(value: float, *, name: str, unit: str, allow_zero: bool = Fal
     unit : str
         Unit in the message.
     allow_zero : bool
-        Accept zero too [-].
+        Accept zero too.
 
     Raises
     ------

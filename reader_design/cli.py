@@ -18,22 +18,46 @@ from octant.reader_design.compilation import HOW_TO_GIVE_A_PLACE, NO_PLACE_FOR_K
 from octant.reader_design.study_file.errors import nearest
 
 VERBS = {
-    "study": ("experiments.study.verb:study", "The main job: sweep, choice, map, missions, report."),
-    "sweep": ("experiments.sweep.verb:sweep", "Any parameters swept: one resumable table of scores."),
+    "study": (
+        "experiments.study.verb:study",
+        "The main job: sweep, choice, map, missions, report.",
+    ),
+    "sweep": (
+        "experiments.sweep.verb:sweep",
+        "Any parameters swept: one resumable table of scores.",
+    ),
     "map": ("commands.map.verb:radio_map", "Received power over the floor of a room."),
     "paths": ("commands.paths:paths", "Every path between a transmitter and receivers."),
     "explain": ("commands.explain:explain", "One path's budget in dB, interaction by interaction."),
-    "scene": ("commands.scene.verb:scene", "The room as a GLB file and as a picture, with paths drawn."),
+    "scene": (
+        "commands.scene.verb:scene",
+        "The room as a GLB file and as a picture, with paths drawn.",
+    ),
     "rss": ("commands.paths:rss", "What each antenna of the reader receives, pose by pose."),
-    "reader": ("commands.reader.verb:reader", "The reader by itself: impedances, S-matrix, patterns."),
-    "optimise": ("experiments.optimise.verb:optimise", "Search for a reader design that reaches your goals."),
-    "navigate": ("experiments.missions.verb:navigate", "Drive the robot through the tags of a study."),
+    "reader": (
+        "commands.reader.verb:reader",
+        "The reader by itself: impedances, S-matrix, patterns.",
+    ),
+    "optimise": (
+        "experiments.optimise.verb:optimise",
+        "Search for a reader design that reaches your goals.",
+    ),
+    "navigate": (
+        "experiments.missions.verb:navigate",
+        "Drive the robot through the tags of a study.",
+    ),
     "tolerance": (
         "experiments.tolerance.verb:tolerance",
         "What build errors do to the reader: yield, sensitivity, confidence.",
     ),
-    "track": ("experiments.tracking.verb:track", "Trajectory tracking from RSS: thesis chapters 6 and 7."),
-    "dock": ("experiments.docking.verb:dock", "Dock a robot at a tagged station, from across the room."),
+    "track": (
+        "experiments.tracking.verb:track",
+        "Trajectory tracking from RSS: thesis chapters 6 and 7.",
+    ),
+    "dock": (
+        "experiments.docking.verb:dock",
+        "Dock a robot at a tagged station, from across the room.",
+    ),
     "audit": ("commands.tables:audit", "What is wrong with a mesh, and what it means for rays."),
     "warm-up": (
         "commands.warm_up:warm_up",
@@ -62,7 +86,7 @@ class VerbGroup(click.Group):
         Returns
         -------
         list of str
-            Names [-].
+            Names.
         """
         del ctx
         return list(VERBS)
@@ -110,7 +134,7 @@ class VerbGroup(click.Group):
         Returns
         -------
         int or None
-            Exit code [-]; None is 0.
+            Exit code; None is 0.
         """
         try:
             result: int | None = super().invoke(ctx)
@@ -181,7 +205,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
     Returns
     -------
     int
-        0 done, 2 bad input, 3 finished with failed cells, 130 interrupted [-].
+        0 done, 2 bad input, 3 finished with failed cells, 130 interrupted.
     """
     with warnings.catch_warnings():
         warnings.showwarning = _warning_printer(set())

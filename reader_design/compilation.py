@@ -35,7 +35,7 @@ class CompilationRecord:
     Parameters
     ----------
     kernels : list of str
-        Names of the functions that were compiled [-].
+        Names of the functions that were compiled.
     folders : set of Path
         Where they are kept.
     seconds : float

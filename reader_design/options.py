@@ -71,7 +71,7 @@ def common_options(command: Decorated) -> Decorated:
     Returns
     -------
     callable
-        The same, with the two options [-].
+        The same, with the two options.
     """
 
     @wraps(command)
@@ -97,7 +97,7 @@ def worker_options(command: Decorated) -> Decorated:
     Returns
     -------
     callable
-        The same, with the two options [-].
+        The same, with the two options.
     """
 
     @wraps(command)

@@ -1,7 +1,7 @@
 """One path's budget in decibels, interaction by interaction, as a chain that adds up to its gain.
 
-The vector field is carried along the path as in `octant.em.paths.tracing.path_gains`, but step by step in
-plain arrays; what each step does to the field's magnitude is one line.
+The vector field is carried along the path as in `octant.em.paths.tracing.path_gains`, but step by
+step in plain arrays; what each step does to the field's magnitude is one line.
 """
 
 import math
@@ -11,12 +11,19 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from octant.em.fields._diffraction_kernels import diffract, diffract_twice
 from octant.em.antennas.kinds import Antenna
+from octant.em.fields._diffraction_kernels import diffract, diffract_twice
 from octant.em.medium.materials import Material
-from octant.em.paths.tracing import DIFFRACTION, NOTHING, REFLECTION, TRANSMITTED, PathSet, scene_arrays
 from octant.em.medium.radio_scene import RadioScene
 from octant.em.medium.reflection import WallCoefficients, wall_coefficients
+from octant.em.paths.tracing import (
+    DIFFRACTION,
+    NOTHING,
+    REFLECTION,
+    TRANSMITTED,
+    PathSet,
+    scene_arrays,
+)
 from octant.geometries.errors import GeometryError
 
 FloatArray = npt.NDArray[np.float64]
@@ -42,7 +49,7 @@ class BudgetLine:
     place_m : tuple of float or None
         Where it happens, (3,) [m].
     element : int or None
-        Facet that is hit, or wedge [-].
+        Facet that is hit, or wedge.
     material : str or None
         Its material.
     incidence_rad : float or None
@@ -117,7 +124,7 @@ def explain_path(
     paths : PathSet
         Paths.
     path : int
-        Row of the path [-].
+        Row of the path.
     transmitter, receiver : Antenna
         Antennas at the two ends, in the room's frame.
 

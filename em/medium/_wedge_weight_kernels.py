@@ -1,7 +1,7 @@
 # mypy: allow-untyped-defs
 """Compiled weights of a wedge's images: the reflections and transmissions that each carries.
 
-2 x 2 matrices over (b, h), see :mod:`octant.em.medium._wedge_kernels`, travel as four scalars, row by row.
+2 x 2 matrices over (b, h), see `_wedge_kernels`, travel as four scalars, row by row.
 A face is (begin, end, front, passes): its layers in the tables of permittivity and thickness,
 whether the first of them is the one in the wedge's air, and whether it lets waves through.
 """

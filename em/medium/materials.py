@@ -30,10 +30,10 @@ class Material:
     thickness_m : float or None
         Thickness [m] of a finite slab; None for a half-space.
     is_pec : bool
-        Whether the material is a perfect electric conductor [-]; the numbers above then do not
+        Whether the material is a perfect electric conductor; the numbers above then do not
         count.
     layers : tuple of Material
-        Layers of a wall from its front to its back [-]: two or more, each with a thickness but for
+        Layers of a wall from its front to its back: two or more, each with a thickness but for
         the last, which may fill all that lies behind; the numbers above then do not count. Empty
         for a wall of one material. The front is the side that the mesh's outward normal points to.
 

@@ -97,7 +97,7 @@ class RadioScene:
 
     @property
     def transmits(self) -> bool:
-        """Whether any facet lets waves through [-]."""
+        """Whether any facet lets waves through."""
         return bool(self.facet_transmits.any())
 
 

@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from octant.em.medium import _reflection_kernels
 from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
+from octant.em.medium import _reflection_kernels
 from octant.em.medium.materials import Material
 
 ComplexArray = npt.NDArray[np.complex128]
@@ -79,7 +79,7 @@ def wall_coefficients(
     incidence_rad : (n,) float64
         Angle from the wall's normal [rad], 0 to pi/2.
     from_front : bool
-        Whether the wave comes from the side of the first layer [-]. A wall whose last layer fills
+        Whether the wave comes from the side of the first layer. A wall whose last layer fills
         all that lies behind is seen from its front in either case.
 
     Returns

@@ -6,8 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from octant.em.medium import _transition_kernels
-from octant.em.medium import _wedge_kernels
+from octant.em.medium import _transition_kernels, _wedge_kernels
 from octant.geometries.errors import GeometryError
 
 IntArray = npt.NDArray[np.int64]

@@ -175,7 +175,7 @@ def find_edge_paths(
     """Return the number of paths over the edge images ``first`` to ``last``, and the image reached.
 
     Stops before an image whose paths might not fit into ``points``. Rows are filled as in
-    :func:`octant.em.paths._path_kernels.find_paths`; in ``facets`` a diffraction at wedge w is -1 - w.
+    :func:`find_paths`; in ``facets`` a diffraction at wedge w is -1 - w.
     """
     found = 0
     ends = len(state) - 1

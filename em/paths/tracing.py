@@ -6,16 +6,16 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from octant.em.antennas.kinds import Antenna
+from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
 from octant.em.fields import _field_kernels
+from octant.em.medium.radio_scene import RadioScene
 from octant.em.paths import _tracing_kernels
 from octant.em.paths._edge_path_kernels import EdgeTreeArrays
 from octant.em.paths._path_kernels import SceneArrays, TreeArrays
 from octant.em.paths._transmission_kernels import TRANSMISSION
-from octant.em.antennas.kinds import Antenna
-from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
 from octant.em.search.edge_search import EdgeTree, no_edges, wedge_frames
 from octant.em.search.image_search import ImageTree
-from octant.em.medium.radio_scene import RadioScene
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import GeometryError
 
@@ -45,12 +45,12 @@ class PathSet:
     receivers_m : (m, 3) float64
         Places of the receivers [m].
     receiver : (k,) int64
-        Receiver of each path [-].
+        Receiver of each path.
     kind : (k, w) int8
         What happens along each path, from the source on [-]: 1 reflection, 2 transmission through a
         sheet, 3 diffraction at an edge, 0 nothing more.
     element : (k, w) int64
-        Facet of a reflection or transmission, wedge of a diffraction [-]; -1 where nothing is.
+        Facet of a reflection or transmission, wedge of a diffraction; -1 where nothing is.
     vertices_m : (k, w + 2, 3) float64
         Source, interactions, receiver [m]; short paths repeat the receiver.
     """
@@ -67,24 +67,24 @@ class PathSet:
 
     @property
     def interactions(self) -> IntArray:
-        """Number of interactions of each path [-], (k,): bends and transmissions."""
+        """Number of interactions of each path, (k,): bends and transmissions."""
         count: IntArray = (self.kind != NOTHING).sum(axis=1)
         return count
 
     @property
     def order(self) -> IntArray:
-        """Number of bends of each path [-], (k,): reflections and diffractions."""
+        """Number of bends of each path, (k,): reflections and diffractions."""
         bends = (self.kind == REFLECTION) | (self.kind == DIFFRACTION)
         count: IntArray = bends.sum(axis=1)
         return count
 
     def letters_of(self, path: int) -> tuple[str, ...]:
-        """Return the kinds of one path's interactions as letters [-]: R, T and D.
+        """Return the kinds of one path's interactions as letters: R, T and D.
 
         Parameters
         ----------
         path : int
-            Row of the path [-].
+            Row of the path.
         """
         return tuple(LETTERS[kind] for kind in self.kind[path] if kind != NOTHING)
 
@@ -94,7 +94,7 @@ class PathSet:
         Parameters
         ----------
         path : int
-            Row of the path [-].
+            Row of the path.
         """
         return self.vertices_m[path, : int(np.count_nonzero(self.kind[path])) + 2]
 
@@ -292,7 +292,7 @@ def trace_paths(
     receivers_m : (m, 3) float
         Places of the receivers [m].
     edges : EdgeTree, optional
-        Ways over edges, from :func:`octant.em.search.edge_search.search_edges`. Default: none diffract.
+        Ways over edges, from :func:`octant.em.search.edge_search.search_edges`. Default: none.
 
     Returns
     -------
@@ -357,12 +357,12 @@ def path_gains(
     paths : PathSet
         Paths.
     transmitter, receiver : Antenna
-        Antennas at the two ends, in the room's frame, with patterns |F|^2 = gain [-].
+        Antennas at the two ends, in the room's frame, with patterns |F|^2 = gain.
 
     Returns
     -------
     PathGains
-        Gain F_r . T . F_t lambda / (4 pi L) e^{-jkL} [-]; T carries the polarisation through every
+        Gain F_r . T . F_t lambda / (4 pi L) e^{-jkL}; T carries the polarisation through every
         interaction, and over edges 1 / L becomes 1 / sqrt(s' s (s' + s)).
 
     Notes

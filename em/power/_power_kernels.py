@@ -7,8 +7,8 @@ import numpy as np
 from numba import njit
 
 from octant.em.antennas._antenna_kernels import antenna_at, far_field
-from octant.em.fields._field_kernels import fields_in_scene, path_fields
 from octant.em.antennas._response_kernels import far_fields
+from octant.em.fields._field_kernels import fields_in_scene, path_fields
 from octant.em.paths._tracing_kernels import next_paths, tracing_scratch, tracing_steps
 
 

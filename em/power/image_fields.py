@@ -11,13 +11,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from octant.em.power import _image_field_kernels
 from octant.em.antennas.kinds import Antenna
 from octant.em.blocks import run_blocks
 from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
-from octant.em.search.image_search import search_images
-from octant.em.paths.tracing import path_gains, trace_paths
 from octant.em.medium.radio_scene import RadioScene
+from octant.em.paths.tracing import path_gains, trace_paths
+from octant.em.power import _image_field_kernels
+from octant.em.search.image_search import search_images
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import GeometryError, MaterialRangeError
 from octant.geometries.scene import Scene
@@ -105,7 +105,7 @@ class ImageField:
 
     @property
     def tags(self) -> int:
-        """Return the number of tags [-]."""
+        """Return the number of tags."""
         return len(self.first_image) - 1
 
     def coherent_w(self, places_m: npt.ArrayLike) -> FloatArray:
@@ -208,7 +208,7 @@ def trace_image_field(
     z_m : float
         Height of the receiver [m].
     max_reflections : int
-        Highest order of a path [-].
+        Highest order of a path.
     channels_hz : (c,) float64
         Frequencies over which power is averaged [Hz].
     power_w : float

@@ -8,20 +8,20 @@ from typing import Any, Literal, NamedTuple, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from octant.em.power import _power_kernels
 from octant.em.antennas._antenna_kernels import AntennaChannels, PatternChannels
-from octant.em.paths._edge_path_kernels import EdgeTreeArrays
-from octant.em.paths._path_kernels import SceneArrays, TreeArrays
-from octant.em.power._power_kernels import ChannelArrays
 from octant.em.antennas._response_kernels import ResponseArrays
 from octant.em.antennas.kinds import Antenna, antenna_channels
 from octant.em.blocks import Progress, run_blocks
+from octant.em.medium.radio_scene import RadioScene
+from octant.em.paths._edge_path_kernels import EdgeTreeArrays
+from octant.em.paths._path_kernels import SceneArrays, TreeArrays
+from octant.em.paths.tracing import checked_receivers, edge_arrays, scene_arrays, tree_arrays
+from octant.em.power import _power_kernels
+from octant.em.power._power_kernels import ChannelArrays
+from octant.em.reader.response import ReaderResponse, response_arrays
 from octant.em.search.candidates import search_candidates
 from octant.em.search.edge_search import wedge_frames
 from octant.em.search.image_tree import ImageTree
-from octant.em.paths.tracing import checked_receivers, edge_arrays, scene_arrays, tree_arrays
-from octant.em.medium.radio_scene import RadioScene
-from octant.em.reader.response import ReaderResponse, response_arrays
 from octant.geometries.errors import AntennaError, GeometryError, PhysicsWarning
 
 FloatArray = npt.NDArray[np.float64]
@@ -54,7 +54,7 @@ class LinkBand(NamedTuple):
 
     @property
     def channels(self) -> int:
-        """Number of frequencies [-]."""
+        """Number of frequencies."""
         return len(self.walls.wavelength)
 
     def add_power(
@@ -64,7 +64,7 @@ class LinkBand(NamedTuple):
         rows: tuple[FloatArray, FloatArray, IntArray],
         progress: Progress | None,
     ) -> None:
-        """Add the channels' gains [-] and local means (m, h, n), and fill (m,) counts of paths.
+        """Add the channels' gains and local means (m, h, n), and fill (m,) counts of paths.
 
         Parameters
         ----------
@@ -203,13 +203,13 @@ def link_bands(
     source_m : (3,) float64
         Place of the tag [m].
     max_reflections : int
-        Greatest order of the room's paths [-].
+        Greatest order of the room's paths.
     max_diffractions : int
-        Diffractions of a path [-], 1 or 2, where the scenes have wedges.
+        Diffractions of a path, 1 or 2, where the scenes have wedges.
     search : str
         ``complete`` or ``rays``.
     rays : int
-        Rays launched [-] by ``rays``.
+        Rays launched by ``rays``.
 
     Returns
     -------

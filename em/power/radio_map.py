@@ -8,10 +8,10 @@ import numpy.typing as npt
 
 from octant.em.antennas.kinds import Antenna
 from octant.em.blocks import Progress
-from octant.em.search.edge_search import EdgeTree
-from octant.em.search.image_search import ImageTree
 from octant.em.medium.radio_scene import RadioScene
 from octant.em.power.received_power import ReaderLink, ReceivedPower, antenna_power
+from octant.em.search.edge_search import EdgeTree
+from octant.em.search.image_search import ImageTree
 from octant.geometries._arrays import frozen_array
 
 FloatArray = npt.NDArray[np.float64]
@@ -115,7 +115,7 @@ def map_antenna(
     Returns
     -------
     RadioMap
-        (nx, ny) powers [W] and counts [-].
+        (nx, ny) powers [W] and counts.
 
     Raises
     ------
@@ -161,7 +161,7 @@ def map_reader(
     Returns
     -------
     RadioMap
-        (nx, ny, n) powers [W] and (nx, ny) counts [-].
+        (nx, ny, n) powers [W] and (nx, ny) counts.
 
     Raises
     ------

@@ -9,16 +9,16 @@ from typing import Literal, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from octant.em.power import _power_kernels
 from octant.em.antennas.kinds import Antenna
 from octant.em.blocks import Progress, run_blocks
+from octant.em.medium.radio_scene import RadioScene
+from octant.em.paths.tracing import checked_receivers, edge_arrays, scene_arrays, tree_arrays
+from octant.em.power import _power_kernels
+from octant.em.power.link_bands import LinkBand, check_clearance, link_bands, link_channels
+from octant.em.reader.response import ReaderResponse
 from octant.em.search.edge_search import EdgeTree
 from octant.em.search.image_tree import ImageTree
-from octant.em.power.link_bands import LinkBand, check_clearance, link_bands, link_channels
-from octant.em.paths.tracing import checked_receivers, edge_arrays, scene_arrays, tree_arrays
-from octant.em.medium.radio_scene import RadioScene
 from octant.em.search.ray_search import DEFAULT_RAYS
-from octant.em.reader.response import ReaderResponse
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import AntennaError
 
@@ -70,7 +70,7 @@ def antenna_power(
     Returns
     -------
     ReceivedPower
-        (m,) arrays [W] and [-]. The local mean is the power sum over paths, the mean over a region
+        (m,) arrays [W] and. The local mean is the power sum over paths, the mean over a region
         so wide that the paths' phases are independent.
 
     Raises
@@ -128,7 +128,7 @@ class ReaderLink:
 
     @property
     def antennas(self) -> int:
-        """Number of antennas [-]."""
+        """Number of antennas."""
         return len(self.azimuths_rad)
 
     def power(self, poses: npt.ArrayLike, *, progress: Progress | None = None) -> ReceivedPower:
@@ -145,7 +145,7 @@ class ReaderLink:
         Returns
         -------
         ReceivedPower
-            (m, n) powers [W] and (m,) counts of paths [-] (those of the first channel).
+            (m, n) powers [W] and (m,) counts of paths (those of the first channel).
 
         Raises
         ------
@@ -178,7 +178,7 @@ class ReaderLink:
         -------
         ReceivedPower
             (p, h, n) powers [W], to the bit those of :meth:`power` at each pose, and (p,) counts of
-            paths [-].
+            paths.
 
         Raises
         ------
@@ -262,7 +262,7 @@ class ReaderLink:
         Returns
         -------
         (m,) int64
-            Number of paths [-].
+            Number of paths.
         """
         return self.power(poses).path_count
 
@@ -298,14 +298,14 @@ def reader_link(
     reader_height_m : float
         Height of the reader's ground plane above the floor [m].
     max_reflections : int
-        Greatest order of the room's paths [-].
+        Greatest order of the room's paths.
     max_diffractions : int
-        Diffractions of a path [-], 1 or 2, at the radio scene's wedges; without any it counts for
+        Diffractions of a path, 1 or 2, at the radio scene's wedges; without any it counts for
         nothing.
     search : str
         How paths are searched: ``complete``, or ``rays`` for meshes of very many triangles.
     rays : int
-        Rays launched [-] by ``rays``.
+        Rays launched by ``rays``.
 
     Returns
     -------

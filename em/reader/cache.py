@@ -55,7 +55,7 @@ class ReaderSolution:
     Parameters
     ----------
     response : ReaderResponse
-        Embedded realised patterns [-].
+        Embedded realised patterns.
     impedance_ohm : (n, n) complex128
         Open-circuit impedance matrix Z [ohm].
     input_impedance_ohm : (n,) complex128
@@ -65,7 +65,7 @@ class ReaderSolution:
     radiated_share, accepted_share, lost_share : (n,) float64
         Shares of the available power, each port driven in turn [-].
     unknowns : int
-        Number of independent functions that were solved for [-].
+        Number of independent functions that were solved for.
     """
 
     response: ReaderResponse
@@ -137,7 +137,7 @@ def cached_responses(
     folder: Path | None = None,
     keep: bool = True,
 ) -> tuple[ReaderSolution, ...]:
-    """Return the full-wave solutions of a reader, read from disk or solved and kept; gains [-].
+    """Return the full-wave solutions of a reader, read from disk or solved and kept; gains.
 
     Parameters
     ----------
@@ -270,7 +270,7 @@ def _key(
 
 
 def body_hash(body: Body) -> str:
-    """Return the SHA-256 of a body's geometry, 64 hexadecimal digits [-].
+    """Return the SHA-256 of a body's geometry, 64 hexadecimal digits.
 
     Parameters
     ----------

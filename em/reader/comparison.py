@@ -57,7 +57,7 @@ class ResponseDifference:
 def compare_responses(
     truth: ReaderResponse, other: ReaderResponse, theta_rad: Sequence[float]
 ) -> ResponseDifference:
-    """Return how far a response is from a true one, in [dB] and as a share of azimuths [-].
+    """Return how far a response is from a true one, in [dB] and as a share of azimuths.
 
     Parameters
     ----------

@@ -11,16 +11,16 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from octant.em.power import _power_kernels
-from octant.em.reader._panels import Panels, cut_into_panels
 from octant.em.antennas.kinds import Antenna, make_antenna
 from octant.em.blocks import run_blocks
-from octant.em.search.edge_search import search_edges
+from octant.em.medium.radio_scene import RadioScene, radio_scene
+from octant.em.paths.tracing import edge_arrays, scene_arrays, tree_arrays
+from octant.em.power import _power_kernels
+from octant.em.reader._panels import Panels, cut_into_panels
 from octant.em.reader.fullwave._symmetry import turned_vertices
 from octant.em.reader.fullwave.far_field import CurrentSamples
+from octant.em.search.edge_search import search_edges
 from octant.em.search.image_search import search_images
-from octant.em.paths.tracing import edge_arrays, scene_arrays, tree_arrays
-from octant.em.medium.radio_scene import RadioScene, radio_scene
 from octant.geometries.bodies import Body
 from octant.geometries.errors import AntennaError
 from octant.geometries.reader_body import ReaderBody
@@ -76,9 +76,9 @@ def ray_patterns(
     theta_rad : (T,) float
         Even steps of theta [rad] from 0 to pi.
     columns : int
-        Even steps of phi from 0 [-].
+        Even steps of phi from 0.
     max_reflections : int
-        Greatest number of reflections of a ray that meets no edge [-].
+        Greatest number of reflections of a ray that meets no edge.
 
     Returns
     -------
@@ -145,11 +145,11 @@ def antenna_currents(
     antenna : Antenna
         Upright dipole or monopole.
     number : int
-        Which antenna, from 0 [-].
+        Which antenna, from 0.
     gap_m : float
         Height of the dipole's lower end, or of the monopole's own plane [m].
     max_reflections : int
-        Greatest number of reflections of a ray that meets no edge [-].
+        Greatest number of reflections of a ray that meets no edge.
 
     Returns
     -------

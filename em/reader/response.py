@@ -101,7 +101,7 @@ class ReaderResponse:
 
     @property
     def antennas(self) -> int:
-        """Number of antennas [-]."""
+        """Number of antennas."""
         return len(self.azimuths_rad)
 
     @property
@@ -192,7 +192,7 @@ def reader_response(
         Height [m] of the dipole's lower end, or of the monopole's own plane, above the ground
         plane; a monopole without a plane of its own stands on the ground plane.
     max_reflections : int
-        Greatest number of reflections [-] in ``rays`` of a ray that meets no edge.
+        Greatest number of reflections in ``rays`` of a ray that meets no edge.
 
     Returns
     -------

@@ -14,7 +14,7 @@ def current_density_a_per_m(result: FullwaveResult, antenna: int) -> npt.NDArray
     result : FullwaveResult
         Solution; triangles are those of its ``basis``.
     antenna : int
-        Number of the driven antenna, from 0 [-]; the others are loaded.
+        Number of the driven antenna, from 0; the others are loaded.
 
     Returns
     -------

@@ -6,9 +6,9 @@ from typing import Literal
 import numpy.typing as npt
 
 from octant.em.blocks import Progress
+from octant.em.medium.radio_scene import RadioScene
 from octant.em.search.edge_search import EdgeTree, search_edges
 from octant.em.search.image_tree import ImageTree
-from octant.em.medium.radio_scene import RadioScene
 from octant.em.search.ray_search import DEFAULT_RAYS, find_images
 
 
@@ -48,13 +48,13 @@ def search_candidates(
     source_m : (3,) float
         Place of the source [m].
     max_reflections : int
-        Greatest number of bends of a path [-]: reflections and diffractions.
+        Greatest number of bends of a path: reflections and diffractions.
     max_diffractions : int
-        Diffractions of a path [-], 1 or 2, where the scene has wedges.
+        Diffractions of a path, 1 or 2, where the scene has wedges.
     search : str
         ``complete``, or ``rays``: what launched rays find, for meshes of very many triangles.
     rays : int
-        Rays launched [-] by ``rays``.
+        Rays launched by ``rays``.
     region_m : (2, 3) float, optional
         Box [m] that all receivers lie in.
     progress : callable, optional

@@ -15,9 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from octant.em.search import _edge_search_kernels
 from octant.em.paths._edge_path_kernels import EdgeTreeArrays
 from octant.em.paths._path_kernels import CHUNK
+from octant.em.search import _edge_search_kernels
 from octant.em.search.image_tree import ImageTree
 from octant.em.search.search_facets import inner_sides, search_facets
 from octant.geometries._arrays import frozen_array
@@ -40,28 +40,28 @@ class EdgeTree:
     Parameters
     ----------
     wedge : (k,) int64
-        Wedge that diffracts last, of each edge image [-].
+        Wedge that diffracts last, of each edge image.
     frame : (k, 12) float64
         Origin [m], axis, tangent and normal [-] of the wedge, mirrored to where the receiver sees
         it.
     plane_start : (k + 1,) int64
         Planes of edge image i are ``plane[plane_start[i]]`` up to ``plane[plane_start[i + 1]]``.
     plane : (s,) int64
-        Planes that reflect between edge and receiver [-], in that order.
+        Planes that reflect between edge and receiver, in that order.
     node_start : (k + 1,) int64
-        Source images that light edge image i are those from ``node_start[i]`` [-].
+        Source images that light edge image i are those from ``node_start[i]``.
     leaf : (n,) int64
-        Image of the source [-].
+        Image of the source.
     first : (n,) int64
-        Wedge that diffracts before the last one [-], -1 when there is none.
+        Wedge that diffracts before the last one, -1 when there is none.
     source_m : (n, 2) float64
         Distance of the source's image from the first edge's line, and its place along it [m].
     reach_m : (n, 2) float64
         Part of the last edge that can be lit, from and to [m].
     considered, kept : int
-        Combinations of source image, wedges and planes [-] that were looked at, and left.
+        Combinations of source image, wedges and planes that were looked at, and left.
     max_order : int
-        Greatest number of interactions of a path over the edges [-].
+        Greatest number of interactions of a path over the edges.
     """
 
     wedge: IntArray
@@ -83,7 +83,7 @@ class EdgeTree:
         Parameters
         ----------
         ways : int
-            Greatest number of paths that one image of the source can give [-].
+            Greatest number of paths that one image of the source can give.
         """
         largest = int(np.diff(self.node_start).max(initial=0))
         return EdgeTreeArrays(
@@ -156,7 +156,7 @@ def search_edges(
         Images of the source; its order bounds the interactions of a path, diffractions included
         (but one or two diffractions alone are always allowed).
     max_diffractions : int
-        Diffractions of a path [-]: 1, or 2 for those one after the other over two edges of one
+        Diffractions of a path: 1, or 2 for those one after the other over two edges of one
         facet as well (the top of a cabinet, both rims of a plate).
 
     Returns

@@ -24,8 +24,8 @@ from concurrent.futures import Executor
 import numpy as np
 import numpy.typing as npt
 
-from octant.em.search import _image_kernels
 from octant.em.blocks import Progress, run_blocks
+from octant.em.search import _image_kernels
 from octant.em.search.image_tree import ImageTree, TreeBuilder
 from octant.em.search.search_facets import SearchFacets, search_facets
 from octant.geometries._arrays import frozen_array
@@ -61,7 +61,7 @@ def search_images(
     source_m : (3,) float
         Place of the antenna [m], off every facet.
     max_reflections : int
-        Greatest order [-], >= 0.
+        Greatest order, >= 0.
     region_m : (2, 3) float, optional
         Least and greatest corner [m] of the box that all receivers lie in. Default: the scene's
         bounds when the source is in a room, else everywhere. A smaller region prunes more; the
@@ -113,7 +113,7 @@ def checked_source(scene: Scene, source_m: npt.ArrayLike, max_reflections: int) 
     source_m : (3,) float
         Place of the antenna [m].
     max_reflections : int
-        Greatest order [-].
+        Greatest order.
 
     Raises
     ------
@@ -136,7 +136,7 @@ def checked_source(scene: Scene, source_m: npt.ArrayLike, max_reflections: int) 
 
 
 def opaque_mask(scene: Scene, opaque_facets: npt.ArrayLike | None) -> BoolArray:
-    """Return (f,) bool, which facets let nothing through [-]: all when nothing is said.
+    """Return (f,) bool, which facets let nothing through: all when nothing is said.
 
     Parameters
     ----------

@@ -30,21 +30,21 @@ class ImageTree:
     image_m : (n, 3) float64
         Position of each image [m], by ascending order.
     order : (n,) int64
-        Number of reflections [-].
+        Number of reflections.
     branch_start : (n + 1,) int64
-        Branches of image i are ``branch_start[i]`` up to ``branch_start[i + 1]`` [-], by ascending
+        Branches of image i are ``branch_start[i]`` up to ``branch_start[i + 1]``, by ascending
         plane.
     branch_plane : (b,) int64
-        Plane of a branch's last reflection [-].
+        Plane of a branch's last reflection.
     branch_parent : (b,) int64
-        Image before that reflection [-].
+        Image before that reflection.
     considered, pruned, merged, kept : (orders + 1,) int64
-        Per order [-]: sequences looked at, dropped because no path can use them, found to lead to
+        Per order: sequences looked at, dropped because no path can use them, found to lead to
         the same point as another, and images left. considered = pruned + merged + kept.
     region_m : (2, 3) float64
         Box [m] that receivers must lie in; infinite when they may be anywhere.
     opaque_facets : (f,) bool
-        Facets that the search took to let nothing through [-].
+        Facets that the search took to let nothing through.
     """
 
     source_m: FloatArray
@@ -62,7 +62,7 @@ class ImageTree:
 
     @property
     def max_order(self) -> int:
-        """Greatest number of reflections that was searched [-]."""
+        """Greatest number of reflections that was searched."""
         return len(self.kept) - 1
 
     def kernel_arrays(self) -> TreeArrays:
@@ -77,7 +77,7 @@ class ImageTree:
         )
 
     def _ways(self) -> IntArray:
-        """Return the number of sequences that lead to each image [-], (n,)."""
+        """Return the number of sequences that lead to each image, (n,)."""
         ways = np.ones(len(self.image_m), dtype=np.int64)
         image_of = np.repeat(np.arange(len(self.image_m)), np.diff(self.branch_start))
         for order in range(1, self.max_order + 1):
@@ -115,14 +115,14 @@ class TreeBuilder:
         Parameters
         ----------
         children : (c, 2) int64
-            Image of the last level and plane of each child [-], no pair twice.
+            Image of the last level and plane of each child, no pair twice.
         considered, pruned : int
-            Sequences that were looked at to find them, and that no path can use [-].
+            Sequences that were looked at to find them, and that no path can use.
 
         Returns
         -------
         (c,) int64
-            Image of each child, counted within the new level [-].
+            Image of each child, counted within the new level.
 
         Raises
         ------
@@ -158,7 +158,7 @@ class TreeBuilder:
         region_m : (2, 3) float64
             Box [m] that receivers must lie in.
         opaque_facets : (f,) bool
-            Facets that were taken to let nothing through [-].
+            Facets that were taken to let nothing through.
 
         Returns
         -------

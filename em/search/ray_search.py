@@ -14,8 +14,8 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from octant.em.search import _ray_search_kernels
 from octant.em.blocks import Progress, run_blocks
+from octant.em.search import _ray_search_kernels
 from octant.em.search.image_search import checked_source, opaque_mask, search_images
 from octant.em.search.image_tree import ImageTree, TreeBuilder
 from octant.geometries._arrays import frozen_array
@@ -45,15 +45,15 @@ class RaySearch:
     tree : ImageTree
         Images; complete for no receiver.
     rays : int
-        Rays launched [-], half of them in each of two independent sets.
+        Rays launched, half of them in each of two independent sets.
     found : (orders + 1,) int64
-        Sequences that the rays followed, per order [-].
+        Sequences that the rays followed, per order.
     found_by_half : (orders + 1, 2) int64
-        Sequences that each half of the rays followed [-].
+        Sequences that each half of the rays followed.
     found_by_both : (orders + 1,) int64
-        Sequences that both halves followed [-].
+        Sequences that both halves followed.
     met_once, met_twice : (orders + 1,) int64
-        Sequences that one ray, or two, of all have followed [-].
+        Sequences that one ray, or two, of all have followed.
     """
 
     tree: ImageTree
@@ -126,9 +126,9 @@ def ray_search(
     source_m : (3,) float
         Place of the antenna [m], off every facet.
     max_reflections : int
-        Greatest order [-], >= 0.
+        Greatest order, >= 0.
     rays : int
-        Rays to launch [-], >= 2; an odd number is rounded down.
+        Rays to launch, >= 2; an odd number is rounded down.
     opaque_facets : (f,) bool, optional
         Facets that let nothing through [-]; rays both pass and are reflected by the others.
         Default: all.
@@ -209,11 +209,11 @@ def find_images(
     source_m : (3,) float
         Place of the antenna [m], off every facet.
     max_reflections : int
-        Greatest order [-], >= 0.
+        Greatest order, >= 0.
     search : str
         "complete" for `octant.em.search.image_search.search_images`, "rays" for `ray_search`.
     rays : int
-        Rays to launch [-]; "rays" only.
+        Rays to launch; "rays" only.
     region_m : (2, 3) float, optional
         Box [m] that all receivers lie in; "complete" only.
     opaque_facets : (f,) bool, optional
@@ -264,9 +264,9 @@ def launch_directions(begin: int, end: int, count: int) -> FloatArray:
     Parameters
     ----------
     begin, end : int
-        Rows that are wanted [-].
+        Rows that are wanted.
     count : int
-        Directions of the whole lattice [-].
+        Directions of the whole lattice.
     """
     i = np.arange(begin, end, dtype=np.float64)
     z = 1.0 - (2.0 * i + 1.0) / count

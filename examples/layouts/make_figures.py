@@ -17,17 +17,20 @@ import numpy.typing as npt
 from octant.em.reader.response import ReaderResponse
 from octant.navigation.navigators.arrival import arrival_threshold_w, rss_spread_w
 from octant.navigation.sensing.bearing import room_azimuth, vector_sum_bearing, wrap_angle
-from octant.reader_design.experiments.missions.comparison_cells import ComparisonCell, plan_comparison
+from octant.reader_design.experiments.missions.comparison_cells import (
+    ComparisonCell,
+    plan_comparison,
+)
 from octant.reader_design.experiments.missions.comparison_file import load_comparison
-from octant.reader_design.study_file.loading import load_study
-from octant.reader_design.study_file.schema import Study
-from octant.reader_design.showing.style import figure_style, new_figure, save_figure
-from octant.reader_design.showing.room import MapPanel, map_figure
-from octant.reader_design.showing.plan import draw_plan, draw_tags, plan_of
-from octant.reader_design.setting.scene import StudyScene, build_study_scene
 from octant.reader_design.setting.links import mission_table, study_responses, tag_link
 from octant.reader_design.setting.measures import power_dbm
 from octant.reader_design.setting.samples import standing_room
+from octant.reader_design.setting.scene import StudyScene, build_study_scene
+from octant.reader_design.showing.plan import draw_plan, draw_tags, plan_of
+from octant.reader_design.showing.room import MapPanel, map_figure
+from octant.reader_design.showing.style import figure_style, new_figure, save_figure
+from octant.reader_design.study_file.loading import load_study
+from octant.reader_design.study_file.schema import Study
 
 Floats = npt.NDArray[np.float64]
 

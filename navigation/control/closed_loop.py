@@ -43,7 +43,7 @@ class ClosedLoop:
 
     @property
     def inversions(self) -> int:
-        """Return how often the robot changes between forward and backward [-]."""
+        """Return how often the robot changes between forward and backward."""
         signs = np.sign(self.twist[:, 0])
         return int(np.count_nonzero(np.diff(signs[signs != 0.0])))
 

@@ -8,16 +8,16 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.geometries.errors import NavigationError
+from octant.navigation.checks import check_positive
+from octant.navigation.control.fuzzy import RuleBase, thesis_rule_base
+from octant.navigation.robot.drive import DifferentialDrive
 from octant.navigation.sensing.bearing import (
     steering_pair,
     turn_towards,
     vector_sum_bearing,
     vector_sum_variance,
 )
-from octant.navigation.checks import check_positive
-from octant.navigation.control.fuzzy import RuleBase, thesis_rule_base
 from octant.navigation.sensing.pattern_match import PatternMatcher
-from octant.navigation.robot.drive import DifferentialDrive
 
 SteeringInput = Literal["normalised", "nanowatt"]
 """How a reading becomes the fuzzy controller's input."""
@@ -67,7 +67,7 @@ class FuzzyController:
     full_scale_w : float
         Full scale of the "nanowatt" input [W].
     rules : RuleBase
-        One input on [-1, 1] [-], two outputs on [0, 1] [-]: right and left wheel.
+        One input on [-1, 1], two outputs on [0, 1]: right and left wheel.
 
     Raises
     ------

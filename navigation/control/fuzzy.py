@@ -372,7 +372,7 @@ def thesis_rule_base() -> RuleBase:
     Returns
     -------
     RuleBase
-        Outputs in the order right, left: uRn, uLn [-], 0.5 being the cruise speed.
+        Outputs in the order right, left: uRn, uLn, 0.5 being the cruise speed.
 
     Notes
     -----

@@ -3,9 +3,9 @@
 import numpy as np
 import numpy.typing as npt
 
-from octant.navigation.sensing.bearing import turn_towards, vector_sum_bearing, wrap_angle
 from octant.navigation.docking.drive import DockingDrive
 from octant.navigation.docking.task import DockingTask, Failure
+from octant.navigation.sensing.bearing import turn_towards, vector_sum_bearing, wrap_angle
 from octant.navigation.sensing.sensor import Sensor
 
 FloatArray = npt.NDArray[np.float64]
@@ -45,7 +45,7 @@ class CoarseDrive:
         Parameters
         ----------
         attempt : int
-            Number of the try, from 1 [-]; later ones aim beside the tag, where there may be more to
+            Number of the try, from 1; later ones aim beside the tag, where there may be more to
             see.
 
         Returns

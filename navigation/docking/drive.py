@@ -58,7 +58,7 @@ class DockingDrive:
 
     @property
     def worn_out(self) -> bool:
-        """Return whether the robot has touched things more often than it may [-]."""
+        """Return whether the robot has touched things more often than it may."""
         return self.contacts > self._task.max_contacts
 
     def step(
@@ -91,7 +91,7 @@ class DockingDrive:
         Returns
         -------
         bool
-            True on contact [-].
+            True on contact.
         """
         self._row(phase, twist, seen=seen, polar=polar, slips=slips)
         contact = self._body.move(twist, period_s=period_s)
@@ -127,7 +127,7 @@ class DockingDrive:
         reason : str
             The same in a sentence.
         tries : int
-            Tries begun [-].
+            Tries begun.
 
         Returns
         -------

@@ -76,7 +76,7 @@ class DockingJob:
     starts: RandomStarts
 
     def __call__(self, seed: np.random.SeedSequence) -> DockingResult:
-        """Return the record of the run of a seed [-].
+        """Return the record of the run of a seed.
 
         Parameters
         ----------

@@ -6,8 +6,8 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.navigation.docking.task import Blocked
-from octant.navigation.sensing.landmark_sensor import LandmarkSensor
 from octant.navigation.robot.drive import DifferentialDrive
+from octant.navigation.sensing.landmark_sensor import LandmarkSensor
 from octant.navigation.sensing.sensor import Sensor
 
 FloatArray = npt.NDArray[np.float64]

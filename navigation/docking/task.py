@@ -17,12 +17,12 @@ from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import NavigationError
 from octant.navigation.checks import check_positive
 from octant.navigation.control.docking_law import DockingLaw, TwistLimits
-from octant.navigation.robot.docking_world import WheelSlip
+from octant.navigation.control.polar import pose_in_goal_frame
 from octant.navigation.estimators.landmark_filters import LandmarkFilter, LandmarkNoise
 from octant.navigation.estimators.landmark_models import checked_period
-from octant.navigation.sensing.landmark_sensor import Landmark
-from octant.navigation.control.polar import pose_in_goal_frame
 from octant.navigation.estimators.tag_place import TagPlaceFilter
+from octant.navigation.robot.docking_world import WheelSlip
+from octant.navigation.sensing.landmark_sensor import Landmark
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -131,7 +131,7 @@ class FineStage:
     last_look_m : float
         At this distance from the goal the robot stands and looks once more [m].
     confirmations : int
-        Detections that must agree before a landmark is believed [-].
+        Detections that must agree before a landmark is believed.
     latch_radius_m : float
         The robot stops this near to the goal [m].
     fade_radius_m : float
@@ -202,9 +202,9 @@ class DockingTask:
     tolerance_rad : float
         Greatest error of the heading at which it does [rad].
     tries : int
-        How often the robot tries before it gives up [-].
+        How often the robot tries before it gives up.
     max_contacts : int
-        How often it may touch something before it gives up [-].
+        How often it may touch something before it gives up.
     coarse : CoarseStage
         Drive to the staging place.
     fine : FineStage
@@ -266,9 +266,9 @@ class DockingResult:
     reason : str
         The same in a sentence.
     tries : int
-        Tries begun [-].
+        Tries begun.
     contacts : int
-        How often the robot touched something [-].
+        How often the robot touched something.
     time_s : (n,) float64
         Time [s].
     poses : (n, 3) float64
@@ -323,7 +323,7 @@ class DockingResult:
 
     @property
     def success(self) -> bool:
-        """Return whether the robot is docked [-]."""
+        """Return whether the robot is docked."""
         return self.outcome == "docked"
 
     @property

@@ -8,7 +8,6 @@ import numpy.typing as npt
 
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import NavigationError
-from octant.navigation.sensing.bearing import wrap_angle
 from octant.navigation.estimators.kalman import (
     Gaussian,
     Innovation,
@@ -19,6 +18,7 @@ from octant.navigation.estimators.kalman import (
 )
 from octant.navigation.estimators.pose_filters import WheelMotion
 from octant.navigation.estimators.rss_kalman import predict_motion
+from octant.navigation.sensing.bearing import wrap_angle
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -31,7 +31,7 @@ def range_and_bearing(states: npt.ArrayLike, tag: int) -> FloatArray:
     states : (r, 3 + 2 s) float64
         x [m], y [m], heading [rad], then x and y of every tag [m].
     tag : int
-        Number of the tag, from 0 [-].
+        Number of the tag, from 0.
 
     Notes
     -----
@@ -54,7 +54,7 @@ def tag_innovation(
     belief : Gaussian
         (r, 3 + 2 s) states, before.
     tag : int
-        Number of the tag, from 0 [-].
+        Number of the tag, from 0.
     measured : (r, 2) float64
         Range [m] and bearing [rad].
     noise : (2, 2) float64
@@ -92,7 +92,7 @@ class SlamTask:
     wheel_rates_rad_per_s : (2,) float64
         Right and left, commanded all the time [rad/s].
     steps : int
-        Number of periods [-].
+        Number of periods.
     tags_m : (s, 2) float64
         True places of the tags [m].
     tag_sigma_m : float

@@ -28,7 +28,7 @@ class FingerprintFilter:
     sigma_m : float
         Standard deviation of each coordinate of such a fix [m]; measure it at known places.
     neighbours : int
-        How many places k are averaged [-].
+        How many places k are averaged.
 
     Raises
     ------

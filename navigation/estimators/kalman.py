@@ -94,7 +94,7 @@ def covariance_matrix(
     value : float, (n,) or (n, n) array_like
         One variance for all, the diagonal, or the matrix [squared unit of the states].
     states : int
-        Number n of states [-].
+        Number n of states.
     name : str
         Name that an error message uses.
     definite : bool
@@ -336,7 +336,7 @@ def chi_squared_quantile(probability: float, *, degrees: int) -> float:
     probability : float
         In (0, 1) [-].
     degrees : int
-        Degrees of freedom, at least 1 [-].
+        Degrees of freedom, at least 1.
 
     Returns
     -------
@@ -367,9 +367,9 @@ def consistency_band(
     Parameters
     ----------
     degrees : int
-        Size of the state (NEES) or of the measurement (NIS) [-].
+        Size of the state (NEES) or of the measurement (NIS).
     samples : int
-        Number of independent runs that are averaged [-].
+        Number of independent runs that are averaged.
     probability : float
         Probability of the band, two-sided [-].
 

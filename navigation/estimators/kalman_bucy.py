@@ -31,7 +31,7 @@ class KalmanBucy(RssFilter):
     noise : RssAssumptions
         Of the readings.
     substeps : int
-        Integration steps in a period [-].
+        Integration steps in a period.
 
     Notes
     -----

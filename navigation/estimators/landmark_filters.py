@@ -11,7 +11,6 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.geometries.errors import NavigationError
-from octant.navigation.sensing.bearing import wrap_angle
 from octant.navigation.checks import check_positive
 from octant.navigation.estimators.kalman import (
     Gaussian,
@@ -28,6 +27,7 @@ from octant.navigation.estimators.landmark_models import (
     position_transition,
     turn_sensitivity,
 )
+from octant.navigation.sensing.bearing import wrap_angle
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -186,7 +186,7 @@ class LandmarkFilter:
         Share of true detections that pass the chi-squared gate, in (0, 1) [-].
     restart_after : int
         Detections rejected in a row after which the next is believed and the pose starts afresh
-        from it [-]: the robot was wrong from the start or was carried away.
+        from it: the robot was wrong from the start or was carried away.
 
     Raises
     ------

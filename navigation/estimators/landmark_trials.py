@@ -7,9 +7,15 @@ import numpy.typing as npt
 
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import NavigationError
-from octant.navigation.sensing.bearing import wrap_angle
-from octant.navigation.estimators.landmark_filters import ATTITUDE, PLACE, SLIP, SPIN, LandmarkFilter
+from octant.navigation.estimators.landmark_filters import (
+    ATTITUDE,
+    PLACE,
+    SLIP,
+    SPIN,
+    LandmarkFilter,
+)
 from octant.navigation.estimators.landmark_models import checked_period, position_transition
+from octant.navigation.sensing.bearing import wrap_angle
 from octant.navigation.sensing.landmark_sensor import Landmark, LandmarkSensor
 
 FloatArray = npt.NDArray[np.float64]
@@ -178,9 +184,9 @@ def drive(
     slips : tuple of float
         b [m/s] and s [rad/s] at the start; they wander by the filter's densities.
     repetitions : int
-        How many [-].
+        How many.
     seed : int
-        Seed [-]; repetition i depends on it and on i only.
+        Seed; repetition i depends on it and on i only.
 
     Returns
     -------

@@ -57,7 +57,7 @@ class ParticleFilter:
     sigma_db : float
         Standard deviation of a reading from the model, noise and the model's own error [dB].
     particles : int
-        Number of particles [-].
+        Number of particles.
     jitter_m, jitter_rad : float
         Spread added after resampling, so that equal particles part [m], [rad].
 

@@ -73,7 +73,7 @@ def with_zero_rows(states: int, matrix: FloatArray) -> FloatArray:
     Parameters
     ----------
     states : int
-        Number n of states [-].
+        Number n of states.
     matrix : (r, 3, c) float64
         Derivatives of the pose [m, rad per unit of the columns].
     """

@@ -32,12 +32,12 @@ def run_seeded(
     job : callable
         Seed of one run -> its result.
     runs : int
-        Number of runs [-].
+        Number of runs.
     seed : int
-        Base seed, not negative [-]. Run i uses child i of its numpy SeedSequence, so its result
+        Base seed, not negative. Run i uses child i of its numpy SeedSequence, so its result
         depends neither on the number of runs nor on that of workers.
     workers : int
-        Processes that share the runs [-]; 1 stays in this one.
+        Processes that share the runs; 1 stays in this one.
     executor : concurrent.futures.Executor or None
         Runs the batches in place of `workers` own processes; `workers` then only sizes them.
     progress : callable or None

@@ -7,8 +7,8 @@ import numpy.typing as npt
 
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import NavigationError
-from octant.navigation.navigators.arrival import ArrivalTest
 from octant.navigation.missions.records import Mission
+from octant.navigation.navigators.arrival import ArrivalTest
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

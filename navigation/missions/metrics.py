@@ -13,8 +13,8 @@ import numpy.typing as npt
 
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import NavigationError
-from octant.navigation.sensing.bearing import wrap_angle
 from octant.navigation.missions.records import MissionResult, Outcome
+from octant.navigation.sensing.bearing import wrap_angle
 
 _SUCCESS_RADII = 2.0
 _HOLD_SAMPLES = 30
@@ -132,7 +132,7 @@ class MissionMetrics:
     collided : bool
         The robot touched an obstacle.
     contacts : int
-        Periods in which it did [-].
+        Periods in which it did.
     near_miss : bool
         A tag that was not reached, or was declared reached elsewhere, had been within the success
         radius while it was the target.

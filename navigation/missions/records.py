@@ -44,11 +44,11 @@ class Mission:
     motion : {"euler", "arc"}
         How a period moves the robot.
     silent_limit : int
-        Readings in a row without any signal after which the run ends [-].
+        Readings in a row without any signal after which the run ends.
     contact : {"end", "slide"}
         Whether the run ends when the robot touches something, or the robot slides along it.
     contact_limit : int
-        Contacts on one leg after which a sliding robot counts as stuck [-].
+        Contacts on one leg after which a sliding robot counts as stuck.
     rolling : Rolling
         Slip of the wheels and resolution of their encoders.
 
@@ -179,7 +179,7 @@ class MissionResult:
     arrival_points_m : (k, 2) float64
         Where the robot was then [m]; NaN where it was not.
     contacts : int
-        Periods in which the robot touched something [-].
+        Periods in which the robot touched something.
     believed_points_m : (s, 2) float64 or None
         Where the navigator believed the tag of each row [m]; NaN where nowhere. None becomes NaN.
     """

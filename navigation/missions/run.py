@@ -10,15 +10,15 @@ import numpy.typing as npt
 
 from octant.geometries.errors import NavigationError
 from octant.navigation.missions.batches import run_seeded
-from octant.navigation.sensing.bearing import wrap_angle
-from octant.navigation.robot.floor_motion import Blocked, Floor
 from octant.navigation.missions.records import Mission, MissionResult, Outcome
 from octant.navigation.missions.starts import Starts
-from octant.navigation.robot.motion import AT_REST, Motion
 from octant.navigation.navigators.interface import STILL, Decision, Navigator, Odometry
-from octant.navigation.robot.odometry import wheel_travel
 from octant.navigation.robot.drive import DifferentialDrive
+from octant.navigation.robot.floor_motion import Blocked, Floor
+from octant.navigation.robot.motion import AT_REST, Motion
+from octant.navigation.robot.odometry import wheel_travel
 from octant.navigation.robot.rolling import RollingWheels
+from octant.navigation.sensing.bearing import wrap_angle
 from octant.navigation.sensing.sensor import Sensor, unknown_tag
 
 __all__ = ["Blocked", "Mission", "MissionResult", "run_mission", "run_missions"]
@@ -232,12 +232,12 @@ def run_missions(
     robot : DifferentialDrive
         The robot.
     runs : int
-        Number of runs [-].
+        Number of runs.
     seed : int
-        Base seed, not negative [-]. Run i uses child i of its numpy SeedSequence, so its result
+        Base seed, not negative. Run i uses child i of its numpy SeedSequence, so its result
         depends neither on the number of runs nor on that of workers.
     workers : int
-        Processes that share the runs [-]; 1 stays in this one. More need picklable arguments.
+        Processes that share the runs; 1 stays in this one. More need picklable arguments.
     executor : concurrent.futures.Executor or None
         Runs the batches in place of `workers` own processes; `workers` then only sizes them.
     blocked : callable or None

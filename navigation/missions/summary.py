@@ -33,7 +33,7 @@ class Estimate:
     unit : str
         Its unit, "1" for a share.
     runs : int
-        Number of values that it comes from [-].
+        Number of values that it comes from.
     value : float
         The number [in its unit]; NaN without values.
     low, high : float
@@ -54,9 +54,9 @@ def wilson_interval(successes: int, trials: int) -> tuple[float, float]:
     Parameters
     ----------
     successes : int
-        Number of successes [-].
+        Number of successes.
     trials : int
-        Number of trials [-].
+        Number of trials.
 
     Returns
     -------
@@ -133,9 +133,9 @@ class MissionSummary:
     Parameters
     ----------
     runs : int
-        Number of runs [-].
+        Number of runs.
     shares : tuple of Estimate
-        Shares of the runs: success, captures, collisions, near misses [-].
+        Shares of the runs: success, captures, collisions, near misses.
     medians : tuple of Estimate
         Median and 90 % percentile of time [s], way, RMSE and errors [m], [deg] over the runs.
     arrivals : tuple of Estimate

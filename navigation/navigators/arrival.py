@@ -207,7 +207,7 @@ def arrival_threshold_w(
     radius_m : float
         Arrival radius [m].
     azimuths : int
-        Number of directions from which the robot comes, heading for the tag [-].
+        Number of directions from which the robot comes, heading for the tag.
 
     Returns
     -------

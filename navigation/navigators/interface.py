@@ -86,7 +86,7 @@ class Navigator(Protocol[Memory]):
         Parameters
         ----------
         target : int
-            Index of the tag to be reached, in the mission's order [-].
+            Index of the tag to be reached, in the mission's order.
         before : Memory or None
             What was remembered at the end of the leg before; None at the start.
         heading_rad : float

@@ -108,7 +108,7 @@ class PlaceFilter:
     table : PatternTable
         RSS of the reader for relative places of a tag, free of reflections.
     particles : int
-        Number of particles [-].
+        Number of particles.
     noise_db : float
         Standard deviation of the error of an RSS that the direct wave dominates [dB].
     fading_db : float

@@ -12,13 +12,18 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.geometries.errors import NavigationError
-from octant.navigation.navigators.arrival import ArrivalState, ArrivalTest, observe_spread
-from octant.navigation.sensing.bearing import checked_azimuths, doct, turn_towards, vector_sum_bearing
 from octant.navigation.checks import check_choice, check_positive
 from octant.navigation.control.controllers import Controller
 from octant.navigation.missions.records import Mission
+from octant.navigation.navigators.arrival import ArrivalState, ArrivalTest, observe_spread
 from octant.navigation.navigators.interface import Decision, Mode, Odometry
 from octant.navigation.robot.drive import DifferentialDrive
+from octant.navigation.sensing.bearing import (
+    checked_azimuths,
+    doct,
+    turn_towards,
+    vector_sum_bearing,
+)
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -37,13 +42,13 @@ class ThesisMemory:
     mode : {"rotation", "navigation"}
         What it does next.
     target : int
-        Index of the current tag in the mission's list [-].
+        Index of the current tag in the mission's list.
     turn_left_rad : float
         What is left of a rotation that takes several periods, counter-clockwise positive [rad].
     place : tuple of float
         Dead-reckoned x [m], y [m], heading [rad] since the leg began, in the frame of its start.
     readings : int
-        Readings on this leg so far [-].
+        Readings on this leg so far.
     arrival : ArrivalState
         Memory of the arrival test on this leg.
     """
@@ -121,7 +126,7 @@ class ThesisNavigator:
         Parameters
         ----------
         target : int
-            Index of the tag to be reached, in the mission's order [-].
+            Index of the tag to be reached, in the mission's order.
         before : ThesisMemory or None
             Not used: the thesis' robot keeps nothing.
         heading_rad : float

@@ -12,8 +12,8 @@ from octant.navigation.checks import check_positive
 from octant.navigation.missions.records import Mission
 from octant.navigation.navigators.interface import Decision, Mode, Odometry
 from octant.navigation.navigators.place_particles import PlaceBelief, PlaceEstimate, PlaceFilter
-from octant.navigation.sensing.pattern_match import PatternTable
 from octant.navigation.robot.drive import DifferentialDrive
+from octant.navigation.sensing.pattern_match import PatternTable
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -34,7 +34,7 @@ class TrackerMemory:
     Parameters
     ----------
     target : int
-        Index of the current tag in the mission's list [-].
+        Index of the current tag in the mission's list.
     belief : PlaceBelief or None
         The tag's place; None before the first reading of a leg, or to begin anew.
     heading_rad : float
@@ -42,7 +42,7 @@ class TrackerMemory:
     heading_sd_rad : float
         Its standard deviation [rad].
     readings : int
-        Readings since the belief began [-].
+        Readings since the belief began.
     plan : tuple of (float, float)
         Ways [m] and turns [rad] of the next periods, when it is backing off.
     """
@@ -77,7 +77,7 @@ class TrackerNavigator:
     arrival_spread_m : float
         And the particles there spread no more than this [m].
     patience : int
-        After so many readings without arrival the belief begins anew [-].
+        After so many readings without arrival the belief begins anew.
 
     Raises
     ------
@@ -121,7 +121,7 @@ class TrackerNavigator:
         Parameters
         ----------
         target : int
-            Index of the tag to be reached, in the mission's order [-].
+            Index of the tag to be reached, in the mission's order.
         before : TrackerMemory or None
             Memory of the leg before, for the heading; None at the start.
         heading_rad : float

@@ -76,7 +76,7 @@ class Motion:
 
     @property
     def rests(self) -> bool:
-        """Whether the robot stands still [-]."""
+        """Whether the robot stands still."""
         return self.speed_m_per_s == 0.0 and self.turn_rate_rad_per_s == 0.0
 
     def poses(self, pose: npt.ArrayLike, time_s: npt.ArrayLike) -> npt.NDArray[np.float64]:

@@ -13,8 +13,8 @@ import numpy.typing as npt
 
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import NavigationError
-from octant.navigation.sensing.bearing import ANY_DIRECTION_RAD2
 from octant.navigation.checks import check_positive
+from octant.navigation.sensing.bearing import ANY_DIRECTION_RAD2
 from octant.navigation.sensing.sensor import PowerLink
 
 FloatArray = npt.NDArray[np.float64]
@@ -66,7 +66,7 @@ class PatternTable:
 
     @property
     def antennas(self) -> int:
-        """Return the number n of antennas [-]."""
+        """Return the number n of antennas."""
         return int(self.power_w.shape[3])
 
     @property
@@ -101,7 +101,7 @@ def pattern_table(
     reach_m : float
         Largest distance [m].
     distances, bearings, sides : int
-        Size of the table [-]; one side is enough for a tag that looks the same from all.
+        Size of the table; one side is enough for a tag that looks the same from all.
 
     Returns
     -------

@@ -53,7 +53,7 @@ class ThermalNoise:
     noise_figure_db : float
         Noise figure F [dB].
     samples : int
-        Independent samples M that a reading averages in power [-].
+        Independent samples M that a reading averages in power.
 
     Raises
     ------

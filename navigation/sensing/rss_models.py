@@ -280,7 +280,7 @@ class RssNoise:
         Parameters
         ----------
         shape : tuple of int
-            Its shape [-].
+            Its shape.
         rng : numpy.random.Generator
             Source.
         """
@@ -352,7 +352,7 @@ def tag_grid(side: int, *, spacing_m: float, height_m: float) -> FloatArray:
     Parameters
     ----------
     side : int
-        Tags along each side [-]; 3 makes the nine of chapter 6, 5 the 25 of chapter 7.
+        Tags along each side; 3 makes the nine of chapter 6, 5 the 25 of chapter 7.
     spacing_m : float
         Distance of neighbours [m].
     height_m : float

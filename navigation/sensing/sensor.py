@@ -14,8 +14,8 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.geometries.errors import NavigationError
-from octant.navigation.sensing.bearing import checked_azimuths
 from octant.navigation.robot.motion import AT_REST, Motion
+from octant.navigation.sensing.bearing import checked_azimuths
 from octant.navigation.sensing.rss_detector import RssQuantiser, ThermalNoise, log_normal_rss
 
 
@@ -43,7 +43,7 @@ class Sensor(Protocol):
 
     @property
     def antennas(self) -> int:
-        """Return the number n of antennas [-]."""
+        """Return the number n of antennas."""
         ...
 
     @property
@@ -157,7 +157,7 @@ class FieldSensor:
 
     @property
     def antennas(self) -> int:
-        """Return the number n of antennas [-]."""
+        """Return the number n of antennas."""
         return int(self.azimuths_rad.size)
 
     @property

@@ -9,10 +9,10 @@ import numpy.typing as npt
 
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import NavigationError
-from octant.navigation.sensing.bearing import wrap_angle
 from octant.navigation.estimators.pose_filters import PoseEstimator, RssModel
-from octant.navigation.robot.odometry import counted_rotation
 from octant.navigation.robot.drive import DifferentialDrive
+from octant.navigation.robot.odometry import counted_rotation
+from octant.navigation.sensing.bearing import wrap_angle
 from octant.navigation.sensing.rss_models import RssNoise
 from octant.navigation.tracking.controllers import TrackingController
 from octant.navigation.tracking.trajectories import DesiredTrajectory
@@ -39,7 +39,7 @@ class World:
     start_covariance : (3, 3) float64
         How wrong the assumed start is, or its diagonal [m², rad²].
     reading_every : int
-        Periods from one reading of the tags to the next [-].
+        Periods from one reading of the tags to the next.
     encoder_tick_rad : float or None
         The estimator is told what wheel encoders of this resolution count [rad]; None: what was
         commanded, as in the thesis.
@@ -153,14 +153,14 @@ class TrackingRecord:
 
 
 def run_seeds(seed: int, runs: int) -> list[np.random.SeedSequence]:
-    """Return one seed for each run, the same for run i whatever the number of runs [-].
+    """Return one seed for each run, the same for run i whatever the number of runs.
 
     Parameters
     ----------
     seed : int
-        Base seed, not negative [-].
+        Base seed, not negative.
     runs : int
-        Number of runs, at least 1 [-].
+        Number of runs, at least 1.
 
     Raises
     ------

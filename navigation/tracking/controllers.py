@@ -11,8 +11,8 @@ import numpy.typing as npt
 
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import NavigationError
-from octant.navigation.sensing.bearing import wrap_angle
 from octant.navigation.robot.drive import DifferentialDrive
+from octant.navigation.sensing.bearing import wrap_angle
 from octant.navigation.tracking import _ilqr_kernels
 from octant.navigation.tracking.problem import Weights
 from octant.navigation.tracking.trajectories import DesiredTrajectory
@@ -32,7 +32,7 @@ class TrackingController(Protocol):
         Parameters
         ----------
         step : int
-            Number k of the period, which begins at k T [-].
+            Number k of the period, which begins at k T.
         poses : (r, 3) float64
             Estimated x [m], y [m], heading [rad] then, the headings possibly off by whole turns.
         rss_dbm : (r, s) float64
@@ -62,7 +62,7 @@ class OpenLoop:
         Parameters
         ----------
         step : int
-            Number of the period [-].
+            Number of the period.
         poses : (r, 3) float64
             Not looked at [m, rad].
         rss_dbm : (r, s) float64
@@ -106,7 +106,7 @@ class NeighbouringControl:
         Parameters
         ----------
         step : int
-            Number of the period [-].
+            Number of the period.
         poses : (r, 3) float64
             Estimated pose; the heading's deviation is wrapped [m, rad].
         rss_dbm : (r, s) float64
@@ -143,7 +143,7 @@ class MeasurementFeedback:
         Parameters
         ----------
         step : int
-            Number of the period [-].
+            Number of the period.
         poses : (r, 3) float64
             Not looked at: the robot knows neither its place nor the tags' [m, rad].
         rss_dbm : (r, s) float64
@@ -167,9 +167,9 @@ class PredictiveControl:
     weights : Weights
         Q, R (on the deviation from the feed-forward) and the final weight of each horizon.
     horizon : int
-        Periods looked ahead [-].
+        Periods looked ahead.
     iterations : int
-        iLQR iterations in each period [-].
+        iLQR iterations in each period.
 
     Raises
     ------
@@ -197,7 +197,7 @@ class PredictiveControl:
         Parameters
         ----------
         step : int
-            Number of the period [-].
+            Number of the period.
         poses : (r, 3) float64
             Estimated poses, of any turn [m, rad].
         rss_dbm : (r, s) float64

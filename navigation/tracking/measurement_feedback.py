@@ -51,7 +51,7 @@ class FeedbackTask:
 
     @property
     def record_shape(self) -> tuple[int, int]:
-        """Return periods and tags of a noise record [-]."""
+        """Return periods and tags of a noise record."""
         return self.problem.intervals, len(self.tags_m)
 
 
@@ -128,7 +128,7 @@ class FeedbackTraining:
     Parameters
     ----------
     iterations : int
-        At most so many [-].
+        At most so many.
     momentum : float
         λ, from 0 to below 1 [-].
     first_step : float

@@ -51,7 +51,7 @@ class NominalSolution:
 
     @property
     def iterations(self) -> int:
-        """Return the number of iterations [-]."""
+        """Return the number of iterations."""
         return len(self.costs)
 
 
@@ -160,7 +160,7 @@ class BoundedIlqr:
     Parameters
     ----------
     iterations : int
-        At most so many from each first guess [-].
+        At most so many from each first guess.
     tolerance : float
         Stop when an iteration lowers the cost by less than this share [-].
     first_rates_rad_per_s : tuple of (float, float)
@@ -227,7 +227,7 @@ class InputSearch:
     Parameters
     ----------
     iterations : int
-        At most so many from each first guess [-].
+        At most so many from each first guess.
     first_rates_rad_per_s : tuple of (float, float)
         Constant wheel rates from which the search begins, one search for each; the best one
         counts [rad/s].
@@ -297,7 +297,7 @@ class GainDescent:
     Parameters
     ----------
     iterations : int
-        At most so many [-].
+        At most so many.
     momentum : float
         λ of the update, from 0 to below 1 [-].
     first_step : float

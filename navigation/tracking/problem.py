@@ -23,7 +23,7 @@ def weight_matrix(value: npt.ArrayLike, *, name: str, size: int) -> FloatArray:
     name : str
         What it is called in a message.
     size : int
-        Number of rows [-].
+        Number of rows.
 
     Raises
     ------
@@ -85,7 +85,7 @@ class Weights:
 
 
 def tracking_weights() -> Weights:
-    """Return the weights of thesis 6.5 and of its trajectories in 7.5 [-]; R is not printed."""
+    """Return the weights of thesis 6.5 and of its trajectories in 7.5; R is not printed."""
     return Weights(
         state=np.array([1.0, 1.0, 2.0]),
         final=np.array([0.5, 0.5, 1.0]),
@@ -94,7 +94,7 @@ def tracking_weights() -> Weights:
 
 
 def stabilisation_weights() -> Weights:
-    """Return the weights of thesis 7.5.2.1 [-]; R is not printed."""
+    """Return the weights of thesis 7.5.2.1; R is not printed."""
     return Weights(state=np.full(3, 0.01), final=np.full(3, 2.0), inputs=np.array([0.01, 0.01]))
 
 
@@ -113,7 +113,7 @@ class TrackingProblem:
     robot : DifferentialDrive
         The robot and its limits.
     substeps : int
-        Euler steps for which a wheel rate, or a gain, is held [-].
+        Euler steps for which a wheel rate, or a gain, is held.
 
     Raises
     ------
@@ -139,7 +139,7 @@ class TrackingProblem:
 
     @property
     def intervals(self) -> int:
-        """Return the number of control intervals [-]."""
+        """Return the number of control intervals."""
         return self.desired.steps // self.substeps
 
     @property

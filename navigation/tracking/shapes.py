@@ -45,7 +45,7 @@ def graph(name: str, along: Graph, *, x_range_m: tuple[float, float], duration_s
     name : str
         What it is called.
     along : callable
-        x (k,) [m] to y [m], dy/dx [-] and d²y/dx² [1/m].
+        x (k,) [m] to y [m], dy/dx and d²y/dx² [1/m].
     x_range_m : (2,) tuple of float
         x at the beginning and at the end [m].
     duration_s : float

@@ -92,7 +92,7 @@ class DesiredTrajectory:
 
     @property
     def steps(self) -> int:
-        """Return the number of intervals [-]."""
+        """Return the number of intervals."""
         return len(self.time_s) - 1
 
     @property

@@ -16,9 +16,9 @@ from octant.reader_design.options import POINT
 
 if TYPE_CHECKING:
     from octant.em.antennas.kinds import Antenna
+    from octant.em.medium.radio_scene import RadioScene
     from octant.em.search.edge_search import EdgeTree
     from octant.em.search.image_tree import ImageTree
-    from octant.em.medium.radio_scene import RadioScene
     from octant.geometries.scene import Scene
 
 Decorated = TypeVar("Decorated", bound=Callable[..., Any])
@@ -37,7 +37,7 @@ class EndAntenna:
     name : str
         A kind of antenna or a pattern file.
     axis : (3,) tuple of float or None
-        Its direction [-]; None: up, a patch down.
+        Its direction; None: up, a patch down.
     azimuth_deg : float
         Turn about the axis [deg].
     """
@@ -88,12 +88,12 @@ def path_options(command: Decorated) -> Decorated:
     Parameters
     ----------
     command : callable
-        With the parameters ``antennas``, a pair of `EndAntenna`, and ``max_reflections`` [-].
+        With the parameters ``antennas``, a pair of `EndAntenna`, and ``max_reflections``.
 
     Returns
     -------
     callable
-        The same, with seven options [-].
+        The same, with seven options.
     """
 
     @wraps(command)
@@ -188,7 +188,7 @@ def study_link(
     antennas : pair of EndAntenna
         Transmitting and receiving.
     max_reflections : int or None
-        Highest order [-]; None: the study's.
+        Highest order; None: the study's.
     progress : Progress
         Told which antennas stand off a surface, and about compilation.
 
@@ -202,13 +202,13 @@ def study_link(
     ConfigError
         When an end is in the wrong place, or there is no such antenna.
     """
-    from octant.reader_design.study_file.loading import load_study
     from octant.reader_design.setting.scene import (
         build_study_scene,
         candidates_from,
         place_antenna,
         radio_at,
     )
+    from octant.reader_design.study_file.loading import load_study
 
     loaded = load_study(study)
     built = build_study_scene(loaded)

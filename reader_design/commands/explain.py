@@ -10,9 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.geometries.errors import ConfigError
+from octant.reader_design.commands.ends import EndAntenna, PathLink, path_options, study_link
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.options import POINT, common_options
-from octant.reader_design.commands.ends import EndAntenna, PathLink, path_options, study_link
 
 if TYPE_CHECKING:
     from octant.em.fields.explain import BudgetLine, PathBudget

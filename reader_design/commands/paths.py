@@ -10,12 +10,12 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.geometries.errors import ConfigError
+from octant.reader_design.commands.ends import EndAntenna, PathLink, path_options, study_link
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.options import (
     POINT,
     common_options,
 )
-from octant.reader_design.commands.ends import EndAntenna, PathLink, path_options, study_link
 
 if TYPE_CHECKING:
     from octant.em.paths.tracing import PathGains, PathSet
@@ -99,7 +99,7 @@ def paths(
 
 
 def _traced(link: PathLink, sums: FloatArray) -> "Iterator[tuple[int, PathSet, PathGains]]":
-    """Yield blocks of paths; ``sums`` gets paths, |sum g|^2 and sum |g|^2 [-] per receiver."""
+    """Yield blocks of paths; ``sums`` gets paths, |sum g|^2 and sum |g|^2 per receiver."""
     from octant.em.paths.tracing import path_gains, trace_paths
 
     for first in range(0, len(link.receivers_m), RECEIVERS_PER_BLOCK):
@@ -206,11 +206,11 @@ def rss(
 
     Writes the poses and rss_1_w ... rss_n_w, coherent power in watts.
     """
-    from octant.reader_design.study_file.loading import load_study
-    from octant.reader_design.setting.scene import build_study_scene
     from octant.reader_design.keeping.store import refuse_overwrite
     from octant.reader_design.setting.links import study_responses, tag_link
+    from octant.reader_design.setting.scene import build_study_scene
     from octant.reader_design.showing.tables import put_table, read_columns
+    from octant.reader_design.study_file.loading import load_study
 
     loaded = load_study(study)
     if csv_file not in {None, "-"}:

@@ -12,7 +12,7 @@ except ImportError:  # no Unix
 
 
 def cell_path(folder: Path, key: str) -> Path:
-    """Return where a cell's file lies [-].
+    """Return where a cell's file lies.
 
     Parameters
     ----------

@@ -47,7 +47,7 @@ class Progress:
         items : iterable
             What is worked through.
         total : int or None
-            Number of items [-]; None: ``len(items)`` where it has one.
+            Number of items; None: ``len(items)`` where it has one.
         label : str
             What the bar is called.
 
@@ -76,7 +76,7 @@ class Progress:
         Parameters
         ----------
         total : int
-            Number of items [-].
+            Number of items.
         label : str
             What the bar is called.
 

@@ -156,13 +156,13 @@ def dataset(
     Parameters
     ----------
     variables : mapping of str to xarray.Variable
-        Made by `variable` (any unit [-]).
+        Made by `variable` (any unit).
     coordinates : mapping of str to xarray.Variable or None
         Made by `variable`; ``part`` is added where a variable is complex.
     study_toml : str
         The resolved study.
     seed : int
-        The seed in force [-].
+        The seed in force.
     title : str
         What the file holds.
     attributes : mapping or None
@@ -257,7 +257,7 @@ def versions() -> dict[str, str]:
     Returns
     -------
     dict of str
-        Versions of Octant, Python and the numeric packages [-]; ``not installed`` for Octant run
+        Versions of Octant, Python and the numeric packages; ``not installed`` for Octant run
         from a working tree.
     """
     packages = ("octant", "numpy", "scipy", "numba", "trimesh")

@@ -26,7 +26,7 @@ def begin(lifeline: Connection, threads: int) -> None:
         Its other end is held by the starting process alone: when that one ends, however it ends,
         or closes it, the worker leaves at once.
     threads : int
-        Threads that the worker may use [-].
+        Threads that the worker may use.
     """
     for name in ONE_THREAD:
         os.environ[name] = "1"

@@ -36,7 +36,7 @@ class Crew(Protocol):
 
     @property
     def size(self) -> int:
-        """Number of cells computed at the same time [-]."""
+        """Number of cells computed at the same time."""
 
     def submit(self, call: Callable[..., Result], /, *arguments: object) -> "Future[Result]":
         """Return the future of a call.
@@ -155,7 +155,7 @@ class LocalProcesses:
 
 
 def cores() -> int:
-    """Return the number of cores that this process may use [-].
+    """Return the number of cores that this process may use.
 
     Returns
     -------
@@ -174,7 +174,7 @@ def open_crew(*, workers: int | None = None, cluster: str | None = None) -> Iter
     Parameters
     ----------
     workers : int or None
-        Processes of this machine [-]; None: one for each core; 1: none, this process computes.
+        Processes of this machine; None: one for each core; 1: none, this process computes.
     cluster : str or None
         Address of a dask scheduler, or ``local:N`` for N worker processes of a cluster that is
         started here; instead of ``workers``.

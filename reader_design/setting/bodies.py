@@ -40,7 +40,7 @@ def study_materials(study: Study) -> dict[str, Material]:
     Returns
     -------
     dict of str to Material
-        By `material_label` [-].
+        By `material_label`.
 
     Raises
     ------

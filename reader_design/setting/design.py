@@ -8,14 +8,14 @@ from pathlib import Path
 from typing import Any, TypedDict
 
 from octant.em.antennas.kinds import Antenna, make_antenna
+from octant.em.reader.cache import ReaderSolution, body_hash, cached_responses
 from octant.em.reader.fullwave.mesh import CELLS_PER_WAVELENGTH, FEED_GAP_M, WIRE_RADIUS_M
 from octant.em.reader.response import ReaderResponse, reader_response
-from octant.em.reader.cache import ReaderSolution, body_hash, cached_responses
 from octant.geometries.bodies import Body
 from octant.geometries.build_errors import BuildErrors
 from octant.geometries.reader_body import GroundPlaneShape, ReaderBody, reader_body
-from octant.reader_design.study_file.schema import Reader, Study
 from octant.reader_design.setting.bodies import object_bodies
+from octant.reader_design.study_file.schema import Reader, Study
 
 FULLWAVE = "fullwave"
 """The model that solves for the currents on the reader [-]."""
@@ -46,7 +46,7 @@ class Feed(TypedDict):
 
 
 def canonical_json(value: Any) -> str:  # noqa: ANN401  any tree of plain values
-    """Return JSON text that is the same for equal values, whatever the order of their keys [-].
+    """Return JSON text that is the same for equal values, whatever the order of their keys.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ def canonical_json(value: Any) -> str:  # noqa: ANN401  any tree of plain values
 
 
 def content_hash(value: Any) -> str:  # noqa: ANN401  any tree of plain values
-    """Return the SHA-256 of a value's canonical JSON, as 64 hexadecimal digits [-].
+    """Return the SHA-256 of a value's canonical JSON, as 64 hexadecimal digits.
 
     Parameters
     ----------
@@ -110,7 +110,7 @@ class ReaderDesign:
     ground_plane_shape : str
         ``square``, ``round`` or ``octagon``.
     antennas : int
-        Number of antennas [-], at least 3.
+        Number of antennas, at least 3.
     gap_m : float
         Lower end of a dipole, or a monopole's own plane, above the ground plane [m]; the model
         ``rays`` puts monopoles on the ground plane itself.
@@ -170,7 +170,7 @@ class ReaderDesign:
         return {**values, "surroundings": [body_hash(body) for body in self.surroundings]}
 
     def key(self) -> str:
-        """Return the content hash of the design, 64 hexadecimal digits [-].
+        """Return the content hash of the design, 64 hexadecimal digits.
 
         Returns
         -------
@@ -426,7 +426,7 @@ def _response_of_files(study: Study, design: ReaderDesign, frequency_hz: float) 
 
 
 def response_inputs(study: Study) -> dict[str, object]:
-    """Return what a response depends on besides its design and frequency, for content hashes [-].
+    """Return what a response depends on besides its design and frequency, for content hashes.
 
     Parameters
     ----------

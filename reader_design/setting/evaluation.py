@@ -1,7 +1,6 @@
 """One cell of a sweep: a design in a study, scored in free space and in the room.
 
-:mod:`octant.reader_design.setting.keys` names cells, :mod:`octant.reader_design.experiments.sweep.run` runs many
-of them, :mod:`octant.reader_design.experiments.sweep.cell_files` keeps them.
+`keys` names cells; `experiments.sweep` runs many of them and keeps them.
 """
 
 import time
@@ -13,16 +12,14 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.em.medium.radio_scene import radio_scene
-from octant.em.reader.response import ReaderResponse
 from octant.em.power.received_power import ReaderLink, reader_link
+from octant.em.reader.response import ReaderResponse
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import ConfigError, OctantError, PhysicsWarning, SweepStateError
 from octant.geometries.scene import free_space_scene
-from octant.reader_design.study_file.schema import Study
-from octant.reader_design.setting.scene import PlacedTag, StudyScene
-from octant.reader_design.setting.links import tag_link
 from octant.reader_design.setting.capture import captured_share
 from octant.reader_design.setting.design import ReaderDesign, design_responses
+from octant.reader_design.setting.links import tag_link
 from octant.reader_design.setting.receiver import scoring_readings_w
 from octant.reader_design.setting.samples import (
     Sampling,
@@ -31,7 +28,9 @@ from octant.reader_design.setting.samples import (
     room_places_m,
     sample_rss_w,
 )
+from octant.reader_design.setting.scene import PlacedTag, StudyScene
 from octant.reader_design.setting.scores import USABLE_DBM, Scores, score_rss
+from octant.reader_design.study_file.schema import Study
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -59,7 +58,7 @@ class SweepContext:
 
     @property
     def has_room(self) -> bool:
-        """Whether there is a room to score in, besides free space [-]."""
+        """Whether there is a room to score in, besides free space."""
         return self.built.scene.has_room
 
 
@@ -76,7 +75,7 @@ class Cell:
     reason : str
         Why it failed; empty when it did not.
     free, room : Scores or None
-        Scores in free space and in the room ([rad], [dB], [W], [-]); None without.
+        Scores in free space and in the room ([rad], [dB], [W],); None without.
     distances_m : (d,) float64
         Distances in free space [m].
     free_rss_w : (d, a, n) float64
@@ -94,7 +93,7 @@ class Cell:
         Whether it failed for a reason that is not the design's own, such as want of memory: the
         next run tries it again.
     label : str
-        Human name, with every swept parameter [-]; by default the design's own.
+        Human name, with every swept parameter; by default the design's own.
     """
 
     key: str
@@ -151,7 +150,7 @@ def reference_tag(study: Study, built: StudyScene) -> PlacedTag:
 
 
 def compute_cell(context: SweepContext, design: ReaderDesign, key: str) -> Cell:
-    """Return the scores and RSS of one design; a design that cannot be built gives its reason [-].
+    """Return the scores and RSS of one design; a design that cannot be built gives its reason.
 
     Parameters
     ----------
@@ -188,7 +187,7 @@ def compute_cell(context: SweepContext, design: ReaderDesign, key: str) -> Cell:
 
 
 def failed_cell(design: ReaderDesign, key: str, reason: str, *, unexpected: bool = False) -> Cell:
-    """Return a cell without numbers [-].
+    """Return a cell without numbers.
 
     Parameters
     ----------

@@ -7,19 +7,19 @@ import msgspec
 import numpy as np
 
 from octant.em.antennas.kinds import Antenna
+from octant.reader_design.keeping.store import versions
+from octant.reader_design.setting.design import ReaderDesign, content_hash, response_inputs
+from octant.reader_design.setting.evaluation import SweepContext, reference_tag
+from octant.reader_design.setting.scene import StudyScene
 from octant.reader_design.study_file.schema import Study
 from octant.reader_design.study_file.sweep import SWEPT_TABLES
-from octant.reader_design.setting.scene import StudyScene
-from octant.reader_design.keeping.store import versions
-from octant.reader_design.setting.evaluation import SweepContext, reference_tag
-from octant.reader_design.setting.design import ReaderDesign, content_hash, response_inputs
 
 CELL_FORMAT = 4
 """Raised when the meaning of a cell changes, so that old files are computed again."""
 
 
 def scene_fingerprint(built: StudyScene) -> str:
-    """Return a hash of everything in a room that the radio model sees, 64 hexadecimal digits [-].
+    """Return a hash of everything in a room that the radio model sees, 64 hexadecimal digits.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def _antenna_inputs(antenna: Antenna) -> list[object]:
 
 
 def cell_key(context: SweepContext, design: ReaderDesign, *, fingerprint: str) -> str:
-    """Return the name of a cell: the hash of its full input, 64 hexadecimal digits [-].
+    """Return the name of a cell: the hash of its full input, 64 hexadecimal digits.
 
     Parameters
     ----------
@@ -98,7 +98,7 @@ def cell_key(context: SweepContext, design: ReaderDesign, *, fingerprint: str) -
 
 
 def refused_key(study: Study) -> str:
-    """Return the name of a cell whose study contradicts itself, so that nothing can be built [-].
+    """Return the name of a cell whose study contradicts itself, so that nothing can be built.
 
     Parameters
     ----------

@@ -5,15 +5,15 @@ from collections.abc import Sequence
 
 import msgspec
 
-from octant.em.reader.response import ReaderResponse
 from octant.em.power.received_power import ReaderLink, reader_link
+from octant.em.reader.response import ReaderResponse
 from octant.geometries.errors import ConfigError, PhysicsWarning
 from octant.navigation.sensing.pattern_match import PatternTable, pattern_table
+from octant.reader_design.setting.design import design_of, design_responses
+from octant.reader_design.setting.scene import PlacedTag, StudyScene, build_study_scene
 from octant.reader_design.study_file.mission import Mission as MissionTable
 from octant.reader_design.study_file.room import Room
 from octant.reader_design.study_file.schema import Study
-from octant.reader_design.setting.scene import PlacedTag, StudyScene, build_study_scene
-from octant.reader_design.setting.design import design_of, design_responses
 
 _ROUND = ("dipole", "monopole", "isotropic_theta")
 _SIDES = 16

@@ -7,8 +7,8 @@ import numpy.typing as npt
 
 from octant.em.power.radio_map import grid_axis_m
 from octant.geometries.errors import ConfigError
-from octant.reader_design.study_file.schema import Study
 from octant.reader_design.setting.scene import StudyScene
+from octant.reader_design.study_file.schema import Study
 
 FloatArray = npt.NDArray[np.float64]
 

@@ -7,11 +7,11 @@ import numpy.typing as npt
 
 from octant.em.reader.response import ReaderResponse
 from octant.navigation.sensing.bearing import reader_azimuth
-from octant.reader_design.study_file.schema import Study
-from octant.reader_design.setting.scene import StudyScene
-from octant.reader_design.setting.links import tag_link
 from octant.reader_design.setting.bearing_errors import vector_errors_rad
+from octant.reader_design.setting.links import tag_link
 from octant.reader_design.setting.samples import standing_room
+from octant.reader_design.setting.scene import StudyScene
+from octant.reader_design.study_file.schema import Study
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -38,7 +38,7 @@ def random_pose_errors_rad(
     area_m : (float, float)
         Far corner of the area in x and y [m]; the near one is the room's origin of coordinates.
     poses : int
-        Poses that are drawn [-]; those where the reader does not fit are left out.
+        Poses that are drawn; those where the reader does not fit are left out.
     rng : numpy.random.Generator
         Draws places, headings, and the tag that is asked for.
 

@@ -11,9 +11,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from octant.geometries.errors import SweepStateError
-from octant.reader_design.study_file.choice import Choice as Rules
-from octant.reader_design.study_file.choice import Criterion
-from octant.reader_design.setting.pareto import pareto_front
 from octant.reader_design.experiments.choice.reasons import (
     ONLY_ONE,
     ORDER,
@@ -24,7 +21,10 @@ from octant.reader_design.experiments.choice.reasons import (
     criterion_name,
     model_sentence,
 )
+from octant.reader_design.setting.pareto import pareto_front
 from octant.reader_design.setting.scores import Scores, higher_is_better, score_unit
+from octant.reader_design.study_file.choice import Choice as Rules
+from octant.reader_design.study_file.choice import Criterion
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,9 +36,9 @@ class Candidate:
     label : str
         Human name of the design, with its dimensions [cm].
     key : str
-        Hash of the cell it was computed in [-].
+        Hash of the cell it was computed in.
     free : Scores
-        Scores in free space (units as in Scores: [rad], [dB], [W], [-]).
+        Scores in free space (units as in Scores: [rad], [dB], [W],).
     room : Scores or None
         Scores in the room; None when the study has none.
     width_m, height_m : float
@@ -83,7 +83,7 @@ class Choice:
     rules : Rules
         What the ranking obeys; lengths in [m].
     ranking : tuple of int
-        Indices of the candidates, best first [-].
+        Indices of the candidates, best first.
     merits : tuple of Merit
         The deciding numbers in the order of the candidates ([-], [rad], [dB], [dBm]).
     pareto : tuple of bool
@@ -106,7 +106,7 @@ class Choice:
 
     @property
     def chosen(self) -> int:
-        """Index of the chosen candidate [-]."""
+        """Index of the chosen candidate."""
         return self.ranking[0]
 
     @property
@@ -116,7 +116,7 @@ class Choice:
 
     @property
     def shortlist(self) -> tuple[int, ...]:
-        """Indices of the designs of the short list, best first [-]."""
+        """Indices of the designs of the short list, best first."""
         return self.ranking[: self.rules.shortlist]
 
 
@@ -179,7 +179,7 @@ def merit(candidate: Candidate, rules: Rules | None = None) -> Merit:
 
 
 def better_is_more(criterion: Criterion) -> bool:
-    """Return whether a criterion wants its score high [-].
+    """Return whether a criterion wants its score high.
 
     Parameters
     ----------
@@ -222,14 +222,14 @@ def _select(merits: Sequence[Merit], left: list[int], rules: Rules) -> tuple[int
 
 
 def choose(candidates: Sequence[Candidate], *, model: str, rules: Rules | None = None) -> Choice:
-    """Return the ranking of the candidates and the reason for the first; units as in Merit [-].
+    """Return the ranking of the candidates and the reason for the first; units as in Merit.
 
     Parameters
     ----------
     candidates : sequence of Candidate
         Scored designs, in the order of the sweep; at least one.
     model : str
-        Model of the reader's response, so that the reason can say how far to trust it [-].
+        Model of the reader's response, so that the reason can say how far to trust it.
     rules : Rules, optional
         The study's table ``[choice]``; default: that of a study that names none.
 

@@ -75,7 +75,7 @@ class RssReceiver:
         rng : numpy.random.Generator
             Source of the errors.
         draws : int
-            Readings of each [-]; one is enough without ``noise_db``, and then one is made.
+            Readings of each; one is enough without ``noise_db``, and then one is made.
 
         Returns
         -------

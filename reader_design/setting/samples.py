@@ -16,8 +16,8 @@ from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import ConfigError
 from octant.geometries.scene import Scene
 from octant.navigation.sensing.sensor import PowerLink
-from octant.reader_design.study_file.schema import Study
 from octant.reader_design.setting.scene import PlacedTag, StudyScene
+from octant.reader_design.study_file.schema import Study
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -33,10 +33,10 @@ class Sampling:
     distance_step_m : float
         Step of the distances in free space [m].
     free_azimuths : int
-        Azimuths for each antenna in free space [-]; even, so that directions half-way between
+        Azimuths for each antenna in free space; even, so that directions half-way between
         antennas are among them.
     room_azimuths : int
-        Azimuths for each antenna in the room [-]; even.
+        Azimuths for each antenna in the room; even.
     room_spacing_m : float
         Step of the places on the floor [m].
     travel_step_m : float
@@ -73,7 +73,7 @@ class Sampling:
         return np.linspace(0.0, self.farthest_m, 1 + round(self.farthest_m / self.travel_step_m))
 
     def coarser(self) -> "Sampling":
-        """Return the sampling of a quick look: a quarter of the places, fewer azimuths [-].
+        """Return the sampling of a quick look: a quarter of the places, fewer azimuths.
 
         Returns
         -------
@@ -97,9 +97,9 @@ def grid_azimuths_rad(antennas: int, per_antenna: int) -> FloatArray:
     Parameters
     ----------
     antennas : int
-        Number of antennas n [-].
+        Number of antennas n.
     per_antenna : int
-        Azimuths for each antenna [-].
+        Azimuths for each antenna.
 
     Returns
     -------

@@ -6,17 +6,17 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.em.antennas.kinds import Antenna
-from octant.em.search.candidates import Candidates, search_candidates
 from octant.em.medium.radio_scene import RadioScene, radio_scene
+from octant.em.search.candidates import Candidates, search_candidates
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import ConfigError, OctantError
 from octant.geometries.scene import Scene, build_scene
 from octant.geometries.wedges import find_wedges
+from octant.reader_design.setting.antennas import named_antenna
+from octant.reader_design.setting.bodies import object_bodies, room_bodies, study_materials
 from octant.reader_design.study_file.checks import rooms_of
 from octant.reader_design.study_file.errors import unknown_name
 from octant.reader_design.study_file.schema import Layout, Radio, Study, Tag
-from octant.reader_design.setting.antennas import named_antenna
-from octant.reader_design.setting.bodies import object_bodies, room_bodies, study_materials
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -89,7 +89,7 @@ class StudyScene:
     notes: tuple[str, ...]
 
     def tag(self, tag_id: str) -> PlacedTag:
-        """Return the tag of a name [-].
+        """Return the tag of a name.
 
         Parameters
         ----------
@@ -221,7 +221,7 @@ def candidates_from(
     source_m : (3,) array_like
         Place of the source [m].
     max_reflections : int or None
-        Greatest order [-]; None: the study's.
+        Greatest order; None: the study's.
     region_m : (2, 3) array_like or None
         Box [m] that all receivers lie in; None: the room.
 

@@ -11,7 +11,11 @@ import numpy.typing as npt
 
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import AntennaError
-from octant.reader_design.setting.bearing_errors import ErrorSummary, summarise_errors, vector_errors_rad
+from octant.reader_design.setting.bearing_errors import (
+    ErrorSummary,
+    summarise_errors,
+    vector_errors_rad,
+)
 from octant.reader_design.setting.measures import (
     SteeringSignal,
     facing_ratios_db,
@@ -133,7 +137,7 @@ _LESS_IS_BETTER = ("strongest_", "vector_", "captured_", "read_strongest_", "rea
 
 
 def higher_is_better(name: str) -> bool:
-    """Return whether a score is better when it is higher [-].
+    """Return whether a score is better when it is higher.
 
     Parameters
     ----------

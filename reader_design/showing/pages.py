@@ -73,7 +73,7 @@ class ReportTable:
     rows : tuple of tuple of str
         Cells.
     best : int or None
-        Row that is set off [-].
+        Row that is set off.
     words : bool
         True: cells hold words, set flush left.
     """
@@ -166,7 +166,7 @@ class Report:
 def embedded_figures(
     figures: Mapping[str, Sequence[tuple[str, str, Path]]], section: str
 ) -> tuple[ReportFigure, ...]:
-    """Return the figures of a section with their images read in [-].
+    """Return the figures of a section with their images read in.
 
     Parameters
     ----------
@@ -239,7 +239,7 @@ def _section(section: ReportSection) -> str:
 
 
 def render_report(report: Report) -> str:
-    """Return the report as one self-contained HTML page; numbers keep the units they come with [-].
+    """Return the report as one self-contained HTML page; numbers keep the units they come with.
 
     Parameters
     ----------

@@ -67,7 +67,7 @@ class ParallelAxis:
 def parallel_figure(
     axes_of: Sequence[ParallelAxis], rank: npt.NDArray[np.int64], *, title: str
 ) -> "Figure":
-    """Return the designs as lines across parameters and scores, coloured by their rank [-].
+    """Return the designs as lines across parameters and scores, coloured by their rank.
 
     Parameters
     ----------

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from octant.reader_design.showing.style import figure_style, math_text, new_figure
 from octant.reader_design.setting.pareto import pareto_front
+from octant.reader_design.showing.style import figure_style, math_text, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -46,7 +46,7 @@ def pareto_figure(
     *,
     title: str,
 ) -> "Figure":
-    """Return all designs over pairs of scores; each panel shows its own front as a line [-].
+    """Return all designs over pairs of scores; each panel shows its own front as a line.
 
     Parameters
     ----------

@@ -12,14 +12,14 @@ import numpy.typing as npt
 
 from octant.navigation.missions.metrics import measure, percentile_curve
 from octant.navigation.missions.records import MissionResult
+from octant.reader_design.setting.measures import power_dbm
+from octant.reader_design.showing.plan import Plan, draw_plan, draw_tags, plan_of, plan_shape
 from octant.reader_design.showing.style import (
     antenna_legend,
     draw_antennas,
     figure_style,
     new_figure,
 )
-from octant.reader_design.showing.plan import Plan, draw_plan, draw_tags, plan_of, plan_shape
-from octant.reader_design.setting.measures import power_dbm
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -92,9 +92,9 @@ def map_figure(
     colours : str
         Matplotlib colour map.
     columns : int
-        Most panels in a row [-].
+        Most panels in a row.
     levels : int, optional
-        Number of colours between the limits [-]; default: a smooth bar.
+        Number of colours between the limits; default: a smooth bar.
 
     Returns
     -------

@@ -1,8 +1,7 @@
 """Figures of one reader, and the look that all figures share.
 
 Every function takes arrays and returns a Matplotlib figure; none touches pyplot or any other
-global state. :mod:`octant.reader_design.experiments.study.sweep_plots` has the figures of many designs,
-:mod:`octant.reader_design.showing.room` the maps and missions.
+global state. `room` has the maps and missions.
 """
 
 import importlib.resources
@@ -71,7 +70,7 @@ class NamedFigure:
 
 @contextmanager
 def figure_style() -> Iterator[None]:
-    """Yield inside Octant's style sheet; the settings of the caller come back afterwards [-].
+    """Yield inside Octant's style sheet; the settings of the caller come back afterwards.
 
     Yields
     ------
@@ -88,7 +87,7 @@ def figure_style() -> Iterator[None]:
 
 
 def save_figure(figure: "Figure", path: Path) -> None:
-    """Return nothing; write a figure as PNG, whole or not at all, at 150 dots per inch [-].
+    """Return nothing; write a figure as PNG, whole or not at all, at 150 dots per inch.
 
     Parameters
     ----------
@@ -113,7 +112,7 @@ def new_figure(
     title : str
         Line above all panels.
     rows, columns : int
-        Number of panels [-].
+        Number of panels.
 
     Returns
     -------
@@ -134,7 +133,7 @@ def new_figure(
 
 
 def math_text(label: str) -> str:
-    """Return a label with r_a and h_p set as symbols, for Matplotlib [-].
+    """Return a label with r_a and h_p set as symbols, for Matplotlib.
 
     Parameters
     ----------
@@ -174,7 +173,7 @@ def draw_antennas(axes: "Axes", x: npt.ArrayLike, rss_dbm: FloatArray) -> None:
 
 
 def antenna_legend(figure: "Figure", axes: "Axes", *, title: str | None = None) -> None:
-    """Return nothing; put one legend of the antennas at the figure's right side [-].
+    """Return nothing; put one legend of the antennas at the figure's right side.
 
     Parameters
     ----------

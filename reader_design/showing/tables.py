@@ -12,8 +12,8 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.geometries.errors import ConfigError
-from octant.reader_design.study_file.errors import nearest
 from octant.reader_design.keeping.store import refuse_overwrite, whole_file
+from octant.reader_design.study_file.errors import nearest
 
 
 def read_columns(path: Path, columns: Sequence[str]) -> npt.NDArray[np.float64]:
@@ -72,7 +72,7 @@ def put_table(
     header : sequence of str
         Column names, with their units.
     rows : iterable of sequences
-        Values [-]; floats get the digits that read back to the same number.
+        Values; floats get the digits that read back to the same number.
     force : bool
         Replace a file that exists.
 
@@ -98,7 +98,7 @@ def csv_text(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
     header : sequence of str
         Column names, with their units.
     rows : iterable of sequences
-        Values [-]; floats get the digits that read back to the same number.
+        Values; floats get the digits that read back to the same number.
 
     Returns
     -------

@@ -9,6 +9,7 @@ import msgspec
 
 from octant.em.antennas.kinds import AntennaKind
 from octant.geometries.errors import ConfigError, InfeasibleDesignError
+from octant.reader_design.setting.scores import SCORE_NAMES, higher_is_better, score_unit
 from octant.reader_design.study_file.choice import Choice, Scoring
 from octant.reader_design.study_file.dock import Dock
 from octant.reader_design.study_file.errors import unknown_name
@@ -26,7 +27,6 @@ from octant.reader_design.study_file.room_checks import check_rooms
 from octant.reader_design.study_file.rules import mission_rules
 from octant.reader_design.study_file.schema import Layout, Reader, Study, Tag
 from octant.reader_design.study_file.sensor import Sensor
-from octant.reader_design.setting.scores import SCORE_NAMES, higher_is_better, score_unit
 
 TAG_ANTENNAS = get_args(AntennaKind)
 """Antennas of tags and of the ends of paths that need no file."""

@@ -25,7 +25,7 @@ class Scoring(Table, frozen=True, kw_only=True):
     floor_dbm, full_scale_dbm : float
         Powers of the lowest and of the highest code [dBm].
     draws : int
-        Readings of every sample [-].
+        Readings of every sample.
     """
 
     noise_db: NotNegative = 1.0
@@ -49,7 +49,7 @@ class Criterion(Table, frozen=True, kw_only=True):
         Designs that stay behind the best by no more than this count as equal, in the score's
         unit [dB, rad or -].
     relative : bool
-        Whether the tolerance is a fraction of the best [-] instead.
+        Whether the tolerance is a fraction of the best instead.
     """
 
     free: str = ""
@@ -73,16 +73,16 @@ class Choice(Table, frozen=True, kw_only=True):
     Parameters
     ----------
     least_usable_share : float
-        A design whose strongest antenna is usable in a smaller share of samples [-], in free space
+        A design whose strongest antenna is usable in a smaller share of samples, in free space
         or in the room, ranks below all others.
     greatest_width_m, greatest_height_m : float or None
         A reader that is wider, or taller above its ground plane, ranks last [m]; None: any.
     criteria : tuple of Criterion
         The tables ``[[choice.criterion]]``, in order of weight.
     shortlist : int
-        Designs that the report's short list shows [-].
+        Designs that the report's short list shows.
     missions : int
-        Designs, best first, with which the missions are driven [-]; the first is the chosen one.
+        Designs, best first, with which the missions are driven; the first is the chosen one.
 
     Notes
     -----

@@ -33,9 +33,9 @@ class Dock(Table, frozen=True, kw_only=True):
     staging_m : float
         Distance of the staging place from the landmark [m].
     tries : int
-        How often the robot tries [-].
+        How often the robot tries.
     runs : int
-        Monte-Carlo repetitions in each layout [-].
+        Monte-Carlo repetitions in each layout.
     start_low_m, start_high_m : (2,) tuple of float or None
         Corners of the area in which starts are drawn [m]; None: the room, or in free space 4 m to
         every side of the staging place.
@@ -46,7 +46,7 @@ class Dock(Table, frozen=True, kw_only=True):
     sample_time_s : float
         Time between two images of the camera and two commands of the docking law [s].
     gamma_per_s, h, k_per_s : float
-        Gains of the docking law [1/s], [-], [1/s].
+        Gains of the docking law [1/s],, [1/s].
     max_speed_m_per_s : float
         Limit of the docking law's speed [m/s].
     max_turn_rate_deg_per_s : float
@@ -72,9 +72,9 @@ class Dock(Table, frozen=True, kw_only=True):
     attitude_sd_deg : float
         Standard deviation of its measured attitude [deg].
     detection_probability : float
-        Probability that a landmark in sight is detected [-].
+        Probability that a landmark in sight is detected.
     false_probability : float
-        Probability that something else is reported in its stead [-].
+        Probability that something else is reported in its stead.
     """
 
     tag: Name

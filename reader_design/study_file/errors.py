@@ -115,7 +115,7 @@ def unit_of(path: Path) -> str:
     Returns
     -------
     str
-        For example ``m`` [-]; empty where the key has no unit.
+        For example ``m``; empty where the key has no unit.
     """
     key = next((p for p in reversed(path) if isinstance(p, str)), "")
     return next((unit for suffix, unit in _UNITS.items() if key.endswith(suffix)), "")
@@ -155,7 +155,7 @@ def struct_names(struct: type[msgspec.Struct]) -> list[str]:
     Returns
     -------
     list of str
-        Key names as the file writes them, the tag ``kind`` included [-].
+        Key names as the file writes them, the tag ``kind`` included.
     """
     names = [f.encode_name for f in msgspec.structs.fields(struct)]
     tag = struct.__struct_config__.tag_field

@@ -42,7 +42,7 @@ def material_arguments(spec: MaterialSpec | RoomMaterial) -> str | dict[str, Any
 
 
 def material_label(spec: MaterialSpec | RoomMaterial) -> str:
-    """Return the label that bodies of a material carry [-].
+    """Return the label that bodies of a material carry.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ def material_label(spec: MaterialSpec | RoomMaterial) -> str:
 
 
 def surface_labels(room: Room) -> dict[str, str]:
-    """Return the label of walls, floor and ceiling of a parametric room [-].
+    """Return the label of walls, floor and ceiling of a parametric room.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ def material_specs(study: Study) -> Iterator[tuple[str, MaterialSpec]]:
 
 
 def room_material(room: Room) -> str | RoomMaterial | None:
-    """Return the material of a room, ``concrete`` for a parametric one that names none [-].
+    """Return the material of a room, ``concrete`` for a parametric one that names none.
 
     Parameters
     ----------

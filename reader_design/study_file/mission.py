@@ -17,9 +17,9 @@ class Membership(Table, frozen=True, kw_only=True):
     ----------
     input : dict of str to (3,) or (4,) tuple of float
         Terms of the steering input, from left to right on [-1, 1]: where the membership leaves 0,
-        reaches 1, leaves 1 (for four) and is 0 again [-].
+        reaches 1, leaves 1 (for four) and is 0 again.
     speed : dict of str to (3,) or (4,) tuple of float
-        Terms of a wheel's speed on [0, 1], 0.5 being the cruise speed [-].
+        Terms of a wheel's speed on [0, 1], 0.5 being the cruise speed.
     rules : dict of str to (2,) tuple of str
         For each term of the input the terms of the right and the left wheel's speed.
     """
@@ -65,7 +65,7 @@ class Mission(Table, frozen=True, kw_only=True):
     cruise_step_m : float
         Distance driven straight ahead in one sample time [m].
     runs : int
-        Monte-Carlo repetitions [-].
+        Monte-Carlo repetitions.
     noise_db : float
         Standard deviation of the noise of each RSS reading [dB].
     arrival_radius_m : float
@@ -75,7 +75,7 @@ class Mission(Table, frozen=True, kw_only=True):
         A run that takes longer has failed [s]; None: 60 s and four times what the straight way
         takes.
     silent_limit : int
-        Readings in a row without any signal after which a run ends [-].
+        Readings in a row without any signal after which a run ends.
     starts : tuple of (3,) tuple of float
         Starts that the runs take in turn: x, y [m], heading [deg]; empty: ``start_m``.
     random_starts : bool
@@ -83,17 +83,17 @@ class Mission(Table, frozen=True, kw_only=True):
     placement_m : float
         Each run moves the layout's objects, each by up to so much along x and y, at random [m].
     placements : int
-        Number of such placements that the runs take in turn [-].
+        Number of such placements that the runs take in turn.
     contact : str
         When the robot touches a wall or an object: ``end`` of the run, or ``slide`` along it.
     robot_radius_m, robot_height_m : float
         The round body that collides [m].
     wheel_slip : float
-        Standard deviation of each wheel's slip in a period, as a share of its rotation [-].
+        Standard deviation of each wheel's slip in a period, as a share of its rotation.
     wheel_scale : float
-        The same, constant over a run [-].
+        The same, constant over a run.
     encoder_counts : int or None
-        Counts of an encoder in a turn of the wheel [-]; None: exact.
+        Counts of an encoder in a turn of the wheel; None: exact.
     """
 
     start_m: tuple[float, float]

@@ -70,7 +70,7 @@ class Choices(Table, frozen=True, kw_only=True):
     ground_plane_shape : tuple of str
         Of ``square``, ``round`` and ``octagon``.
     antennas : tuple of int
-        Numbers of antennas [-].
+        Numbers of antennas.
     antenna_length_m, antenna_radius_m, plate_height_m, plate_height_axis_m : tuple of float
         Values [m] of the key of ``[reader]`` of that name.
     plate_outer_radius_m, ground_plane_m, gap_m, monopole_plane_m : tuple of float
@@ -110,7 +110,7 @@ class Goal(Table, frozen=True, kw_only=True):
     Parameters
     ----------
     score : str
-        Over the distances that count: ``right_share``, mean share of directions [-] whose strongest
+        Over the distances that count: ``right_share``, mean share of directions whose strongest
         antenna is the nearest; ``margin_db``, worst lead of the facing antenna over its neighbours
         [dB]; ``bearing_error_deg``, rms error of the vector sum over azimuth, at the worst distance
         [deg]; ``front_to_back_db``, mean lead of the facing antenna over the opposite one [dB];
@@ -121,7 +121,7 @@ class Goal(Table, frozen=True, kw_only=True):
     value : float
         What is to be reached or undercut, in the score's unit.
     weight : float
-        How much one unit of shortfall counts [-].
+        How much one unit of shortfall counts.
     at_m : tuple of float
         Distances that count [m], of ``distances_m``; empty: all.
     """
@@ -159,18 +159,18 @@ class Optimise(Table, frozen=True, kw_only=True):
     height_m : float
         Greatest height of plates and antennas above the ground plane [m].
     survey : int
-        Designs spread over the bounds [-] for each combination of choices, besides the reader's own
+        Designs spread over the bounds for each combination of choices, besides the reader's own
         values, which are always tried.
     starts : int
-        Combinations of choices [-] that are refined, each from its best design of the survey, the
+        Combinations of choices that are refined, each from its best design of the survey, the
         best ones first.
     evaluations : int
-        Designs that each refinement may evaluate [-]; 0: survey only.
+        Designs that each refinement may evaluate; 0: survey only.
     method : str
         ``nelder-mead`` and ``cobyqa`` refine locally; ``differential-evolution`` searches all
         between the bounds.
     shortlist : int
-        Designs on the short list [-].
+        Designs on the short list.
     confirm_cells_per_wavelength : float
         Mesh with which the winner and the reader are solved once more [-].
     """

@@ -58,7 +58,7 @@ class MaterialTable(Table, frozen=True, kw_only=True):
         Thickness [m] of a finite slab; None makes the wall a half-space.
     layers : tuple of LayerTable or None
         Layers from the front (where the mesh's outward normal points; in a parametric room the
-        inside) to the back, instead of all the other keys [-].
+        inside) to the back, instead of all the other keys.
     """
 
     name: Name | None = None
@@ -238,7 +238,7 @@ class DoorwayTable(Table, frozen=True, kw_only=True):
     Parameters
     ----------
     wall : int
-        Number of the wall [-]: wall i runs from corner i of the outline to corner i + 1; in a box,
+        Number of the wall: wall i runs from corner i of the outline to corner i + 1; in a box,
         wall 0 is at the lowest y and the others follow counter-clockwise.
     offset_m : float
         Distance from the wall's first corner to the opening [m].

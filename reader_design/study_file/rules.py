@@ -16,7 +16,7 @@ def mission_rules(table: Mission) -> RuleBase:
     Returns
     -------
     RuleBase
-        Steering input on [-1, 1] to the speeds of both wheels on [0, 1] [-].
+        Steering input on [-1, 1] to the speeds of both wheels on [0, 1].
 
     Raises
     ------

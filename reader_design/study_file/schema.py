@@ -69,7 +69,7 @@ class Tag(Table, frozen=True, kw_only=True):
         ``isotropic_theta``; or a pattern file over the full sphere (FEKO .ffe, HFSS .ffd, CST .ffs,
         NEC output, MSI/Planet, CSV).
     axis : (3,) tuple of float or None
-        Direction of the antenna's axis [-], of any length but zero: along the wire, where the patch
+        Direction of the antenna's axis, of any length but zero: along the wire, where the patch
         faces, the file's z axis. None: up, patches down.
     azimuth_deg : float
         Turn of a patch or a file about the axis [deg]; at 0 the patch's resonant side and the
@@ -163,7 +163,7 @@ class Range(Table, frozen=True, kw_only=True):
         First and last value, in the parameter's unit: the keys ``from`` and ``to``. They may
         descend.
     count : int or None
-        Number of values [-]; instead of ``step``.
+        Number of values; instead of ``step``.
     step : float or None
         Distance of neighbouring values, in the parameter's unit, above 0; the last value is
         ``to`` only where a whole number of steps leads there.
@@ -189,17 +189,17 @@ class Solver(Table, frozen=True, kw_only=True):
     Parameters
     ----------
     max_reflections : int
-        Highest number of bends of a path [-]: reflections, and diffractions where there are any.
+        Highest number of bends of a path: reflections, and diffractions where there are any.
     diffraction : bool
         Whether edges diffract.
     max_diffractions : int
-        Diffractions of a path [-]: 1, or 2 for those over both edges of one face as well.
+        Diffractions of a path: 1, or 2 for those over both edges of one face as well.
     transmission : bool
         Whether sheets with a thickness let waves through.
     search : str
         ``complete`` finds every path; ``rays`` launches rays, for meshes of very many triangles.
     rays : int
-        Rays launched [-] by ``rays``.
+        Rays launched by ``rays``.
     faces : str
         ``flat`` counts triangles as one face where rounding of single-precision coordinates
         explains what keeps them from being flat; ``as_stored`` only where they are flat exactly.
@@ -258,7 +258,7 @@ class Study(Table, frozen=True, kw_only=True):
     name : str
         Name in the report.
     seed : int
-        Seed of every random number [-].
+        Seed of every random number.
     radio, room, reader, sweep, solver, map : tables
         What is studied, see the classes of these names (all units SI, angles in [deg]).
     tags : tuple of Tag

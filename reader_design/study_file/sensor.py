@@ -22,22 +22,22 @@ class Sensor(Table, frozen=True, kw_only=True):
     noise_figure_db : float
         Noise figure of the receiver [dB].
     samples : int
-        Independent samples that a reading averages in power [-].
+        Independent samples that a reading averages in power.
     required_snr_db : float or None
         Ratio [dB] of a reading to the thermal noise below which the tag is not decoded; None: none
         is needed.
     sensitivity_dbm : float or None
         Power [dBm] below which nothing is received; None: no limit.
     bits : int or None
-        Length of the detector's code [-]; None: readings are not rounded.
+        Length of the detector's code; None: readings are not rounded.
     floor_dbm : float
         Power of the lowest code [dBm].
     full_scale_dbm : float
         Power of the highest code [dBm].
     drop_out_probability : float
-        Probability that one antenna's reading is lost [-].
+        Probability that one antenna's reading is lost.
     read_probability : float
-        Probability that a tag within reach answers at all [-].
+        Probability that a tag within reach answers at all.
     """
 
     dwell_s: NotNegative = 0.0

@@ -31,7 +31,7 @@ Tables = dict[str, Any]
 
 @cache
 def parameter_paths() -> Mapping[str, tuple[str, ...]]:
-    """Return every name that a sweep may use, and where its key stands in a study [-].
+    """Return every name that a sweep may use, and where its key stands in a study.
 
     Returns
     -------
@@ -68,7 +68,7 @@ def parameter_unit(name: str) -> str:
     Returns
     -------
     str
-        For example ``m``; empty for a number without one [-].
+        For example ``m``; empty for a number without one.
     """
     return unit_of((name,))
 
@@ -84,7 +84,7 @@ def parameter_key(name: str) -> str:
     Returns
     -------
     str
-        For example ``sweep.gap_m`` [-].
+        For example ``sweep.gap_m``.
     """
     return path_text(("sweep", name))
 

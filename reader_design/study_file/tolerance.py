@@ -93,7 +93,7 @@ class Tolerance(Table, frozen=True, kw_only=True):
     Parameters
     ----------
     samples : int
-        Readers built [-].
+        Readers built.
     distribution : str
         ``uniform``: errors lie evenly within plus and minus the values below; ``normal``: these are
         standard deviations.

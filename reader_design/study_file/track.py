@@ -55,9 +55,9 @@ class Track(Table, frozen=True, kw_only=True):
         ``neighbouring`` (7.6, 7.7), ``slam`` (7.15), ``room`` (RSS from the room solver),
         ``costs`` (Table 8.1).
     runs : int
-        Monte-Carlo repetitions [-].
+        Monte-Carlo repetitions.
     slam_runs : int
-        Those of SLAM [-].
+        Those of SLAM.
     period_s : float
         Sample period T of chapters 6 and 7.3 [s].
     alpha_dbm : float
@@ -77,7 +77,7 @@ class Track(Table, frozen=True, kw_only=True):
     start_sigma_m, start_sigma_deg : float
         How wrong the assumed start is [m], [deg].
     feedback_tags, tags : int
-        Tags along each side of the square mesh of chapter 6 and of chapter 7 [-].
+        Tags along each side of the square mesh of chapter 6 and of chapter 7.
     tag_spacing_m : float
         Distance of neighbouring tags [m].
     tag_height_m : float
@@ -89,9 +89,9 @@ class Track(Table, frozen=True, kw_only=True):
     input_weight : tuple of float, or of tuples
         R of the neighbouring control: two diagonal values, or two rows [s²/rad²].
     training_iterations : int
-        Of the measurement feedback [-].
+        Of the measurement feedback.
     training_records : int
-        Noise records of the training over many [-].
+        Noise records of the training over many.
     room_noise_db : float
         Standard deviation of the noise on readings in the room solver's part [dB].
     room_reading_every_s : float
@@ -101,7 +101,7 @@ class Track(Table, frozen=True, kw_only=True):
     room_map_spacing_m : float
         Spacing of the map that the robot carries [m]; a fade is some centimetres wide.
     room_particles : int
-        Particles of the particle filter [-].
+        Particles of the particle filter.
     trajectories : tuple of Trajectory
         The tables ``[[track.trajectory]]``.
     """

@@ -7,9 +7,9 @@ import pytest
 from PIL import Image
 
 from octant.reader_design.experiments.missions import comparison_run
-from octant.reader_design.experiments.missions.comparison_outcomes import COLUMNS
-from octant.reader_design.experiments.missions.animation import frame_samples
 from octant.reader_design.experiments.missions import mission_stage as stage
+from octant.reader_design.experiments.missions.animation import frame_samples
+from octant.reader_design.experiments.missions.comparison_outcomes import COLUMNS
 
 YARD = """
 name = "yard"

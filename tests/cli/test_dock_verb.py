@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from octant.reader_design.study_file.loading import load_study
 from octant.reader_design.experiments.docking.missions import docking_task
 from octant.reader_design.experiments.docking.run import docking_rooms
+from octant.reader_design.study_file.loading import load_study
 
 STUDY = """
 name = "station"

@@ -5,8 +5,8 @@ import hashlib
 
 import pytest
 
-from octant.reader_design.study_file.loading import load_study
 from octant.reader_design.experiments.optimise import run as optimise_run
+from octant.reader_design.study_file.loading import load_study
 
 STUDY = """
 name = "small search"

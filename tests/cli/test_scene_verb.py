@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from octant.geometries.mesh_files import load_bodies
-from octant.reader_design.study_file.loading import load_study
 from octant.reader_design.setting.scene import build_study_scene
+from octant.reader_design.study_file.loading import load_study
 
 ROOM = """
 name = "two rooms"

@@ -92,7 +92,7 @@ def described(docstring):
     return entries
 
 
-NUMERIC = re.compile(r"\b(float|int|ArrayLike|NDArray|FloatArray|IntArray|ComplexArray)\b")
+NUMERIC = re.compile(r"\b(float|ArrayLike|FloatArray|ComplexArray)\b|NDArray\[np\.(float|complex)")
 UNIT = re.compile(r"\[[^\]]+\]|`[A-Z]\w+`")
 
 

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from octant.navigation.navigators.arrival import arrival_tests
 from octant.navigation.missions.layouts import thesis_mission, thesis_tags
+from octant.navigation.navigators.arrival import arrival_tests
 from octant.navigation.sensing.sensor import FieldSensor
 
 WAVELENGTH_M = 299_792_458.0 / 2.4e9

@@ -130,7 +130,7 @@ class Row:
     Parameters
     ----------
     line : int
-        Line number [-], from 1.
+        Line number, from 1.
     values : tuple of float
         The numbers [-], in the file's own units.
     """
@@ -147,7 +147,7 @@ def refusal(path: Path, line: int, what: str) -> PatternFileError:
     path : Path
         The file.
     line : int
-        Line number [-], from 1.
+        Line number, from 1.
     what : str
         What is wrong and what to do: the rest of the sentence.
 
@@ -204,7 +204,7 @@ def number(path: Path, line: int, token: str) -> float:
     path : Path
         The file.
     line : int
-        Line number [-].
+        Line number.
     token : str
         The text; a Fortran exponent ``D`` is understood.
 
@@ -239,11 +239,11 @@ def numbers(path: Path, line: int, tokens: Sequence[str], count: int) -> Row:
     path : Path
         The file.
     line : int
-        Line number [-].
+        Line number.
     tokens : sequence of str
         The line's columns.
     count : int
-        How many there must be [-].
+        How many there must be.
 
     Returns
     -------
@@ -262,14 +262,14 @@ def numbers(path: Path, line: int, tokens: Sequence[str], count: int) -> Row:
 
 
 def whole_number(path: Path, line: int, token: str) -> int:
-    """Return a number of samples [-], at least 1.
+    """Return a number of samples, at least 1.
 
     Parameters
     ----------
     path : Path
         The file.
     line : int
-        Line number [-].
+        Line number.
     token : str
         The text.
 
@@ -298,7 +298,7 @@ def decibels(path: Path, line: int, value: float) -> float:
     path : Path
         The file.
     line : int
-        Line number [-].
+        Line number.
     value : float
         The file's number [dBi].
 

@@ -30,7 +30,7 @@ def loop_grid(
     rows : sequence of Row
         One direction each; either angle may vary faster, up or down, in equal steps.
     theta_column, phi_column : int
-        Which columns hold the angles [-].
+        Which columns hold the angles.
 
     Returns
     -------
@@ -125,7 +125,7 @@ def fold(
     path : Path
         The file, for messages.
     line : int
-        Line number [-] where the grid starts.
+        Line number where the grid starts.
     theta_deg, phi_deg : (T,), (P,) float64
         Angles [deg], |theta| <= 360, |phi| <= 720.
     field : (2, T, P) complex128

@@ -6,8 +6,8 @@ from typing import Literal, get_args
 import numpy as np
 import numpy.typing as npt
 
-from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
 from octant.em.antennas.pattern_files.common import PatternTable
+from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
 from octant.geometries.errors import PatternFileError
 
 FloatArray = npt.NDArray[np.float64]
@@ -20,7 +20,7 @@ _SAME_RAD = 1e-6
 
 
 def half_turn_steps(step_deg: float) -> int:
-    """Return how many steps [-] make half a turn.
+    """Return how many steps make half a turn.
 
     Parameters
     ----------
@@ -223,9 +223,9 @@ def response_pattern(
     phase_centre_m : (3,) float
         Point [m] of the reader's frame that the result's phase is referred to.
     rows : int
-        Values of theta [-] from 0 to pi.
+        Values of theta from 0 to pi.
     columns : int
-        Values of phi [-] from 0 to, not including, 2 pi.
+        Values of phi from 0 to, not including, 2 pi.
     outside : {"error", "zero"}
         What to do where theta is not covered.
 

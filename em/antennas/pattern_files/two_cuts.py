@@ -80,7 +80,7 @@ def closed_cut(path: Path, line: int, angle_deg: FloatArray, level_db: FloatArra
     path : Path
         The file, for messages.
     line : int
-        Line number [-] where the cut starts.
+        Line number where the cut starts.
     angle_deg : (m,) float64
         Angles [deg] of the file, any turn, ascending.
     level_db : (m,) float64

@@ -90,7 +90,7 @@ def along_rim(rim_m: FloatArray, azimuth_rad: float, distance_m: float) -> Float
 
 
 def strip_cells(length_m: float, wavelength_m: float, cells_per_wavelength: float) -> int:
-    """Return the number of cells along a strip, without the cuts at its tips [-]; it is even."""
+    """Return the number of cells along a strip, without the cuts at its tips; it is even."""
     half_wave = CELLS_OF_HALF_WAVE * max(1.0, cells_per_wavelength / 14.0)
     return 2 * max(2, round(half_wave * length_m / wavelength_m))
 

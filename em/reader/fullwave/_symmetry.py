@@ -18,7 +18,7 @@ def turned(points_m: FloatArray, angle_rad: float) -> FloatArray:
 
 
 def turned_vertices(vertices_m: FloatArray, sectors: int) -> IntArray | None:
-    """Return the vertex that each goes to in a turn by 2 pi / sectors [-], or None."""
+    """Return the vertex that each goes to in a turn by 2 pi / sectors, or None."""
     from scipy.spatial import cKDTree
 
     there = turned(vertices_m, 2.0 * math.pi / sectors)

@@ -131,7 +131,7 @@ def solve_band(
     frequencies_hz : sequence of float
         Frequencies wanted [Hz]; their least and greatest bound the band.
     nodes : int
-        Number of solutions [-], at least 2; no more are made than there are frequencies.
+        Number of solutions, at least 2; no more are made than there are frequencies.
     load_ohm : complex or (n,) array_like
         Impedance of source and load of every port [ohm].
     surface_impedance_ohm : complex or (f,) array_like

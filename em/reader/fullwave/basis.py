@@ -51,9 +51,9 @@ class SurfaceBasis:
     given_face : (sectors * f,) int64
         Place of each triangle in the mesh that was given [-].
     sectors : int
-        Number of sectors [-]; 1 without symmetry.
+        Number of sectors; 1 without symmetry.
     functions : int
-        Functions of one sector [-], half-functions on the axis counted as functions.
+        Functions of one sector, half-functions on the axis counted as functions.
     axis_groups : tuple of (g,) int64
         Half-functions of the first sector that meet at each edge on the axis [-]; their sum over
         all sectors must vanish.
@@ -97,12 +97,12 @@ class SurfaceBasis:
 
     @property
     def unknowns(self) -> int:
-        """Number of independent functions on the whole mesh [-]."""
+        """Number of independent functions on the whole mesh."""
         return self.sectors * self.functions - len(self.axis_groups)
 
     @property
     def triangles_per_sector(self) -> int:
-        """Number of triangles of one sector [-]."""
+        """Number of triangles of one sector."""
         return len(self.faces) // self.sectors
 
     @property
@@ -207,7 +207,7 @@ def surface_basis(
     faces : (f, 3) array_like
         Vertex indices [-] of each triangle; orientation does not matter.
     sectors : int
-        Ask for this rotational symmetry about z [-]; 1 for none.
+        Ask for this rotational symmetry about z; 1 for none.
 
     Returns
     -------
@@ -263,7 +263,7 @@ def best_sectors(
     faces: npt.NDArray[np.int64],
     candidates: tuple[int, ...],
 ) -> int:
-    """Return the first of some numbers of sectors that a mesh has, or 1 [-].
+    """Return the first of some numbers of sectors that a mesh has, or 1.
 
     Parameters
     ----------
@@ -272,12 +272,12 @@ def best_sectors(
     faces : (f, 3) int64
         Vertex indices [-].
     candidates : tuple of int
-        Numbers of sectors to try, best first [-].
+        Numbers of sectors to try, best first.
 
     Returns
     -------
     int
-        Number of sectors [-].
+        Number of sectors.
     """
     for sectors in candidates:
         image = turned_vertices(vertices_m, sectors)

@@ -116,7 +116,7 @@ def error_estimate(
     Returns
     -------
     ErrorEstimate
-        Differences of gains [dB] and impedances [-].
+        Differences of gains [dB] and impedances.
     """
     theta = np.radians(np.arange(0.0, 180.0 + STEP_DEG, STEP_DEG))
     columns = round(360.0 / STEP_DEG)

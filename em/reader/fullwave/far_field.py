@@ -148,7 +148,7 @@ def sphere_rule(
     radius_m : float
         Radius of a sphere about the origin that holds all currents [m].
     multiple_of : int
-        Number that the steps of phi shall be a multiple of [-].
+        Number that the steps of phi shall be a multiple of.
 
     Returns
     -------

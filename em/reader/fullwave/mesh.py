@@ -24,7 +24,12 @@ from octant.em.reader.fullwave._built_mesh import (
 )
 from octant.em.reader.fullwave._clearance import clearance_m, close_doubts, refuse_crossed_planes
 from octant.em.reader.fullwave._element_size import GROWTH, ElementSize
-from octant.em.reader.fullwave._reader_pieces import PieceMesher, ground_pieces, plane_pieces, plate_pieces
+from octant.em.reader.fullwave._reader_pieces import (
+    PieceMesher,
+    ground_pieces,
+    plane_pieces,
+    plate_pieces,
+)
 from octant.em.reader.fullwave._strips import Strip, strip_cells, strip_triangles
 from octant.em.reader.fullwave.refine import refined_mesh
 from octant.geometries._arrays import frozen_array
@@ -106,7 +111,7 @@ class ReaderMesh:
 
     @property
     def antennas(self) -> int:
-        """Number of feeds, those of series loads included [-]."""
+        """Number of feeds, those of series loads included."""
         return len(self.feed_bottom_m)
 
 
@@ -263,7 +268,7 @@ def with_series_load(mesh: ReaderMesh, *, strip: int, height_m: float) -> Reader
     mesh : ReaderMesh
         Triangles and feeds.
     strip : int
-        Antenna, from 0, whose strip is cut [-].
+        Antenna, from 0, whose strip is cut.
     height_m : float
         Height of the cut above the strip's lower end [m]; moved to the nearest edge across.
 

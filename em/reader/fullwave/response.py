@@ -39,7 +39,7 @@ def fullwave_response(
     surroundings: Sequence[Body] = (),
     symmetry: bool = True,
 ) -> tuple[ReaderResponse, FullwaveResult]:
-    """Return the embedded patterns of a reader [-] and the solution that they come from.
+    """Return the embedded patterns of a reader and the solution that they come from.
 
     Parameters
     ----------
@@ -104,7 +104,7 @@ def fullwave_response(
 
 
 def response_of(result: FullwaveResult, mesh: ReaderMesh, body: ReaderBody) -> ReaderResponse:
-    """Return the patterns of a solution on the grid that radio maps read [-].
+    """Return the patterns of a solution on the grid that radio maps read.
 
     Parameters
     ----------

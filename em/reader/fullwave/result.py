@@ -66,7 +66,7 @@ class FullwaveResult:
     lost_share : (n,) float64
         Share that heats sheets of finite impedance [-].
     port_step : int
-        Ports by which a turn by one sector moves on [-]; 0 when it does not map ports to ports.
+        Ports by which a turn by one sector moves on; 0 when it does not map ports to ports.
     seconds : mapping
         Wall-clock time of each step [s].
     error : ErrorEstimate or None
@@ -109,12 +109,12 @@ class FullwaveResult:
 
     @property
     def ports(self) -> int:
-        """Number of ports [-]."""
+        """Number of ports."""
         return len(self.admittance_s)
 
     @property
     def unknowns(self) -> int:
-        """Number of independent functions [-]."""
+        """Number of independent functions."""
         return self.basis.unknowns
 
     @property
@@ -190,7 +190,7 @@ class FullwaveResult:
         theta_rad : (t,) array_like
             Values of theta [rad].
         columns : int
-            Number of even steps of phi from 0 to, not including, 2 pi [-].
+            Number of even steps of phi from 0 to, not including, 2 pi.
 
         Returns
         -------
@@ -212,7 +212,7 @@ class FullwaveResult:
         Parameters
         ----------
         port : int
-            Driven port, from 0 [-]; its source has 1 W available, the others are loaded.
+            Driven port, from 0; its source has 1 W available, the others are loaded.
 
         Returns
         -------

@@ -7,8 +7,7 @@ import numpy.typing as npt
 
 from octant.em.blocks import run_blocks
 from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
-from octant.em.reader.fullwave import _near_kernels
-from octant.em.reader.fullwave import _rwg_kernels
+from octant.em.reader.fullwave import _near_kernels, _rwg_kernels
 from octant.em.reader.fullwave._rwg_kernels import FunctionArrays
 from octant.em.reader.fullwave.basis import SurfaceBasis
 from octant.geometries._checks import positive_number

@@ -144,7 +144,7 @@ def _excitations(basis: SurfaceBasis, mesh: ReaderMesh) -> npt.NDArray[np.float6
 
 
 def _port_step(excitation: npt.NDArray[np.float64]) -> int:
-    """Return the ports that a turn by one sector moves on [-], 0 when ports do not map to ports."""
+    """Return the ports that a turn by one sector moves on, 0 when ports do not map to ports."""
     ports, sectors, _ = excitation.shape
     if sectors == 1 or ports % sectors:
         return 0

@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from octant.reader_design.showing.style import ANTENNA_COLOURS, figure_style, new_figure
-from octant.reader_design.showing.room import MapPanel, map_figure
 from octant.reader_design.commands.map.layers import open_places
-from octant.reader_design.showing.plan import Plan, draw_plan, draw_tags, plan_of, plan_shape
-from octant.reader_design.setting.scene import StudyScene
 from octant.reader_design.setting.measures import power_dbm
+from octant.reader_design.setting.scene import StudyScene
+from octant.reader_design.showing.plan import Plan, draw_plan, draw_tags, plan_of, plan_shape
+from octant.reader_design.showing.room import MapPanel, map_figure
+from octant.reader_design.showing.style import ANTENNA_COLOURS, figure_style, new_figure
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -47,7 +47,7 @@ _SPREADS = (
 
 
 def map_pages(data: "xr.Dataset", built: StudyScene) -> "Iterator[tuple[str, Figure]]":
-    """Yield a file name of `PAGES` and a figure for each layer of a map [-].
+    """Yield a file name of `PAGES` and a figure for each layer of a map.
 
     Parameters
     ----------
@@ -178,7 +178,7 @@ def category_figure(
     x_m, y_m : (nx,), (ny,) float64
         Grid [m].
     panels : sequence of MapPanel
-        Numbers from 1 [-]; NaN is grey.
+        Numbers from 1; NaN is grey.
     plan : Plan
         Walls and objects.
     names : sequence of str

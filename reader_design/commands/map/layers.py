@@ -12,15 +12,15 @@ from octant.em.antennas.kinds import make_antenna
 from octant.em.power.channel_spreads import ChannelSpreads, channel_spreads
 from octant.em.power.disc_mean import mean_over_disc
 from octant.em.power.radio_map import RadioMap, map_antenna, map_reader
-from octant.em.reader.response import ReaderResponse
 from octant.em.power.received_power import antenna_power
+from octant.em.reader.response import ReaderResponse
 from octant.navigation.sensing.bearing import wrap_angle
-from octant.reader_design.study_file.loading import to_toml
-from octant.reader_design.study_file.schema import Study
-from octant.reader_design.setting.scene import PlacedTag, StudyScene, candidates_from
 from octant.reader_design.keeping.store import dataset, variable
 from octant.reader_design.setting.links import tag_link
 from octant.reader_design.setting.measures import vector_sum_bearing_rad
+from octant.reader_design.setting.scene import PlacedTag, StudyScene, candidates_from
+from octant.reader_design.study_file.loading import to_toml
+from octant.reader_design.study_file.schema import Study
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -39,7 +39,7 @@ class TagLayers:
     tag : PlacedTag
         The tag, which transmits.
     power : RadioMap
-        Coherent power, power sum and number of paths [W], [-].
+        Coherent power, power sum and number of paths [W],.
     disc_mean_w : ndarray or None
         Mean of the coherent power over a disc of one wavelength [W], in the shape of the power.
     spreads : ChannelSpreads or None
@@ -285,7 +285,7 @@ def map_dataset(
     layers : sequence of TagLayers
         One a tag, at least one.
     antenna : int or None
-        Number of the only antenna of the reader that is kept, from 1 [-]; None: all.
+        Number of the only antenna of the reader that is kept, from 1; None: all.
     local_mean : bool
         Whether the power sum over paths is stored too.
 

@@ -8,9 +8,9 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.geometries.errors import ConfigError
-from octant.reader_design.study_file.schema import Study
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.options import common_options
+from octant.reader_design.study_file.schema import Study
 
 if TYPE_CHECKING:
     from octant.em.power.radio_map import RadioMap
@@ -57,8 +57,6 @@ def radio_map(
     tag and an isotropic_theta antenna at the carrier.
     """
     from octant.em.power.disc_mean import DISC_PLACES
-    from octant.reader_design.study_file.loading import load_study
-    from octant.reader_design.setting.map_grid import map_axes_m
     from octant.reader_design.commands.map.layers import (
         TagLayers,
         disc_map,
@@ -66,9 +64,11 @@ def radio_map(
         spread_map,
         tag_map,
     )
-    from octant.reader_design.setting.scene import build_study_scene
     from octant.reader_design.keeping.store import refuse_overwrite, write_dataset
     from octant.reader_design.setting.links import study_responses
+    from octant.reader_design.setting.map_grid import map_axes_m
+    from octant.reader_design.setting.scene import build_study_scene
+    from octant.reader_design.study_file.loading import load_study
 
     loaded = load_study(study)
     if antenna is not None and isotropic:
@@ -108,8 +108,8 @@ def radio_map(
     )
     write_dataset(data, out, force=force)
     if figures is not None:
-        from octant.reader_design.showing.style import save_figure
         from octant.reader_design.commands.map.figures import map_pages
+        from octant.reader_design.showing.style import save_figure
 
         for name, figure in map_pages(data, built):
             save_figure(figure, figures / name)

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
     from octant.em.reader.fullwave.result import FullwaveResult
     from octant.em.reader.response import ReaderResponse
-    from octant.reader_design.study_file.schema import Study
     from octant.reader_design.setting.design import ReaderDesign
+    from octant.reader_design.study_file.schema import Study
 
 FloatArray = npt.NDArray[np.float64]
 ComplexArray = npt.NDArray[np.complex128]
@@ -70,9 +70,9 @@ def reader(
     """
     from msgspec.structs import replace
 
-    from octant.reader_design.study_file.loading import load_study, to_toml
     from octant.reader_design.keeping.store import refuse_overwrite, write_text
     from octant.reader_design.setting.design import design_of
+    from octant.reader_design.study_file.loading import load_study, to_toml
 
     loaded = load_study(study)
     chosen = model or loaded.reader.response
@@ -165,9 +165,9 @@ def _write_patterns(
     result: "FullwaveResult | None",
 ) -> None:
     from octant.em.antennas.pattern_files.ffe import write_ffe
+    from octant.em.antennas.pattern_files.touchstone import write_touchstone
     from octant.em.reader.pattern_files import pattern_tables
     from octant.em.reader.reader_netcdf import write_reader_netcdf
-    from octant.em.antennas.pattern_files.touchstone import write_touchstone
 
     exact = _on_grid(response, theta, phi[:-1], pattern[:, :, :-1])
     write_reader_netcdf(
@@ -206,8 +206,8 @@ def _on_grid(
 
 def _tell_origin(study: "Study", path: Path, result: "FullwaveResult | None") -> None:
     """Add the study, the versions and the quality of the solution to a file of patterns."""
-    from octant.reader_design.study_file.loading import to_toml
     from octant.reader_design.keeping.store import read_dataset, variable, versions, write_dataset
+    from octant.reader_design.study_file.loading import to_toml
 
     data = read_dataset(path)
     data.attrs |= {"study": to_toml(study), "seed": study.seed, **versions()}

@@ -10,8 +10,8 @@ import numpy.typing as npt
 
 from octant.geometries.appearance import looks_of
 from octant.geometries.scene import Scene
-from octant.reader_design.showing.plan import TAG_COLOUR
 from octant.reader_design.commands.scene.faces import Face, hidden_points
+from octant.reader_design.showing.plan import TAG_COLOUR
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -41,7 +41,7 @@ class DrawnPaths:
     order : (k,) int64
         Number of its interactions [-].
     of : int
-        Number of paths [-] from which these are the strongest.
+        Number of paths from which these are the strongest.
     """
 
     vertices_m: tuple[FloatArray, ...]

@@ -81,7 +81,7 @@ def closes_room(body: Body, scene: Scene) -> bool:
     Returns
     -------
     bool
-        True for walls and ceilings [-].
+        True for walls and ceilings.
     """
     if not scene.has_room:
         return False

@@ -9,9 +9,9 @@ import numpy.typing as npt
 
 from octant.geometries.errors import ConfigError
 from octant.geometries.scene import Scene
-from octant.reader_design.showing.style import figure_style, math_text
 from octant.reader_design.commands.scene.drawing import ColourBy, DrawnPaths, SceneDrawing
 from octant.reader_design.commands.scene.faces import scene_faces
+from octant.reader_design.showing.style import figure_style, math_text
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

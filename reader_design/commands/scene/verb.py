@@ -9,14 +9,14 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.geometries.errors import ConfigError
+from octant.reader_design.commands.ends import EndAntenna, path_options, study_link
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.options import POINT, common_options
-from octant.reader_design.commands.ends import EndAntenna, path_options, study_link
 
 if TYPE_CHECKING:
-    from octant.reader_design.study_file.schema import Study
     from octant.reader_design.commands.scene.drawing import DrawnPaths
     from octant.reader_design.setting.scene import StudyScene
+    from octant.reader_design.study_file.schema import Study
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -72,9 +72,9 @@ def scene(
     and is for looking only. Without them it is the room alone, with its materials by name, and may
     stand as a mesh in a study file.
     """
-    from octant.reader_design.study_file.loading import load_study
-    from octant.reader_design.setting.scene import build_study_scene
     from octant.reader_design.keeping.store import refuse_overwrite
+    from octant.reader_design.setting.scene import build_study_scene
+    from octant.reader_design.study_file.loading import load_study
 
     if glb is None and picture is None:
         msg = "nothing is to be written; give --glb FILE.glb, --picture FILE.png, or both."
@@ -107,8 +107,8 @@ def scene(
 
         write_scene(built.scene, glb, paths=paths, ends_m=ends)
     if picture is not None:
-        from octant.reader_design.showing.style import save_figure
         from octant.reader_design.commands.scene.picture import View, scene_figure
+        from octant.reader_design.showing.style import save_figure
 
         figure = scene_figure(
             built.scene,
@@ -136,8 +136,8 @@ def _paths(
 ) -> "tuple[dict[str, FloatArray], DrawnPaths]":
     """Return the ends, where they stand, and the strongest paths between them."""
     from octant.em.paths.tracing import path_gains, trace_paths
-    from octant.reader_design.commands.scene.drawing import DrawnPaths
     from octant.reader_design.commands.paths import decibels
+    from octant.reader_design.commands.scene.drawing import DrawnPaths
 
     link = study_link(
         study,

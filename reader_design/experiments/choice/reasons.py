@@ -3,9 +3,9 @@
 import math
 from typing import TYPE_CHECKING
 
+from octant.reader_design.setting.scores import Scores, higher_is_better, score_unit
 from octant.reader_design.study_file.choice import Choice as Rules
 from octant.reader_design.study_file.choice import Criterion
-from octant.reader_design.setting.scores import Scores, higher_is_better, score_unit
 
 if TYPE_CHECKING:
     from octant.reader_design.setting.ranking import Candidate, Merit
@@ -38,7 +38,7 @@ _PHRASES = (
 
 
 def score_phrase(name: str) -> str:
-    """Return what a score is about, in words [-].
+    """Return what a score is about, in words.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ def score_text(name: str, value: float) -> str:
 
 
 def criterion_name(criterion: Criterion) -> str:
-    """Return what a criterion is about, in words [-].
+    """Return what a criterion is about, in words.
 
     Parameters
     ----------

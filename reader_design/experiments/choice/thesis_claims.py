@@ -10,10 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from octant.reader_design.showing.pages import ReportTable
 from octant.reader_design.setting.evaluation import Cell
-from octant.reader_design.setting.ranking import Candidate, Choice
 from octant.reader_design.setting.measures import power_dbm
+from octant.reader_design.setting.ranking import Candidate, Choice
+from octant.reader_design.showing.pages import ReportTable
 
 NEAR_M, FAR_M = 0.05, 0.10
 """The thesis' two radii r_a [m]."""
@@ -119,7 +119,7 @@ def thesis_claims(
 
 
 def claim_sentence(claims: Sequence[Claim]) -> str:
-    """Return in one sentence which claims of the thesis this study does not find [-].
+    """Return in one sentence which claims of the thesis this study does not find.
 
     Parameters
     ----------

@@ -5,14 +5,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from octant.navigation.missions.batches import run_seeded
 from octant.navigation.control.closed_loop import ClosedLoop, integrate
 from octant.navigation.control.docking_law import DockingLaw, GoalLaw
+from octant.navigation.control.polar import pose_of_polar
+from octant.navigation.control.regulators import CartesianRegulator, GracefulLaw, posture_regulator
 from octant.navigation.docking.run import DockingJob
 from octant.navigation.docking.setting import DockingSetting
 from octant.navigation.docking.task import DockingResult, DockingTask, FineStage
 from octant.navigation.estimators.landmark_filters import LandmarkFilter
-from octant.navigation.sensing.landmark_sensor import Landmark, LandmarkSensor
 from octant.navigation.estimators.landmark_trials import (
     Drives,
     Estimates,
@@ -21,10 +21,10 @@ from octant.navigation.estimators.landmark_trials import (
     estimate,
     paper_manoeuvre,
 )
+from octant.navigation.missions.batches import run_seeded
 from octant.navigation.missions.starts import RandomStarts
-from octant.navigation.control.polar import pose_of_polar
-from octant.navigation.control.regulators import CartesianRegulator, GracefulLaw, posture_regulator
 from octant.navigation.robot.drive import DifferentialDrive
+from octant.navigation.sensing.landmark_sensor import Landmark, LandmarkSensor
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -39,7 +39,7 @@ SLIPS = (-0.01, 0.008)
 
 
 def figure_4_law() -> DockingLaw:
-    """Return the docking law with the gains of the paper's figure 4 [1/s], [-], [1/s]."""
+    """Return the docking law with the gains of the paper's figure 4 [1/s],, [1/s]."""
     return DockingLaw(gamma_per_s=3.0, h=1.0, k_per_s=6.0)
 
 
@@ -105,9 +105,9 @@ def filter_experiment(*, seed: int, repetitions: int = 100) -> FilterExperiment:
     Parameters
     ----------
     seed : int
-        Seed [-].
+        Seed.
     repetitions : int
-        Repetitions [-].
+        Repetitions.
 
     Returns
     -------
@@ -123,7 +123,7 @@ def straight_experiment(*, seed: int) -> FilterExperiment:
     Parameters
     ----------
     seed : int
-        Seed [-].
+        Seed.
 
     Returns
     -------
@@ -150,11 +150,11 @@ def docking_experiment(
     camera : LandmarkSensor
         Detector; nothing hides the landmark here.
     seed : int
-        Seed [-].
+        Seed.
     runs : int
-        Runs with slip compensation; without it a tenth of them [-].
+        Runs with slip compensation; without it a tenth of them.
     workers : int
-        Processes that share them [-].
+        Processes that share them.
 
     Returns
     -------

@@ -12,7 +12,6 @@ from octant.reader_design.experiments.docking.experiments import (
     figure_4_loops,
     regulator_loops,
 )
-from octant.reader_design.showing.style import save_figure
 from octant.reader_design.experiments.docking.filter_figures import (
     consistency_figure,
     error_histogram_figure,
@@ -31,8 +30,9 @@ from octant.reader_design.experiments.docking.mission_figures import (
     docking_ways_figure,
     stall_figure,
 )
-from octant.reader_design.showing.plan import plan_of
 from octant.reader_design.setting.scene import StudyScene
+from octant.reader_design.showing.plan import plan_of
+from octant.reader_design.showing.style import save_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

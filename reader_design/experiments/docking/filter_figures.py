@@ -5,12 +5,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from octant.navigation.sensing.bearing import wrap_angle
+from octant.navigation.control.polar import pose_in_goal_frame
 from octant.navigation.estimators.kalman import consistency_band
-from octant.navigation.sensing.gaussianity import gaussianity
 from octant.navigation.estimators.landmark_filters import ATTITUDE, SLIP, SPIN
 from octant.navigation.estimators.landmark_trials import Drives, Estimates
-from octant.navigation.control.polar import pose_in_goal_frame
+from octant.navigation.sensing.bearing import wrap_angle
+from octant.navigation.sensing.gaussianity import gaussianity
 from octant.reader_design.showing.style import figure_style, new_figure
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ def filter_path_figure(
     title : str
         Above the figure.
     run : int
-        Which repetition [-].
+        Which repetition.
 
     Returns
     -------
@@ -80,7 +80,7 @@ def filter_states_figure(
     title : str
         Above the figure.
     run : int
-        Which repetition [-].
+        Which repetition.
 
     Returns
     -------
@@ -202,7 +202,7 @@ def error_histogram_figure(
 
 
 def consistency_figure(drives: Drives, estimates: dict[str, Estimates]) -> "Figure":
-    """Return the mean NEES over the runs and its band of 95 % [-].
+    """Return the mean NEES over the runs and its band of 95 %.
 
     Parameters
     ----------

@@ -18,7 +18,7 @@ FloatArray = npt.NDArray[np.float64]
 
 
 def docking_law_figure(loops: Mapping[str, ClosedLoop], law: DockingLaw) -> "Figure":
-    """Return figure 4 of the docking paper [m], and the Lyapunov function along each run [-].
+    """Return figure 4 of the docking paper [m], and the Lyapunov function along each run.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ def regulators_figure(loops: Mapping[str, Sequence[ClosedLoop]]) -> "Figure":
 
 
 def gain_region_figure(laws: Mapping[str, DockingLaw]) -> "Figure":
-    """Return where in the plane of h and k/γ the curvature stays bounded [-].
+    """Return where in the plane of h and k/γ the curvature stays bounded.
 
     Parameters
     ----------

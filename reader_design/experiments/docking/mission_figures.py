@@ -8,10 +8,10 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.navigation.control.docking_law import DockingLaw, stall_distance_m
-from octant.navigation.docking.task import DockingResult
 from octant.navigation.control.polar import pose_in_goal_frame
-from octant.reader_design.showing.style import figure_style, new_figure
+from octant.navigation.docking.task import DockingResult
 from octant.reader_design.showing.plan import Plan, draw_plan, draw_tags, plan_shape
+from octant.reader_design.showing.style import figure_style, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -7,8 +7,6 @@ import numpy as np
 
 from octant.em.reader.response import ReaderResponse
 from octant.geometries.errors import ConfigError, NavigationError
-from octant.navigation.missions.batches import run_seeded
-from octant.navigation.robot.collisions import RobotSpace, footprint
 from octant.navigation.control.docking_law import DockingLaw, TwistLimits
 from octant.navigation.docking.run import DockingJob
 from octant.navigation.docking.setting import DockingSetting
@@ -19,15 +17,17 @@ from octant.navigation.docking.task import (
     FineStage,
     task_filter,
 )
-from octant.navigation.robot.docking_world import WheelSlip
-from octant.navigation.sensing.landmark_sensor import Landmark, LandmarkSensor
+from octant.navigation.missions.batches import run_seeded
 from octant.navigation.missions.starts import RandomStarts
+from octant.navigation.robot.collisions import RobotSpace, footprint
+from octant.navigation.robot.docking_world import WheelSlip
 from octant.navigation.robot.drive import DifferentialDrive
+from octant.navigation.sensing.landmark_sensor import Landmark, LandmarkSensor
 from octant.navigation.sensing.sensor import FieldSensor
+from octant.reader_design.setting.links import tag_link
+from octant.reader_design.setting.scene import StudyScene
 from octant.reader_design.study_file.dock import Dock
 from octant.reader_design.study_file.schema import Study
-from octant.reader_design.setting.scene import StudyScene
-from octant.reader_design.setting.links import tag_link
 
 _FREE_SPACE_START_M = 4.0
 
@@ -222,9 +222,9 @@ def run_dockings(
     job : DockingJob
         From `docking_job`.
     runs : int or None
-        Number of runs [-]; None: the table's.
+        Number of runs; None: the table's.
     workers : int
-        Processes that share them [-]; the results are the same to the bit.
+        Processes that share them; the results are the same to the bit.
     progress : callable or None
         Called with the number of finished runs.
 

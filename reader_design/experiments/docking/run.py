@@ -6,8 +6,6 @@ from pathlib import Path
 from octant.em.reader.response import ReaderResponse
 from octant.navigation.docking.files import write_docking_csv, write_docking_trajectory_csv
 from octant.navigation.docking.task import DockingResult
-from octant.reader_design.study_file.loading import to_toml
-from octant.reader_design.study_file.schema import Study
 from octant.reader_design.experiments.docking.experiments import (
     docking_experiment,
     filter_experiment,
@@ -25,11 +23,13 @@ from octant.reader_design.experiments.docking.missions import (
     docking_space,
     run_dockings,
 )
-from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.experiments.docking.page import docking_report, summary_lines
-from octant.reader_design.showing.pages import render_report
-from octant.reader_design.setting.scene import StudyScene, build_study_scene
+from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.keeping.store import write_text
+from octant.reader_design.setting.scene import StudyScene, build_study_scene
+from octant.reader_design.showing.pages import render_report
+from octant.reader_design.study_file.loading import to_toml
+from octant.reader_design.study_file.schema import Study
 
 FILES = ("docking.csv", "trajectory.csv", "study.toml", "report.html")
 """What a docking study leaves beside its figures."""
@@ -85,9 +85,9 @@ def run_docking_study(
     out : Path
         Folder for results.
     runs : int or None
-        Runs in each room [-]; None: the study's.
+        Runs in each room; None: the study's.
     workers : int
-        Processes that share them [-].
+        Processes that share them.
     progress : Progress
         Told how far it is.
 

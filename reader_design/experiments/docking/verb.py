@@ -32,10 +32,10 @@ def dock(
     is used. Writes docking.csv (one row a run), trajectory.csv (run 0), study.toml, figures of the
     missions and of the docking paper's experiments, and report.html.
     """
-    from octant.reader_design.study_file.loading import load_study
     from octant.reader_design.experiments.docking.run import FILES, docking_rooms, run_docking_study
     from octant.reader_design.keeping.store import refuse_overwrite
     from octant.reader_design.setting.links import study_responses
+    from octant.reader_design.study_file.loading import load_study
 
     loaded = load_study(study, built_in="dock_study")
     files = [out / name for name in FILES]

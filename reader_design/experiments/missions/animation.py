@@ -9,11 +9,11 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.navigation.sensing.bearing import room_azimuth, vector_sum_bearing
-from octant.reader_design.showing.style import ANTENNA_COLOURS, draw_antennas, figure_style
-from octant.reader_design.showing.room import PATH_COLOUR, Drive
-from octant.reader_design.showing.plan import Plan, draw_plan, draw_tags
 from octant.reader_design.keeping.store import whole_file
 from octant.reader_design.setting.measures import power_dbm
+from octant.reader_design.showing.plan import Plan, draw_plan, draw_tags
+from octant.reader_design.showing.room import PATH_COLOUR, Drive
+from octant.reader_design.showing.style import ANTENNA_COLOURS, draw_antennas, figure_style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -82,9 +82,9 @@ def frame_samples(samples: int, *, most: int = MOST_FRAMES) -> npt.NDArray[np.in
     Parameters
     ----------
     samples : int
-        Number of samples of the run, at least 1 [-].
+        Number of samples of the run, at least 1.
     most : int
-        Most frames [-].
+        Most frames.
 
     Returns
     -------
@@ -110,7 +110,7 @@ def drive_frames(
     title : str
         Above each frame.
     samples : sequence of int, optional
-        Samples to draw [-]; default: those of `frame_samples`.
+        Samples to draw; default: those of `frame_samples`.
 
     Yields
     ------
@@ -142,7 +142,7 @@ def drive_frames(
 
 
 def write_gif(path: Path, frames: "Iterator[Image]") -> int:
-    """Return the number of frames written [-]; the file is written whole or not at all.
+    """Return the number of frames written; the file is written whole or not at all.
 
     Parameters
     ----------
@@ -154,7 +154,7 @@ def write_gif(path: Path, frames: "Iterator[Image]") -> int:
     Returns
     -------
     int
-        Number of frames [-].
+        Number of frames.
     """
     from PIL.Image import Dither
 

@@ -8,12 +8,17 @@ from typing import Any
 import msgspec
 
 from octant.geometries.errors import ConfigError
-from octant.reader_design.experiments.missions.comparison_file import OWN, Comparison, LayoutEntry, LinkEntry
+from octant.reader_design.experiments.missions.comparison_file import (
+    OWN,
+    Comparison,
+    LayoutEntry,
+    LinkEntry,
+)
+from octant.reader_design.setting.links import mission_table
 from octant.reader_design.study_file.loading import load_study, parse_study, to_toml
 from octant.reader_design.study_file.schema import Study
 from octant.reader_design.study_file.toml import toml_text
 from octant.reader_design.study_file.toml_files import toml_tables
-from octant.reader_design.setting.links import mission_table
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

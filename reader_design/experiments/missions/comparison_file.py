@@ -89,9 +89,9 @@ class Comparison(Table, frozen=True, kw_only=True):
     name : str
         Name in the report.
     seed : int
-        Seed of every cell [-].
+        Seed of every cell.
     runs : int
-        Runs of each cell [-].
+        Runs of each cell.
     layouts : tuple of LayoutEntry
         The tables ``[[layout]]``.
     links : tuple of LinkEntry

@@ -55,7 +55,7 @@ class CellOutcome:
     mission : RoomMission
         Its runs.
     runs, successes, captured, collided : int
-        Number of runs, and of those that ended so [-].
+        Number of runs, and of those that ended so.
     success_interval : (2,) tuple of float
         95 % interval of the probability of success [-].
     rmse_m : float
@@ -164,7 +164,7 @@ def outcome_of(cell: ComparisonCell, mission: RoomMission) -> CellOutcome:
 
 
 def layouts_of(outcomes: Sequence[CellOutcome]) -> dict[str, list[CellOutcome]]:
-    """Return the outcomes by layout [-].
+    """Return the outcomes by layout.
 
     Parameters
     ----------

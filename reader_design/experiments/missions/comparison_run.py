@@ -5,16 +5,23 @@ import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from octant.reader_design.experiments.missions.comparison_cells import ComparisonCell, plan_comparison
-from octant.reader_design.experiments.missions.comparison_outcomes import COLUMNS, CellOutcome, outcome_of
+from octant.reader_design.experiments.missions.comparison_cells import (
+    ComparisonCell,
+    plan_comparison,
+)
 from octant.reader_design.experiments.missions.comparison_file import Comparison
-from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.setting.scene import StudyScene, build_study_scene
-from octant.reader_design.keeping.store import refuse_overwrite, write_text
+from octant.reader_design.experiments.missions.comparison_outcomes import (
+    COLUMNS,
+    CellOutcome,
+    outcome_of,
+)
 from octant.reader_design.experiments.missions.mission_stage import mission_stage
-from octant.reader_design.setting.links import study_responses
 from octant.reader_design.experiments.missions.placements import first_placement
+from octant.reader_design.keeping.progress import Progress
+from octant.reader_design.keeping.store import refuse_overwrite, write_text
 from octant.reader_design.setting.design import design_of
+from octant.reader_design.setting.links import study_responses
+from octant.reader_design.setting.scene import StudyScene, build_study_scene
 from octant.reader_design.showing.tables import put_table
 
 CELLS = "cells"
@@ -40,7 +47,7 @@ def run_comparison(
     Returns
     -------
     tuple of CellOutcome
-        Layouts outermost, controllers innermost ([m], [s], [-]).
+        Layouts outermost, controllers innermost ([m], [s],).
 
     Raises
     ------
@@ -115,9 +122,9 @@ def _cell_figures(
         return
     path = folder / f"{outcome.mission.folder.name.removeprefix('mission-')}.png"
     if not path.exists():
-        from octant.reader_design.showing.style import save_figure
         from octant.reader_design.experiments.missions.figures import drive_figure
         from octant.reader_design.showing.plan import plan_of
+        from octant.reader_design.showing.style import save_figure
 
         if mission.placement_m > 0.0:
             built = first_placement(outcome.cell.study, None, runs=mission.runs)
@@ -143,10 +150,10 @@ def _write_report(
     figures: dict[str, list[tuple[str, str, Path]]],
     out_dir: Path,
 ) -> None:
-    from octant.reader_design.showing.style import save_figure
-    from octant.reader_design.experiments.missions.figures import comparison_figure
     from octant.reader_design.experiments.missions.comparison_page import comparison_report
+    from octant.reader_design.experiments.missions.figures import comparison_figure
     from octant.reader_design.showing.pages import render_report
+    from octant.reader_design.showing.style import save_figure
 
     overview = out_dir / "figures" / "overview.png"
     save_figure(comparison_figure(outcomes, title=comparison.name), overview)

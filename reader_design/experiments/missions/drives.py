@@ -8,18 +8,18 @@ import numpy.typing as npt
 
 from octant.em.reader.response import ReaderResponse
 from octant.geometries.errors import ConfigError, NavigationError
+from octant.navigation.missions.run import Mission, MissionResult, run_missions
+from octant.navigation.missions.starts import ListedStarts, RandomStarts, Starts
 from octant.navigation.navigators.arrival import ArrivalTest, arrival_tests
 from octant.navigation.robot.collisions import RobotSpace, footprint
-from octant.navigation.missions.starts import ListedStarts, RandomStarts, Starts
-from octant.navigation.missions.run import Mission, MissionResult, run_missions
 from octant.navigation.robot.drive import DifferentialDrive
 from octant.navigation.robot.rolling import Rolling
 from octant.navigation.sensing.sensor import PowerLink
-from octant.reader_design.study_file.schema import Study
-from octant.reader_design.setting.scene import StudyScene
-from octant.reader_design.setting.links import mission_table, open_link, tag_link
 from octant.reader_design.experiments.missions.navigators import study_navigator
+from octant.reader_design.setting.links import mission_table, open_link, tag_link
+from octant.reader_design.setting.scene import StudyScene
 from octant.reader_design.setting.sensor import study_sensor
+from octant.reader_design.study_file.schema import Study
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -184,13 +184,13 @@ def drive_missions(
     responses : sequence of ReaderResponse
         The reader's, one for each of ``study.radio.frequencies_hz``.
     runs : int or None
-        Number of runs [-]; None: the study's.
+        Number of runs; None: the study's.
     noise_db : float or None
         Noise of each reading [dB]; None: the study's.
     seed : int or None
-        Base seed [-]; None: the study's.
+        Base seed; None: the study's.
     workers : int
-        Processes that share the runs [-].
+        Processes that share the runs.
     progress : callable or None
         Called with the number of finished runs.
 

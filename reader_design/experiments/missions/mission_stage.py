@@ -13,20 +13,26 @@ import numpy as np
 
 from octant.em.reader.response import ReaderResponse
 from octant.geometries.errors import ConfigError, OctantError, PhysicsWarning
-from octant.navigation.missions.metrics import MissionMetrics, measure
 from octant.navigation.missions.files import write_missions_csv, write_trajectory_csv
+from octant.navigation.missions.metrics import MissionMetrics, measure
 from octant.navigation.missions.records import MissionResult
-from octant.reader_design.study_file.loading import to_toml
-from octant.reader_design.study_file.schema import Layout, Study
-from octant.reader_design.showing.room import Drive
-from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.setting.scene import StudyScene
-from octant.reader_design.keeping.store import dataset, read_dataset, variable, versions, write_dataset
 from octant.reader_design.experiments.missions.drives import drive_missions
-from octant.reader_design.setting.links import mission_table
 from octant.reader_design.experiments.missions.placements import drive_placements
+from octant.reader_design.keeping.progress import Progress
+from octant.reader_design.keeping.store import (
+    dataset,
+    read_dataset,
+    variable,
+    versions,
+    write_dataset,
+)
 from octant.reader_design.setting.design import content_hash, response_inputs
 from octant.reader_design.setting.keys import CELL_FORMAT, scene_fingerprint
+from octant.reader_design.setting.links import mission_table
+from octant.reader_design.setting.scene import StudyScene
+from octant.reader_design.showing.room import Drive
+from octant.reader_design.study_file.loading import to_toml
+from octant.reader_design.study_file.schema import Layout, Study
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -34,7 +40,7 @@ if TYPE_CHECKING:
 
 @contextmanager
 def collected_warnings() -> Iterator[list[str]]:
-    """Yield a list that holds each PhysicsWarning once, as text, when the block is left [-].
+    """Yield a list that holds each PhysicsWarning once, as text, when the block is left.
 
     Warnings of other classes are passed on then.
 
@@ -127,7 +133,7 @@ def mission_stage(
     slug : str
         The same, fit for file names.
     runs : int
-        Number of runs [-].
+        Number of runs.
     folder : Path
         Where stages are kept.
     progress : Progress

@@ -15,13 +15,13 @@ from octant.navigation.missions.run import Mission
 from octant.navigation.navigators.interface import Navigator
 from octant.navigation.navigators.thesis import thesis_navigator
 from octant.navigation.navigators.tracker import tracker_navigator
-from octant.navigation.sensing.pattern_match import PatternMatcher, PatternTable
 from octant.navigation.robot.drive import DifferentialDrive
+from octant.navigation.sensing.pattern_match import PatternMatcher, PatternTable
+from octant.reader_design.setting.links import mission_table, mission_tables
+from octant.reader_design.setting.scene import StudyScene
 from octant.reader_design.study_file.mission import Mission as MissionTable
 from octant.reader_design.study_file.rules import mission_rules
 from octant.reader_design.study_file.schema import Study
-from octant.reader_design.setting.scene import StudyScene
-from octant.reader_design.setting.links import mission_table, mission_tables
 
 _WATT_PER_NANOWATT = 1e-9
 

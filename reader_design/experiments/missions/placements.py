@@ -8,11 +8,11 @@ import numpy as np
 from octant.em.reader.response import ReaderResponse
 from octant.geometries.errors import ConfigError, GeometryError
 from octant.navigation.missions.run import MissionResult
-from octant.reader_design.study_file.room import RoomObject
-from octant.reader_design.study_file.schema import Layout, Study
-from octant.reader_design.setting.scene import StudyScene, build_study_scene
 from octant.reader_design.experiments.missions.drives import drive_missions, mission_space
 from octant.reader_design.setting.links import mission_table
+from octant.reader_design.setting.scene import StudyScene, build_study_scene
+from octant.reader_design.study_file.room import RoomObject
+from octant.reader_design.study_file.schema import Layout, Study
 
 _DRAWS = 100
 
@@ -76,7 +76,7 @@ def first_placement(study: Study, layout: Layout | None, *, runs: int) -> StudyS
     layout : Layout or None
         Room to be driven in; None: the study's own.
     runs : int
-        Number of runs in all [-].
+        Number of runs in all.
 
     Returns
     -------
@@ -113,11 +113,11 @@ def drive_placements(
     responses : sequence of ReaderResponse
         The reader's, one for each of ``study.radio.frequencies_hz``.
     runs : int or None
-        Number of runs in all [-]; None: the study's.
+        Number of runs in all; None: the study's.
     noise_db : float or None
         Noise of each reading [dB]; None: the study's.
     workers : int
-        Processes that share the runs [-]; the results are the same to the bit.
+        Processes that share the runs; the results are the same to the bit.
     progress : callable or None
         Called with the number of finished runs.
 

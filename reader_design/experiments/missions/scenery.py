@@ -7,13 +7,13 @@ import numpy.typing as npt
 
 from octant.em.reader.response import ReaderResponse
 from octant.navigation.missions.run import MissionResult
-from octant.reader_design.study_file.schema import Study
 from octant.reader_design.experiments.missions.animation import FieldMap, Scenery
-from octant.reader_design.showing.plan import plan_of
-from octant.reader_design.setting.scene import StudyScene
 from octant.reader_design.setting.links import tag_link
 from octant.reader_design.setting.measures import power_dbm
 from octant.reader_design.setting.samples import standing_room
+from octant.reader_design.setting.scene import StudyScene
+from octant.reader_design.showing.plan import plan_of
+from octant.reader_design.study_file.schema import Study
 
 FloatArray = npt.NDArray[np.float64]
 

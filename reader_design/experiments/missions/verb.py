@@ -73,23 +73,23 @@ def navigate(
             progress=Progress(quiet=quiet),
         )
         return
-    from octant.navigation.missions.metrics import measure
     from octant.navigation.missions.files import write_missions_csv, write_trajectory_csv
+    from octant.navigation.missions.metrics import measure
     from octant.navigation.missions.summary import (
         summarise,
         summary_sentences,
         write_summary_csv,
     )
-    from octant.reader_design.experiments.missions.scenery import run_scenery
-    from octant.reader_design.study_file.loading import load_study, to_toml
     from octant.reader_design.experiments.missions.animation import drive_frames, write_gif
-    from octant.reader_design.showing.room import drive_of
-    from octant.reader_design.setting.scene import build_study_scene
-    from octant.reader_design.keeping.store import refuse_overwrite, write_text
     from octant.reader_design.experiments.missions.drives import drive_missions
-    from octant.reader_design.setting.links import mission_table, study_responses
     from octant.reader_design.experiments.missions.placements import drive_placements
+    from octant.reader_design.experiments.missions.scenery import run_scenery
+    from octant.reader_design.keeping.store import refuse_overwrite, write_text
     from octant.reader_design.setting.design import design_of
+    from octant.reader_design.setting.links import mission_table, study_responses
+    from octant.reader_design.setting.scene import build_study_scene
+    from octant.reader_design.showing.room import drive_of
+    from octant.reader_design.study_file.loading import load_study, to_toml
 
     loaded = load_study(study)
     if animate is not None and animate.suffix.lower() != ".gif":
@@ -167,14 +167,14 @@ def mission_summary(
 def _write_figures(
     folder: Path, built: "StudyScene", result: "MissionResult", *, title: str
 ) -> None:
-    from octant.reader_design.showing.style import save_figure
+    from octant.reader_design.showing.plan import plan_of
     from octant.reader_design.showing.room import (
         drive_of,
         percentile_figure,
         rss_time_figure,
         trajectory_figure,
     )
-    from octant.reader_design.showing.plan import plan_of
+    from octant.reader_design.showing.style import save_figure
 
     drive = drive_of(result)
     mission = result.mission
@@ -200,9 +200,9 @@ def _compare(
     import msgspec
 
     from octant.reader_design.cli import InterruptedRunError
-    from octant.reader_design.experiments.missions.comparison_run import run_comparison
     from octant.reader_design.experiments.missions.comparison_file import load_comparison
     from octant.reader_design.experiments.missions.comparison_page import table_row
+    from octant.reader_design.experiments.missions.comparison_run import run_comparison
 
     comparison = load_comparison(file)
     if runs is not None:

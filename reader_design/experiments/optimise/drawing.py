@@ -8,9 +8,9 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.geometries.reader_body import ground_plane_outline_m
-from octant.reader_design.showing.style import figure_style
 from octant.reader_design.keeping.store import whole_file
 from octant.reader_design.setting.design import ReaderDesign
+from octant.reader_design.showing.style import figure_style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

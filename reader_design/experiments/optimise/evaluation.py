@@ -9,20 +9,17 @@ import numpy.typing as npt
 
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import OctantError, PhysicsWarning, SweepStateError
-from octant.reader_design.study_file.optimise import Optimise
-from octant.reader_design.study_file.schema import Study
-from octant.reader_design.setting.scene import StudyScene, build_study_scene
 from octant.reader_design.keeping.store import versions
-from octant.reader_design.setting.evaluation import (
-    SweepContext,
-    free_link,
-    reference_tag,
-)
 from octant.reader_design.setting.design import (
     ReaderDesign,
     content_hash,
     design_responses,
     response_inputs,
+)
+from octant.reader_design.setting.evaluation import (
+    SweepContext,
+    free_link,
+    reference_tag,
 )
 from octant.reader_design.setting.keys import scene_fingerprint
 from octant.reader_design.setting.samples import (
@@ -31,8 +28,11 @@ from octant.reader_design.setting.samples import (
     grid_azimuths_rad,
     sample_rss_w,
 )
+from octant.reader_design.setting.scene import StudyScene, build_study_scene
 from octant.reader_design.setting.scores import score_rss
 from octant.reader_design.setting.size import reader_size_m
+from octant.reader_design.study_file.optimise import Optimise
+from octant.reader_design.study_file.schema import Study
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -96,7 +96,7 @@ class Evaluation:
 
     @property
     def feasible(self) -> bool:
-        """Whether the design can be built within the limits and has scores [-]."""
+        """Whether the design can be built within the limits and has scores."""
         return not self.reason
 
 
@@ -120,12 +120,12 @@ class Bench:
 
     @property
     def table(self) -> Optimise:
-        """The study's table ``[optimise]`` [-]."""
+        """The study's table ``[optimise]``."""
         assert self.study.optimise is not None  # noqa: S101  `bench` lets no other study pass
         return self.study.optimise
 
     def key(self, design: ReaderDesign) -> str:
-        """Return the hash of everything that a design's evaluation depends on, in hex digits [-].
+        """Return the hash of everything that a design's evaluation depends on, in hex digits.
 
         Parameters
         ----------

@@ -13,7 +13,7 @@ from octant.reader_design.setting.design import ReaderDesign, canonical_json, co
 
 
 def evaluation_path(folder: Path, key: str) -> Path:
-    """Return where an evaluation's file lies [-].
+    """Return where an evaluation's file lies.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ def evaluation_path(folder: Path, key: str) -> Path:
 
 
 def write_evaluation(folder: Path, evaluation: Evaluation) -> None:
-    """Return nothing; write an evaluation whole or not at all, in the units of its names [-].
+    """Return nothing; write an evaluation whole or not at all, in the units of its names.
 
     Parameters
     ----------

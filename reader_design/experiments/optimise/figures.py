@@ -7,17 +7,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from octant.reader_design.study_file.optimise import SIZES
+from octant.reader_design.experiments.optimise.goals import goal_name
+from octant.reader_design.experiments.optimise.search import Search
+from octant.reader_design.experiments.optimise.shortlist import front
+from octant.reader_design.setting.measures import power_dbm
 from octant.reader_design.showing.style import (
     antenna_legend,
     draw_antennas,
     figure_style,
     new_figure,
 )
-from octant.reader_design.experiments.optimise.goals import goal_name
-from octant.reader_design.experiments.optimise.search import Search
-from octant.reader_design.experiments.optimise.shortlist import front
-from octant.reader_design.setting.measures import power_dbm
+from octant.reader_design.study_file.optimise import SIZES
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -38,7 +38,7 @@ BEST_COLOUR, GOAL_COLOUR = "#117733", "#999999"
 
 
 def pareto_figure(search: Search, *, title: str) -> "Figure":
-    """Return every feasible design in the plane of each two goals, front and winner marked [-].
+    """Return every feasible design in the plane of each two goals, front and winner marked.
 
     Parameters
     ----------
@@ -116,7 +116,7 @@ def _spans_decades(values: FloatArray) -> bool:
 
 
 def convergence_figure(search: Search, *, title: str) -> "Figure":
-    """Return attainment and slack of each goal over the evaluations of a search [-].
+    """Return attainment and slack of each goal over the evaluations of a search.
 
     Parameters
     ----------
@@ -237,7 +237,7 @@ def survey_figure(search: Search, name: str, *, title: str) -> "Figure":
     search : Search
         A search whose designs differ in choices.
     name : str
-        The choice on the abscissa, in the unit that it carries [m], [ohm], [-].
+        The choice on the abscissa, in the unit that it carries [m], [ohm],.
     title : str
         Above the figure.
 

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from octant.reader_design.study_file.optimise import SMALLER_IS_BETTER, Goal
 from octant.reader_design.experiments.optimise.evaluation import Evaluation
 from octant.reader_design.setting.measures import power_dbm
+from octant.reader_design.study_file.optimise import SMALLER_IS_BETTER, Goal
 
 BALANCE = 0.05
 """Weight of the mean slack beside the least one [-]: of two designs with the same weakest point
@@ -141,7 +141,7 @@ class Targets:
         return min(counting) + BALANCE * float(np.mean(slacks))
 
     def met(self, evaluation: Evaluation) -> tuple[bool, ...]:
-        """Return which goals a design meets [-].
+        """Return which goals a design meets.
 
         Parameters
         ----------
@@ -237,7 +237,7 @@ def value_text(goal: Goal, value: float) -> str:
 
 
 def column_names(goals: Sequence[Goal]) -> tuple[str, ...]:
-    """Return a column name of a table for each goal, its unit at the end [-].
+    """Return a column name of a table for each goal, its unit at the end.
 
     Parameters
     ----------

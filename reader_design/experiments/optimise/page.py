@@ -10,13 +10,13 @@ from octant.reader_design.experiments.optimise.goals import (
 )
 from octant.reader_design.experiments.optimise.search import Search, Trial
 from octant.reader_design.experiments.optimise.shortlist import Listed, goal_words
+from octant.reader_design.setting.design import ReaderDesign
 from octant.reader_design.showing.pages import (
     Report,
     ReportSection,
     ReportTable,
     embedded_figures,
 )
-from octant.reader_design.setting.design import ReaderDesign
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -49,7 +49,7 @@ class SearchContent:
     listed : tuple of Listed
         The short list.
     on_front : int
-        Designs on the Pareto front [-].
+        Designs on the Pareto front.
     confirmed : tuple of Confirmed
         Reader and winner with both meshes.
     cells_per_wavelength : tuple of float
@@ -71,7 +71,7 @@ class SearchContent:
 
     @property
     def winner(self) -> Trial:
-        """The chosen design [-]."""
+        """The chosen design."""
         return self.search.winner
 
 
@@ -108,7 +108,7 @@ def design_text(design: ReaderDesign, frequency_hz: float) -> str:
 
 
 def gain_sentence(search: Search) -> str:
-    """Return what the refinement gained over the best design of the survey, in numbers [-].
+    """Return what the refinement gained over the best design of the survey, in numbers.
 
     Parameters
     ----------

@@ -7,16 +7,7 @@ import msgspec
 import numpy as np
 
 from octant.geometries.errors import ConfigError, SweepStateError
-from octant.reader_design.study_file.loading import to_toml
-from octant.reader_design.study_file.schema import Reader, Study
-from octant.reader_design.showing.style import save_figure
 from octant.reader_design.experiments.optimise.drawing import drawing, save_drawing
-from octant.reader_design.experiments.optimise.figures import (
-    comparison_figure,
-    convergence_figure,
-    pareto_figure,
-    survey_figure,
-)
 from octant.reader_design.experiments.optimise.evaluation import (
     Bench,
     Evaluation,
@@ -24,12 +15,17 @@ from octant.reader_design.experiments.optimise.evaluation import (
     evaluate,
     rss_over_azimuth,
 )
-from octant.reader_design.experiments.optimise.evaluation_files import read_evaluation, write_evaluation
+from octant.reader_design.experiments.optimise.evaluation_files import (
+    read_evaluation,
+    write_evaluation,
+)
+from octant.reader_design.experiments.optimise.figures import (
+    comparison_figure,
+    convergence_figure,
+    pareto_figure,
+    survey_figure,
+)
 from octant.reader_design.experiments.optimise.goals import column_names, goal_name, value_text
-from octant.reader_design.experiments.optimise.search import Search, Trial, planned_evaluations, search
-from octant.reader_design.experiments.optimise.shortlist import front, short_list
-from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.showing.pages import render_report
 from octant.reader_design.experiments.optimise.page import (
     Confirmed,
     SearchContent,
@@ -37,9 +33,21 @@ from octant.reader_design.experiments.optimise.page import (
     gain_sentence,
     optimise_report,
 )
+from octant.reader_design.experiments.optimise.search import (
+    Search,
+    Trial,
+    planned_evaluations,
+    search,
+)
+from octant.reader_design.experiments.optimise.shortlist import front, short_list
+from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.keeping.store import write_text
 from octant.reader_design.setting.design import FULLWAVE, ReaderDesign
+from octant.reader_design.showing.pages import render_report
+from octant.reader_design.showing.style import save_figure
 from octant.reader_design.showing.tables import put_table
+from octant.reader_design.study_file.loading import to_toml
+from octant.reader_design.study_file.schema import Reader, Study
 
 EVALUATIONS = "evaluations"
 """Folder of the evaluations' files, in the folder of the results."""
@@ -197,7 +205,7 @@ def plan_lines(study: Study, out_dir: Path) -> tuple[str, ...]:
 def kept_evaluation(
     place: Bench, design: ReaderDesign, folder: Path, progress: Progress
 ) -> Evaluation:
-    """Return a design's evaluation, read from its file or computed and written [-].
+    """Return a design's evaluation, read from its file or computed and written.
 
     Parameters
     ----------

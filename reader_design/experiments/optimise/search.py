@@ -12,12 +12,12 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.geometries.errors import ConfigError, SweepStateError
-from octant.reader_design.study_file.optimise import Optimise
-from octant.reader_design.study_file.schema import Study
 from octant.reader_design.experiments.optimise.evaluation import Evaluation
 from octant.reader_design.experiments.optimise.goals import Targets
 from octant.reader_design.experiments.optimise.space import Box, boxes, survey_designs
 from octant.reader_design.setting.design import ReaderDesign, design_of
+from octant.reader_design.study_file.optimise import Optimise
+from octant.reader_design.study_file.schema import Study
 
 FloatArray = npt.NDArray[np.float64]
 Objective = Callable[[FloatArray], float]
@@ -39,7 +39,7 @@ class Trial:
     Attributes
     ----------
     number : int
-        From 0, in the order of the search [-].
+        From 0, in the order of the search.
     stage : str
         ``reader``, ``survey`` or ``refinement``.
     evaluation : Evaluation
@@ -71,16 +71,16 @@ class Search:
 
     @property
     def reader(self) -> Trial:
-        """The study's own ``[reader]`` [-]."""
+        """The study's own ``[reader]``."""
         return self.trials[0]
 
     @property
     def winner(self) -> Trial:
-        """The feasible design that reaches the goals best; the earlier of equals [-]."""
+        """The feasible design that reaches the goals best; the earlier of equals."""
         return max(self.trials, key=lambda trial: (trial.attainment, -trial.number))
 
     def best_of(self, stage: str) -> Trial | None:
-        """Return the best feasible design of a stage; None where there is none [-].
+        """Return the best feasible design of a stage; None where there is none.
 
         Parameters
         ----------
@@ -125,7 +125,7 @@ class _Log:
 
 
 def planned_evaluations(study: Study, table: Optimise) -> int:
-    """Return how many designs a search evaluates at most [-].
+    """Return how many designs a search evaluates at most.
 
     Parameters
     ----------
@@ -150,7 +150,7 @@ def search(study: Study, evaluate: Callable[[ReaderDesign], Evaluation]) -> Sear
     Parameters
     ----------
     study : Study
-        Reader, table and seed [-].
+        Reader, table and seed.
     evaluate : callable
         Returns a design's `Evaluation`; called once for each design.
 

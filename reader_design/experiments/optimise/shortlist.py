@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from octant.reader_design.study_file.optimise import Goal
 from octant.reader_design.experiments.optimise.goals import (
     Targets,
     direction,
@@ -14,6 +13,7 @@ from octant.reader_design.experiments.optimise.goals import (
 from octant.reader_design.experiments.optimise.search import Search, Trial
 from octant.reader_design.setting.design import ReaderDesign
 from octant.reader_design.setting.pareto import pareto_front
+from octant.reader_design.study_file.optimise import Goal
 
 LEAST_DIFFERENCE = 0.15
 """Least relative difference in some parameter between two designs of the short list [-]."""
@@ -36,7 +36,7 @@ class Listed:
 
 
 def front(search: Search) -> tuple[Trial, ...]:
-    """Return the feasible designs that no other one beats in the score of every goal [-].
+    """Return the feasible designs that no other one beats in the score of every goal.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def short_list(search: Search, count: int) -> tuple[Listed, ...]:
     search : Search
         A finished search.
     count : int
-        How many at most [-].
+        How many at most.
 
     Returns
     -------
@@ -135,7 +135,7 @@ def _against_reader(targets: Targets, trial: Trial, reader: Trial) -> str:
 
 
 def goal_words(goal: Goal) -> str:
-    """Return a goal's score in words, without its unit [-].
+    """Return a goal's score in words, without its unit.
 
     Parameters
     ----------

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from octant.reader_design.setting.design import ReaderDesign, design_of
 from octant.reader_design.study_file.optimise import Optimise
 from octant.reader_design.study_file.schema import Study
-from octant.reader_design.setting.design import ReaderDesign, design_of
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -136,7 +136,7 @@ def survey_designs(
     box : Box
         Parameters and bounds.
     count : int
-        How many besides the first [-].
+        How many besides the first.
     frequency_hz : float
         Frequency at which antennas without a length are resonant [Hz].
     generator : numpy.random.Generator

@@ -27,8 +27,8 @@ def optimise(*, study: Path, out: Path, dry_run: bool, force: bool, quiet: bool)
     figures, a drawing to build from (PNG, SVG, PDF), study.toml and report.html in --out. Every
     evaluation is kept there; the same command again goes on where the last one stopped.
     """
-    from octant.reader_design.study_file.loading import load_study
     from octant.reader_design.experiments.optimise.run import plan_lines, run_optimise
+    from octant.reader_design.study_file.loading import load_study
 
     loaded = load_study(study)
     if dry_run:

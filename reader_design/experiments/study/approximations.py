@@ -3,9 +3,9 @@
 import math
 
 from octant.em.reader.comparison import FLOOR_DB, ResponseDifference, compare_responses
-from octant.reader_design.showing.pages import ReportTable
-from octant.reader_design.setting.evaluation import SweepContext, reference_tag
 from octant.reader_design.setting.design import FULLWAVE, ReaderDesign
+from octant.reader_design.setting.evaluation import SweepContext, reference_tag
+from octant.reader_design.showing.pages import ReportTable
 
 APPROXIMATIONS = ("rays", "isolated")
 """Models that are compared with the full-wave one [-]."""
@@ -14,7 +14,7 @@ APPROXIMATIONS = ("rays", "isolated")
 def approximation_errors(
     context: SweepContext, design: ReaderDesign
 ) -> tuple[ResponseDifference, ...]:
-    """Return the errors of both approximations for one design, in [dB] and as shares [-].
+    """Return the errors of both approximations for one design, in [dB] and as shares.
 
     Parameters
     ----------

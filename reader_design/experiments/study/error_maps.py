@@ -6,15 +6,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from octant.em.reader.response import ReaderResponse
 from octant.em.power.received_power import ReaderLink
+from octant.em.reader.response import ReaderResponse
 from octant.navigation.sensing.bearing import reader_azimuth
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.keeping.store import variable
-from octant.reader_design.setting.links import tag_link
+from octant.reader_design.setting.bearing_errors import vector_errors_rad
 from octant.reader_design.setting.capture import arriving_paths, captured
 from octant.reader_design.setting.evaluation import SweepContext
-from octant.reader_design.setting.bearing_errors import vector_errors_rad
+from octant.reader_design.setting.links import tag_link
 from octant.reader_design.setting.measures import strongest_errors_rad
 from octant.reader_design.setting.samples import grid_azimuths_rad
 
@@ -64,7 +64,7 @@ def error_maps(
     standing: npt.NDArray[np.bool_],
     progress: Progress,
 ) -> "dict[str, xr.Variable]":
-    """Return the maps of a reader's bearing error and of capture for every tag ([rad], [-]).
+    """Return the maps of a reader's bearing error and of capture for every tag ([rad],).
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ def error_maps(
     -------
     dict of str to xarray.Variable
         ``vector_error`` and ``strongest_error``, rms over the headings [rad], and
-        ``captured_share`` of the antennas that face the tag [-], each (tag, x, y).
+        ``captured_share`` of the antennas that face the tag, each (tag, x, y).
     """
     study, built = context.study, context.built
     headings = grid_azimuths_rad(responses[0].antennas, context.sampling.room_azimuths)

@@ -5,11 +5,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from octant.reader_design.study_file.mission import Mission
-from octant.reader_design.showing.pages import ReportFigure, ReportSection, ReportTable
 from octant.reader_design.experiments.missions.mission_stage import RoomMission
 from octant.reader_design.experiments.study.shortlist import DrivenDesign
 from octant.reader_design.setting.ranking import Candidate, Choice
+from octant.reader_design.showing.pages import ReportFigure, ReportSection, ReportTable
+from octant.reader_design.study_file.mission import Mission
 
 
 def mission_sentence(mission: RoomMission) -> str:

@@ -5,8 +5,30 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from octant.em.reader.comparison import ResponseDifference
-from octant.reader_design.study_file.schema import Solver
+from octant.reader_design.experiments.choice.reasons import rule_sentences
+from octant.reader_design.experiments.choice.score_tables import (
+    SCORE_MEANINGS,
+    merit_table,
+    score_table,
+)
+from octant.reader_design.experiments.choice.thesis_claims import (
+    Claim,
+    claim_sentence,
+    claim_table,
+    thesis_claims,
+)
+from octant.reader_design.experiments.missions.mission_stage import RoomMission
 from octant.reader_design.experiments.study.approximations import approximation_table
+from octant.reader_design.experiments.study.mission_sections import (
+    mission_section,
+    mission_sentence,
+    shortlist_table,
+)
+from octant.reader_design.experiments.study.shortlist import DrivenDesign
+from octant.reader_design.keeping.store import versions
+from octant.reader_design.setting.design import FULLWAVE
+from octant.reader_design.setting.evaluation import Cell, SweepContext
+from octant.reader_design.setting.ranking import Candidate, Choice
 from octant.reader_design.showing.pages import (
     Report,
     ReportFigure,
@@ -14,21 +36,7 @@ from octant.reader_design.showing.pages import (
     ReportTable,
     embedded_figures,
 )
-from octant.reader_design.experiments.study.mission_sections import mission_section, mission_sentence, shortlist_table
-from octant.reader_design.experiments.choice.score_tables import SCORE_MEANINGS, merit_table, score_table
-from octant.reader_design.experiments.choice.thesis_claims import (
-    Claim,
-    claim_sentence,
-    claim_table,
-    thesis_claims,
-)
-from octant.reader_design.keeping.store import versions
-from octant.reader_design.experiments.missions.mission_stage import RoomMission
-from octant.reader_design.experiments.study.shortlist import DrivenDesign
-from octant.reader_design.setting.evaluation import Cell, SweepContext
-from octant.reader_design.setting.ranking import Candidate, Choice
-from octant.reader_design.setting.design import FULLWAVE
-from octant.reader_design.experiments.choice.reasons import rule_sentences
+from octant.reader_design.study_file.schema import Solver
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -50,7 +58,7 @@ class StudyContent:
     notes : tuple of str
         What the user should know: tags that were moved, validity of models.
     approximations : tuple of ResponseDifference
-        How far the approximate responses are off for the chosen reader ([dB], [-]).
+        How far the approximate responses are off for the chosen reader ([dB],).
     as_built : ReportSection or None
         What tolerances do to the chosen reader ([mm], [deg]); None where the study gives none.
     study_toml : str
@@ -75,7 +83,7 @@ class StudyContent:
 
     @property
     def chosen(self) -> Candidate:
-        """The chosen design with its scores ([rad], [dB], [W], [-])."""
+        """The chosen design with its scores ([rad], [dB], [W],)."""
         return self.candidates[self.choice.chosen]
 
     @property
@@ -85,7 +93,7 @@ class StudyContent:
 
     @property
     def claims(self) -> tuple[Claim, ...]:
-        """Claims of the thesis that the sweep tests, numbers with their units [-]."""
+        """Claims of the thesis that the sweep tests, numbers with their units."""
         if any(cell.label != cell.design.label() for cell in self.cells):
             return ()  # the thesis varies antenna, r_a and h_p alone
         power_w = self.context.study.radio.tag_power_w
@@ -98,7 +106,7 @@ class StudyContent:
 
     @property
     def candidates_antennas(self) -> int:
-        """Number of antennas of the chosen design [-]."""
+        """Number of antennas of the chosen design."""
         return self.chosen_cell.design.antennas
 
 

@@ -4,13 +4,13 @@ import json
 from collections.abc import Sequence
 from pathlib import Path
 
-from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.experiments.study.page import StudyContent, study_report
-from octant.reader_design.setting.scene import StudyScene
-from octant.reader_design.keeping.store import versions, whole_file, write_dataset, write_text
-from octant.reader_design.experiments.study.map_stage import RoomMap
 from octant.reader_design.experiments.missions.mission_stage import RoomMission
+from octant.reader_design.experiments.study.map_stage import RoomMap
+from octant.reader_design.experiments.study.page import StudyContent, study_report
+from octant.reader_design.keeping.progress import Progress
+from octant.reader_design.keeping.store import versions, whole_file, write_dataset, write_text
 from octant.reader_design.setting.design import content_hash
+from octant.reader_design.setting.scene import StudyScene
 from octant.reader_design.showing.tables import put_table
 
 
@@ -28,7 +28,7 @@ def publish(
     Parameters
     ----------
     content : StudyContent
-        What was found; units as there [-].
+        What was found; units as there.
     room_map : RoomMap
         Maps of the chosen reader [W].
     rooms : sequence of (str, str, StudyScene)
@@ -118,7 +118,6 @@ def _figures(
     """Draw and write all figures; return title, caption and file of each by section."""
     import itertools
 
-    from octant.reader_design.showing.style import save_figure
     from octant.reader_design.experiments.study.figures import (
         mission_figures,
         reader_figures,
@@ -126,6 +125,7 @@ def _figures(
     )
     from octant.reader_design.experiments.study.sweep_figures import sweep_figures
     from octant.reader_design.showing.plan import plan_of
+    from octant.reader_design.showing.style import save_figure
 
     study = content.context.study
     cell = next(c for c in content.cells if c.key == content.chosen.key)

@@ -7,11 +7,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from octant.reader_design.experiments.study.page import StudyContent
-from octant.reader_design.keeping.store import dataset, variable
-from octant.reader_design.experiments.study.map_stage import RoomMap
 from octant.reader_design.experiments.missions.mission_stage import RoomMission
-from octant.reader_design.experiments.sweep.cell_files import as_variables, stored_scores, stored_surroundings
+from octant.reader_design.experiments.study.map_stage import RoomMap
+from octant.reader_design.experiments.study.page import StudyContent
+from octant.reader_design.experiments.sweep.cell_files import (
+    as_variables,
+    stored_scores,
+    stored_surroundings,
+)
+from octant.reader_design.keeping.store import dataset, variable
 from octant.reader_design.setting.design import canonical_json
 from octant.reader_design.setting.samples import grid_azimuths_rad
 from octant.reader_design.setting.scores import SCORE_NAMES
@@ -47,7 +51,7 @@ PER_STEP = (
 
 
 def study_dataset(content: StudyContent, room_map: RoomMap) -> "xr.Dataset":
-    """Return everything that a study computed, each variable with its unit ([W], [m], [rad], [-]).
+    """Return everything that a study computed, each variable with its unit ([W], [m], [rad],).
 
     Parameters
     ----------
@@ -116,7 +120,7 @@ def design_table(
     Returns
     -------
     header : tuple of str
-        ``rank`` (empty when there are no scores), the design's parameters ([m], [ohm], [-]),
+        ``rank`` (empty when there are no scores), the design's parameters ([m], [ohm],),
         ``failed_because``, then each score in free space and in the room; the names carry units.
     rows : tuple of tuple
         In the order of the sweep; empty where there is no value.

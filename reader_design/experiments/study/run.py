@@ -15,29 +15,29 @@ from pathlib import Path
 import msgspec
 
 from octant.geometries.errors import ConfigError, SweepStateError
-from octant.reader_design.study_file.loading import to_toml
-from octant.reader_design.study_file.schema import Layout, Study
-from octant.reader_design.keeping.progress import Progress
+from octant.reader_design.experiments.choice.thesis_claims import claim_sentence
+from octant.reader_design.experiments.missions.mission_stage import collected_warnings
 from octant.reader_design.experiments.study.approximations import approximation_errors
+from octant.reader_design.experiments.study.map_stage import map_stage
 from octant.reader_design.experiments.study.mission_sections import mission_sentence
 from octant.reader_design.experiments.study.page import StudyContent
-from octant.reader_design.experiments.choice.thesis_claims import claim_sentence
-from octant.reader_design.setting.scene import StudyScene, build_study_scene
-from octant.reader_design.keeping.store import write_text
-from octant.reader_design.experiments.study.map_stage import map_stage
-from octant.reader_design.experiments.missions.mission_stage import collected_warnings
 from octant.reader_design.experiments.study.publish import publish
 from octant.reader_design.experiments.study.shortlist import candidates_of, drive_shortlist
 from octant.reader_design.experiments.study.tolerance_stage import tolerance_stage
-from octant.reader_design.setting.evaluation import Cell, SweepContext
-from octant.reader_design.setting.ranking import choose
 from octant.reader_design.experiments.sweep.cost import cell_cost
-from octant.reader_design.setting.design import design_responses
-from octant.reader_design.keeping.workers import cores, open_crew
-from octant.reader_design.keeping.folder import cell_path
 from octant.reader_design.experiments.sweep.plan import SweepPlan, plan_sweep
 from octant.reader_design.experiments.sweep.run import run_sweep
+from octant.reader_design.keeping.folder import cell_path
+from octant.reader_design.keeping.progress import Progress
+from octant.reader_design.keeping.store import write_text
+from octant.reader_design.keeping.workers import cores, open_crew
+from octant.reader_design.setting.design import design_responses
+from octant.reader_design.setting.evaluation import Cell, SweepContext
+from octant.reader_design.setting.ranking import choose
 from octant.reader_design.setting.samples import Sampling
+from octant.reader_design.setting.scene import StudyScene, build_study_scene
+from octant.reader_design.study_file.loading import to_toml
+from octant.reader_design.study_file.schema import Layout, Study
 
 WORTH_PROCESSES_S = 20.0
 """Expected time of a sweep [s] above which worker processes are worth starting."""
@@ -78,7 +78,7 @@ class StudyOutcome:
 
     @property
     def failed(self) -> tuple[tuple[str, str], ...]:
-        """Designs without scores and the reason of each [-]."""
+        """Designs without scores and the reason of each."""
         return tuple((c.label, c.reason) for c in self.content.cells if c.reason)
 
     def lines(self) -> tuple[str, ...]:
@@ -127,9 +127,9 @@ def run_study(
     progress : Progress, optional
         Told what happens.
     executor : concurrent.futures.Executor, optional
-        Computes the sweep's cells; see :func:`octant.reader_design.experiments.sweep.run.run_sweep`.
+        Computes the sweep's cells; see :func:`run_sweep`.
     workers : int or None
-        Processes of this machine that compute them instead [-]; 1: this one; None: one for each
+        Processes of this machine that compute them instead; 1: this one; None: one for each
         core where the sweep is long enough to gain from it. A script that starts processes must
         guard its main part with ``if __name__ == "__main__"``.
     cluster : str or None

@@ -4,14 +4,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from octant.reader_design.study_file.schema import Study
-from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.setting.scene import StudyScene
 from octant.reader_design.experiments.missions.mission_stage import RoomMission, mission_stage
+from octant.reader_design.keeping.progress import Progress
+from octant.reader_design.setting.design import design_responses
 from octant.reader_design.setting.evaluation import Cell
 from octant.reader_design.setting.ranking import Candidate, Choice
-from octant.reader_design.setting.design import design_responses
+from octant.reader_design.setting.scene import StudyScene
 from octant.reader_design.setting.size import reader_size_m
+from octant.reader_design.study_file.schema import Study
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -21,7 +21,7 @@ class DrivenDesign:
     Attributes
     ----------
     index : int
-        Its place among the candidates [-].
+        Its place among the candidates.
     missions : tuple of RoomMission
         One for each room: the study's own and its layouts; none without a mission.
     """
@@ -84,7 +84,7 @@ def drive_shortlist(
     choice : Choice
         Their ranking.
     most_runs : int or None
-        Greatest number of runs in each room [-]; None: as many as the study says.
+        Greatest number of runs in each room; None: as many as the study says.
     folder : Path
         Where stages are kept.
     progress : Progress

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from octant.reader_design.setting.measures import power_dbm
 from octant.reader_design.showing.style import (
     antenna_legend,
     draw_antennas,
@@ -14,7 +15,6 @@ from octant.reader_design.showing.style import (
     math_text,
     new_figure,
 )
-from octant.reader_design.setting.measures import power_dbm
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -50,7 +50,7 @@ def rss_distance_figure(
     panels : sequence of DistancePanel
         One for each design, row by row.
     columns : int
-        Panels in a row [-].
+        Panels in a row.
     title : str
         Above the figure.
 
@@ -127,7 +127,7 @@ def _number(text: str, value: float) -> str:
 def sweep_matrix_figure(
     labels: Sequence[str], columns: Sequence[MatrixColumn], *, title: str
 ) -> "Figure":
-    """Return the sweep as a table of designs and criteria, good values dark [-].
+    """Return the sweep as a table of designs and criteria, good values dark.
 
     Parameters
     ----------

@@ -3,13 +3,13 @@
 from concurrent.futures import Executor
 from pathlib import Path
 
-from octant.reader_design.study_file.schema import Study
-from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.showing.pages import ReportSection
-from octant.reader_design.setting.evaluation import Cell
-from octant.reader_design.keeping.workers import cores
 from octant.reader_design.experiments.tolerance.results import write_results
 from octant.reader_design.experiments.tolerance.study import run_tolerance_study
+from octant.reader_design.keeping.progress import Progress
+from octant.reader_design.keeping.workers import cores
+from octant.reader_design.setting.evaluation import Cell
+from octant.reader_design.showing.pages import ReportSection
+from octant.reader_design.study_file.schema import Study
 
 
 def tolerance_stage(
@@ -34,7 +34,7 @@ def tolerance_stage(
     progress : Progress
         Told about readers.
     workers : int or None
-        Processes [-]; None: one for each core.
+        Processes; None: one for each core.
     executor : concurrent.futures.Executor, optional
         Solves the readers in place of own processes.
 

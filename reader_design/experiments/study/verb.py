@@ -41,8 +41,8 @@ def study(
     Without STUDY the built-in study of the thesis' reader runs. Leaves results.nc, figures,
     study.toml and report.html in --out; the same command again goes on where the last one stopped.
     """
-    from octant.reader_design.study_file.loading import load_study
     from octant.reader_design.experiments.study.run import run_study
+    from octant.reader_design.study_file.loading import load_study
 
     loaded = load_study(study)
     try:

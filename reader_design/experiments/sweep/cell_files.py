@@ -9,13 +9,13 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.geometries.errors import ConfigError, SweepStateError
-from octant.reader_design.study_file.loading import to_toml
+from octant.reader_design.keeping.small_netcdf import Stored, netcdf_bytes, read_netcdf
 from octant.reader_design.keeping.store import variable, versions, whole_file
-from octant.reader_design.setting.evaluation import Cell, SweepContext
 from octant.reader_design.setting.design import ReaderDesign, canonical_json
+from octant.reader_design.setting.evaluation import Cell, SweepContext
 from octant.reader_design.setting.samples import grid_azimuths_rad
 from octant.reader_design.setting.scores import SCORE_NAMES, Scores, score_unit
-from octant.reader_design.keeping.small_netcdf import Stored, netcdf_bytes, read_netcdf
+from octant.reader_design.study_file.loading import to_toml
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -38,7 +38,7 @@ def _digest(cell: Cell) -> str:
 def stored_scores(
     rows: list[tuple[Scores | None, Scores | None]], *, dim: str | None
 ) -> dict[str, Stored]:
-    """Return one variable for each score, by design and surrounding, in the score's own unit [-].
+    """Return one variable for each score, by design and surrounding, in the score's own unit.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ def stored_scores(
 
 
 def stored_surroundings() -> Stored:
-    """Return the coordinate that names where scores hold [-].
+    """Return the coordinate that names where scores hold.
 
     Returns
     -------
@@ -75,7 +75,7 @@ def stored_surroundings() -> Stored:
 
 
 def as_variables(stored: dict[str, Stored]) -> "dict[str, xr.Variable]":
-    """Return stored variables as those of xarray, units unchanged [-].
+    """Return stored variables as those of xarray, units unchanged.
 
     Parameters
     ----------

@@ -13,10 +13,10 @@ import numpy as np
 
 from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
 from octant.em.reader.fullwave.band import NODES
-from octant.reader_design.setting.evaluation import SweepContext
-from octant.reader_design.setting.design import FULLWAVE, ReaderDesign
 from octant.reader_design.experiments.sweep.plan import PlannedCell
 from octant.reader_design.experiments.sweep.table import DONE, CellRow
+from octant.reader_design.setting.design import FULLWAVE, ReaderDesign
+from octant.reader_design.setting.evaluation import SweepContext
 
 UNKNOWNS_PER_ELEMENT = 2.9
 """Unknowns [-] for every square of the mesh's edge length on the reader's sheets."""
@@ -46,7 +46,7 @@ class CellCost:
     Attributes
     ----------
     unknowns : int
-        Of the moment method [-]; 0 for the models that have none.
+        Of the moment method; 0 for the models that have none.
     memory_bytes : float
         Of the process that computes it [B].
     seconds : float
@@ -59,7 +59,7 @@ class CellCost:
 
 
 def unknowns_of(design: ReaderDesign, frequency_hz: float, *, cells_per_wavelength: float) -> int:
-    """Return roughly how many unknowns [-] the moment method will have for a reader.
+    """Return roughly how many unknowns the moment method will have for a reader.
 
     Parameters
     ----------
@@ -96,7 +96,7 @@ def unknowns_of(design: ReaderDesign, frequency_hz: float, *, cells_per_waveleng
 
 
 def cell_cost(planned: PlannedCell) -> CellCost:
-    """Return what a cell is expected to take: unknowns [-], memory [B], time [s].
+    """Return what a cell is expected to take: unknowns, memory [B], time [s].
 
     Parameters
     ----------

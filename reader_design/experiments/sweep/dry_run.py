@@ -4,9 +4,9 @@ from collections import Counter
 from collections.abc import Mapping
 
 from octant.reader_design.experiments.sweep.cost import cell_cost, time_scale
-from octant.reader_design.keeping.workers import cores
 from octant.reader_design.experiments.sweep.plan import PlannedCell, SweepPlan
 from octant.reader_design.experiments.sweep.table import DONE, CellRow, missing_cells
+from octant.reader_design.keeping.workers import cores
 
 MOST_LINES = 40
 """Cells that are listed one by one at most [-]."""
@@ -24,7 +24,7 @@ def plan_lines(
     rows : mapping of str to CellRow
         What is there, by key.
     workers : int or None
-        Processes [-]; None: one for each core.
+        Processes; None: one for each core.
 
     Returns
     -------

@@ -7,17 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from octant.geometries.errors import ConfigError, OctantError
-from octant.reader_design.study_file.loading import to_toml
-from octant.reader_design.study_file.schema import Study
-from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.setting.scene import build_study_scene
-from octant.reader_design.keeping.store import write_text
-from octant.reader_design.setting.evaluation import SweepContext
-from octant.reader_design.keeping.workers import cores, open_crew
-from octant.reader_design.keeping.folder import sweep_folder
 from octant.reader_design.experiments.sweep.plan import SweepPlan, plan_sweep
 from octant.reader_design.experiments.sweep.run import compute_missing
-from octant.reader_design.setting.samples import Sampling
 from octant.reader_design.experiments.sweep.table import (
     CELLS_FOLDER,
     CSV_FILE,
@@ -29,6 +20,15 @@ from octant.reader_design.experiments.sweep.table import (
     row_of,
     write_table,
 )
+from octant.reader_design.keeping.folder import sweep_folder
+from octant.reader_design.keeping.progress import Progress
+from octant.reader_design.keeping.store import write_text
+from octant.reader_design.keeping.workers import cores, open_crew
+from octant.reader_design.setting.evaluation import SweepContext
+from octant.reader_design.setting.samples import Sampling
+from octant.reader_design.setting.scene import build_study_scene
+from octant.reader_design.study_file.loading import to_toml
+from octant.reader_design.study_file.schema import Study
 
 STUDY_FILE = "study.toml"
 MOST_LINES = 40
@@ -55,12 +55,12 @@ class SweepOutcome:
 
     @property
     def failed(self) -> tuple[tuple[str, str], ...]:
-        """Label and reason of every cell without scores that was tried [-]."""
+        """Label and reason of every cell without scores that was tried."""
         tried = ((cell.label, self.rows.get(cell.key)) for cell in self.plan.cells)
         return tuple((label, row.reason) for label, row in tried if row is not None and row.reason)
 
     def lines(self) -> tuple[str, ...]:
-        """Return what a person wants to read at the end, counts without unit [-].
+        """Return what a person wants to read at the end, counts without unit.
 
         Returns
         -------
@@ -125,7 +125,7 @@ def sweep_study(
     out_dir : Path
         Folder of the sweep; made when missing.
     workers : int or None
-        Processes of this machine [-], no more than there are cells; 1: this one; None: one for
+        Processes of this machine, no more than there are cells; 1: this one; None: one for
         each core. A script that starts processes must guard its main part with
         ``if __name__ == "__main__"``.
     cluster : str or None

@@ -13,6 +13,10 @@ from typing import Any
 import msgspec
 
 from octant.geometries.errors import OctantError
+from octant.reader_design.setting.design import ReaderDesign, design_of
+from octant.reader_design.setting.evaluation import SweepContext
+from octant.reader_design.setting.keys import cell_key, refused_key, scene_fingerprint
+from octant.reader_design.setting.scene import StudyScene, build_study_scene
 from octant.reader_design.study_file.loading import study_variant
 from octant.reader_design.study_file.schema import Study
 from octant.reader_design.study_file.sweep import (
@@ -21,10 +25,6 @@ from octant.reader_design.study_file.sweep import (
     parameter_unit,
     put,
 )
-from octant.reader_design.setting.scene import StudyScene, build_study_scene
-from octant.reader_design.setting.evaluation import SweepContext
-from octant.reader_design.setting.design import ReaderDesign, design_of
-from octant.reader_design.setting.keys import cell_key, refused_key, scene_fingerprint
 
 IN_EVERY_LABEL = ("antenna", "antenna_radius_m", "plate_height_m")
 """Parameters that a design's own label names."""
@@ -83,7 +83,7 @@ class SweepPlan:
 
     @property
     def keys(self) -> tuple[str, ...]:
-        """The name of each cell [-]."""
+        """The name of each cell."""
         return tuple(cell.key for cell in self.cells)
 
 

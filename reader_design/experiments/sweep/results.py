@@ -10,10 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.geometries.errors import ConfigError
-from octant.reader_design.study_file.errors import unknown_name
-from octant.reader_design.keeping.store import read_dataset
-from octant.reader_design.keeping.folder import cell_path
 from octant.reader_design.experiments.sweep.table import CELLS_FOLDER, TABLE_FILE, parameter_text
+from octant.reader_design.keeping.folder import cell_path
+from octant.reader_design.keeping.store import read_dataset
+from octant.reader_design.study_file.errors import unknown_name
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -40,7 +40,7 @@ class SweepResults:
 
     @property
     def parameters(self) -> tuple[str, ...]:
-        """Names of the swept parameters [-]."""
+        """Names of the swept parameters."""
         return tuple(json.loads(self.table.attrs["parameters"]))
 
     def query(self, conditions: Mapping[str, Any]) -> "SweepResults":

@@ -14,13 +14,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from octant.geometries.errors import SweepStateError
+from octant.reader_design.experiments.sweep.cell_files import cell_bytes, put_bytes, read_cell
+from octant.reader_design.experiments.sweep.plan import PlannedCell, SweepPlan
+from octant.reader_design.keeping.folder import cell_path, sweep_folder
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.keeping.store import versions
-from octant.reader_design.experiments.sweep.cell_files import cell_bytes, put_bytes, read_cell
-from octant.reader_design.setting.evaluation import Cell, compute_cell, failed_cell
 from octant.reader_design.keeping.workers import Crew, GivenExecutor
-from octant.reader_design.keeping.folder import cell_path, sweep_folder
-from octant.reader_design.experiments.sweep.plan import PlannedCell, SweepPlan
+from octant.reader_design.setting.evaluation import Cell, compute_cell, failed_cell
 
 AHEAD = 2
 """Cells handed out for each worker [-]: one that it computes and one that waits for it."""
@@ -53,7 +53,7 @@ def run_sweep(
     crew: Crew | None = None,
     progress: Progress | None = None,
 ) -> tuple[Cell, ...]:
-    """Return the cells of a plan, read from their files or computed and written [-].
+    """Return the cells of a plan, read from their files or computed and written.
 
     Parameters
     ----------

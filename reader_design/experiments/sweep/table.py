@@ -15,22 +15,22 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.geometries.errors import SweepStateError
-from octant.reader_design.study_file.schema import Study
-from octant.reader_design.study_file.sweep import parameter_unit
-from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.keeping.store import versions
 from octant.reader_design.experiments.sweep.cell_files import (
     cell_of_bytes,
     put_bytes,
     stored_scores,
     stored_surroundings,
 )
-from octant.reader_design.setting.evaluation import Cell
-from octant.reader_design.keeping.folder import cell_path
 from octant.reader_design.experiments.sweep.plan import PlannedCell, SweepPlan
-from octant.reader_design.setting.scores import SCORE_NAMES, Scores
+from octant.reader_design.keeping.folder import cell_path
+from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.keeping.small_netcdf import Stored, netcdf_bytes, read_netcdf
+from octant.reader_design.keeping.store import versions
+from octant.reader_design.setting.evaluation import Cell
+from octant.reader_design.setting.scores import SCORE_NAMES, Scores
 from octant.reader_design.showing.tables import csv_text
+from octant.reader_design.study_file.schema import Study
+from octant.reader_design.study_file.sweep import parameter_unit
 
 TABLE_FILE = "sweep.nc"
 CSV_FILE = "sweep.csv"
@@ -55,7 +55,7 @@ class CellRow:
     seconds : float
         Time that it took [s]; NaN when missing.
     free, room : Scores or None
-        Scores in free space and in the room ([rad], [dB], [W], [-]).
+        Scores in free space and in the room ([rad], [dB], [W],).
     sha256 : str
         Hash of its file's content; empty when missing.
     """
@@ -70,7 +70,7 @@ class CellRow:
 
 
 def row_of(cell: Cell, sha256: str) -> CellRow:
-    """Return the row of a cell; scores keep their units ([rad], [dB], [W], [-]).
+    """Return the row of a cell; scores keep their units ([rad], [dB], [W],).
 
     Parameters
     ----------
@@ -137,7 +137,7 @@ def known_rows(plan: SweepPlan, folder: Path, *, progress: Progress) -> dict[str
 
 
 def missing_cells(plan: SweepPlan, rows: Mapping[str, CellRow]) -> list[PlannedCell]:
-    """Return the cells to compute: those without a file, and those whose failure may pass [-].
+    """Return the cells to compute: those without a file, and those whose failure may pass.
 
     Parameters
     ----------
@@ -267,7 +267,7 @@ def column(values: Sequence[Any]) -> npt.NDArray[Any]:
 
 
 def parameter_text(value: Any) -> str:  # noqa: ANN401  any value of a study
-    """Return a parameter's value as the table writes text, in the parameter's unit [-].
+    """Return a parameter's value as the table writes text, in the parameter's unit.
 
     Parameters
     ----------

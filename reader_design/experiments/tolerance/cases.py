@@ -10,28 +10,28 @@ import numpy.typing as npt
 
 from octant.em.medium.materials import Material
 from octant.em.medium.radio_scene import RadioScene, radio_scene
-from octant.em.reader.response import ReaderResponse
 from octant.em.reader.cache import cached_responses
+from octant.em.reader.response import ReaderResponse
 from octant.geometries.errors import OctantError, PhysicsWarning
-from octant.reader_design.study_file.schema import Radio, Study
-from octant.reader_design.setting.scene import StudyScene, build_study_scene
+from octant.reader_design.experiments.tolerance.draws import Deviation
 from octant.reader_design.keeping.store import versions
-from octant.reader_design.setting.evaluation import (
-    SweepContext,
-    free_link,
-    reference_tag,
-    room_samples_w,
-)
 from octant.reader_design.setting.design import (
     ReaderDesign,
     content_hash,
     design_responses,
     response_inputs,
 )
+from octant.reader_design.setting.evaluation import (
+    SweepContext,
+    free_link,
+    reference_tag,
+    room_samples_w,
+)
 from octant.reader_design.setting.measures import power_dbm
 from octant.reader_design.setting.samples import free_points_m, grid_azimuths_rad, sample_rss_w
+from octant.reader_design.setting.scene import StudyScene, build_study_scene
 from octant.reader_design.setting.scores import Scores, score_rss
-from octant.reader_design.experiments.tolerance.draws import Deviation
+from octant.reader_design.study_file.schema import Radio, Study
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -72,7 +72,7 @@ class Case:
     design : ReaderDesign
         The drawing [m].
     deviation : Deviation
-        What is built less what is drawn ([m], [rad], [-]).
+        What is built less what is drawn ([m], [rad],).
     """
 
     design: ReaderDesign
@@ -90,7 +90,7 @@ class CaseScores:
     reason : str
         Why there are no scores; empty when there are.
     free, room : Scores or None
-        Scores in free space at the given distances, and in the room (units as in Scores [-]).
+        Scores in free space at the given distances, and in the room (units as in Scores).
     levels_dbm : tuple of float
         Mean over all azimuths of the strongest antenna's RSS in free space, at each distance [dBm].
     seconds : float
@@ -106,7 +106,7 @@ class CaseScores:
 
 
 def case_key(context: ToleranceContext, case: Case, fingerprint: str) -> str:
-    """Return the name of a case: the hash of its full input, 64 hexadecimal digits [-].
+    """Return the name of a case: the hash of its full input, 64 hexadecimal digits.
 
     Parameters
     ----------
@@ -144,7 +144,7 @@ def case_key(context: ToleranceContext, case: Case, fingerprint: str) -> str:
 
 
 def compute_case(context: ToleranceContext, case: Case, key: str) -> CaseScores:
-    """Return the scores of one case; one that cannot be built gives its reason [-].
+    """Return the scores of one case; one that cannot be built gives its reason.
 
     Parameters
     ----------
@@ -254,7 +254,7 @@ def _other_materials(
 
 
 def scaled_material(material: Material, permittivity: float, conductivity: float) -> Material:
-    """Return a material whose constants are multiplied by two factors [-].
+    """Return a material whose constants are multiplied by two factors.
 
     Parameters
     ----------

@@ -39,7 +39,7 @@ class Deviation:
     conductivity_factor: float = 1.0
 
     def as_dict(self) -> dict[str, object]:
-        """Return all numbers by name as plain values, for content hashes ([m], [rad], [-]).
+        """Return all numbers by name as plain values, for content hashes ([m], [rad],).
 
         Returns
         -------
@@ -53,12 +53,12 @@ class Deviation:
 
 
 def as_drawn(antennas: int) -> Deviation:
-    """Return the deviation of a reader and a room that are as drawn: none [-].
+    """Return the deviation of a reader and a room that are as drawn: none.
 
     Parameters
     ----------
     antennas : int
-        Number of antennas [-].
+        Number of antennas.
 
     Returns
     -------
@@ -78,13 +78,13 @@ def drawn_deviation(
     tolerance : Tolerance
         Sizes of the errors ([m], [deg], [%]) and their distribution.
     antennas : int
-        Number of antennas [-].
+        Number of antennas.
     antenna_radius_m : float
         r_a [m]; an error sideways turns the antenna's azimuth by its share of it.
     seed : int
-        Seed of the study [-].
+        Seed of the study.
     index : int
-        Number of the sample, from 0 [-].
+        Number of the sample, from 0.
 
     Returns
     -------

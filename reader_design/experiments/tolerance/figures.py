@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from octant.reader_design.showing.style import figure_style, math_text, new_figure
 from octant.reader_design.experiments.tolerance.sensitivity import Slope
 from octant.reader_design.experiments.tolerance.statistics import Explained
 from octant.reader_design.experiments.tolerance.views import View
+from octant.reader_design.showing.style import figure_style, math_text, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -145,7 +145,7 @@ def slope_figure(shown: Sequence[View], slopes: Sequence[Slope], *, title: str) 
 def explained_figure(
     shown: Sequence[View], explained: Sequence[Explained | None], *, title: str
 ) -> "Figure | None":
-    """Return which kind of error explains how much of every score's variance [-].
+    """Return which kind of error explains how much of every score's variance.
 
     Parameters
     ----------

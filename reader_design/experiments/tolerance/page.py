@@ -1,10 +1,14 @@
 """What a tolerance study says: sentences, tables and a section of a report."""
 
-from octant.reader_design.showing.pages import ReportFigure, ReportSection, ReportTable
 from octant.reader_design.experiments.tolerance.ranking import confidence_sentence
 from octant.reader_design.experiments.tolerance.statistics import Interval
-from octant.reader_design.experiments.tolerance.study import PLACE_RESAMPLES, BuiltDesign, ToleranceStudy
+from octant.reader_design.experiments.tolerance.study import (
+    PLACE_RESAMPLES,
+    BuiltDesign,
+    ToleranceStudy,
+)
 from octant.reader_design.experiments.tolerance.views import limit_texts
+from octant.reader_design.showing.pages import ReportFigure, ReportSection, ReportTable
 
 LOW_R_SQUARED = 0.5
 """R² for new samples below which shares of variance are called a hint only [-]."""

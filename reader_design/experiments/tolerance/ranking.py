@@ -7,11 +7,11 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.geometries.errors import SweepStateError
-from octant.reader_design.study_file.choice import Choice as Rules
-from octant.reader_design.setting.ranking import Candidate, choose
-from octant.reader_design.setting.scores import score_rss
 from octant.reader_design.experiments.tolerance.cases import CaseScores
 from octant.reader_design.experiments.tolerance.statistics import Interval, wilson
+from octant.reader_design.setting.ranking import Candidate, choose
+from octant.reader_design.setting.scores import score_rss
+from octant.reader_design.study_file.choice import Choice as Rules
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -41,7 +41,7 @@ def wins(
     *,
     rules: Rules | None = None,
 ) -> Interval:
-    """Return how often the first design is chosen over the second, built with the same errors [-].
+    """Return how often the first design is chosen over the second, built with the same errors.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ def wins(
     Returns
     -------
     Interval
-        Share of samples [-] with its Wilson interval. Readers equal in everything count one half,
+        Share of samples with its Wilson interval. Readers equal in everything count one half,
         as does a pair of which neither can be built.
 
     Raises
@@ -94,7 +94,7 @@ def wins_over_places(
     resamples: int = 200,
     rules: Rules | None = None,
 ) -> Interval:
-    """Return how often the first design is chosen over resampled places of the room [-].
+    """Return how often the first design is chosen over resampled places of the room.
 
     Parameters
     ----------
@@ -103,14 +103,14 @@ def wins_over_places(
     random : numpy.random.Generator
         Of the resamples; both designs always get the same places.
     resamples : int
-        Number of them [-].
+        Number of them.
     rules : Rules, optional
         Rules of the choice; default: those of Rules.
 
     Returns
     -------
     Interval
-        Share of resamples [-]. Its interval is that of the finite number of resamples only; the
+        Share of resamples. Its interval is that of the finite number of resamples only; the
         share itself says how far the room's places decide.
 
     Raises
@@ -151,11 +151,11 @@ def confidence_sentence(
     Parameters
     ----------
     confidence : Interval
-        Share of samples in which it is [-].
+        Share of samples in which it is.
     better, worse : str
         Names of the designs.
     samples : int
-        Number of samples [-].
+        Number of samples.
     over : str
         What the samples are.
 

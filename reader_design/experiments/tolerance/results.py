@@ -7,19 +7,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from octant.reader_design.study_file.loading import to_toml
-from octant.reader_design.showing.style import save_figure
 from octant.reader_design.experiments.tolerance.figures import (
     distribution_figure,
     explained_figure,
     slope_figure,
 )
-from octant.reader_design.showing.pages import Report, ReportFigure, ReportSection, render_report
 from octant.reader_design.experiments.tolerance.page import tolerance_section
+from octant.reader_design.experiments.tolerance.study import ToleranceStudy
 from octant.reader_design.keeping.store import dataset, variable, write_dataset, write_text
 from octant.reader_design.setting.design import canonical_json
+from octant.reader_design.showing.pages import Report, ReportFigure, ReportSection, render_report
+from octant.reader_design.showing.style import save_figure
 from octant.reader_design.showing.tables import put_table
-from octant.reader_design.experiments.tolerance.study import ToleranceStudy
+from octant.reader_design.study_file.loading import to_toml
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -16,10 +16,6 @@ from multiprocessing import get_context
 from pathlib import Path
 
 from octant.geometries.errors import SweepStateError
-from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.keeping.store import write_text
-from octant.reader_design.setting.keys import scene_fingerprint
-from octant.reader_design.setting.scores import Scores
 from octant.reader_design.experiments.tolerance.cases import (
     Case,
     CaseScores,
@@ -27,10 +23,14 @@ from octant.reader_design.experiments.tolerance.cases import (
     case_key,
     compute_case,
 )
+from octant.reader_design.keeping.progress import Progress
+from octant.reader_design.keeping.store import write_text
+from octant.reader_design.setting.keys import scene_fingerprint
+from octant.reader_design.setting.scores import Scores
 
 
 def case_path(folder: Path, key: str) -> Path:
-    """Return where a case's file lies [-].
+    """Return where a case's file lies.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ def write_case(path: Path, scores: CaseScores) -> None:
     path : Path
         Its file.
     scores : CaseScores
-        Every number as written ([rad], [dB], [dBm], [W], [-]).
+        Every number as written ([rad], [dB], [dBm], [W],).
 
     Raises
     ------
@@ -79,7 +79,7 @@ def read_case(path: Path, key: str) -> CaseScores:
     Returns
     -------
     CaseScores
-        As written, bit by bit ([rad], [dB], [dBm], [W], [-]).
+        As written, bit by bit ([rad], [dB], [dBm], [W],).
 
     Raises
     ------
@@ -113,7 +113,7 @@ def run_cases(
     progress: Progress | None = None,
     label: str = "readers",
 ) -> tuple[CaseScores, ...]:
-    """Return the scores of cases, read from their files or computed and written [-].
+    """Return the scores of cases, read from their files or computed and written.
 
     Parameters
     ----------
@@ -124,7 +124,7 @@ def run_cases(
     folder : Path
         Where the cases' files lie; made when missing.
     workers : int
-        Processes [-]; 1 stays in this one, whose kernels use all cores.
+        Processes; 1 stays in this one, whose kernels use all cores.
     executor : concurrent.futures.Executor, optional
         Computes cases in place of ``workers`` own processes.
     progress : Progress, optional

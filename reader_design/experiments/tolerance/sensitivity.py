@@ -6,10 +6,10 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.geometries.build_errors import BuildErrors, common_errors
-from octant.reader_design.setting.design import ReaderDesign
 from octant.reader_design.experiments.tolerance.cases import Case, CaseScores
 from octant.reader_design.experiments.tolerance.draws import Deviation, as_drawn
 from octant.reader_design.experiments.tolerance.views import View, values_of
+from octant.reader_design.setting.design import ReaderDesign
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -53,7 +53,7 @@ class Parameter:
         Parameters
         ----------
         antennas : int
-            Number of antennas [-].
+            Number of antennas.
         amount : float
             Amount [unit], of either sign.
 
@@ -146,7 +146,7 @@ def parameters_of(design: ReaderDesign) -> tuple[Parameter, ...]:
 
 
 def sensitivity_cases(design: ReaderDesign, parameters: tuple[Parameter, ...]) -> tuple[Case, ...]:
-    """Return the drawing, then four cases a parameter: -h, +h, -h/2, +h/2 [-].
+    """Return the drawing, then four cases a parameter: -h, +h, -h/2, +h/2.
 
     Parameters
     ----------

@@ -32,19 +32,19 @@ class Interval:
 
 
 def wilson(successes: float, trials: int) -> Interval:
-    """Return a share and its 95 % interval after Wilson [-].
+    """Return a share and its 95 % interval after Wilson.
 
     Parameters
     ----------
     successes : float
         Number of successes [-]; a tie may count one half.
     trials : int
-        Number of independent trials [-]; at least 1.
+        Number of independent trials; at least 1.
 
     Returns
     -------
     Interval
-        Share [-]; never below 0 or above 1.
+        Share; never below 0 or above 1.
 
     Raises
     ------
@@ -94,7 +94,7 @@ def quantiles(
     random : numpy.random.Generator
         Of the resamples.
     resamples : int
-        Number of them [-].
+        Number of them.
 
     Returns
     -------
@@ -164,7 +164,7 @@ class Explained:
 def explained_variance(
     names: tuple[str, ...], columns: npt.ArrayLike, values: npt.ArrayLike
 ) -> Explained | None:
-    """Return the shares of a score's variance by standardised linear regression [-].
+    """Return the shares of a score's variance by standardised linear regression.
 
     Parameters
     ----------

@@ -10,13 +10,6 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.geometries.errors import ConfigError
-from octant.reader_design.study_file.schema import Study
-from octant.reader_design.study_file.tolerance import Rival, Tolerance
-from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.setting.scene import build_study_scene
-from octant.reader_design.setting.evaluation import SweepContext, room_samples_w
-from octant.reader_design.setting.design import FULLWAVE, ReaderDesign, design_of
-from octant.reader_design.setting.samples import Sampling, grid_azimuths_rad
 from octant.reader_design.experiments.tolerance.cases import (
     Case,
     CaseScores,
@@ -46,6 +39,13 @@ from octant.reader_design.experiments.tolerance.statistics import (
     wilson,
 )
 from octant.reader_design.experiments.tolerance.views import View, meets, values_of, views
+from octant.reader_design.keeping.progress import Progress
+from octant.reader_design.setting.design import FULLWAVE, ReaderDesign, design_of
+from octant.reader_design.setting.evaluation import SweepContext, room_samples_w
+from octant.reader_design.setting.samples import Sampling, grid_azimuths_rad
+from octant.reader_design.setting.scene import build_study_scene
+from octant.reader_design.study_file.schema import Study
+from octant.reader_design.study_file.tolerance import Rival, Tolerance
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -75,7 +75,7 @@ class BuiltDesign:
     spreads : tuple of tuple of Interval
         Median, 5 % and 95 % quantile of every score [units of the views].
     good : Interval
-        Share of readers that meet the limits [-].
+        Share of readers that meet the limits.
     drawn_is_good : bool
         Whether the drawing itself does.
     """
@@ -91,7 +91,7 @@ class BuiltDesign:
 
     @property
     def not_built(self) -> int:
-        """Number of samples that cannot be built [-]."""
+        """Number of samples that cannot be built."""
         return sum(1 for case in self.samples if case.reason)
 
 
@@ -112,7 +112,7 @@ class ToleranceStudy:
     rivals : tuple of BuiltDesign
         The other designs, built with the same errors.
     deviations : tuple of Deviation
-        The samples' errors, as the chosen design has them ([m], [rad], [-]).
+        The samples' errors, as the chosen design has them ([m], [rad],).
     parameters : tuple of Parameter
         What the slopes are against.
     slopes : tuple of Slope
@@ -120,9 +120,9 @@ class ToleranceStudy:
     explained : tuple of Explained or None
         For every score; None where nothing varies or samples are too few.
     confidence : tuple of Interval
-        Share of built readers in which the chosen design beats each rival [-].
+        Share of built readers in which the chosen design beats each rival.
     confidence_places : tuple of Interval
-        The same over resampled places of the room [-]; empty without a room.
+        The same over resampled places of the room; empty without a room.
     """
 
     study: Study
@@ -160,9 +160,9 @@ def run_tolerance_study(
     rivals : sequence of (str, ReaderDesign)
         Names and designs to compare with besides those of the study [m].
     samples : int or None
-        Readers built [-]; None: the study's.
+        Readers built; None: the study's.
     workers : int
-        Processes [-].
+        Processes.
     executor : concurrent.futures.Executor, optional
         Computes cases in place of ``workers`` own processes.
     sampling : Sampling, optional

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from octant.reader_design.study_file.tolerance import Limits
 from octant.reader_design.experiments.tolerance.cases import CaseScores
+from octant.reader_design.study_file.tolerance import Limits
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -173,7 +173,7 @@ def values_of(shown: tuple[View, ...], cases: tuple[CaseScores, ...]) -> FloatAr
 
 
 def meets(limits: Limits, case: CaseScores) -> bool:
-    """Return whether a reader as built is good [-]; one that cannot be built is not.
+    """Return whether a reader as built is good; one that cannot be built is not.
 
     Parameters
     ----------

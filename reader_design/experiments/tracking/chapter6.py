@@ -82,7 +82,7 @@ def fit_samples(settings: Settings) -> RssFits:
     Parameters
     ----------
     settings : Settings
-        For the seed [-]. The noise is that of thesis 6.5.1, whatever the study's.
+        For the seed. The noise is that of thesis 6.5.1, whatever the study's.
     """
     distance, rss = np.array(XBEE_DISTANCES_M), np.array(XBEE_RSS_DBM)
     exponential, rms = fit_log_exponential(distance, rss)

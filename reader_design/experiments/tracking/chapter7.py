@@ -86,7 +86,7 @@ class NominalRun:
     outcome : Outcome
         Errors and way.
     solution : NominalSolution
-        With the cost after every iteration [-].
+        With the cost after every iteration.
     """
 
     outcome: Outcome
@@ -359,7 +359,7 @@ def slam_records(settings: Settings) -> tuple[tuple[float, SlamRecord], ...]:
     Parameters
     ----------
     settings : Settings
-        For seed and runs [-].
+        For seed and runs.
 
     Returns
     -------

@@ -51,7 +51,7 @@ class CostScaling:
     quantity : str
         What the sizes count.
     sizes : tuple of int
-        Sizes [-].
+        Sizes.
     times_us : dict of str to tuple of float
         By method: time for each size [µs].
     """

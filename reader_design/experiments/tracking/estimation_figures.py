@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from octant.navigation.sensing.bearing import wrap_angle
 from octant.navigation.estimators.ekf_slam import SlamRecord
-from octant.reader_design.showing.style import figure_style, new_figure
-from octant.reader_design.experiments.tracking.figures import COLOURS, WANTED
+from octant.navigation.sensing.bearing import wrap_angle
 from octant.reader_design.experiments.tracking.costs import CostScaling
+from octant.reader_design.experiments.tracking.figures import COLOURS, WANTED
 from octant.reader_design.experiments.tracking.outcomes import Outcome
 from octant.reader_design.experiments.tracking.room import RoomResults
+from octant.reader_design.showing.style import figure_style, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

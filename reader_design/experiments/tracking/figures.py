@@ -8,9 +8,13 @@ import numpy.typing as npt
 
 from octant.navigation.missions.metrics import percentile_curve
 from octant.navigation.sensing.rss_models import XBEE_DISTANCES_M, XBEE_RSS_DBM, RssNoise
-from octant.reader_design.showing.style import figure_style, new_figure
-from octant.reader_design.experiments.tracking.chapter6 import PUBLISHED_FIT, PUBLISHED_NOISY_FIT, RssFits
+from octant.reader_design.experiments.tracking.chapter6 import (
+    PUBLISHED_FIT,
+    PUBLISHED_NOISY_FIT,
+    RssFits,
+)
 from octant.reader_design.experiments.tracking.outcomes import Outcome
+from octant.reader_design.showing.style import figure_style, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -34,7 +38,7 @@ def rss_fit_figure(fits: RssFits, *, seed: int) -> "Figure":
     fits : RssFits
         The fits.
     seed : int
-        Of the noisy record that is drawn [-].
+        Of the noisy record that is drawn.
 
     Returns
     -------
@@ -232,7 +236,7 @@ def eight_poses_figure(outcome: Outcome) -> "Figure":
 
 
 def convergence_figure(solvers: Sequence[tuple[str, FloatArray]], *, task: str) -> "Figure":
-    """Return the cost of the nominal solvers against the number of iterations [-].
+    """Return the cost of the nominal solvers against the number of iterations.
 
     Parameters
     ----------

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from octant.reader_design.showing.pages import Report, ReportSection, ReportTable
+from octant.reader_design.experiments.tracking.chapter6 import FRESH, MANY, REPLAY
+from octant.reader_design.experiments.tracking.chapter7 import EKF, IGNORED, ILQR
 from octant.reader_design.experiments.tracking.page_sections import (
     FigureFiles,
     cost_section,
@@ -17,11 +18,10 @@ from octant.reader_design.experiments.tracking.page_sections import (
     slam_section,
     study_section,
 )
-from octant.reader_design.experiments.tracking.chapter6 import FRESH, MANY, REPLAY
-from octant.reader_design.experiments.tracking.chapter7 import EKF, IGNORED, ILQR
 from octant.reader_design.experiments.tracking.room import PARTICLE
 from octant.reader_design.experiments.tracking.run import TrackingContent
 from octant.reader_design.experiments.tracking.settings import RESERVED_NAMES
+from octant.reader_design.showing.pages import Report, ReportSection, ReportTable
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

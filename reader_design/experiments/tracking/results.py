@@ -7,10 +7,10 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.navigation.estimators.ekf_slam import SlamRecord
-from octant.reader_design.keeping.store import dataset, variable
 from octant.reader_design.experiments.tracking.chapter7 import NominalRun
 from octant.reader_design.experiments.tracking.costs import CostRow
 from octant.reader_design.experiments.tracking.outcomes import Outcome
+from octant.reader_design.keeping.store import dataset, variable
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -64,7 +64,7 @@ def tracking_dataset(
     study_toml : str
         The resolved study.
     seed : int
-        Its seed [-].
+        Its seed.
     name : str
         Its name.
 
@@ -163,7 +163,7 @@ def cost_row(row: CostRow) -> tuple[object, ...]:
 
 
 def solver_rows(runs: Sequence[NominalRun]) -> tuple[tuple[object, ...], ...]:
-    """Return task, method, iterations [-], cost [-] and average error [m] of nominal solutions.
+    """Return task, method, iterations, cost and average error [m] of nominal solutions.
 
     Parameters
     ----------

@@ -7,10 +7,10 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.em.antennas.kinds import make_antenna
-from octant.em.power.image_fields import ImageField, trace_image_field
 from octant.em.medium.materials import material
-from octant.em.power.radio_map import grid_axis_m
 from octant.em.medium.radio_scene import radio_scene
+from octant.em.power.image_fields import ImageField, trace_image_field
+from octant.em.power.radio_map import grid_axis_m
 from octant.geometries.errors import ConfigError
 from octant.navigation.estimators.fingerprint import FingerprintFilter
 from octant.navigation.estimators.particle import ParticleFilter
@@ -30,11 +30,11 @@ from octant.navigation.sensing.rss_models import (
 )
 from octant.navigation.tracking import shapes
 from octant.navigation.tracking.closed_loop import drive, run_seeds
-from octant.reader_design.setting.bodies import study_materials
-from octant.reader_design.setting.scene import build_study_scene
 from octant.reader_design.experiments.tracking.chapter7 import neighbouring_setup
 from octant.reader_design.experiments.tracking.outcomes import Outcome, outcome_of
 from octant.reader_design.experiments.tracking.settings import LEMNISCATE_START, Settings
+from octant.reader_design.setting.bodies import study_materials
+from octant.reader_design.setting.scene import build_study_scene
 
 FloatArray = npt.NDArray[np.float64]
 

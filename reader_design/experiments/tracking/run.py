@@ -8,12 +8,11 @@ from typing import TypeVar
 
 from octant.geometries.errors import ConfigError
 from octant.navigation.estimators.ekf_slam import SlamRecord
-from octant.reader_design.study_file.loading import to_toml
-from octant.reader_design.study_file.schema import Study
-from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.keeping.store import refuse_overwrite, write_dataset, write_text
-from octant.reader_design.showing.tables import put_table
-from octant.reader_design.experiments.tracking.chapter6 import RssFits, feedback_outcomes, fit_samples
+from octant.reader_design.experiments.tracking.chapter6 import (
+    RssFits,
+    feedback_outcomes,
+    fit_samples,
+)
 from octant.reader_design.experiments.tracking.chapter7 import (
     NeighbouringResults,
     NominalRun,
@@ -21,7 +20,12 @@ from octant.reader_design.experiments.tracking.chapter7 import (
     nominal_runs,
     slam_records,
 )
-from octant.reader_design.experiments.tracking.costs import CostRow, CostScaling, cost_rows, cost_scalings
+from octant.reader_design.experiments.tracking.costs import (
+    CostRow,
+    CostScaling,
+    cost_rows,
+    cost_scalings,
+)
 from octant.reader_design.experiments.tracking.outcomes import COLUMNS, Outcome
 from octant.reader_design.experiments.tracking.results import (
     COST_COLUMNS,
@@ -32,6 +36,11 @@ from octant.reader_design.experiments.tracking.results import (
 )
 from octant.reader_design.experiments.tracking.room import RoomResults, room_results
 from octant.reader_design.experiments.tracking.settings import Settings, settings_of
+from octant.reader_design.keeping.progress import Progress
+from octant.reader_design.keeping.store import refuse_overwrite, write_dataset, write_text
+from octant.reader_design.showing.tables import put_table
+from octant.reader_design.study_file.loading import to_toml
+from octant.reader_design.study_file.schema import Study
 
 FILES = ("results.nc", "tracking.csv", "report.html", "study.toml")
 """What is always written; costs.csv and slam.csv where their chapters are."""
@@ -164,10 +173,10 @@ def _computed(settings: Settings, text: str, progress: Progress) -> TrackingCont
 
 
 def _publish(content: TrackingContent, out_dir: Path, progress: Progress) -> None:
-    from octant.reader_design.showing.style import save_figure
+    from octant.reader_design.experiments.tracking.page import tracking_report
     from octant.reader_design.experiments.tracking.study_figures import tracking_figures
     from octant.reader_design.showing.pages import render_report
-    from octant.reader_design.experiments.tracking.page import tracking_report
+    from octant.reader_design.showing.style import save_figure
 
     study = content.settings.study
     data = tracking_dataset(

@@ -125,7 +125,7 @@ class Settings:
         noise : RssNoise or None
             On readings; None: that of the chapters [dB].
         reading_every : int
-            Periods from one reading to the next [-].
+            Periods from one reading to the next.
         """
         track = self.track
         sigma = np.array(

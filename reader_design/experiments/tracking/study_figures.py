@@ -4,16 +4,27 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from octant.reader_design.showing.style import NamedFigure
+from octant.reader_design.experiments.tracking.chapter7 import (
+    EKF,
+    IGNORED,
+    ILQR,
+    MPC,
+    PRINTED,
+    SLAM_TAGS_M,
+)
+from octant.reader_design.experiments.tracking.estimation_figures import (
+    cost_figure,
+    room_figure,
+    slam_figure,
+)
 from octant.reader_design.experiments.tracking.figures import (
     convergence_figure,
     eight_poses_figure,
     rss_fit_figure,
     tracking_figure,
 )
-from octant.reader_design.experiments.tracking.estimation_figures import cost_figure, room_figure, slam_figure
-from octant.reader_design.experiments.tracking.chapter7 import EKF, IGNORED, ILQR, MPC, PRINTED, SLAM_TAGS_M
 from octant.reader_design.experiments.tracking.run import TrackingContent
+from octant.reader_design.showing.style import NamedFigure
 
 FIGURES = {
     "line": ("fig_6_4_line.png", "6.4"),

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from octant.em.antennas.kinds import Antenna, make_antenna
-from octant.em.search.candidates import search_candidates
 from octant.em.fields.explain import explain_path
-from octant.em.search.image_search import search_images
 from octant.em.medium.materials import material
-from octant.em.paths.tracing import path_gains, trace_paths
 from octant.em.medium.radio_scene import radio_scene
+from octant.em.paths.tracing import path_gains, trace_paths
+from octant.em.search.candidates import search_candidates
+from octant.em.search.image_search import search_images
 from octant.geometries.bodies import Body
 from octant.geometries.errors import GeometryError
 from octant.geometries.furniture import box, cabinet

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from octant.em.medium._reflection_kernels import fill_wall
 from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
+from octant.em.medium._reflection_kernels import fill_wall
 from octant.em.medium.materials import Material, material
 from octant.em.medium.reflection import half_space_reflection, wall_coefficients
 from octant.geometries.errors import MaterialRangeError

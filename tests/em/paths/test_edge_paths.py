@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 import slow_edges
 
+from octant.em.medium.radio_scene import radio_scene
+from octant.em.paths.tracing import trace_paths
 from octant.em.search.edge_search import search_edges
 from octant.em.search.image_search import search_images
-from octant.em.paths.tracing import trace_paths
-from octant.em.medium.radio_scene import radio_scene
 from octant.geometries.bodies import Body
 from octant.geometries.furniture import box
 from octant.geometries.rooms import box_room

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from octant.em.antennas.kinds import make_antenna
+from octant.em.medium.radio_scene import radio_scene
+from octant.em.paths.tracing import PathGains, path_gains, trace_paths
 from octant.em.power.channel_spreads import _spreads, channel_spreads
 from octant.em.search.image_search import search_images
-from octant.em.paths.tracing import PathGains, path_gains, trace_paths
-from octant.em.medium.radio_scene import radio_scene
 from octant.geometries.bodies import Body
 from octant.geometries.rooms import box_room
 from octant.geometries.scene import build_scene

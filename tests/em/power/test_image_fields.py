@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from octant.em.antennas.kinds import make_antenna
-from octant.em.power.image_fields import trace_image_field
-from octant.em.search.image_search import search_images
 from octant.em.medium.radio_scene import radio_scene
+from octant.em.power.image_fields import trace_image_field
 from octant.em.power.received_power import antenna_power
+from octant.em.search.image_search import search_images
 from octant.geometries.errors import GeometryError, MaterialRangeError
 from octant.geometries.rooms import box_room
 from octant.geometries.scene import build_scene

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from octant.em.reader._panels import cut_into_panels
 from octant.em.antennas.kinds import make_antenna
+from octant.em.reader._panels import cut_into_panels
 from octant.em.reader.rays import (
     NEAREST_PANEL_WAVELENGTHS,
     PANELS_PER_WAVELENGTH,

@@ -6,11 +6,11 @@ import warnings
 import numpy as np
 import pytest
 
-from octant.em.reader import cache as response_cache
 from octant.em.antennas.kinds import make_antenna
+from octant.em.reader import cache as response_cache
+from octant.em.reader.cache import CACHE_VARIABLE, cache_folder, cached_responses
 from octant.em.reader.fullwave.response import fullwave_response
 from octant.em.reader.fullwave.solve import solve_reader
-from octant.em.reader.cache import CACHE_VARIABLE, cache_folder, cached_responses
 from octant.geometries.errors import CacheWarning, GeometryError
 from octant.geometries.furniture import box
 from octant.geometries.reader_body import reader_body

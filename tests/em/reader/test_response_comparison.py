@@ -6,8 +6,8 @@ import math
 import numpy as np
 import pytest
 
-from octant.em.reader.response import sector_response
 from octant.em.reader.comparison import compare_responses
+from octant.em.reader.response import sector_response
 from octant.geometries.errors import AntennaError
 
 F = 2.4e9

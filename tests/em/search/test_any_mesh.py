@@ -13,12 +13,12 @@ import pytest
 from broken_meshes import badly_meshed, draw_place, draw_scene, rounded
 
 from octant.em.antennas.kinds import make_antenna
-from octant.em.search.candidates import search_candidates
 from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
 from octant.em.medium.materials import material
-from octant.em.paths.tracing import DIFFRACTION, PathSet, path_gains, trace_paths
 from octant.em.medium.radio_scene import radio_scene
+from octant.em.paths.tracing import DIFFRACTION, PathSet, path_gains, trace_paths
 from octant.em.power.received_power import antenna_power
+from octant.em.search.candidates import search_candidates
 from octant.geometries.bodies import Body
 from octant.geometries.errors import GeometryError, OctantError
 from octant.geometries.furniture import box

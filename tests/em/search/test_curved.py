@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.special import h2vp, hankel2, jv, jvp
 
-from octant.em.search.image_search import search_images
-from octant.em.paths.tracing import trace_paths
 from octant.em.medium.radio_scene import radio_scene
+from octant.em.paths.tracing import trace_paths
+from octant.em.search.image_search import search_images
 from octant.geometries.furniture import cylinder, sphere
 from octant.geometries.scene import build_scene
 

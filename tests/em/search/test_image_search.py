@@ -8,10 +8,10 @@ from hypothesis import strategies as st
 from slow_images import paths as slow_paths
 from slow_images import sequences as slow_sequences
 
+from octant.em.medium.radio_scene import radio_scene
+from octant.em.paths.tracing import trace_paths
 from octant.em.search import image_search
 from octant.em.search.image_search import search_images
-from octant.em.paths.tracing import trace_paths
-from octant.em.medium.radio_scene import radio_scene
 from octant.geometries.bodies import Body
 from octant.geometries.errors import GeometryError
 from octant.geometries.furniture import box, cylinder

@@ -6,9 +6,9 @@ from dataclasses import fields
 import numpy as np
 import pytest
 
-from octant.em.search.image_search import search_images
-from octant.em.paths.tracing import trace_paths
 from octant.em.medium.radio_scene import radio_scene
+from octant.em.paths.tracing import trace_paths
+from octant.em.search.image_search import search_images
 from octant.em.search.ray_search import find_images, launch_directions, ray_search
 from octant.geometries.bodies import Body
 from octant.geometries.errors import GeometryError

@@ -5,22 +5,22 @@ import pytest
 
 from octant.em.antennas.kinds import make_antenna
 from octant.em.medium.radio_scene import radio_scene
-from octant.em.reader.response import sector_response
 from octant.em.power.received_power import channel_average, reader_link
+from octant.em.reader.response import sector_response
 from octant.geometries.errors import NavigationError
 from octant.geometries.furniture import box
 from octant.geometries.rooms import box_room
 from octant.geometries.scene import build_scene, free_space_scene
-from octant.navigation.missions.batches import run_seeded
-from octant.navigation.robot.collisions import RobotSpace, footprint
 from octant.navigation.control.docking_law import DockingLaw
 from octant.navigation.docking.run import DockingJob, run_docking
 from octant.navigation.docking.setting import DockingSetting
 from octant.navigation.docking.task import CoarseStage, DockingTask, FineStage
-from octant.navigation.robot.docking_world import SlippingRobot, WheelSlip
-from octant.navigation.sensing.landmark_sensor import Landmark, LandmarkSensor
+from octant.navigation.missions.batches import run_seeded
 from octant.navigation.missions.starts import RandomStarts
+from octant.navigation.robot.collisions import RobotSpace, footprint
+from octant.navigation.robot.docking_world import SlippingRobot, WheelSlip
 from octant.navigation.robot.drive import DifferentialDrive
+from octant.navigation.sensing.landmark_sensor import Landmark, LandmarkSensor
 from octant.navigation.sensing.sensor import FieldSensor
 
 AZIMUTHS = 2.0 * np.pi * np.arange(8) / 8

@@ -13,8 +13,8 @@ from octant.navigation.estimators.landmark_models import (
     position_transition,
     turn_sensitivity,
 )
-from octant.navigation.sensing.landmark_sensor import LandmarkSensor
 from octant.navigation.estimators.landmark_trials import drive, estimate, paper_manoeuvre
+from octant.navigation.sensing.landmark_sensor import LandmarkSensor
 
 SLIPS = (-0.01, 0.008)
 PAIR = LandmarkFilter(coupled=False)

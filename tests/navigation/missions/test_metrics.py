@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from octant.geometries.errors import NavigationError
-from octant.navigation.navigators.arrival import ArrivalTest
 from octant.navigation.missions.metrics import (
     local_pose_error,
     measure,
@@ -14,6 +13,7 @@ from octant.navigation.missions.metrics import (
     root_mean_square,
 )
 from octant.navigation.missions.run import Mission, MissionResult
+from octant.navigation.navigators.arrival import ArrivalTest
 
 MISSION = Mission(
     start_m=np.array([0.0, 0.0]),

@@ -5,8 +5,8 @@ import pytest
 from thesis_robot import thesis_robot
 
 from octant.geometries.errors import NavigationError
-from octant.navigation.missions.metrics import measure
 from octant.navigation.missions.files import write_missions_csv, write_trajectory_csv
+from octant.navigation.missions.metrics import measure
 from octant.navigation.missions.run import run_missions
 from octant.navigation.robot.drive import DifferentialDrive
 

@@ -6,14 +6,14 @@ from thesis_robot import thesis_robot
 
 from octant.em.antennas.kinds import make_antenna
 from octant.em.medium.radio_scene import radio_scene
-from octant.em.reader.response import sector_response
 from octant.em.power.received_power import reader_link
+from octant.em.reader.response import sector_response
 from octant.geometries.scene import free_space_scene
-from octant.navigation.navigators.arrival import arrival_tests
 from octant.navigation.control.controllers import FuzzyController
 from octant.navigation.missions.layouts import thesis_mission, thesis_tags
 from octant.navigation.missions.metrics import measure
 from octant.navigation.missions.run import run_missions
+from octant.navigation.navigators.arrival import arrival_tests
 from octant.navigation.robot.drive import DifferentialDrive
 from octant.navigation.sensing.sensor import FieldSensor
 

@@ -8,6 +8,7 @@ from thesis_robot import thesis_robot
 
 from octant.geometries.errors import NavigationError
 from octant.navigation.missions.metrics import measure
+from octant.navigation.missions.run import run_missions
 from octant.navigation.missions.summary import (
     bootstrap_interval,
     summarise,
@@ -15,7 +16,6 @@ from octant.navigation.missions.summary import (
     wilson_interval,
     write_summary_csv,
 )
-from octant.navigation.missions.run import run_missions
 from octant.navigation.robot.drive import DifferentialDrive
 
 

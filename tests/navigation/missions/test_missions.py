@@ -8,13 +8,13 @@ import pytest
 from thesis_robot import thesis_robot
 
 from octant.geometries.errors import NavigationError, PhysicsWarning
-from octant.navigation.navigators.arrival import ArrivalTest
 from octant.navigation.control.controllers import FuzzyController, VectorSumController
 from octant.navigation.missions.layouts import THESIS_HEADING_RAD, THESIS_START_M, thesis_tags
 from octant.navigation.missions.metrics import measure
 from octant.navigation.missions.run import Mission, run_mission, run_missions
-from octant.navigation.robot.motion import AT_REST
+from octant.navigation.navigators.arrival import ArrivalTest
 from octant.navigation.robot.drive import DifferentialDrive
+from octant.navigation.robot.motion import AT_REST
 from octant.navigation.sensing.sensor import FieldSensor
 
 ROBOT = DifferentialDrive()

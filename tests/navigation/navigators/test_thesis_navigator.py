@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from octant.geometries.errors import NavigationError
-from octant.navigation.navigators.arrival import ArrivalTest
 from octant.navigation.control.controllers import FuzzyController
+from octant.navigation.navigators.arrival import ArrivalTest
 from octant.navigation.navigators.interface import STILL, Odometry
 from octant.navigation.navigators.thesis import ThesisMemory, ThesisNavigator
 from octant.navigation.robot.drive import DifferentialDrive

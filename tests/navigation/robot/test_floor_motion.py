@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 
 from octant.geometries.errors import NavigationError
-from octant.navigation.robot.floor_motion import Floor
 from octant.navigation.missions.starts import ListedStarts, RandomStarts
 from octant.navigation.robot.drive import DifferentialDrive
+from octant.navigation.robot.floor_motion import Floor
 from octant.navigation.robot.rolling import Rolling, RollingWheels
 
 ROBOT = DifferentialDrive()

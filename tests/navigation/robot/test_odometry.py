@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from octant.geometries.errors import NavigationError
-from octant.navigation.robot.odometry import dead_reckon, encoder_increments, move, wheel_travel
 from octant.navigation.robot.drive import DifferentialDrive
+from octant.navigation.robot.odometry import dead_reckon, encoder_increments, move, wheel_travel
 from octant.navigation.tracking.shapes import lemniscate
 from octant.navigation.tracking.trajectories import desired_trajectory
 

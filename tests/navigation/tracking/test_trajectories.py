@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from octant.geometries.errors import NavigationError
-from octant.navigation.robot.odometry import dead_reckon
 from octant.navigation.robot.drive import DifferentialDrive
+from octant.navigation.robot.odometry import dead_reckon
 from octant.navigation.tracking import shapes
 from octant.navigation.tracking.trajectories import Curve, check_feasible, desired_trajectory
 

@@ -9,11 +9,11 @@ from scipy.special import ndtr
 from octant.geometries.errors import AntennaError, ConfigError
 from octant.navigation.sensing.bearing import wrap_angle
 from octant.navigation.sensing.rss_detector import RssQuantiser
-from octant.reader_design.study_file.choice import Scoring
 from octant.reader_design.setting.bearing_errors import summarise_errors, vector_errors_rad
 from octant.reader_design.setting.measures import right_share
 from octant.reader_design.setting.receiver import RssReceiver, receiver_of
 from octant.reader_design.setting.scores import score_rss
+from octant.reader_design.study_file.choice import Scoring
 
 N = 8
 ELEMENTS = np.arange(N) * 2 * np.pi / N

@@ -9,16 +9,16 @@ import pytest
 from octant.em.antennas.kinds import Antenna
 from octant.em.paths.tracing import path_gains, trace_paths
 from octant.em.reader.response import sector_response
-from octant.reader_design.study_file.loading import parse_study
-from octant.reader_design.setting.scene import build_study_scene, candidates_from
-from octant.reader_design.setting.links import tag_link
 from octant.reader_design.setting.capture import (
     arriving_paths,
     captured,
     captured_by_tag,
     captured_share,
 )
+from octant.reader_design.setting.links import tag_link
 from octant.reader_design.setting.samples import Sampling, room_places_m
+from octant.reader_design.setting.scene import build_study_scene, candidates_from
+from octant.reader_design.study_file.loading import parse_study
 
 F = 2.4e9
 ELEMENTS = np.arange(8) * np.pi / 4

@@ -10,7 +10,6 @@ import pytest
 
 from octant.geometries.errors import GeometryError
 from octant.geometries.furniture import box
-from octant.reader_design.study_file.loading import load_study, parse_study
 from octant.reader_design.setting.design import (
     ReaderDesign,
     canonical_json,
@@ -19,6 +18,7 @@ from octant.reader_design.setting.design import (
     design_responses,
     response_inputs,
 )
+from octant.reader_design.study_file.loading import load_study, parse_study
 
 THESIS = ReaderDesign(
     antenna="dipole",

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from octant.em.reader.response import sector_response
-from octant.reader_design.setting.scene import build_study_scene
 from octant.reader_design.setting.design import design_of, design_responses
 from octant.reader_design.setting.random_poses import random_pose_errors_rad
+from octant.reader_design.setting.scene import build_study_scene
 
 BENCH = Path(__file__).resolve().parents[3] / "benchmarks" / "bench_room_bearing.py"
 SPEC = importlib.util.spec_from_file_location("bench_room_bearing", BENCH)

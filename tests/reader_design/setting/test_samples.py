@@ -7,15 +7,13 @@ import pytest
 
 from octant.em.antennas.kinds import make_antenna
 from octant.em.medium.radio_scene import radio_scene
-from octant.em.reader.response import sector_response
 from octant.em.power.received_power import reader_link
+from octant.em.reader.response import sector_response
 from octant.geometries.errors import ConfigError
 from octant.geometries.furniture import box
 from octant.geometries.rooms import Doorway, box_room, prism_room
 from octant.geometries.scene import build_scene, free_space_scene
 from octant.navigation.sensing.bearing import reader_azimuth, wrap_angle
-from octant.reader_design.study_file.loading import parse_study
-from octant.reader_design.setting.scene import build_study_scene
 from octant.reader_design.setting.samples import (
     Sampling,
     facing_poses,
@@ -26,7 +24,9 @@ from octant.reader_design.setting.samples import (
     sample_rss_w,
     standing_room,
 )
+from octant.reader_design.setting.scene import build_study_scene
 from octant.reader_design.setting.scores import score_rss
+from octant.reader_design.study_file.loading import parse_study
 
 F = 2.4e9
 ROOM = build_scene(

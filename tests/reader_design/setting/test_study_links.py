@@ -15,18 +15,18 @@ from octant.navigation.missions.run import run_missions
 from octant.navigation.robot.drive import DifferentialDrive
 from octant.navigation.sensing.rss_detector import RssQuantiser, ThermalNoise
 from octant.navigation.sensing.sensor import FieldSensor
-from octant.reader_design.study_file.loading import parse_study, to_toml
-from octant.reader_design.study_file.sensor import Sensor
-from octant.reader_design.setting.scene import build_study_scene
 from octant.reader_design.experiments.missions.drives import (
     drive_missions,
     mission_space,
     mission_starts,
     study_mission,
 )
-from octant.reader_design.setting.links import tag_link
 from octant.reader_design.experiments.missions.navigators import study_navigator
+from octant.reader_design.setting.links import tag_link
+from octant.reader_design.setting.scene import build_study_scene
 from octant.reader_design.setting.sensor import study_sensor
+from octant.reader_design.study_file.loading import parse_study, to_toml
+from octant.reader_design.study_file.sensor import Sensor
 
 STUDY = """
 seed = 3

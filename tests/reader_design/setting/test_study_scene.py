@@ -9,8 +9,8 @@ from octant.geometries.errors import ConfigError, GeometryError
 from octant.geometries.furniture import box
 from octant.geometries.mesh_files import save_bodies
 from octant.geometries.rooms import box_room
-from octant.reader_design.study_file.loading import load_study, parse_study
 from octant.reader_design.setting.scene import build_study_scene, place_antenna
+from octant.reader_design.study_file.loading import load_study, parse_study
 
 TAG = '[[tag]]\nid = "a"\nposition_m = [2.0, 0.5, 3.0]\n'
 BOX = 'name = "x"\n[room]\nbox_m = [7, 7, 3]\norigin_m = [-1, -1, 0]\n'

@@ -10,13 +10,13 @@ import pytest
 from octant.geometries.furniture import box
 from octant.geometries.rooms import Doorway, box_room, prism_room
 from octant.geometries.scene import build_scene, free_space_scene
-from octant.reader_design.showing.style import (
-    bearing_error_figure,
-    figure_style,
-    math_text,
-    rss_azimuth_figure,
-    save_figure,
+from octant.reader_design.experiments.study.sweep_plots import (
+    DistancePanel,
+    MatrixColumn,
+    rss_distance_figure,
+    sweep_matrix_figure,
 )
+from octant.reader_design.showing.plan import cut_triangles, plan_of
 from octant.reader_design.showing.room import (
     Drive,
     MapPanel,
@@ -25,13 +25,13 @@ from octant.reader_design.showing.room import (
     rss_time_figure,
     trajectory_figure,
 )
-from octant.reader_design.experiments.study.sweep_plots import (
-    DistancePanel,
-    MatrixColumn,
-    rss_distance_figure,
-    sweep_matrix_figure,
+from octant.reader_design.showing.style import (
+    bearing_error_figure,
+    figure_style,
+    math_text,
+    rss_azimuth_figure,
+    save_figure,
 )
-from octant.reader_design.showing.plan import cut_triangles, plan_of
 
 ELEMENTS = np.arange(8) * np.pi / 4
 AZIMUTHS = np.arange(48) * np.pi / 24

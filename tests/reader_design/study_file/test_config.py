@@ -5,10 +5,10 @@ from pathlib import Path
 import pytest
 
 from octant.geometries.errors import ConfigError
-from octant.reader_design.study_file.loading import load_study, parse_study, to_toml
-from octant.reader_design.study_file.materials import material_label
 from octant.reader_design.setting.bodies import study_materials
 from octant.reader_design.setting.design import design_of
+from octant.reader_design.study_file.loading import load_study, parse_study, to_toml
+from octant.reader_design.study_file.materials import material_label
 
 MINIMAL = 'name = "x"\n[room]\nbox_m = [5, 5, 3]\n'
 TAG = '[[tag]]\nid = "0xFFF9"\nposition_m = [2.0, 0.5, 3.0]\n'

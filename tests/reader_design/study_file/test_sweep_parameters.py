@@ -5,12 +5,12 @@ from pathlib import Path
 import pytest
 
 from octant.geometries.errors import ConfigError
+from octant.reader_design.experiments.sweep.plan import combinations, plan_sweep
+from octant.reader_design.setting.evaluation import SweepContext
+from octant.reader_design.setting.samples import Sampling
+from octant.reader_design.setting.scene import build_study_scene
 from octant.reader_design.study_file.loading import load_study, parse_study, study_variant, to_toml
 from octant.reader_design.study_file.sweep import parameter_paths
-from octant.reader_design.setting.scene import build_study_scene
-from octant.reader_design.setting.evaluation import SweepContext
-from octant.reader_design.experiments.sweep.plan import combinations, plan_sweep
-from octant.reader_design.setting.samples import Sampling
 
 ROOM = 'name = "x"\n[room]\nbox_m = [5, 5, 3]\n'
 TAG = '[[tag]]\nid = "a"\nposition_m = [2.0, 0.5, 2.9]\n'

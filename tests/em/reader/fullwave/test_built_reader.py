@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from octant.em.antennas.kinds import make_antenna
+from octant.em.reader.cache import cached_responses
 from octant.em.reader.fullwave.mesh import reader_mesh
 from octant.em.reader.fullwave.solve import solve_reader
 from octant.em.reader.response import reader_response
-from octant.em.reader.cache import cached_responses
 from octant.geometries.build_errors import BuildErrors, common_errors, tilt_of_lean
 from octant.geometries.errors import AntennaError, GeometryError
 from octant.geometries.reader_body import reader_body

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from octant.em.antennas.kinds import make_antenna
-from octant.reader_design.showing.style import save_figure
+from octant.reader_design.experiments.study.sweep_figures import parameter_axes
+from octant.reader_design.setting.design import ReaderDesign
 from octant.reader_design.showing.distributions import (
     ErrorCurve,
     element_pattern_figure,
@@ -12,8 +13,7 @@ from octant.reader_design.showing.distributions import (
 )
 from octant.reader_design.showing.parallel import ParallelAxis, parallel_figure
 from octant.reader_design.showing.pareto_plot import ParetoScore, pareto_figure
-from octant.reader_design.experiments.study.sweep_figures import parameter_axes
-from octant.reader_design.setting.design import ReaderDesign
+from octant.reader_design.showing.style import save_figure
 
 DESIGN = ReaderDesign(
     antenna="dipole",

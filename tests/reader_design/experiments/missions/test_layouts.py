@@ -11,10 +11,10 @@ from octant.geometries.audit import audit_mesh
 from octant.geometries.mesh_files import load_bodies
 from octant.reader_design.experiments.missions.comparison_cells import plan_comparison
 from octant.reader_design.experiments.missions.comparison_file import load_comparison
-from octant.reader_design.study_file.loading import load_study
-from octant.reader_design.setting.scene import build_study_scene
 from octant.reader_design.experiments.missions.drives import mission_space
 from octant.reader_design.setting.links import mission_table
+from octant.reader_design.setting.scene import build_study_scene
+from octant.reader_design.study_file.loading import load_study
 
 FOLDER = Path(__file__).resolve().parents[4] / "examples" / "layouts"
 COMPARISONS = sorted(FOLDER.glob("compare*.toml"))

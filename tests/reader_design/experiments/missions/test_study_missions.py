@@ -14,14 +14,18 @@ from octant.navigation.missions.metrics import measure
 from octant.navigation.missions.run import run_missions
 from octant.navigation.navigators.thesis import ThesisNavigator
 from octant.navigation.navigators.tracker import TrackerNavigator
-from octant.reader_design.study_file.loading import parse_study, to_toml
-from octant.reader_design.study_file.rules import mission_rules
+from octant.reader_design.experiments.missions.drives import (
+    drive_missions,
+    mission_space,
+    mission_starts,
+)
 from octant.reader_design.experiments.missions.membership import membership_figure
-from octant.reader_design.setting.scene import build_study_scene
-from octant.reader_design.experiments.missions.drives import drive_missions, mission_space, mission_starts
-from octant.reader_design.setting.links import mission_tables, open_link, tag_link
 from octant.reader_design.experiments.missions.navigators import study_controller
 from octant.reader_design.experiments.missions.placements import drive_placements, placed
+from octant.reader_design.setting.links import mission_tables, open_link, tag_link
+from octant.reader_design.setting.scene import build_study_scene
+from octant.reader_design.study_file.loading import parse_study, to_toml
+from octant.reader_design.study_file.rules import mission_rules
 
 ROOM = """
 name = "short"

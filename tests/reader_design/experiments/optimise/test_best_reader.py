@@ -7,11 +7,11 @@ import msgspec
 import numpy as np
 import pytest
 
-from octant.reader_design.study_file.loading import load_study
-from octant.reader_design.study_file.optimise import DEFAULT_GOALS, Goal
 from octant.reader_design.experiments.optimise.evaluation import bench, evaluate
 from octant.reader_design.experiments.optimise.goals import Targets
 from octant.reader_design.setting.design import design_of
+from octant.reader_design.study_file.loading import load_study
+from octant.reader_design.study_file.optimise import DEFAULT_GOALS, Goal
 
 EXAMPLES = Path(__file__).parents[4] / "examples"
 GOALS = (

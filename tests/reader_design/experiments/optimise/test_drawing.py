@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from octant.geometries.errors import GeometryError
-from octant.reader_design.study_file.schema import Reader
 from octant.reader_design.experiments.optimise.drawing import drawing, save_drawing
 from octant.reader_design.setting.design import design_of
+from octant.reader_design.study_file.schema import Reader
 
 READER = Reader(
     antenna_radius_m=0.0945,

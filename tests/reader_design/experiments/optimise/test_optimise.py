@@ -8,8 +8,6 @@ import numpy as np
 import pytest
 
 from octant.geometries.errors import ConfigError, SweepStateError
-from octant.reader_design.study_file.loading import parse_study, to_toml
-from octant.reader_design.study_file.optimise import Goal
 from octant.reader_design.experiments.optimise.evaluation import (
     Evaluation,
     bench,
@@ -26,6 +24,8 @@ from octant.reader_design.experiments.optimise.shortlist import front, short_lis
 from octant.reader_design.experiments.optimise.space import boxes, survey_designs
 from octant.reader_design.setting.design import ReaderDesign, design_of
 from octant.reader_design.setting.size import reader_size_m
+from octant.reader_design.study_file.loading import parse_study, to_toml
+from octant.reader_design.study_file.optimise import Goal
 
 HEAD = """
 name = "search"

@@ -8,13 +8,13 @@ import pytest
 
 from octant.em.reader.response import sector_response
 from octant.navigation.sensing.bearing import reader_azimuth, vector_sum_bearing, wrap_angle
-from octant.reader_design.study_file.loading import parse_study
-from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.setting.scene import build_study_scene
 from octant.reader_design.experiments.study.error_maps import error_maps, heading_errors_rad
-from octant.reader_design.setting.links import tag_link
+from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.setting.evaluation import SweepContext
+from octant.reader_design.setting.links import tag_link
 from octant.reader_design.setting.samples import Sampling
+from octant.reader_design.setting.scene import build_study_scene
+from octant.reader_design.study_file.loading import parse_study
 
 READER = sector_response(np.arange(8) * np.pi / 4, frequency_hz=2.4e9, exponent=2.0)
 TAGS = (

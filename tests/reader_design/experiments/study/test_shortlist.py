@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from octant.reader_design.study_file.choice import Choice
-from octant.reader_design.experiments.study.mission_sections import shortlist_table
 from octant.reader_design.experiments.missions.mission_stage import RoomMission
+from octant.reader_design.experiments.study.mission_sections import shortlist_table
 from octant.reader_design.experiments.study.shortlist import DrivenDesign
-from octant.reader_design.setting.ranking import Candidate, choose
 from octant.reader_design.setting.design import ReaderDesign
+from octant.reader_design.setting.ranking import Candidate, choose
 from octant.reader_design.setting.scores import score_rss
 from octant.reader_design.setting.size import reader_size_m
+from octant.reader_design.study_file.choice import Choice
 
 DESIGN = ReaderDesign(
     antenna="dipole",

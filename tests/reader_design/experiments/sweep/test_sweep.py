@@ -10,16 +10,16 @@ import numpy as np
 import pytest
 
 from octant.geometries.errors import ConfigError, SweepStateError
-from octant.reader_design.study_file.loading import load_study, parse_study
-from octant.reader_design.setting.scene import build_study_scene
 from octant.reader_design.experiments.sweep import run as sweep
 from octant.reader_design.experiments.sweep.cell_files import read_cell
-from octant.reader_design.setting.evaluation import SweepContext, compute_cell, reference_tag
-from octant.reader_design.keeping.folder import cell_path
-from octant.reader_design.setting.keys import cell_key, scene_fingerprint
 from octant.reader_design.experiments.sweep.plan import designs_of, plan_sweep
 from octant.reader_design.experiments.sweep.run import run_sweep
+from octant.reader_design.keeping.folder import cell_path
+from octant.reader_design.setting.evaluation import SweepContext, compute_cell, reference_tag
+from octant.reader_design.setting.keys import cell_key, scene_fingerprint
 from octant.reader_design.setting.samples import Sampling
+from octant.reader_design.setting.scene import build_study_scene
+from octant.reader_design.study_file.loading import load_study, parse_study
 
 STUDY = """
 name = "small"

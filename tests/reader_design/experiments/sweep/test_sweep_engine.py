@@ -15,16 +15,16 @@ import numpy as np
 import pytest
 
 from octant.geometries.errors import ConfigError
-from octant.reader_design.study_file.loading import parse_study
-from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.setting.scene import build_study_scene
-from octant.reader_design.setting.evaluation import SweepContext
-from octant.reader_design.keeping.workers import LocalProcesses, open_crew
-from octant.reader_design.keeping.folder import cell_path, sweep_folder
 from octant.reader_design.experiments.sweep.plan import plan_sweep
 from octant.reader_design.experiments.sweep.run import run_sweep
-from octant.reader_design.setting.samples import Sampling
+from octant.reader_design.keeping.folder import cell_path, sweep_folder
+from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.keeping.small_netcdf import netcdf_bytes, read_netcdf
+from octant.reader_design.keeping.workers import LocalProcesses, open_crew
+from octant.reader_design.setting.evaluation import SweepContext
+from octant.reader_design.setting.samples import Sampling
+from octant.reader_design.setting.scene import build_study_scene
+from octant.reader_design.study_file.loading import parse_study
 
 STUDY = """
 name = "small"

@@ -6,8 +6,8 @@ import msgspec
 import numpy as np
 import pytest
 
-from octant.reader_design.study_file.tolerance import CommonTolerance, Tolerance
 from octant.reader_design.experiments.tolerance.draws import as_drawn, drawn_deviation, regressors
+from octant.reader_design.study_file.tolerance import CommonTolerance, Tolerance
 
 NONE = CommonTolerance(antenna_radius_m=0.0, gap_m=0.0, antenna_length_m=0.0, plate_height_m=0.0)
 PLAIN = Tolerance(common=NONE)

@@ -6,8 +6,6 @@ import numpy as np
 import pytest
 
 from octant.geometries.errors import SweepStateError
-from octant.reader_design.study_file.tolerance import Limits
-from octant.reader_design.setting.scores import score_rss
 from octant.reader_design.experiments.tolerance.cases import CaseScores
 from octant.reader_design.experiments.tolerance.ranking import (
     RoomRss,
@@ -17,7 +15,15 @@ from octant.reader_design.experiments.tolerance.ranking import (
 )
 from octant.reader_design.experiments.tolerance.sensitivity import Parameter, slopes
 from octant.reader_design.experiments.tolerance.statistics import Interval, wilson
-from octant.reader_design.experiments.tolerance.views import View, limit_texts, meets, values_of, views
+from octant.reader_design.experiments.tolerance.views import (
+    View,
+    limit_texts,
+    meets,
+    values_of,
+    views,
+)
+from octant.reader_design.setting.scores import score_rss
+from octant.reader_design.study_file.tolerance import Limits
 
 ELEMENTS = np.arange(8) * np.pi / 4
 AZIMUTHS = np.arange(32) * np.pi / 16

@@ -5,7 +5,11 @@ import pytest
 from scipy.stats import binom
 
 from octant.geometries.errors import ConfigError
-from octant.reader_design.experiments.tolerance.statistics import explained_variance, quantiles, wilson
+from octant.reader_design.experiments.tolerance.statistics import (
+    explained_variance,
+    quantiles,
+    wilson,
+)
 
 # R. G. Newcombe, Stat. Med. 17 (1998), table I, method 3 (score, no continuity correction).
 PUBLISHED = [

@@ -13,15 +13,7 @@ from octant.em.medium.materials import material
 from octant.geometries.build_errors import common_errors
 from octant.geometries.errors import ConfigError, SweepStateError
 from octant.reader_design.cli import octant, run
-from octant.reader_design.study_file.loading import parse_study, to_toml
-from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.setting.scene import build_study_scene
-from octant.reader_design.keeping.store import read_dataset
 from octant.reader_design.experiments.study.tolerance_stage import tolerance_stage
-from octant.reader_design.setting.evaluation import SweepContext, failed_cell
-from octant.reader_design.setting.design import design_of
-from octant.reader_design.setting.samples import Sampling
-from octant.reader_design.setting.scores import score_rss
 from octant.reader_design.experiments.tolerance import run as run_module
 from octant.reader_design.experiments.tolerance.cases import (
     Case,
@@ -34,6 +26,14 @@ from octant.reader_design.experiments.tolerance.draws import Deviation, as_drawn
 from octant.reader_design.experiments.tolerance.results import write_results
 from octant.reader_design.experiments.tolerance.run import case_path, read_case, run_cases
 from octant.reader_design.experiments.tolerance.study import run_tolerance_study
+from octant.reader_design.keeping.progress import Progress
+from octant.reader_design.keeping.store import read_dataset
+from octant.reader_design.setting.design import design_of
+from octant.reader_design.setting.evaluation import SweepContext, failed_cell
+from octant.reader_design.setting.samples import Sampling
+from octant.reader_design.setting.scene import build_study_scene
+from octant.reader_design.setting.scores import score_rss
+from octant.reader_design.study_file.loading import parse_study, to_toml
 
 STUDY = """
 name = "small"

@@ -4,13 +4,12 @@ import msgspec
 import numpy as np
 import pytest
 
-from octant.reader_design.study_file.loading import load_study
-from octant.reader_design.experiments.tracking.study_figures import tracking_figures
-from octant.reader_design.experiments.tracking import chapter6
-from octant.reader_design.experiments.tracking import room
+from octant.reader_design.experiments.tracking import chapter6, room
 from octant.reader_design.experiments.tracking.costs import CostScaling, cost_rows
 from octant.reader_design.experiments.tracking.run import TrackingContent
 from octant.reader_design.experiments.tracking.settings import settings_of
+from octant.reader_design.experiments.tracking.study_figures import tracking_figures
+from octant.reader_design.study_file.loading import load_study
 
 
 def small(**changes):
