@@ -15,8 +15,9 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.em.reader.response import ReaderResponse
+from octant.navigation.angles import wrap_angle
 from octant.navigation.navigators.arrival import arrival_threshold_w, rss_spread_w
-from octant.navigation.sensing.bearing import room_azimuth, vector_sum_bearing, wrap_angle
+from octant.navigation.sensing.bearing import room_azimuth, vector_sum_bearing
 from octant.reader_design.experiments.missions.comparison_cells import (
     ComparisonCell,
     plan_comparison,

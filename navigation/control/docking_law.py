@@ -8,8 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.geometries.errors import PhysicsWarning
+from octant.navigation.angles import wrap_angle
 from octant.navigation.checks import check_choice, check_positive
-from octant.navigation.sensing.bearing import wrap_angle
 
 FloatArray = npt.NDArray[np.float64]
 

@@ -8,7 +8,7 @@ goal in the goal frame, so that x = -e cos φ, y = -e sin φ and θ = φ - α.
 import numpy as np
 import numpy.typing as npt
 
-from octant.navigation.sensing.bearing import wrap_angle
+from octant.navigation.angles import wrap_angle
 
 FloatArray = npt.NDArray[np.float64]
 

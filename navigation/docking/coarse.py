@@ -3,9 +3,10 @@
 import numpy as np
 import numpy.typing as npt
 
+from octant.navigation.angles import wrap_angle
 from octant.navigation.docking.drive import DockingDrive
 from octant.navigation.docking.task import DockingTask, Failure
-from octant.navigation.sensing.bearing import turn_towards, vector_sum_bearing, wrap_angle
+from octant.navigation.sensing.bearing import turn_towards, vector_sum_bearing
 from octant.navigation.sensing.sensor import Sensor
 
 FloatArray = npt.NDArray[np.float64]

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
+from octant.navigation.angles import wrap_angle
 from octant.navigation.csv_files import number_text, write_csv
 from octant.navigation.docking.task import DockingResult
-from octant.navigation.sensing.bearing import wrap_angle
 
 DOCKING_COLUMNS = (
     "layout",

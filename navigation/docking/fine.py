@@ -3,12 +3,12 @@
 import numpy as np
 import numpy.typing as npt
 
+from octant.navigation.angles import wrap_angle
 from octant.navigation.control.docking_law import faded, latched, slip_compensated
 from octant.navigation.control.polar import polar_state, pose_in_goal_frame
 from octant.navigation.docking.drive import DockingDrive
 from octant.navigation.docking.task import DockingTask, Failure, Phase
 from octant.navigation.estimators.landmark_filters import PLACE, LandmarkTrack
-from octant.navigation.sensing.bearing import wrap_angle
 from octant.navigation.sensing.landmark_sensor import LandmarkSensor
 
 FloatArray = npt.NDArray[np.float64]

@@ -8,6 +8,7 @@ import numpy.typing as npt
 
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import NavigationError
+from octant.navigation.angles import wrap_angle
 from octant.navigation.estimators.kalman import (
     Gaussian,
     Innovation,
@@ -18,7 +19,6 @@ from octant.navigation.estimators.kalman import (
 )
 from octant.navigation.estimators.pose_filters import WheelMotion
 from octant.navigation.estimators.rss_kalman import predict_motion
-from octant.navigation.sensing.bearing import wrap_angle
 
 FloatArray = npt.NDArray[np.float64]
 

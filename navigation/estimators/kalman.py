@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.geometries.errors import NavigationError
-from octant.navigation.sensing.bearing import wrap_angle
+from octant.navigation.angles import wrap_angle
 
 _SYMMETRY = 1e-9
 

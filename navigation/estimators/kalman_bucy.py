@@ -13,7 +13,7 @@ from octant.navigation.estimators.rss_kalman import (
     expected_readings,
     with_zero_rows,
 )
-from octant.navigation.tracking.neighbouring import linear_model
+from octant.navigation.robot.drive import linear_model
 
 FloatArray = npt.NDArray[np.float64]
 

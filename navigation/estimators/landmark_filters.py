@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.geometries.errors import NavigationError
+from octant.navigation.angles import wrap_angle
 from octant.navigation.checks import check_positive
 from octant.navigation.estimators.kalman import (
     Gaussian,
@@ -27,7 +28,6 @@ from octant.navigation.estimators.landmark_models import (
     position_transition,
     turn_sensitivity,
 )
-from octant.navigation.sensing.bearing import wrap_angle
 
 FloatArray = npt.NDArray[np.float64]
 

@@ -7,6 +7,7 @@ import numpy.typing as npt
 
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import NavigationError
+from octant.navigation.angles import wrap_angle
 from octant.navigation.estimators.landmark_filters import (
     ATTITUDE,
     PLACE,
@@ -15,7 +16,6 @@ from octant.navigation.estimators.landmark_filters import (
     LandmarkFilter,
 )
 from octant.navigation.estimators.landmark_models import checked_period, position_transition
-from octant.navigation.sensing.bearing import wrap_angle
 from octant.navigation.sensing.landmark_sensor import Landmark, LandmarkSensor
 
 FloatArray = npt.NDArray[np.float64]

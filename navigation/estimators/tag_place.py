@@ -11,8 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.geometries.errors import NavigationError
+from octant.navigation.angles import wrap_angle
 from octant.navigation.checks import check_positive
-from octant.navigation.sensing.bearing import wrap_angle
 
 FloatArray = npt.NDArray[np.float64]
 

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 
 from octant.geometries.errors import NavigationError
+from octant.navigation.angles import wrap_angle
 from octant.navigation.csv_files import number_text, write_csv
 from octant.navigation.missions.metrics import measure
 from octant.navigation.missions.records import MissionResult
-from octant.navigation.sensing.bearing import wrap_angle
 
 MISSION_COLUMNS = (
     "run",

@@ -13,8 +13,8 @@ import numpy.typing as npt
 
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import NavigationError
+from octant.navigation.angles import wrap_angle
 from octant.navigation.missions.records import MissionResult, Outcome
-from octant.navigation.sensing.bearing import wrap_angle
 
 _SUCCESS_RADII = 2.0
 _HOLD_SAMPLES = 30

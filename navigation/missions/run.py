@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.geometries.errors import NavigationError
+from octant.navigation.angles import wrap_angle
 from octant.navigation.missions.batches import run_seeded
 from octant.navigation.missions.records import Mission, MissionResult, Outcome
 from octant.navigation.missions.starts import Starts
@@ -18,7 +19,6 @@ from octant.navigation.robot.floor_motion import Blocked, Floor
 from octant.navigation.robot.motion import AT_REST, Motion
 from octant.navigation.robot.odometry import wheel_travel
 from octant.navigation.robot.rolling import RollingWheels
-from octant.navigation.sensing.bearing import wrap_angle
 from octant.navigation.sensing.sensor import Sensor, unknown_tag
 
 __all__ = ["Blocked", "Mission", "MissionResult", "run_mission", "run_missions"]

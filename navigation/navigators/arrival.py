@@ -25,7 +25,7 @@ import numpy.typing as npt
 
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import NavigationError
-from octant.navigation.sensing.bearing import wrap_angle
+from octant.navigation.angles import wrap_angle
 from octant.navigation.sensing.sensor import PowerLink, unknown_tag
 
 _NULL_EXPONENT = 4.0

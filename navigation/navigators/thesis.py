@@ -14,12 +14,10 @@ import numpy.typing as npt
 from octant.geometries.errors import NavigationError
 from octant.navigation.checks import check_choice, check_positive
 from octant.navigation.control.controllers import Controller
-from octant.navigation.missions.records import Mission
 from octant.navigation.navigators.arrival import ArrivalState, ArrivalTest, observe_spread
 from octant.navigation.navigators.interface import Decision, Mode, Odometry
 from octant.navigation.robot.drive import DifferentialDrive
 from octant.navigation.sensing.bearing import (
-    checked_azimuths,
     doct,
     turn_towards,
     vector_sum_bearing,
@@ -239,46 +237,3 @@ def _moved(place: tuple[float, float, float], odometry: Odometry) -> tuple[float
     chord = odometry.distance_m * (math.sin(half) / half if half else 1.0)
     along = heading + half
     return x + chord * math.cos(along), y + chord * math.sin(along), heading + odometry.turn_rad
-
-
-def thesis_navigator(
-    mission: Mission,
-    *,
-    azimuths_rad: npt.ArrayLike,
-    controller: Controller,
-    robot: DifferentialDrive,
-    rotation: Rotation = "strongest",
-    rerotate_for_s: float = 0.0,
-) -> ThesisNavigator:
-    """Return the thesis' navigator for a mission.
-
-    Parameters
-    ----------
-    mission : Mission
-        Its arrival tests, cruise speed and period are used.
-    azimuths_rad : (n,) float64
-        Azimuths of the antennas in the reader frame [rad].
-    controller : Controller
-        Law of the navigation mode.
-    robot : DifferentialDrive
-        Wheels, axle and limits.
-    rotation : {"strongest", "vector_sum"}
-        Bearing of the rotation mode.
-    rerotate_for_s : float
-        How long on a leg it may rotate again [s].
-
-    Returns
-    -------
-    ThesisNavigator
-        For `missions.run_mission`.
-    """
-    return ThesisNavigator(
-        arrivals=mission.arrivals,
-        azimuths_rad=checked_azimuths(azimuths_rad),
-        controller=controller,
-        robot=robot,
-        cruise_speed_m_per_s=mission.cruise_speed_m_per_s,
-        period_s=mission.sample_time_s,
-        rotation=rotation,
-        rerotate_for_s=rerotate_for_s,
-    )

@@ -1,7 +1,6 @@
 """A navigator that knows that the tag is fixed: it tracks the tag's place and drives there."""
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,11 +8,9 @@ import numpy.typing as npt
 
 from octant.geometries.errors import NavigationError
 from octant.navigation.checks import check_positive
-from octant.navigation.missions.records import Mission
 from octant.navigation.navigators.interface import Decision, Mode, Odometry
 from octant.navigation.navigators.place_particles import PlaceBelief, PlaceEstimate, PlaceFilter
 from octant.navigation.robot.drive import DifferentialDrive
-from octant.navigation.sensing.pattern_match import PatternTable
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -23,7 +20,6 @@ _SEARCH_TURN_RAD = 0.3
 _LEAST_STEP_SHARE = 0.3
 _BACK_STEPS = 3
 _ALONG_STEPS = 5
-_ARRIVAL_SHARE = 0.4
 _HEADING_SD_RAD = 0.05
 
 
@@ -244,33 +240,3 @@ class TrackerNavigator:
         back = ((-self.cruise_step_m, 0.0),) * _BACK_STEPS
         along = ((self.cruise_step_m, 0.0),) * _ALONG_STEPS
         return (*back, (0.0, side), *along)
-
-
-def tracker_navigator(
-    mission: Mission, *, tables: Sequence[PatternTable], robot: DifferentialDrive
-) -> TrackerNavigator:
-    """Return the tracking navigator for a mission, with the defaults of its filter.
-
-    Parameters
-    ----------
-    mission : Mission
-        Its arrival radius, cruise step and period are used.
-    tables : sequence of PatternTable
-        The reader's patterns for each of the mission's tags, in order.
-    robot : DifferentialDrive
-        Wheels, axle and limits.
-
-    Returns
-    -------
-    TrackerNavigator
-        For `missions.run_mission`. It declares arrival within two fifths of the mission's least
-        arrival radius: the rest is kept back for the error of the estimate, whose table knows
-        neither floor nor ceiling.
-    """
-    return TrackerNavigator(
-        filters=tuple(PlaceFilter(table=table) for table in tables),
-        robot=robot,
-        cruise_step_m=mission.cruise_step_m,
-        period_s=mission.sample_time_s,
-        arrival_radius_m=_ARRIVAL_SHARE * min(test.radius_m for test in mission.arrivals),
-    )

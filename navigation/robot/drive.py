@@ -197,3 +197,36 @@ class DifferentialDrive:
         return pose_on_arc(
             pose, period_s, speed_m_per_s=twist[..., 0], turn_rate_rad_per_s=twist[..., 1]
         )
+
+
+def linear_model(
+    poses: npt.ArrayLike, wheel_rates: npt.ArrayLike, robot: DifferentialDrive
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Return F and G of thesis (7.28), the derivatives of the pose's rate.
+
+    Parameters
+    ----------
+    poses : (k, 3) float64
+        x [m], y [m], heading [rad].
+    wheel_rates : (k, 2) float64
+        Right and left [rad/s].
+    robot : DifferentialDrive
+        Wheels and axle.
+
+    Returns
+    -------
+    f : (k, 3, 3) float64
+        With respect to the pose [1/s, m/s per rad].
+    g : (k, 3, 2) float64
+        With respect to the wheel rates [m/rad, -].
+    """
+    heading = np.asarray(poses, dtype=np.float64)[:, 2]
+    speed = robot.twist(wheel_rates)[:, 0]
+    cos, sin = np.cos(heading), np.sin(heading)
+    f = np.zeros((len(heading), 3, 3))
+    f[:, 0, 2], f[:, 1, 2] = -speed * sin, speed * cos
+    half, spin = 0.5 * robot.wheel_radius_m, robot.wheel_radius_m / robot.axle_length_m
+    g = np.empty((len(heading), 3, 2))
+    g[:, 0], g[:, 1] = half * cos[:, None], half * sin[:, None]
+    g[:, 2] = (spin, -spin)
+    return f, g

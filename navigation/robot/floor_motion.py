@@ -7,8 +7,8 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
+from octant.navigation.angles import wrap_angle
 from octant.navigation.robot.drive import DifferentialDrive
-from octant.navigation.sensing.bearing import wrap_angle
 
 FloatArray = npt.NDArray[np.float64]
 

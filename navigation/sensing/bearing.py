@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import NavigationError
+from octant.navigation.angles import wrap_angle
 
 FRONT_AZIMUTH_RAD = np.pi / 2.0
 """Reader azimuth of the robot's front [rad]: +y', where antenna 3 of eight stands."""
@@ -18,23 +19,6 @@ ANY_DIRECTION_RAD2 = np.pi**2 / 3.0
 """Variance of a direction that may be any [rad²]."""
 
 _SAME_DIRECTION_RAD = 1e-6
-
-
-def wrap_angle(angle_rad: npt.ArrayLike) -> npt.NDArray[np.float64]:
-    """Return angles moved into (-π, π] [rad].
-
-    Parameters
-    ----------
-    angle_rad : (...) float64
-        Angles [rad].
-
-    Returns
-    -------
-    (...) float64
-        The same directions [rad]; -π becomes π, so that half a turn is counter-clockwise.
-    """
-    angle = np.asarray(angle_rad, dtype=np.float64)
-    return np.asarray(np.pi - np.mod(np.pi - angle, 2.0 * np.pi))
 
 
 def room_azimuth(

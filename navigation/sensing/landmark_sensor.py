@@ -9,8 +9,8 @@ from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import NavigationError
 from octant.geometries.occlusion import segments_blocked
 from octant.geometries.scene import Scene
+from octant.navigation.angles import wrap_angle
 from octant.navigation.checks import check_positive
-from octant.navigation.sensing.bearing import wrap_angle
 
 FloatArray = npt.NDArray[np.float64]
 

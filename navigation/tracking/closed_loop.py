@@ -9,10 +9,10 @@ import numpy.typing as npt
 
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import NavigationError
+from octant.navigation.angles import wrap_angle
 from octant.navigation.estimators.pose_filters import PoseEstimator, RssModel
 from octant.navigation.robot.drive import DifferentialDrive
 from octant.navigation.robot.odometry import counted_rotation
-from octant.navigation.sensing.bearing import wrap_angle
 from octant.navigation.sensing.rss_models import RssNoise
 from octant.navigation.tracking.controllers import TrackingController
 from octant.navigation.tracking.trajectories import DesiredTrajectory

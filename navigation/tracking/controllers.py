@@ -11,8 +11,8 @@ import numpy.typing as npt
 
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import NavigationError
+from octant.navigation.angles import wrap_angle
 from octant.navigation.robot.drive import DifferentialDrive
-from octant.navigation.sensing.bearing import wrap_angle
 from octant.navigation.tracking import _ilqr_kernels
 from octant.navigation.tracking.problem import Weights
 from octant.navigation.tracking.trajectories import DesiredTrajectory

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from octant.navigation.sensing.bearing import wrap_angle
+from octant.navigation.angles import wrap_angle
 from octant.reader_design.setting.measures import vector_sum_bearing_rad
 
 FloatArray = npt.NDArray[np.float64]

@@ -1,7 +1,7 @@
 """The thesis' navigator for a mission, as most tests want it."""
 
 from octant.navigation.control.controllers import FuzzyController
-from octant.navigation.navigators.thesis import thesis_navigator
+from octant.navigation.missions.navigators import thesis_navigator
 from octant.navigation.robot.drive import DifferentialDrive
 
 

@@ -14,7 +14,7 @@ from octant.em.power.disc_mean import mean_over_disc
 from octant.em.power.radio_map import RadioMap, map_antenna, map_reader
 from octant.em.power.received_power import antenna_power
 from octant.em.reader.response import ReaderResponse
-from octant.navigation.sensing.bearing import wrap_angle
+from octant.navigation.angles import wrap_angle
 from octant.reader_design.keeping.store import dataset, variable
 from octant.reader_design.setting.links import tag_link
 from octant.reader_design.setting.measures import vector_sum_bearing_rad

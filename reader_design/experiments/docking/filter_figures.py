@@ -5,11 +5,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from octant.navigation.angles import wrap_angle
 from octant.navigation.control.polar import pose_in_goal_frame
 from octant.navigation.estimators.kalman import consistency_band
 from octant.navigation.estimators.landmark_filters import ATTITUDE, SLIP, SPIN
 from octant.navigation.estimators.landmark_trials import Drives, Estimates
-from octant.navigation.sensing.bearing import wrap_angle
 from octant.navigation.sensing.gaussianity import gaussianity
 from octant.reader_design.showing.style import figure_style, new_figure
 

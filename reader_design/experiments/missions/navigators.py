@@ -11,10 +11,9 @@ from octant.navigation.control.controllers import (
     PatternController,
     VectorSumController,
 )
+from octant.navigation.missions.navigators import thesis_navigator, tracker_navigator
 from octant.navigation.missions.run import Mission
 from octant.navigation.navigators.interface import Navigator
-from octant.navigation.navigators.thesis import thesis_navigator
-from octant.navigation.navigators.tracker import tracker_navigator
 from octant.navigation.robot.drive import DifferentialDrive
 from octant.navigation.sensing.pattern_match import PatternMatcher, PatternTable
 from octant.reader_design.setting.links import mission_table, mission_tables

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from octant.navigation.sensing.bearing import wrap_angle
+from octant.navigation.angles import wrap_angle
 from octant.reader_design.experiments.missions.mission_stage import RoomMission
 from octant.reader_design.experiments.study.map_stage import RoomMap
 from octant.reader_design.experiments.study.sweep_plots import DistancePanel, rss_distance_figure

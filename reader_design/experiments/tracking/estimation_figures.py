@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from octant.navigation.angles import wrap_angle
 from octant.navigation.estimators.ekf_slam import SlamRecord
-from octant.navigation.sensing.bearing import wrap_angle
 from octant.reader_design.experiments.tracking.costs import CostScaling
 from octant.reader_design.experiments.tracking.figures import COLOURS, WANTED
 from octant.reader_design.experiments.tracking.outcomes import Outcome

@@ -21,11 +21,10 @@ from octant.navigation.estimators.rss_kalman import (
     UnscentedKalman,
     predict_motion,
 )
-from octant.navigation.robot.drive import DifferentialDrive
+from octant.navigation.robot.drive import DifferentialDrive, linear_model
 from octant.navigation.sensing.rss_maps import RssMap
 from octant.navigation.sensing.rss_models import LogExponentialLaw, TagMesh, tag_grid
 from octant.navigation.tracking.closed_loop import run_seeds
-from octant.navigation.tracking.neighbouring import linear_model
 
 REFERENCE = json.loads(
     (Path(__file__).parents[2] / "reference/navigation/closed_loop.json").read_text()

@@ -7,11 +7,11 @@ import pytest
 
 from octant.geometries.errors import NavigationError
 from octant.navigation.missions.metrics import measure
+from octant.navigation.missions.navigators import tracker_navigator
 from octant.navigation.missions.run import run_mission, run_missions
 from octant.navigation.navigators._place_kernels import place_log_likelihood
 from octant.navigation.navigators.interface import STILL, Odometry
 from octant.navigation.navigators.place_particles import PlaceBelief, PlaceFilter
-from octant.navigation.navigators.tracker import tracker_navigator
 from octant.navigation.robot.drive import DifferentialDrive
 from octant.navigation.robot.rolling import Rolling
 from octant.navigation.sensing.pattern_match import pattern_table

@@ -17,7 +17,7 @@ from octant.navigation.estimators.rss_kalman import (
     RssAssumptions,
     UnscentedKalman,
 )
-from octant.navigation.robot.drive import DifferentialDrive
+from octant.navigation.robot.drive import DifferentialDrive, linear_model
 from octant.navigation.sensing.rss_models import LogExponentialLaw, RssNoise, TagMesh, tag_grid
 from octant.navigation.tracking import shapes
 from octant.navigation.tracking.closed_loop import World, drive, run_seeds
@@ -27,7 +27,6 @@ from octant.navigation.tracking.controllers import (
     PredictiveControl,
 )
 from octant.navigation.tracking.neighbouring import (
-    linear_model,
     riccati_gains,
     stability_report,
 )

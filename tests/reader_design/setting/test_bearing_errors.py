@@ -7,7 +7,7 @@ import pytest
 from scipy.special import ndtr
 
 from octant.geometries.errors import AntennaError, ConfigError
-from octant.navigation.sensing.bearing import wrap_angle
+from octant.navigation.angles import wrap_angle
 from octant.navigation.sensing.rss_detector import RssQuantiser
 from octant.reader_design.setting.bearing_errors import summarise_errors, vector_errors_rad
 from octant.reader_design.setting.measures import right_share

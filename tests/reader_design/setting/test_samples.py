@@ -13,7 +13,8 @@ from octant.geometries.errors import ConfigError
 from octant.geometries.furniture import box
 from octant.geometries.rooms import Doorway, box_room, prism_room
 from octant.geometries.scene import build_scene, free_space_scene
-from octant.navigation.sensing.bearing import reader_azimuth, wrap_angle
+from octant.navigation.angles import wrap_angle
+from octant.navigation.sensing.bearing import reader_azimuth
 from octant.reader_design.setting.samples import (
     Sampling,
     facing_poses,

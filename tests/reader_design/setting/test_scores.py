@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from octant.geometries.errors import AntennaError
-from octant.navigation.sensing.bearing import wrap_angle
+from octant.navigation.angles import wrap_angle
 from octant.reader_design.setting.measures import (
     facing_ratios_db,
     leaders,

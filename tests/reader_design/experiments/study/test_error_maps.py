@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from octant.em.reader.response import sector_response
-from octant.navigation.sensing.bearing import reader_azimuth, vector_sum_bearing, wrap_angle
+from octant.navigation.angles import wrap_angle
+from octant.navigation.sensing.bearing import reader_azimuth, vector_sum_bearing
 from octant.reader_design.experiments.study.error_maps import error_maps, heading_errors_rad
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.setting.evaluation import SweepContext

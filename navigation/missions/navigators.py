@@ -1,0 +1,89 @@
+"""The navigators, set up for a mission."""
+
+from collections.abc import Sequence
+
+import numpy.typing as npt
+
+from octant.navigation.control.controllers import Controller
+from octant.navigation.missions.records import Mission
+from octant.navigation.navigators.place_particles import PlaceFilter
+from octant.navigation.navigators.thesis import Rotation, ThesisNavigator
+from octant.navigation.navigators.tracker import TrackerNavigator
+from octant.navigation.robot.drive import DifferentialDrive
+from octant.navigation.sensing.bearing import checked_azimuths
+from octant.navigation.sensing.pattern_match import PatternTable
+
+_ARRIVAL_SHARE = 0.4
+
+
+def thesis_navigator(
+    mission: Mission,
+    *,
+    azimuths_rad: npt.ArrayLike,
+    controller: Controller,
+    robot: DifferentialDrive,
+    rotation: Rotation = "strongest",
+    rerotate_for_s: float = 0.0,
+) -> ThesisNavigator:
+    """Return the thesis' navigator for a mission.
+
+    Parameters
+    ----------
+    mission : Mission
+        Its arrival tests, cruise speed and period are used.
+    azimuths_rad : (n,) float64
+        Azimuths of the antennas in the reader frame [rad].
+    controller : Controller
+        Law of the navigation mode.
+    robot : DifferentialDrive
+        Wheels, axle and limits.
+    rotation : {"strongest", "vector_sum"}
+        Bearing of the rotation mode.
+    rerotate_for_s : float
+        How long on a leg it may rotate again [s].
+
+    Returns
+    -------
+    ThesisNavigator
+        For `run_mission`.
+    """
+    return ThesisNavigator(
+        arrivals=mission.arrivals,
+        azimuths_rad=checked_azimuths(azimuths_rad),
+        controller=controller,
+        robot=robot,
+        cruise_speed_m_per_s=mission.cruise_speed_m_per_s,
+        period_s=mission.sample_time_s,
+        rotation=rotation,
+        rerotate_for_s=rerotate_for_s,
+    )
+
+
+def tracker_navigator(
+    mission: Mission, *, tables: Sequence[PatternTable], robot: DifferentialDrive
+) -> TrackerNavigator:
+    """Return the tracking navigator for a mission, with the defaults of its filter.
+
+    Parameters
+    ----------
+    mission : Mission
+        Its arrival radius, cruise step and period are used.
+    tables : sequence of PatternTable
+        The reader's patterns for each of the mission's tags, in order.
+    robot : DifferentialDrive
+        Wheels, axle and limits.
+
+    Returns
+    -------
+    TrackerNavigator
+        For `run_mission`. It declares arrival within two fifths of the mission's least
+        arrival radius: the rest is kept back for the error of the estimate, whose table knows
+        neither floor nor ceiling.
+    """
+    return TrackerNavigator(
+        filters=tuple(PlaceFilter(table=table) for table in tables),
+        robot=robot,
+        cruise_step_m=mission.cruise_step_m,
+        period_s=mission.sample_time_s,
+        arrival_radius_m=_ARRIVAL_SHARE * min(test.radius_m for test in mission.arrivals),
+    )
