@@ -70,7 +70,7 @@ def explain(
     """
     from octant.em.fields.explain import explain_path
     from octant.em.paths.tracing import path_gains, trace_paths
-    from octant.reader_design.keeping.store import refuse_overwrite
+    from octant.geometries.files import refuse_overwrite
     from octant.reader_design.showing.tables import put_table
 
     if number is not None and strongest:

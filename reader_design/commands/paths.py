@@ -68,7 +68,7 @@ def paths(
     the order given, --rx before --rx-file. One without any path is a result.
     Coherent: |sum of the gains|^2; power sum: sum of |gain|^2.
     """
-    from octant.reader_design.keeping.store import refuse_overwrite
+    from octant.geometries.files import refuse_overwrite
     from octant.reader_design.showing.tables import put_table, read_columns
 
     if csv_file not in {None, "-"}:
@@ -206,7 +206,7 @@ def rss(
 
     Writes the poses and rss_1_w ... rss_n_w, coherent power in watts.
     """
-    from octant.reader_design.keeping.store import refuse_overwrite
+    from octant.geometries.files import refuse_overwrite
     from octant.reader_design.setting.links import study_responses, tag_link
     from octant.reader_design.setting.scene import build_study_scene
     from octant.reader_design.showing.tables import put_table, read_columns

@@ -1,10 +1,7 @@
 """Results on disk: netCDF with units on everything, written whole or not at all."""
 
-import os
 import platform
-import tempfile
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from functools import cache
 from importlib import metadata
 from pathlib import Path
@@ -14,95 +11,12 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.geometries.errors import ConfigError
+from octant.geometries.files import refuse_overwrite, whole_file
 
 if TYPE_CHECKING:
     import xarray as xr
 
 PARTS = ("re", "im")
-
-
-def refuse_overwrite(*paths: Path, force: bool) -> None:
-    """Return nothing; refuse, before any work, to write over what is there or into a file.
-
-    Parameters
-    ----------
-    *paths : Path
-        Files that would be written.
-    force : bool
-        True: overwriting is what the user asked for.
-
-    Raises
-    ------
-    ConfigError
-        When one of the files exists and ``force`` is false, or its folder is a file.
-    """
-    for path in paths:
-        above = next(folder for folder in path.absolute().parents if folder.exists())
-        if not above.is_dir():
-            msg = f"{path} cannot be written, because {above} is a file; give another place."
-            raise ConfigError(msg)
-        if path.exists() and not force:
-            msg = f"{path} exists already; give another place, or --force to overwrite it."
-            raise ConfigError(msg)
-
-
-@contextmanager
-def whole_file(path: Path) -> Iterator[Path]:
-    """Yield a temporary name beside a file; on success it takes the file's place, else it goes.
-
-    Parameters
-    ----------
-    path : Path
-        The file to write; its folder is made where it is missing.
-
-    Yields
-    ------
-    Path
-        Where to write; same folder, same suffix.
-
-    Raises
-    ------
-    ConfigError
-        When the folder cannot be made or written to.
-    """
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(
-            prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent
-        )
-    except OSError as exc:
-        msg = f"{path} cannot be written ({exc.strerror}); give a folder that can be written to."
-        raise ConfigError(msg) from exc
-    os.close(handle)
-    part = Path(name)
-    try:
-        yield part
-        part.chmod(0o666 & ~_umask())
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)
-
-
-def write_text(path: Path, text: str, *, force: bool = True) -> None:
-    """Return nothing; write a text file whole.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    text : str
-        Its content, written as UTF-8.
-    force : bool
-        False: refuse when the file exists.
-
-    Raises
-    ------
-    ConfigError
-        When the file exists and ``force`` is false, or its folder cannot be written to.
-    """
-    refuse_overwrite(path, force=force)
-    with whole_file(path) as part:
-        part.write_text(text, "utf-8")
 
 
 def variable(
@@ -271,9 +185,3 @@ def _version(package: str) -> str:
         return metadata.version(package)
     except metadata.PackageNotFoundError:
         return "not installed"
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask

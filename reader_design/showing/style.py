@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from octant.geometries.files import whole_file
 from octant.navigation.angles import wrap_angle
-from octant.reader_design.keeping.store import whole_file
 from octant.reader_design.setting.measures import (
     leaders,
     power_dbm,

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.geometries.errors import ConfigError
-from octant.reader_design.keeping.store import refuse_overwrite, whole_file
+from octant.geometries.files import refuse_overwrite, whole_file
 from octant.reader_design.study_file.errors import nearest
 
 

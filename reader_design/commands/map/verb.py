@@ -57,6 +57,7 @@ def radio_map(
     tag and an isotropic_theta antenna at the carrier.
     """
     from octant.em.power.disc_mean import DISC_PLACES
+    from octant.geometries.files import refuse_overwrite
     from octant.reader_design.commands.map.layers import (
         TagLayers,
         disc_map,
@@ -64,7 +65,7 @@ def radio_map(
         spread_map,
         tag_map,
     )
-    from octant.reader_design.keeping.store import refuse_overwrite, write_dataset
+    from octant.reader_design.keeping.store import write_dataset
     from octant.reader_design.setting.links import study_responses
     from octant.reader_design.setting.map_grid import map_axes_m
     from octant.reader_design.setting.scene import build_study_scene

@@ -70,7 +70,7 @@ def reader(
     """
     from msgspec.structs import replace
 
-    from octant.reader_design.keeping.store import refuse_overwrite, write_text
+    from octant.geometries.files import refuse_overwrite, write_text
     from octant.reader_design.setting.design import design_of
     from octant.reader_design.study_file.loading import load_study, to_toml
 

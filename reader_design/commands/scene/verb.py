@@ -72,7 +72,7 @@ def scene(
     and is for looking only. Without them it is the room alone, with its materials by name, and may
     stand as a mesh in a study file.
     """
-    from octant.reader_design.keeping.store import refuse_overwrite
+    from octant.geometries.files import refuse_overwrite
     from octant.reader_design.setting.scene import build_study_scene
     from octant.reader_design.study_file.loading import load_study
 

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from octant.em.reader.response import ReaderResponse
+from octant.geometries.files import write_text
 from octant.navigation.docking.files import write_docking_csv, write_docking_trajectory_csv
 from octant.navigation.docking.task import DockingResult
 from octant.reader_design.experiments.docking.experiments import (
@@ -25,7 +26,6 @@ from octant.reader_design.experiments.docking.missions import (
 )
 from octant.reader_design.experiments.docking.page import docking_report, summary_lines
 from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.keeping.store import write_text
 from octant.reader_design.setting.scene import StudyScene, build_study_scene
 from octant.reader_design.showing.pages import render_report
 from octant.reader_design.study_file.loading import to_toml

@@ -32,8 +32,8 @@ def dock(
     is used. Writes docking.csv (one row a run), trajectory.csv (run 0), study.toml, figures of the
     missions and of the docking paper's experiments, and report.html.
     """
+    from octant.geometries.files import refuse_overwrite
     from octant.reader_design.experiments.docking.run import FILES, docking_rooms, run_docking_study
-    from octant.reader_design.keeping.store import refuse_overwrite
     from octant.reader_design.setting.links import study_responses
     from octant.reader_design.study_file.loading import load_study
 

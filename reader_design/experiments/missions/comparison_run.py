@@ -5,6 +5,7 @@ import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+from octant.geometries.files import refuse_overwrite, write_text
 from octant.reader_design.experiments.missions.comparison_cells import (
     ComparisonCell,
     plan_comparison,
@@ -18,7 +19,6 @@ from octant.reader_design.experiments.missions.comparison_outcomes import (
 from octant.reader_design.experiments.missions.mission_stage import mission_stage
 from octant.reader_design.experiments.missions.placements import first_placement
 from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.keeping.store import refuse_overwrite, write_text
 from octant.reader_design.setting.design import design_of
 from octant.reader_design.setting.links import study_responses
 from octant.reader_design.setting.scene import StudyScene, build_study_scene

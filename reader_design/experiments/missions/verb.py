@@ -73,6 +73,7 @@ def navigate(
             progress=Progress(quiet=quiet),
         )
         return
+    from octant.geometries.files import refuse_overwrite, write_text
     from octant.navigation.missions.files import write_missions_csv, write_trajectory_csv
     from octant.navigation.missions.metrics import measure
     from octant.navigation.missions.summary import (
@@ -84,7 +85,6 @@ def navigate(
     from octant.reader_design.experiments.missions.drives import drive_missions
     from octant.reader_design.experiments.missions.placements import drive_placements
     from octant.reader_design.experiments.missions.scenery import run_scenery
-    from octant.reader_design.keeping.store import refuse_overwrite, write_text
     from octant.reader_design.setting.design import design_of
     from octant.reader_design.setting.links import mission_table, study_responses
     from octant.reader_design.setting.scene import build_study_scene

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from octant.geometries.files import whole_file
 from octant.geometries.reader_body import ground_plane_outline_m
-from octant.reader_design.keeping.store import whole_file
 from octant.reader_design.setting.design import ReaderDesign
 from octant.reader_design.showing.style import figure_style
 

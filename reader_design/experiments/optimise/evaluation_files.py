@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from octant.geometries.errors import SweepStateError
+from octant.geometries.files import write_text
 from octant.reader_design.experiments.optimise.evaluation import ARRAYS, Evaluation
-from octant.reader_design.keeping.store import write_text
 from octant.reader_design.setting.design import ReaderDesign, canonical_json, content_hash
 
 

@@ -7,6 +7,7 @@ import msgspec
 import numpy as np
 
 from octant.geometries.errors import ConfigError, SweepStateError
+from octant.geometries.files import write_text
 from octant.reader_design.experiments.optimise.drawing import drawing, save_drawing
 from octant.reader_design.experiments.optimise.evaluation import (
     Bench,
@@ -41,7 +42,6 @@ from octant.reader_design.experiments.optimise.search import (
 )
 from octant.reader_design.experiments.optimise.shortlist import front, short_list
 from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.keeping.store import write_text
 from octant.reader_design.setting.design import FULLWAVE, ReaderDesign
 from octant.reader_design.showing.pages import render_report
 from octant.reader_design.showing.style import save_figure

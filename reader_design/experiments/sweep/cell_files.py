@@ -9,8 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.geometries.errors import ConfigError, SweepStateError
+from octant.geometries.files import whole_file
 from octant.reader_design.keeping.small_netcdf import Stored, netcdf_bytes, read_netcdf
-from octant.reader_design.keeping.store import variable, versions, whole_file
+from octant.reader_design.keeping.store import variable, versions
 from octant.reader_design.setting.design import ReaderDesign, canonical_json
 from octant.reader_design.setting.evaluation import Cell, SweepContext
 from octant.reader_design.setting.samples import grid_azimuths_rad

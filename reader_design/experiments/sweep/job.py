@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from octant.geometries.errors import ConfigError, OctantError
+from octant.geometries.files import write_text
 from octant.reader_design.experiments.sweep.plan import SweepPlan, plan_sweep
 from octant.reader_design.experiments.sweep.run import compute_missing
 from octant.reader_design.experiments.sweep.table import (
@@ -22,7 +23,6 @@ from octant.reader_design.experiments.sweep.table import (
 )
 from octant.reader_design.keeping.folder import sweep_folder
 from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.keeping.store import write_text
 from octant.reader_design.keeping.workers import cores, open_crew
 from octant.reader_design.setting.evaluation import SweepContext
 from octant.reader_design.setting.samples import Sampling

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from octant.geometries.files import write_text
 from octant.reader_design.experiments.tolerance.figures import (
     distribution_figure,
     explained_figure,
@@ -14,7 +15,7 @@ from octant.reader_design.experiments.tolerance.figures import (
 )
 from octant.reader_design.experiments.tolerance.page import tolerance_section
 from octant.reader_design.experiments.tolerance.study import ToleranceStudy
-from octant.reader_design.keeping.store import dataset, variable, write_dataset, write_text
+from octant.reader_design.keeping.store import dataset, variable, write_dataset
 from octant.reader_design.setting.design import canonical_json
 from octant.reader_design.showing.pages import Report, ReportFigure, ReportSection, render_report
 from octant.reader_design.showing.style import save_figure

@@ -16,6 +16,7 @@ from multiprocessing import get_context
 from pathlib import Path
 
 from octant.geometries.errors import SweepStateError
+from octant.geometries.files import write_text
 from octant.reader_design.experiments.tolerance.cases import (
     Case,
     CaseScores,
@@ -24,7 +25,6 @@ from octant.reader_design.experiments.tolerance.cases import (
     compute_case,
 )
 from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.keeping.store import write_text
 from octant.reader_design.setting.keys import scene_fingerprint
 from octant.reader_design.setting.scores import Scores
 

@@ -33,9 +33,9 @@ def tolerance(
     row a design and score), study.toml, figures and report.html. The same command again goes on
     where the last one stopped; more --samples (with --force) keep those that are there.
     """
+    from octant.geometries.files import refuse_overwrite
     from octant.reader_design.experiments.tolerance.results import FILES, write_results
     from octant.reader_design.experiments.tolerance.study import run_tolerance_study
-    from octant.reader_design.keeping.store import refuse_overwrite
     from octant.reader_design.study_file.loading import load_study
 
     loaded = load_study(study)

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from octant.geometries.errors import ConfigError
+from octant.geometries.files import refuse_overwrite, write_text
 from octant.navigation.estimators.ekf_slam import SlamRecord
 from octant.reader_design.experiments.tracking.chapter6 import (
     RssFits,
@@ -37,7 +38,7 @@ from octant.reader_design.experiments.tracking.results import (
 from octant.reader_design.experiments.tracking.room import RoomResults, room_results
 from octant.reader_design.experiments.tracking.settings import Settings, settings_of
 from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.keeping.store import refuse_overwrite, write_dataset, write_text
+from octant.reader_design.keeping.store import write_dataset
 from octant.reader_design.showing.tables import put_table
 from octant.reader_design.study_file.loading import to_toml
 from octant.reader_design.study_file.schema import Study

@@ -60,34 +60,6 @@ def test_existing_files_are_kept_without_force(tmp_path):
     assert float(store.read_dataset(path)["rss_w"][1]) == 2e-9
 
 
-def test_failed_writes_leave_the_old_file_and_no_rubbish(tmp_path):
-    path = tmp_path / "table.csv"
-    path.write_text("old")
-
-    def interrupted():
-        with store.whole_file(path) as part:
-            part.write_text("half")
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        interrupted()
-    assert [p.name for p in tmp_path.iterdir()] == ["table.csv"]
-    assert path.read_text() == "old"
-
-
-def test_places_that_cannot_be_written_are_refused(tmp_path):
-    (tmp_path / "file").write_text("")
-    with pytest.raises(ConfigError, match="cannot be written"):
-        store.write_text(tmp_path / "file" / "inside.txt", "x")
-
-
-def test_places_inside_a_file_are_refused_before_any_work(tmp_path):
-    (tmp_path / "file").write_text("")
-    with pytest.raises(ConfigError, match="is a file"):
-        store.refuse_overwrite(tmp_path / "file" / "deep" / "x.nc", force=True)
-    store.refuse_overwrite(tmp_path / "new" / "deep" / "x.nc", force=False)
-
-
 def test_reading_what_is_no_result_is_refused(tmp_path):
     with pytest.raises(ConfigError, match="does not exist"):
         store.read_dataset(tmp_path / "none.nc")

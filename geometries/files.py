@@ -1,0 +1,99 @@
+"""Files written whole or not at all: the only place that replaces a file by a finished one."""
+
+import os
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from octant.geometries.errors import ConfigError
+
+
+def refuse_overwrite(*paths: Path, force: bool) -> None:
+    """Refuse, before any work, to overwrite a file or to write below one.
+
+    Parameters
+    ----------
+    *paths : Path
+        Files that would be written.
+    force : bool
+        True: overwriting is what the user asked for.
+
+    Raises
+    ------
+    ConfigError
+        When one of the files exists and ``force`` is false, or its folder is a file.
+    """
+    for path in paths:
+        above = next(folder for folder in path.absolute().parents if folder.exists())
+        if not above.is_dir():
+            msg = f"{path} cannot be written, because {above} is a file; give another place."
+            raise ConfigError(msg)
+        if path.exists() and not force:
+            msg = f"{path} exists already; give another place, or --force to overwrite it."
+            raise ConfigError(msg)
+
+
+@contextmanager
+def whole_file(path: Path) -> Iterator[Path]:
+    """Yield a temporary file that takes the place of ``path`` at the end, if nothing fails.
+
+    Parameters
+    ----------
+    path : Path
+        The file to write; its folder is made where it is missing.
+
+    Yields
+    ------
+    Path
+        Where to write; same folder, same suffix.
+
+    Raises
+    ------
+    ConfigError
+        When the folder cannot be made or written to.
+    """
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(
+            prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent
+        )
+    except OSError as exc:
+        msg = f"{path} cannot be written ({exc.strerror}); give a folder that can be written to."
+        raise ConfigError(msg) from exc
+    os.close(handle)
+    part = Path(name)
+    try:
+        yield part
+        part.chmod(0o666 & ~_umask())
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def write_text(path: Path, text: str, *, force: bool = True) -> None:
+    """Write a text file whole.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    text : str
+        Its content, written as UTF-8.
+    force : bool
+        False: refuse when the file exists.
+
+    Raises
+    ------
+    ConfigError
+        When the file exists and ``force`` is false, or its folder cannot be written to.
+    """
+    refuse_overwrite(path, force=force)
+    with whole_file(path) as part:
+        part.write_text(text, "utf-8", newline="")
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask
