@@ -6,10 +6,7 @@ import numpy as np
 
 from octant.geometries._plane_geometry import FloatArray
 from octant.geometries._polygons import triangulate_polygon
-
-SAME_LENGTH = 1e-9
-"""Fraction [-] of the ground plane below which two lengths are the same: r_a = 0.1 m on a plane of
-0.2 m is at its edge, whatever cos and sin round off."""
+from octant.geometries.tolerances import LENGTHS
 
 
 def reach_to_rim_m(azimuths_rad: FloatArray, rim_m: FloatArray) -> FloatArray:
@@ -74,7 +71,7 @@ def ground_triangles(
     spokes = sorted(spokes + list(zip(plates_rad.tolist(), plate_reaches_m.tolist(), strict=True)))
     angles = np.array([a for a, _ in spokes])
     ends = reach_to_rim_m(angles, rim_m)
-    close = SAME_LENGTH * float(ends.max())
+    close = LENGTHS.same_share * float(ends.max())
     places: list[list[FloatArray]] = []  # of each spoke, from the axis (left out) to the rim
     for (azimuth, radius), end in zip(spokes, ends, strict=True):
         outer = _polar(float(end), azimuth)
@@ -88,7 +85,9 @@ def ground_triangles(
         following = (i + 1) % len(spokes)
         width = (angles[following] - azimuth) % (2.0 * math.pi)
         ahead = np.mod(rim_angles - azimuth, 2.0 * math.pi)
-        between = np.flatnonzero((ahead > SAME_LENGTH) & (ahead < width - SAME_LENGTH))
+        between = np.flatnonzero(
+            (ahead > LENGTHS.same_share) & (ahead < width - LENGTHS.same_share)
+        )
         between = between[np.argsort(ahead[between])]
         corners = [np.zeros(2), *places[i], *rim_m[between], *places[following][::-1]]
         sector = np.array(corners)

@@ -19,11 +19,9 @@ from octant.geometries._plane_geometry import FloatArray, IntArray, triangle_are
 from octant.geometries.bodies import Body
 from octant.geometries.errors import GeometryError
 from octant.geometries.mesh_files import UpAxis, load_bodies
+from octant.geometries.tolerances import LENGTHS
 
-__all__ = ["WELD_TOLERANCE_M", "Finding", "MeshAudit", "audit_mesh"]
-
-WELD_TOLERANCE_M = 1e-5
-"""Vertices nearer than this count as one in an audit [m]; float32 keeps 0.5 µm at 5 m."""
+__all__ = ["Finding", "MeshAudit", "audit_mesh"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -182,7 +180,7 @@ def audit_mesh(
     *,
     unit: str | None = None,
     up: UpAxis | None = None,
-    tolerance_m: float = WELD_TOLERANCE_M,
+    tolerance_m: float = LENGTHS.weld_m,
 ) -> MeshAudit:
     """Return what is wrong with a mesh, and what that means for rays.
 

@@ -8,9 +8,10 @@ import numpy.typing as npt
 
 from octant.geometries._arrays import frozen_array
 from octant.geometries._plane_geometry import FloatArray
-from octant.geometries._reader_mesh import SAME_LENGTH, reach_to_rim_m
+from octant.geometries._reader_mesh import reach_to_rim_m
 from octant.geometries.build_errors import BuildErrors
 from octant.geometries.errors import GeometryError
+from octant.geometries.tolerances import LENGTHS
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -126,7 +127,7 @@ def built_places(
     plates = drawn.plate_azimuths_rad + errors.plate_azimuth_rad
     drawn_rim = reach_to_rim_m(drawn.plate_azimuths_rad, rim_m)
     rim = scale * (drawn_rim if is_round else reach_to_rim_m(plates, rim_m))
-    at_rim = drawn.plate_reaches_m >= drawn_rim * (1.0 - SAME_LENGTH)
+    at_rim = drawn.plate_reaches_m >= drawn_rim * (1.0 - LENGTHS.same_share)
     reaches = np.where(at_rim, rim, drawn.plate_reaches_m)
     _refuse_any(reaches > rim, "plate", "would end beyond the ground plane")
     rim_heights = _heights(drawn.plate_rim_heights_m, errors.plate_height_m)

@@ -13,9 +13,7 @@ import numpy.typing as npt
 from octant.geometries import _bvh_kernels
 from octant.geometries._bvh_kernels import BvhArrays
 from octant.geometries._plane_geometry import FloatArray, IntArray
-
-MARGIN_PER_EXTENT = 1e-9
-"""Hits nearer to a segment's end than this share [-] of the scene's extent do not count."""
+from octant.geometries.tolerances import LENGTHS
 
 
 def build_bvh(corners_m: FloatArray, planes: IntArray, *, extent_m: float) -> BvhArrays:
@@ -35,7 +33,7 @@ def build_bvh(corners_m: FloatArray, planes: IntArray, *, extent_m: float) -> Bv
     BvhArrays
         Hierarchy; empty arrays when there is no triangle.
     """
-    margin = MARGIN_PER_EXTENT * extent_m
+    margin = LENGTHS.facet_per_extent * extent_m
     corners = np.ascontiguousarray(corners_m, dtype=np.float64).reshape(-1, 3, 3)
     low, high = corners.min(axis=1) - margin, corners.max(axis=1) + margin
     order, boxes, links = _bvh_kernels.build(low, high)

@@ -15,12 +15,10 @@ from octant.geometries._plane_geometry import (
     row_numbers,
     triangle_area_vectors,
 )
+from octant.geometries.tolerances import LENGTHS
 
 FLOAT32_BITS = 24
 """Significant bits [-] of the coordinates in most mesh files."""
-
-FINEST_M = 1e-6
-"""Flatness [m] that no wave of this package can tell from perfect, whatever the scene's size."""
 
 SLIVER_ASPECT = 1e-4
 """Height over longest side [-] below which a triangle's own normal is not trusted."""
@@ -49,10 +47,10 @@ def rounding_m(vertices_m: FloatArray, *, coordinate_bits: int, extent_m: float)
     2^-bits |x| (Cauchy's inequality). Both the corner and the plane that it is held against are
     rounded, and files are turned, moved and scaled after they were rounded: four times that is
     allowed. Near the origin, where this vanishes, 2^-(bits - 1) of the extent is allowed, but never
-    more than ``FINEST_M``, and always what arithmetic in float64 adds.
+    more than ``LENGTHS.place_m``, and always what arithmetic in float64 adds.
     """
     unit = 0.5**coordinate_bits
-    floor = min(FINEST_M, 2.0 * unit * extent_m) + 0.5**50 * extent_m
+    floor = min(LENGTHS.place_m, 2.0 * unit * extent_m) + 0.5**50 * extent_m
     tolerance: FloatArray = 4.0 * unit * np.linalg.norm(vertices_m, axis=1) + floor
     return tolerance
 

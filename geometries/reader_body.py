@@ -17,7 +17,6 @@ from octant.geometries._checks import positive_number
 from octant.geometries._plane_geometry import FloatArray
 from octant.geometries._polygons import mesh_of_triangles
 from octant.geometries._reader_mesh import (
-    SAME_LENGTH,
     ground_triangles,
     plate_triangles,
     reach_to_rim_m,
@@ -26,6 +25,7 @@ from octant.geometries.bodies import Body
 from octant.geometries.build_errors import BuildErrors
 from octant.geometries.built_places import BuiltPlaces, built_places
 from octant.geometries.errors import GeometryError
+from octant.geometries.tolerances import LENGTHS
 
 GroundPlaneShape = Literal["square", "round", "octagon"]
 GROUND_PLANE_SHAPES: tuple[GroundPlaneShape, ...] = ("square", "round", "octagon")
@@ -282,7 +282,7 @@ def _sheets(built: BuiltPlaces, rim_m: FloatArray, *, name: str, material: str) 
     rim = built.rim_scale * rim_m
     ends = reach_to_rim_m(built.plate_azimuths_rad, rim) if len(built.plate_azimuths_rad) else 0.0
     # A plate beyond the rim by more than rounding is one on the polygon of a round plane.
-    over = built.plate_reaches_m > ends * (1.0 + SAME_LENGTH)
+    over = built.plate_reaches_m > ends * (1.0 + LENGTHS.same_share)
     reaches = np.where(over, ends, built.plate_reaches_m)
     triangles = ground_triangles(
         rim, built.element_radii_m, built.element_azimuths_rad, reaches, built.plate_azimuths_rad
@@ -393,8 +393,8 @@ def _refuse_overhang(
     if len(azimuths_rad) == 0:
         return
     distance = reach_to_rim_m(azimuths_rad, rim_m)
-    worst = int(np.flatnonzero(distance <= distance.min() * (1.0 + SAME_LENGTH))[0])
-    if radius_m > distance[worst] * (1.0 + SAME_LENGTH):
+    worst = int(np.flatnonzero(distance <= distance.min() * (1.0 + LENGTHS.same_share))[0])
+    if radius_m > distance[worst] * (1.0 + LENGTHS.same_share):
         msg = (
             f"{of} is {radius_m:g} m, but the ground plane ends {distance[worst]:.4g} m from its "
             f"centre at azimuth {math.degrees(azimuths_rad[worst]):g} deg; make it smaller, or "

@@ -24,11 +24,7 @@ from octant.geometries.errors import GeometryError
 from octant.geometries.facets import Facets, build_facets
 from octant.geometries.occlusion import build_bvh, segments_blocked, winding_numbers
 from octant.geometries.planes import FLOAT32_BITS, rounding_m
-
-PLANE_TOLERANCE_PER_EXTENT = 1e-6
-"""Distance [-] per extent of the scene within which a corner stands on another triangle's edge and
-a point on a wall: ten times what float32 mesh files round off, a thousandth of a degree of phase
-per metre at 2.4 GHz."""
+from octant.geometries.tolerances import LENGTHS
 
 MOST_PLANES = 6
 """Planes [-] through one point that moving off them looks at: at a corner of three walls, three."""
@@ -114,7 +110,7 @@ class Scene:
     @property
     def tolerance_m(self) -> float:
         """Distance [m] within which a point counts as lying on a facet."""
-        return 1e-9 * self.extent_m
+        return LENGTHS.facet_per_extent * self.extent_m
 
     @property
     def floor_height_m(self) -> float:
@@ -228,7 +224,7 @@ class Scene:
             Whether each point was moved [-].
         """
         points = np.array(points_m, dtype=np.float64).reshape(-1, 3)
-        slack = PLANE_TOLERANCE_PER_EXTENT * self.extent_m
+        slack = LENGTHS.plane_per_extent * self.extent_m
         moved: npt.NDArray[np.bool_] = np.isfinite(
             self.distance_to_facets_m(points, within_m=slack)[0]
         )
@@ -315,13 +311,13 @@ def build_scene(
     material = np.repeat([names.index(b.material) for b in everything], sizes).astype(np.int64)
     room_faces = sum(sizes[: len(bodies)])
     if everything:
-        faces = weld(vertices, 1e-7 * extent)[faces]
+        faces = weld(vertices, LENGTHS.weld_per_extent * extent)[faces]
         kept = distinct_triangles(faces, material, room_faces)
         faces, material = faces[kept], material[kept]
         room_faces = int(np.searchsorted(kept, room_faces))
         places, faces = np.unique(faces, return_inverse=True)
         vertices, faces = vertices[places], faces.reshape(-1, 3)
-    tolerance = PLANE_TOLERANCE_PER_EXTENT * extent
+    tolerance = LENGTHS.plane_per_extent * extent
     rounding = rounding_m(vertices, coordinate_bits=coordinate_bits, extent_m=extent)
     facets = build_facets(vertices, faces, material, tolerance_m=tolerance, rounding_m=rounding)
     if everything and len(facets.facet_plane) == 0:

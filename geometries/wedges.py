@@ -16,6 +16,7 @@ from octant.geometries._plane_geometry import FloatArray, IntArray
 from octant.geometries.edges import Edges, find_edges
 from octant.geometries.facets import Facets
 from octant.geometries.scene import Scene
+from octant.geometries.tolerances import LENGTHS
 
 ANGLE_TOLERANCE_RAD = 1e-6
 """Angle [rad] within which facets count as coplanar, or a sector as a whole part of 180 degrees."""
@@ -124,9 +125,7 @@ def find_wedges(scene: Scene) -> Wedges:
 
 
 def _edge_tolerance_m(scene: Scene) -> float:
-    from octant.geometries.scene import PLANE_TOLERANCE_PER_EXTENT
-
-    return PLANE_TOLERANCE_PER_EXTENT * scene.extent_m
+    return LENGTHS.plane_per_extent * scene.extent_m
 
 
 _Row = tuple[int, FloatArray, FloatArray, float, int, int]

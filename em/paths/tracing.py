@@ -18,6 +18,7 @@ from octant.em.search.edge_search import EdgeTree, no_edges, wedge_frames
 from octant.em.search.image_search import ImageTree
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import GeometryError
+from octant.geometries.tolerances import LENGTHS
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -28,10 +29,6 @@ NOTHING, REFLECTION, TRANSMITTED, DIFFRACTION = 0, 1, 2, 3
 
 LETTERS = ("", "R", "T", "D")
 """Their letters, as path tables write them."""
-
-
-NEAREST_M = 1e-9
-"""Distance [m] from source to receiver up to which they count as one place."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -198,7 +195,7 @@ def checked_receivers(tree: ImageTree, receivers_m: npt.ArrayLike) -> FloatArray
         For a receiver outside the region that the images were searched for, or at the source.
     """
     receivers = frozen_array(receivers_m, name="receivers_m", shape=(None, 3))
-    slack = 1e-6
+    slack = LENGTHS.place_m
     outside = (receivers < tree.region_m[0] - slack) | (receivers > tree.region_m[1] + slack)
     if outside.any():
         worst = receivers[int(np.argmax(outside.any(axis=1)))]
@@ -209,11 +206,11 @@ def checked_receivers(tree: ImageTree, receivers_m: npt.ArrayLike) -> FloatArray
         )
         raise GeometryError(msg)
     offset = np.linalg.norm(receivers - tree.source_m, axis=1)
-    if len(offset) and float(offset.min()) <= NEAREST_M:
+    if len(offset) and float(offset.min()) <= LENGTHS.same_m:
         x, y, z = receivers[int(np.argmin(offset))]
         msg = (
             f"receiver ({x:g}, {y:g}, {z:g}) m is at the place of the source, where the field has "
-            f"no bounds; keep them more than {NEAREST_M:g} m apart."
+            f"no bounds; keep them more than {LENGTHS.same_m:g} m apart."
         )
         raise GeometryError(msg)
     return receivers

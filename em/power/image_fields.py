@@ -21,11 +21,11 @@ from octant.em.search.image_search import search_images
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import GeometryError, MaterialRangeError
 from octant.geometries.scene import Scene
+from octant.geometries.tolerances import LENGTHS
 
 FloatArray = npt.NDArray[np.float64]
 
 _SERIAL_PLACES = 256
-_SAME_IMAGE_M = 1e-5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -124,7 +124,7 @@ class ImageField:
         places = frozen_array(places_m, name="places_m", shape=(None, 2))
         low = np.array([self.x_m[0], self.y_m[0]])
         high = np.array([self.x_m[-1], self.y_m[-1]])
-        outside = ((places < low - 1e-9) | (places > high + 1e-9)).any(axis=1)
+        outside = ((places < low - LENGTHS.same_m) | (places > high + LENGTHS.same_m)).any(axis=1)
         if outside.any():
             worst = places[int(np.argmax(outside))]
             msg = (
@@ -247,7 +247,7 @@ def trace_image_field(
         image = places[found.receiver] + length[:, None] * gains.arrival
         # Two walls in either order have one image; the offset keeps images at round places apart
         # from the rounding's own edges. One number for each image sorts faster than three.
-        cells = np.floor(image / _SAME_IMAGE_M + 0.12345).astype(np.int64)
+        cells = np.floor(image / LENGTHS.weld_m + 0.12345).astype(np.int64)
         keys = cells @ np.array([1, 100_000_007, 10_000_000_019_000_033])
         _, one, path = np.unique(keys, return_index=True, return_inverse=True)
         part = np.zeros((len(places), len(one)), dtype=np.complex128)

@@ -23,6 +23,7 @@ from octant.em.search.search_facets import inner_sides, search_facets
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import GeometryError
 from octant.geometries.scene import Scene
+from octant.geometries.tolerances import LENGTHS
 from octant.geometries.wedges import Wedges
 
 FloatArray = npt.NDArray[np.float64]
@@ -219,7 +220,7 @@ def _pairs_over_a_facet(wedges: Wedges) -> IntArray:
     offset = wedges.origin_m[None] - wedges.origin_m[:, None]
     aside = np.linalg.norm(np.cross(offset, wedges.axis[:, None]), axis=2)
     parallel = np.linalg.norm(np.cross(wedges.axis[None], wedges.axis[:, None]), axis=2)
-    shared &= (aside > 1e-9) | (parallel > 1e-9)
+    shared &= (aside > LENGTHS.same_m) | (parallel > 1e-9)
     first, last = np.nonzero(shared)
     pairs: IntArray = np.column_stack((w[first], w[last]))
     return pairs

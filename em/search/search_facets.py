@@ -9,13 +9,11 @@ from octant.em.search import _beam_kernels
 from octant.geometries import _bvh_kernels
 from octant.geometries.closed_parts import inside_parts
 from octant.geometries.scene import Scene
+from octant.geometries.tolerances import LENGTHS
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 BoolArray = npt.NDArray[np.bool_]
-
-HIDING_PER_EXTENT = 1e-5
-"""Margin [-] per extent of the scene within which a facet hides nothing at its rim or surface."""
 
 NEVER = 2
 """Side [-] of a facet that a path can use on neither side."""
@@ -103,7 +101,7 @@ def search_facets(
         boxes=boxes,
         links=links,
         order=used[order],
-        margin_m=HIDING_PER_EXTENT * scene.extent_m + 2.0 * _unevenness_m(scene),
+        margin_m=LENGTHS.hiding_per_extent * scene.extent_m + 2.0 * _unevenness_m(scene),
     )
 
 

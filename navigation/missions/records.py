@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import NavigationError, PhysicsWarning
+from octant.geometries.tolerances import LENGTHS
 from octant.navigation.navigators.arrival import ArrivalTest
 from octant.navigation.robot.floor_motion import Contact, Motion
 from octant.navigation.robot.rolling import Rolling
@@ -117,7 +118,7 @@ class Mission:
             )
             raise NavigationError(msg)
         way = self.waypoints_m
-        short = np.flatnonzero(np.linalg.norm(np.diff(way, axis=0), axis=1) < 1e-9)
+        short = np.flatnonzero(np.linalg.norm(np.diff(way, axis=0), axis=1) < LENGTHS.same_m)
         if short.size:
             msg = (
                 f"the way stands still at ({way[short[0], 0]:g}, {way[short[0], 1]:g}) m before "

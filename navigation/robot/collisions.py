@@ -8,12 +8,12 @@ import numpy.typing as npt
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import NavigationError
 from octant.geometries.scene import Scene
+from octant.geometries.tolerances import LENGTHS
 from octant.navigation.checks import check_positive
 
 FloatArray = npt.NDArray[np.float64]
 
 _FLOOR_M = 0.01
-_SAME_M = 1e-9
 _LEVELS = (0.1, 0.5, 0.9)
 
 
@@ -65,7 +65,7 @@ class Footprint:
         if not len(self.edges_m):
             return np.full(len(points), np.inf)
         start, along = self.edges_m[:, :2], self.edges_m[:, 2:] - self.edges_m[:, :2]
-        length2 = np.maximum(np.sum(along**2, axis=1), _SAME_M**2)
+        length2 = np.maximum(np.sum(along**2, axis=1), LENGTHS.same_m**2)
         away = points[:, None] - start
         share = np.clip(np.sum(away * along, axis=2) / length2, 0.0, 1.0)
         gap = away - share[..., None] * along
@@ -119,7 +119,7 @@ def footprint(scene: Scene, *, radius_m: float, height_m: float) -> Footprint:
             edges.extend(
                 np.concatenate([plan[i - 1], plan[i]])
                 for i in range(len(plan))
-                if np.hypot(*(plan[i] - plan[i - 1])) > _SAME_M
+                if np.hypot(*(plan[i] - plan[i - 1])) > LENGTHS.same_m
             )
     found = np.unique(np.round(np.array(edges).reshape(-1, 4), 9), axis=0)
     return Footprint(edges_m=found, radius_m=radius_m)

@@ -9,12 +9,11 @@ from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import NavigationError
 from octant.geometries.occlusion import segments_blocked
 from octant.geometries.scene import Scene
+from octant.geometries.tolerances import LENGTHS
 from octant.navigation.angles import wrap_angle
 from octant.navigation.checks import check_positive
 
 FloatArray = npt.NDArray[np.float64]
-
-_IN_FRONT_M = 1e-3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -95,7 +94,7 @@ class Landmark:
             When it is inside a wall or an object, or faces one.
         """
         front = np.array(self.position_m)
-        front[:2] -= _IN_FRONT_M * np.array([np.cos(self.heading_rad), np.sin(self.heading_rad)])
+        front[:2] -= LENGTHS.step_m * np.array([np.cos(self.heading_rad), np.sin(self.heading_rad)])
         buried = bool(scene.inside_solid(front[None])[0])
         if buried or not scene.inside_room(front[None])[0]:
             what = "inside an object" if buried else "inside a wall or outside the room"
@@ -223,7 +222,7 @@ class LandmarkSensor:
         if self.scene is not None and self.scene.bodies and seen.any():
             chosen = np.flatnonzero(seen)
             ends = np.tile(landmark.position_m, (len(chosen), 1))
-            ends -= _IN_FRONT_M * ray[chosen] / distance[chosen, None]
+            ends -= LENGTHS.step_m * ray[chosen] / distance[chosen, None]
             seen[chosen] = ~segments_blocked(self.scene.bvh, eye[chosen], ends)
         return np.asarray(seen)
 

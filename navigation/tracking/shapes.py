@@ -8,6 +8,7 @@ import numpy.typing as npt
 
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import NavigationError
+from octant.geometries.tolerances import LENGTHS
 from octant.navigation.tracking.trajectories import Curve
 
 FloatArray = npt.NDArray[np.float64]
@@ -280,7 +281,7 @@ def spline(
     points = frozen_array(waypoints_m, name="waypoints_m", shape=(None, 2), error=NavigationError)
     way = np.vstack([points, points[:1]]) if closed else np.array(points)
     chords = np.linalg.norm(np.diff(way, axis=0), axis=1)
-    if len(points) < 2 + closed or not (chords > 1e-9).all():
+    if len(points) < 2 + closed or not (chords > LENGTHS.same_m).all():
         msg = (
             f"{name!r} has {len(points)} waypoints, but a spline needs at least {2 + closed} and "
             "no two neighbours alike: change the list."

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.geometries.errors import ConfigError
+from octant.geometries.tolerances import LENGTHS
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.options import POINT
 
@@ -252,7 +253,7 @@ def _stood_off(
 def _refuse_same_place(source_m: FloatArray, receivers_m: FloatArray) -> None:
     distance_m = np.linalg.norm(receivers_m - source_m, axis=1)
     nearest = int(np.argmin(distance_m))
-    if distance_m[nearest] < 1e-6:
+    if distance_m[nearest] < LENGTHS.place_m:
         msg = (
             f"receiver {nearest} stands at the transmitter's own place {source_m.tolist()} m, "
             "where there is no path to speak of; move one of them."

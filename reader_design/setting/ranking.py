@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from octant.geometries.errors import SweepStateError
+from octant.geometries.tolerances import LENGTHS
 from octant.reader_design.experiments.choice.reasons import (
     ONLY_ONE,
     ORDER,
@@ -204,7 +205,7 @@ def _keeps_up(value: float, best: float, criterion: Criterion) -> bool:
 def _select(merits: Sequence[Merit], left: list[int], rules: Rules) -> tuple[int, str]:
     """Return the best of the candidates that are left, and what decided."""
     least = min(merits[i].excess_m for i in left)
-    pool = [i for i in left if merits[i].excess_m <= max(least, 1e-9)]
+    pool = [i for i in left if merits[i].excess_m <= max(least, LENGTHS.same_m)]
     decided = SIZE if len(pool) < len(left) else ONLY_ONE
     usable = [i for i in pool if merits[i].usable_share >= rules.least_usable_share]
     if not usable:

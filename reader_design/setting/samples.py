@@ -15,6 +15,7 @@ from octant.em.power.received_power import ReaderLink
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import ConfigError
 from octant.geometries.scene import Scene
+from octant.geometries.tolerances import LENGTHS
 from octant.navigation.sensing.sensor import PowerLink
 from octant.reader_design.setting.scene import PlacedTag, StudyScene
 from octant.reader_design.study_file.schema import Study
@@ -220,7 +221,7 @@ def standing_room(
     column = np.column_stack([points_m, np.full(len(points_m), reader_z_m)])
     fits &= scene.inside_room(column)
     floor = scene.floor_height_m
-    for z_m in np.linspace(floor + 1e-3, reader_z_m, 4):
+    for z_m in np.linspace(floor + LENGTHS.step_m, reader_z_m, 4):
         column[:, 2] = z_m
         fits &= ~scene.inside_solid(column)
     distance = scene.distance_to_facets_m(column)[0]
@@ -293,8 +294,8 @@ def room_places_m(
     found = []
     for tag in built.tags:
         distance = np.hypot(*(places - tag.position_m[:2]).T)
-        near = distance >= sampling.nearest_m - 1e-9
-        near &= distance <= sampling.farthest_m + 1e-9
+        near = distance >= sampling.nearest_m - LENGTHS.same_m
+        near &= distance <= sampling.farthest_m + LENGTHS.same_m
         if near.any():
             found.append((tag, places[near]))
     if not found:

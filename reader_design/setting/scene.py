@@ -11,6 +11,7 @@ from octant.em.search.candidates import Candidates, search_candidates
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import ConfigError, OctantError
 from octant.geometries.scene import Scene, build_scene
+from octant.geometries.tolerances import LENGTHS
 from octant.geometries.wedges import find_wedges
 from octant.reader_design.setting.antennas import named_antenna
 from octant.reader_design.setting.bodies import object_bodies, room_bodies, study_materials
@@ -369,14 +370,14 @@ def _check_start(
         low, high = scene.bounds_m[:, :2].tolist()
         msg = f"{shown}, which is outside the room that spans {low} to {high} m; start inside it."
         raise ConfigError(msg)
-    heights = np.linspace(scene.floor_height_m + 1e-3, reader_z_m, 5)
+    heights = np.linspace(scene.floor_height_m + LENGTHS.step_m, reader_z_m, 5)
     column = np.column_stack([np.tile(start[:2], (5, 1)), heights])
     if scene.inside_solid(column).any():
         msg = f"{shown}, which is inside an object; start beside it."
         raise ConfigError(msg)
     radius_m = study.reader.ground_plane_m / 2.0
     distance_m = float(scene.distance_to_facets_m(start[None, :])[0][0])
-    beside = distance_m < radius_m and distance_m < study.reader.height_m - 1e-9
+    beside = distance_m < radius_m and distance_m < study.reader.height_m - LENGTHS.same_m
     if beside:
         msg = (
             f"{shown}, {distance_m:g} m from a wall or an object, but the reader reaches "

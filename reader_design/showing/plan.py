@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.geometries.scene import Scene
+from octant.geometries.tolerances import LENGTHS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -55,7 +56,7 @@ def plan_of(scene: Scene, height_m: float) -> Plan:
     triangles = np.concatenate(corners) if corners else np.zeros((0, 3, 3))
     solids = [solid[:, :, :2] for solid in scene.solids]
     return Plan(
-        cuts_m=cut_triangles(triangles, height_m + 1e-9 * scene.extent_m),
+        cuts_m=cut_triangles(triangles, height_m + LENGTHS.facet_per_extent * scene.extent_m),
         solids_m=np.concatenate(solids) if solids else np.zeros((0, 3, 2)),
         bounds_m=scene.bounds_m[:, :2],
     )

@@ -9,6 +9,7 @@ import msgspec
 
 from octant.em.antennas.kinds import AntennaKind
 from octant.geometries.errors import ConfigError, InfeasibleDesignError
+from octant.geometries.tolerances import LENGTHS
 from octant.reader_design.setting.scores import SCORE_NAMES, higher_is_better, score_unit
 from octant.reader_design.study_file.choice import Choice, Scoring
 from octant.reader_design.study_file.dock import Dock
@@ -163,7 +164,7 @@ def _check_tags(tags: Sequence[Tag]) -> None:
 
 def _check_reader(reader: Reader) -> None:
     limit_m = reader.ground_plane_m / 2.0
-    if reader.antenna_radius_m > limit_m * (1.0 + 1e-9):
+    if reader.antenna_radius_m > limit_m * (1.0 + LENGTHS.same_share):
         msg = (
             f"reader.antenna_radius_m is {reader.antenna_radius_m:g} m, but the antennas must "
             f"stand on the ground plane, whose half is {limit_m:g} m; choose a smaller radius or "

@@ -14,10 +14,11 @@ import numpy.typing as npt
 from octant.em.reader.fullwave._strips import Strip
 from octant.em.reader.fullwave._symmetry import turned
 from octant.geometries._plane_geometry import FloatArray, IntArray
-from octant.geometries._reader_mesh import SAME_LENGTH, reach_to_rim_m
+from octant.geometries._reader_mesh import reach_to_rim_m
 from octant.geometries.build_errors import BuildErrors
 from octant.geometries.errors import GeometryError
 from octant.geometries.reader_body import ReaderBody
+from octant.geometries.tolerances import LENGTHS
 
 BoolArray = npt.NDArray[np.bool_]
 
@@ -30,9 +31,6 @@ DRAGGED_M = 0.02
 LEAST_DRAGGED_M = 0.008
 """Distance [m] from a foot to the rim or a plate below which no mesh follows it: a millimetre's
 shift would press its triangles flat."""
-
-SAME_PLACE_M = 1e-8
-"""Distance [m] below which two points are one."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -189,10 +187,10 @@ def _built_rim_m(points_m: FloatArray, body: ReaderBody, rim_m: FloatArray) -> F
     else:
         corners = np.mod(np.arctan2(rim_m[:, 1], rim_m[:, 0]), 2.0 * np.pi)
         apart = np.abs(np.mod(knots[:, None] - corners + np.pi, 2.0 * np.pi) - np.pi)
-        at_corner = apart.min(axis=1, initial=np.inf) < SAME_LENGTH
+        at_corner = apart.min(axis=1, initial=np.inf) < LENGTHS.same_share
         if at_corner.any():
             end = reach_to_rim_m(knots[at_corner], rim_m).min()
-            if body.plate_outer_radius_m >= end * (1.0 - SAME_LENGTH):
+            if body.plate_outer_radius_m >= end * (1.0 - LENGTHS.same_share):
                 _refuse_moved_corner(turns[at_corner])
         knots = np.concatenate((knots[~at_corner], corners))
         turns = np.concatenate((turns[~at_corner], np.zeros(len(corners))))
@@ -221,7 +219,7 @@ def _refuse_moved_corner(turns_rad: FloatArray) -> None:
 def _refuse_moved_rim_feet(body: ReaderBody, errors: BuildErrors, rim_m: FloatArray) -> None:
     """Raise when a monopole whose foot is part of the rim would leave it."""
     reach = reach_to_rim_m(body.element_azimuths_rad, rim_m)
-    on_rim = body.antenna_radius_m >= reach * (1.0 - SAME_LENGTH)
+    on_rim = body.antenna_radius_m >= reach * (1.0 - LENGTHS.same_share)
     leaves = errors.radial_m != 0.0
     if body.ground_plane_shape != "round":
         leaves |= errors.azimuth_rad != 0.0
@@ -249,7 +247,7 @@ def _drag_feet(
     built = body.built.element_radii_m[:, None] * _directions(body.built.element_azimuths_rad)
     width = np.minimum(cKDTree(drawn_m[held, :2]).query(drawn)[0], DRAGGED_M)
     apart, index = cKDTree(drawn_m[free, :2]).query(drawn)
-    chosen = np.flatnonzero((width >= LEAST_DRAGGED_M) & (apart < SAME_PLACE_M))
+    chosen = np.flatnonzero((width >= LEAST_DRAGGED_M) & (apart < LENGTHS.joined_m))
     left = built - there[free[index], :2]
     for i in chosen:
         away = np.linalg.norm(drawn_m[free, :2] - drawn[i], axis=1)

@@ -8,9 +8,7 @@ import numpy as np
 from octant.geometries._plane_geometry import FloatArray
 from octant.geometries.errors import GeometryError
 from octant.geometries.reader_body import ReaderBody
-
-SAME_PLACE_M = 1e-8
-"""Distance [m] below which two things touch."""
+from octant.geometries.tolerances import LENGTHS
 
 CLOSE_M = 0.011
 """Distance [m] between a strip and a plate below which the result hangs on the refinement."""
@@ -68,7 +66,7 @@ def _from_plate_m(points_m: FloatArray, azimuth_rad: float, reach_m: float) -> f
 
 def _refuse_contact(body: ReaderBody, antenna: int, beside_m: float, what: str) -> None:
     """Raise when an antenna touches something."""
-    if beside_m <= SAME_PLACE_M:
+    if beside_m <= LENGTHS.joined_m:
         msg = (
             f"antenna {antenna + 1} touches {what} at antenna_radius_m = "
             f"{body.antenna_radius_m:g} m; move the antennas out, or give thinner wire."

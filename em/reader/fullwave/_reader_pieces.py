@@ -10,8 +10,9 @@ from octant.em.reader.fullwave._element_size import ElementSize
 from octant.em.reader.fullwave._polygon_mesh import mesh_polygon
 from octant.em.reader.fullwave._strips import Strip
 from octant.geometries._plane_geometry import FloatArray, IntArray
-from octant.geometries._reader_mesh import SAME_LENGTH, reach_to_rim_m
+from octant.geometries._reader_mesh import reach_to_rim_m
 from octant.geometries.reader_body import ReaderBody
+from octant.geometries.tolerances import LENGTHS
 
 Piece = tuple[FloatArray, IntArray]
 """Vertices (v, 3) [m] and triangles (f, 3) [-]."""
@@ -73,9 +74,9 @@ def _spokes(body: ReaderBody, rim_m: FloatArray) -> list[tuple[float, list[Float
         end = float(reach_to_rim_m(np.array([azimuth]), rim_m)[0])
         direction = np.array((math.cos(azimuth), math.sin(azimuth)))
         outer = end * direction
-        near = np.flatnonzero(np.abs(rim_m - outer).max(axis=1) <= SAME_LENGTH * end)
+        near = np.flatnonzero(np.abs(rim_m - outer).max(axis=1) <= LENGTHS.same_share * end)
         outer = rim_m[near[0]] if near.size else outer
-        on_rim = radius >= end * (1.0 - SAME_LENGTH)
+        on_rim = radius >= end * (1.0 - LENGTHS.same_share)
         spokes.append((azimuth, [outer] if on_rim else [radius * direction, outer], is_antenna))
     return spokes
 
@@ -102,7 +103,9 @@ def ground_pieces(
             angles: FloatArray, start: float = azimuth, width: float = width
         ) -> tuple[IntArray, FloatArray]:
             ahead = np.mod(angles - start, 2.0 * math.pi)
-            return np.flatnonzero((ahead > SAME_LENGTH) & (ahead < width - SAME_LENGTH)), ahead
+            return np.flatnonzero(
+                (ahead > LENGTHS.same_share) & (ahead < width - LENGTHS.same_share)
+            ), ahead
 
         found, ahead = within(rim_angles)
         outline = [(ahead[k], rim_m[k]) for k in found]
@@ -111,7 +114,7 @@ def ground_pieces(
             found, ahead = within(foot_angles)
             for k in found:
                 reach = float(reach_to_rim_m(foot_angles[k : k + 1], rim_m)[0])
-                if np.hypot(*feet[k]) >= reach * (1.0 - 1e-7):
+                if np.hypot(*feet[k]) >= reach * (1.0 - LENGTHS.turned_share):
                     outline.append((ahead[k], feet[k]))
                 else:
                     fixed.append(feet[k])

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from octant.geometries._plane_geometry import FloatArray, IntArray
-from octant.geometries._reader_mesh import SAME_LENGTH, reach_to_rim_m
+from octant.geometries._reader_mesh import reach_to_rim_m
+from octant.geometries.tolerances import LENGTHS
 
 CELLS_OF_HALF_WAVE = 24
 """Even cells along a strip of half a wavelength at up to 14 elements per wavelength [-]."""
@@ -50,7 +51,7 @@ class Strip:
         foot = np.array([middle - 0.5 * width_m * across, middle, middle + 0.5 * width_m * across])
         if rim_m is not None:
             reach = float(reach_to_rim_m(np.array([azimuth_rad]), rim_m)[0])
-            if antenna_radius_m >= reach * (1.0 - SAME_LENGTH):
+            if antenna_radius_m >= reach * (1.0 - LENGTHS.same_share):
                 foot = np.array(
                     [
                         along_rim(rim_m, azimuth_rad, -0.5 * width_m),
@@ -77,7 +78,7 @@ def along_rim(rim_m: FloatArray, azimuth_rad: float, distance_m: float) -> Float
     reach = float(reach_to_rim_m(np.array([azimuth_rad]), rim_m)[0])
     start = reach * np.array((math.cos(azimuth_rad), math.sin(azimuth_rad)))
     angles = np.mod(np.arctan2(rim_m[:, 1], rim_m[:, 0]) - azimuth_rad, 2.0 * math.pi)
-    small = SAME_LENGTH
+    small = LENGTHS.same_share
     if distance_m > 0.0:
         ahead = np.where(angles < small, angles + 2.0 * math.pi, angles)
         corner = rim_m[np.argmin(ahead)]

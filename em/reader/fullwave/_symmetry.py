@@ -5,9 +5,7 @@ import math
 import numpy as np
 
 from octant.geometries._plane_geometry import FloatArray, IntArray
-
-SAME_PLACE = 1e-7
-"""Distance over the mesh's size [-] below which a turned vertex is at another one's place."""
+from octant.geometries.tolerances import LENGTHS
 
 
 def turned(points_m: FloatArray, angle_rad: float) -> FloatArray:
@@ -24,7 +22,7 @@ def turned_vertices(vertices_m: FloatArray, sectors: int) -> IntArray | None:
     there = turned(vertices_m, 2.0 * math.pi / sectors)
     distance, index = cKDTree(vertices_m).query(there)
     span = float(np.ptp(vertices_m, axis=0).max())
-    if distance.max() > SAME_PLACE * span or len(np.unique(index)) < len(index):
+    if distance.max() > LENGTHS.turned_share * span or len(np.unique(index)) < len(index):
         return None
     return np.asarray(index, dtype=np.int64)
 

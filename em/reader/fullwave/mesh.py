@@ -39,6 +39,7 @@ from octant.geometries.bodies import Body
 from octant.geometries.errors import GeometryError
 from octant.geometries.occlusion import build_bvh, segments_blocked
 from octant.geometries.reader_body import MIN_ROUND_SIDES, ReaderBody, ground_plane_outline_m
+from octant.geometries.tolerances import LENGTHS
 
 ElementKind = Literal["dipole", "monopole"]
 """Kinds of antenna that the mesh can carry."""
@@ -51,9 +52,6 @@ WIRE_RADIUS_M = 0.0005
 
 FEED_GAP_M = 0.0057
 """Default length [m] over which the source's voltage is spread evenly along the strip."""
-
-SAME_PLACE_M = 1e-8
-"""Distance [m] below which two pieces' vertices are one."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -297,7 +295,7 @@ def with_series_load(mesh: ReaderMesh, *, strip: int, height_m: float) -> Reader
     cut = levels[1:-1][np.argmin(np.abs(levels[1:-1] - levels[0] - height_m))]
     # The vertex's own height: a delta gap is found by it.
     points = mesh.vertices_m[np.unique(faces)]
-    at_cut = points[np.abs(points[:, 2] - cut) < SAME_PLACE_M].mean(axis=0)[None]
+    at_cut = points[np.abs(points[:, 2] - cut) < LENGTHS.joined_m].mean(axis=0)[None]
     return replace(
         mesh,
         feed_bottom_m=np.concatenate((mesh.feed_bottom_m, at_cut)),
@@ -341,7 +339,7 @@ def joined_pieces(
     starts = np.cumsum([0, *(len(points) for points, _ in pieces)])
     points = np.concatenate([points for points, _ in pieces])
     faces = np.concatenate([f + start for (_, f), start in zip(pieces, starts, strict=False)])
-    faces = weld(points, SAME_PLACE_M)[faces]
+    faces = weld(points, LENGTHS.joined_m)[faces]
     used, faces = np.unique(faces, return_inverse=True)
     return points[used], faces.reshape(-1, 3).astype(np.int64)
 

@@ -7,9 +7,7 @@ import numpy.typing as npt
 
 from octant.em.reader.fullwave.basis import SurfaceBasis
 from octant.geometries.errors import GeometryError
-
-SAME_PLACE_M = 1e-8
-"""Distance [m] along the feed below which an edge is at a delta gap."""
+from octant.geometries.tolerances import LENGTHS
 
 
 def feed_excitation(
@@ -63,7 +61,7 @@ def feed_excitation(
     height = (corners - bottom) @ direction
     edge_m = basis.edge_lengths_m
     if length == 0.0:
-        at_gap = np.abs(height) < SAME_PLACE_M
+        at_gap = np.abs(height) < LENGTHS.joined_m
         across = np.stack([at_gap[:, [1, 2, 0]] & at_gap[:, [2, 0, 1]]])[0]
         below = across & (height.mean(axis=1) < 0.0)[:, None]
         chosen, sign = (below, 1.0) if below.any() else (across, -1.0)

@@ -5,6 +5,7 @@ import numpy.typing as npt
 
 from octant.geometries._arrays import frozen_array
 from octant.geometries._checks import positive_number
+from octant.geometries.tolerances import LENGTHS
 
 MOST_ROUNDS = 40
 """Rounds of halving edges after which a mesh counts as fine enough [-]."""
@@ -50,12 +51,12 @@ def refined_mesh(
         longest = np.zeros(len(edges))
         for k in range(3):
             np.maximum.at(longest, of_side[:, k], length[of_side].max(axis=1))
-        split = (length > limit * (1.0 + 1e-9)) & (length >= 0.75 * longest)
-        split |= (length > limit * (1.0 + 1e-9)) & (length >= length[of_side].max())
+        split = (length > limit * (1.0 + LENGTHS.same_share)) & (length >= 0.75 * longest)
+        split |= (length > limit * (1.0 + LENGTHS.same_share)) & (length >= length[of_side].max())
         if not split.any():
-            if not (length > limit * (1.0 + 1e-9)).any():
+            if not (length > limit * (1.0 + LENGTHS.same_share)).any():
                 break
-            split = length > limit * (1.0 + 1e-9)
+            split = length > limit * (1.0 + LENGTHS.same_share)
         middle = np.full(len(edges), -1)
         middle[split] = len(points) + np.arange(int(split.sum()))
         points = np.concatenate((points, points[edges[split]].mean(axis=1)))

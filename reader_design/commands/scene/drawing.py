@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from octant.geometries.appearance import looks_of
 from octant.geometries.scene import Scene
+from octant.geometries.tolerances import LENGTHS
 from octant.reader_design.commands.scene.faces import Face, hidden_points
 from octant.reader_design.showing.plan import TAG_COLOUR
 
@@ -107,7 +108,7 @@ class SceneDrawing:
         self._fill(inner, alpha=1.0, zorder=3.0)
         for face in inner:
             middle, legs = self._pieces(face.rim_m)
-            shown = ~hidden_points(self.faces, middle + 1e-3 * self.towards, self.towards)
+            shown = ~hidden_points(self.faces, middle + LENGTHS.step_m * self.towards, self.towards)
             self._rim(legs[shown], colour="#2e2e2e", width=0.7, zorder=3.5)
 
     def reader(self, triangles_m: FloatArray) -> None:

@@ -9,6 +9,7 @@ from octant.geometries.bodies import Body
 from octant.geometries.facets import build_facets
 from octant.geometries.occlusion import build_bvh, segments_blocked
 from octant.geometries.scene import Scene
+from octant.geometries.tolerances import LENGTHS
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -70,7 +71,12 @@ def _faces_of(body: Body, scene: Scene, towards: FloatArray) -> list[Face]:
     triangles = body.triangles_m
     if len(triangles) <= MOST_TRIANGLES:
         zeros = np.zeros(len(triangles), dtype=np.int64)
-        flat = build_facets(body.vertices_m, body.faces, zeros, tolerance_m=1e-6 * scene.extent_m)
+        flat = build_facets(
+            body.vertices_m,
+            body.faces,
+            zeros,
+            tolerance_m=LENGTHS.plane_per_extent * scene.extent_m,
+        )
         pieces = [
             (triangles[flat.triangle_facet == i], flat.outline_room_m(i))
             for i in range(len(flat.facet_plane))
@@ -108,7 +114,7 @@ def _polygon(rim_m: FloatArray) -> tuple[FloatArray, ...]:
     corners = [rim_m[0, 0]]
     while len(corners) <= len(rim_m):
         end = follows.get(tuple(np.round(corners[-1], 9)))
-        if end is None or np.allclose(end, corners[0], atol=1e-8):
+        if end is None or np.allclose(end, corners[0], atol=LENGTHS.joined_m):
             break
         corners.append(end)
     return (np.array(corners),) if len(corners) == len(rim_m) == len(follows) else ()
@@ -116,7 +122,7 @@ def _polygon(rim_m: FloatArray) -> tuple[FloatArray, ...]:
 
 def _with_walls(scene: Scene, faces: list[Face]) -> list[Face]:
     """Return the faces told apart: a wall has the outside of the room on one of its sides."""
-    step = 1e-3 * scene.extent_m
+    step = LENGTHS.step_per_extent * scene.extent_m
     middles = []
     for face in faces:
         a, b, c = np.moveaxis(face.triangles_m, 1, 0)
@@ -163,5 +169,5 @@ def hidden_points(
     reach = float(np.linalg.norm(np.ptp(both, axis=0))) + 1.0
     planes = np.arange(len(corners), dtype=np.int64)
     tree = build_bvh(corners, planes, extent_m=reach)
-    start = points_m + 1e-6 * reach * towards
+    start = points_m + LENGTHS.plane_per_extent * reach * towards
     return segments_blocked(tree, start, start + 2.0 * reach * towards)

@@ -14,6 +14,8 @@ from octant.geometries.bodies import Body
 from octant.geometries.files import whole_file
 from octant.geometries.mesh_files import save_bodies
 from octant.geometries.scene import Scene
+from octant.geometries.tolerances import LENGTHS
+from octant.reader_design.keeping.store import whole_file
 
 if TYPE_CHECKING:
     from octant.reader_design.commands.scene.drawing import DrawnPaths
@@ -86,7 +88,7 @@ def closes_room(body: Body, scene: Scene) -> bool:
     if not scene.has_room:
         return False
     low, high = body.bounds_m
-    slack = 1e-6 * scene.extent_m
+    slack = LENGTHS.plane_per_extent * scene.extent_m
     is_floor = high[2] <= scene.floor_height_m + slack
     touched = (low <= scene.bounds_m[0] + slack) | (high >= scene.bounds_m[1] - slack)
     touched[2] = high[2] >= scene.bounds_m[1, 2] - slack

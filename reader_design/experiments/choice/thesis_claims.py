@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from octant.geometries.tolerances import LENGTHS
 from octant.reader_design.setting.evaluation import Cell
 from octant.reader_design.setting.measures import power_dbm
 from octant.reader_design.setting.ranking import Candidate, Choice
@@ -239,7 +240,7 @@ def _dipole_claims(sweep: _Sweep) -> Iterator[Claim]:
 
 def _front_share(cell: Cell) -> float:
     """Return the share of the way on which antenna 1, which faces the tag, is the strongest."""
-    beyond = cell.travel_m >= UNDER_TAG_M - 1e-9
+    beyond = cell.travel_m >= UNDER_TAG_M - LENGTHS.same_m
     return float((cell.travel_rss_w[beyond].argmax(axis=1) == 0).mean())
 
 
@@ -283,7 +284,7 @@ def _level_claims(sweep: _Sweep, tag_power_w: float) -> Iterator[Claim]:
     rss_w, distance = cell.travel_rss_w / tag_power_w, cell.travel_m
     front = rss_w[:, 0]
     peak = int(front.argmax())
-    inside = rss_w[distance <= 0.5 * UNDER_TAG_M + 1e-9].max()
+    inside = rss_w[distance <= 0.5 * UNDER_TAG_M + LENGTHS.same_m].max()
     drop = float(power_dbm(front[peak]) - power_dbm(max(float(inside), 1e-30)))
     yield Claim(
         text=f"Within about {_cm(UNDER_TAG_M)} of the point under the tag, too little is received.",

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import OctantError, PhysicsWarning, SweepStateError
+from octant.geometries.tolerances import LENGTHS
 from octant.reader_design.keeping.store import versions
 from octant.reader_design.setting.design import (
     ReaderDesign,
@@ -41,9 +42,6 @@ EVALUATION_FORMAT = 1
 
 ARRAYS = ("right_share", "margin_db", "bearing_error_deg", "front_to_back_db", "level_w")
 """Scores that an evaluation holds for each distance [-]."""
-
-SAME_LENGTH_M = 1e-9
-"""Lengths that differ by less are the same [m]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -278,7 +276,7 @@ def _beyond_limits(table: Optimise, width_m: float, height_m: float) -> str:
         ("height with plates and antennas", height_m, table.height_m),
     )
     for name, size_m, most_m in sizes:
-        if size_m > most_m + SAME_LENGTH_M:
+        if size_m > most_m + LENGTHS.same_m:
             return f"its {name} is {1e3 * size_m:.1f} mm, but at most {1e3 * most_m:g} mm is free."
     return ""
 

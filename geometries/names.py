@@ -1,0 +1,46 @@
+"""Names: the nearest of those that exist, and one that is still free."""
+
+import difflib
+from collections.abc import Iterable
+
+
+def nearest_name(
+    given: str, allowed: Iterable[str], *, least_likeness: float = 0.0
+) -> str | None:
+    """Return the allowed name that looks most like a mistyped one; case does not count.
+
+    Parameters
+    ----------
+    given : str
+        The name that was not found.
+    allowed : iterable of str
+        The names that exist.
+    least_likeness : float
+        Likeness from 0 to 1 that the nearest name must reach [-]; with 0 every name is near enough.
+
+    Returns
+    -------
+    str or None
+        None where no name is that similar.
+    """
+    folded = {name.casefold(): name for name in allowed}
+    hits = difflib.get_close_matches(given.casefold(), folded, n=1, cutoff=least_likeness)
+    return folded[hits[0]] if hits else None
+
+
+def unused_name(name: str, used: set[str]) -> str:
+    """Return the name, or ``name_2``, ``name_3`` ... when it is taken, and note it as taken.
+
+    Parameters
+    ----------
+    name : str
+        The name wanted.
+    used : set of str
+        The names taken so far; the result is added.
+    """
+    unique, copy = name, 1
+    while unique in used:
+        copy += 1
+        unique = f"{name}_{copy}"
+    used.add(unique)
+    return unique
