@@ -4,9 +4,7 @@ import difflib
 from collections.abc import Iterable
 
 
-def nearest_name(
-    given: str, allowed: Iterable[str], *, least_likeness: float = 0.0
-) -> str | None:
+def nearest_name(given: str, allowed: Iterable[str], *, least_likeness: float = 0.0) -> str | None:
     """Return the allowed name that looks most like a mistyped one; case does not count.
 
     Parameters
