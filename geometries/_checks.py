@@ -1,10 +1,10 @@
 """Checks of single values shared by the modules that build geometry."""
 
-import difflib
 import math
 from collections.abc import Iterable, Mapping
 
 from octant.geometries.errors import GeometryError
+from octant.geometries.names import nearest_name
 
 
 def finite_number(value: float, *, name: str, unit: str = "m") -> float:
@@ -72,28 +72,6 @@ def positive_number(value: float, *, name: str, unit: str = "m", allow_zero: boo
     return number
 
 
-def nearest_name(given: str, allowed: Iterable[str]) -> str:
-    """Return the allowed name that looks most like the given one.
-
-    Parameters
-    ----------
-    given : str
-        The name that was not found.
-    allowed : iterable of str
-        The names that exist; at least one.
-
-    Returns
-    -------
-    str
-        The most similar name; the first one of equals.
-    """
-    folded = given.casefold()
-    return max(
-        allowed,
-        key=lambda name: difflib.SequenceMatcher(None, folded, name.casefold()).ratio(),
-    )
-
-
 def refuse_unknown_keys(given: Mapping[str, object], *, allowed: Iterable[str], name: str) -> None:
     """Raise when a mapping has a key that is not allowed, naming the nearest allowed one.
 
@@ -120,26 +98,3 @@ def refuse_unknown_keys(given: Mapping[str, object], *, allowed: Iterable[str], 
                 f"did you mean {nearest_name(str(key), known)!r}?"
             )
             raise GeometryError(msg)
-
-
-def unused_name(name: str, used: set[str]) -> str:
-    """Return the name, or ``name_2``, ``name_3`` ... when it is taken, and note it as taken.
-
-    Parameters
-    ----------
-    name : str
-        The name wanted.
-    used : set of str
-        The names taken so far; the result is added.
-
-    Returns
-    -------
-    str
-        A name that was not taken.
-    """
-    unique, copy = name, 1
-    while unique in used:
-        copy += 1
-        unique = f"{name}_{copy}"
-    used.add(unique)
-    return unique

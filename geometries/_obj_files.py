@@ -10,10 +10,10 @@ from pathlib import Path
 
 import numpy as np
 
-from octant.geometries._checks import unused_name
 from octant.geometries._plane_geometry import FloatArray, IntArray
 from octant.geometries._polygons import triangulate_polygon_3d
 from octant.geometries.errors import GeometryError
+from octant.geometries.names import unused_name
 
 Part = tuple[str, FloatArray, IntArray]
 _Key = tuple[str, str, str]  # object, group, material

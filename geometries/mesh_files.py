@@ -13,7 +13,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from octant.geometries._checks import nearest_name, refuse_unknown_keys, unused_name
+from octant.geometries._checks import refuse_unknown_keys
 from octant.geometries._gltf_header import gltf_node_names
 from octant.geometries._mesh_writing import (
     GLTF,
@@ -25,6 +25,7 @@ from octant.geometries._obj_files import Part, read_obj, write_obj
 from octant.geometries.bodies import Body, place
 from octant.geometries.errors import GeometryError
 from octant.geometries.mitsuba_scene import read_mitsuba
+from octant.geometries.names import nearest_name, unused_name
 
 __all__ = [
     "METRES_PER_UNIT",

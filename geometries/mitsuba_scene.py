@@ -15,9 +15,9 @@ import numpy.typing as npt
 from lxml import etree
 from lxml.etree import _Element as Element
 
-from octant.geometries._checks import unused_name
 from octant.geometries._mitsuba_transforms import numbers_of, transform_matrix, vector_of
 from octant.geometries.errors import GeometryError
+from octant.geometries.names import unused_name
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]

@@ -14,8 +14,8 @@ from typing import Any, TextIO
 import click
 
 from octant.geometries.errors import OctantError, PhysicsWarning
+from octant.geometries.names import nearest_name
 from octant.reader_design.compilation import HOW_TO_GIVE_A_PLACE, NO_PLACE_FOR_KERNELS
-from octant.reader_design.study_file.errors import nearest
 
 VERBS = {
     "study": (
@@ -114,7 +114,7 @@ class VerbGroup(click.Group):
         if cmd_name.startswith("-"):
             return None
         if cmd_name not in VERBS:
-            near = nearest(cmd_name, VERBS)
+            near = nearest_name(cmd_name, VERBS, least_likeness=0.5)
             hint = f"did you mean {near!r}?" if near else f"the verbs are {', '.join(VERBS)}."
             msg = f"there is no verb {cmd_name!r}; {hint}"
             raise click.UsageError(msg, ctx=ctx)

@@ -1,6 +1,5 @@
 """Building materials after ITU-R P.2040, perfect conductors, layered walls, and one's own."""
 
-import difflib
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -11,6 +10,7 @@ import numpy.typing as npt
 
 from octant.em.constants import VACUUM_PERMITTIVITY_F_PER_M
 from octant.geometries.errors import MaterialRangeError
+from octant.geometries.names import nearest_name
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -314,6 +314,6 @@ def _by_name(name: str) -> Material:
     key = name.strip().lower().removeprefix("itu_")
     if key in known:
         return known[key]
-    near = difflib.get_close_matches(key, known, n=1, cutoff=0.0)[0]
+    near = nearest_name(key, known)
     msg = f"material {name!r} is unknown; did you mean {near!r}? Known are {', '.join(known)}."
     raise MaterialRangeError(msg)

@@ -5,7 +5,6 @@ term without a rule is refused. The centroid is integrated exactly over the piec
 aggregated set, by the kernel next door.
 """
 
-import difflib
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
@@ -14,6 +13,7 @@ import numpy.typing as npt
 
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import NavigationError
+from octant.geometries.names import nearest_name
 from octant.navigation.control._fuzzy_kernels import mamdani_centroid, mamdani_centroids
 
 
@@ -297,10 +297,10 @@ def _term(variable: FuzzyVariable, name: str) -> Term:
     for term in variable.terms:
         if term.name == name:
             return term
-    near = difflib.get_close_matches(name, variable.term_names, n=1, cutoff=0.0)
+    near = nearest_name(name, variable.term_names)
     msg = (
         f"a rule names the term {name!r}, but {variable.name!r} has {list(variable.term_names)}: "
-        f"did you mean {near[0]!r}?"
+        f"did you mean {near!r}?"
     )
     raise NavigationError(msg)
 

@@ -5,7 +5,6 @@ sensor adds the way driven from one antenna's reading to the next, the receiver'
 (`rss_detector`) and what is lost.
 """
 
-import difflib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Protocol
@@ -14,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.geometries.errors import NavigationError
+from octant.geometries.names import nearest_name
 from octant.navigation.robot.motion import AT_REST, Motion
 from octant.navigation.sensing.bearing import checked_azimuths
 from octant.navigation.sensing.rss_detector import RssQuantiser, ThermalNoise, log_normal_rss
@@ -243,9 +243,9 @@ def unknown_tag(tag_id: str, known: tuple[str, ...]) -> NavigationError:
     NavigationError
         To be raised by the caller.
     """
-    near = difflib.get_close_matches(tag_id, known, n=1, cutoff=0.0)
+    near = nearest_name(tag_id, known)
     return NavigationError(
-        f"tag {tag_id!r} is unknown, the tags are {list(known)}: did you mean {near[0]!r}?"
+        f"tag {tag_id!r} is unknown, the tags are {list(known)}: did you mean {near!r}?"
         if near
         else f"tag {tag_id!r} is unknown and there are no tags: add it."
     )

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from octant.geometries.errors import ConfigError
 from octant.geometries.files import refuse_overwrite, whole_file
-from octant.reader_design.study_file.errors import nearest
+from octant.geometries.names import nearest_name
 
 
 def read_columns(path: Path, columns: Sequence[str]) -> npt.NDArray[np.float64]:
@@ -120,7 +120,7 @@ def _write_rows(file: TextIO, header: Sequence[str], rows: Iterable[Sequence[obj
 def _place(path: Path, header: Sequence[str], name: str) -> int:
     if name in header:
         return header.index(name)
-    near = nearest(name, header)
+    near = nearest_name(name, header, least_likeness=0.5)
     hint = f"; the nearest is {near!r}" if near else ""
     msg = f"{path}:1: has no column {name!r}, but the header must name it{hint}."
     raise ConfigError(msg)

@@ -1,12 +1,13 @@
 """Sentences for what is wrong with a study file: key path, value, what is allowed, nearest name."""
 
-import difflib
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from types import UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 import msgspec
+
+from octant.geometries.names import nearest_name
 
 Path = tuple[str | int, ...]
 
@@ -37,26 +38,6 @@ _WORDS = {
 }
 
 
-def nearest(name: str, allowed: Iterable[str]) -> str | None:
-    """Return the allowed name that looks most like a mistyped one, or None.
-
-    Parameters
-    ----------
-    name : str
-        What was typed.
-    allowed : iterable of str
-        Names that exist.
-
-    Returns
-    -------
-    str or None
-        The nearest name, case ignored; None where nothing is similar.
-    """
-    lowered = {a.lower(): a for a in allowed}
-    hits = difflib.get_close_matches(name.lower(), list(lowered), n=1, cutoff=0.5)
-    return lowered[hits[0]] if hits else None
-
-
 def unknown_name(path: str, name: str, allowed: Sequence[str], *, what: str) -> str:
     """Return the sentence for a name that does not exist.
 
@@ -76,7 +57,7 @@ def unknown_name(path: str, name: str, allowed: Sequence[str], *, what: str) -> 
     str
         One sentence with the nearest name, or with all of them where none is near.
     """
-    near = nearest(name, allowed)
+    near = nearest_name(name, allowed, least_likeness=0.5)
     known = ", ".join(allowed) if allowed else "none"
     hint = f"did you mean {near!r} (known are: {known})?" if near else f"known are: {known}."
     return f"{path} is {name!r}, but there is no such {what}; {hint}"
@@ -184,7 +165,7 @@ def sentence(error: msgspec.ValidationError, raw: Any, root: type) -> str:  # no
     shown = path_text(path)
     if found := re.match(r"Object contains unknown field `(.+)`", text):
         keys = struct_names(_struct_for(kind, value))
-        near = nearest(found[1], keys)
+        near = nearest_name(found[1], keys, least_likeness=0.5)
         hint = f"did you mean {near!r}?" if near else f"known here are: {', '.join(keys)}."
         return f"{path_text((*path, found[1]))} is not a key of a study file; {hint}"
     if found := re.match(r"Object missing required field `(.+)`", text):

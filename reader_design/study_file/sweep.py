@@ -17,7 +17,8 @@ from typing import Any, get_args
 import msgspec
 
 from octant.geometries.errors import ConfigError
-from octant.reader_design.study_file.errors import nearest, path_text, struct_names, unit_of
+from octant.geometries.names import nearest_name
+from octant.reader_design.study_file.errors import path_text, struct_names, unit_of
 from octant.reader_design.study_file.schema import Range, Reader, Study, Sweep
 
 SWEPT_TABLES = ("radio", "room", "tag", "reader", "solver")
@@ -123,7 +124,7 @@ def expanded(sweep: Sweep) -> dict[str, tuple[Any, ...]]:
 
 
 def _unknown(name: str, known: list[str]) -> str:
-    near = nearest(name, known)
+    near = nearest_name(name, known, least_likeness=0.5)
     hint = (
         f"did you mean {near!r}?"
         if near

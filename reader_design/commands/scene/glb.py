@@ -9,13 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from octant.geometries._checks import unused_name
 from octant.geometries.bodies import Body
 from octant.geometries.files import whole_file
 from octant.geometries.mesh_files import save_bodies
+from octant.geometries.names import unused_name
 from octant.geometries.scene import Scene
 from octant.geometries.tolerances import LENGTHS
-from octant.reader_design.keeping.store import whole_file
 
 if TYPE_CHECKING:
     from octant.reader_design.commands.scene.drawing import DrawnPaths
