@@ -6,6 +6,7 @@ import numpy.typing as npt
 from octant.navigation.angles import wrap_angle
 from octant.navigation.docking.drive import DockingDrive
 from octant.navigation.docking.task import DockingTask, Failure
+from octant.navigation.robot.motion import AT_REST, Motion
 from octant.navigation.sensing.bearing import turn_towards, vector_sum_bearing
 from octant.navigation.sensing.sensor import Sensor
 
@@ -39,6 +40,7 @@ class CoarseDrive:
     ) -> None:
         self._task, self._reader, self._drive, self._rng = task, reader, drive, rng
         self._place = task.coarse.place_filter.start()
+        self._driven = AT_REST
 
     def approach(self, attempt: int) -> Failure | None:
         """Return why the robot did not get to the tag, or None once it is there.
@@ -59,6 +61,7 @@ class CoarseDrive:
         if attempt > 1:  # the last place showed no landmark: look from beside it
             side = self._rng.uniform(-np.pi, np.pi)
             offset = _OFFSET_M * np.array([np.cos(side), np.sin(side)])
+        self._driven = AT_REST
         give_up_s = self._drive.time_s + coarse.max_time_s
         silent = 0
         while self._drive.time_s < give_up_s:
@@ -75,7 +78,9 @@ class CoarseDrive:
             if np.hypot(*ahead) <= coarse.arrival_radius_m and trusted:
                 return None
             twist = self._twist_towards(ahead)
-            if self._drive.step("approach", twist, period_s=coarse.period_s) and not self._evade():
+            contact = self._drive.step("approach", twist, period_s=coarse.period_s)
+            self._driven = AT_REST if contact else self._motion(twist)
+            if contact and not self._evade():
                 return "collision", "the robot is stuck between obstacles on its way to the tag"
         return "tag not found", (
             f"the tag's place was not found within {coarse.max_time_s:g} s: its spread is still "
@@ -83,8 +88,18 @@ class CoarseDrive:
         )
 
     def _bearing(self) -> float:
-        rss_w = self._reader.read(self._drive.pose, self._task.tag_id, self._rng)
+        rss_w = self._reader.read(
+            self._drive.pose, self._task.tag_id, self._rng, motion=self._driven
+        )
         return float(turn_towards(vector_sum_bearing(rss_w, self._reader.azimuths_rad)))
+
+    def _motion(self, twist: FloatArray) -> Motion:
+        """Return how the robot really drove on a command: a slow reader reads on that way."""
+        slip = self._task.slip
+        return Motion(
+            speed_m_per_s=float(twist[0]) + slip.linear_m_per_s,
+            turn_rate_rad_per_s=float(twist[1]) + slip.angular_rad_per_s,
+        )
 
     def _twist_towards(self, ahead: FloatArray) -> FloatArray:
         """Return the command towards a point given from the robot's place, in odometry's axes."""

@@ -3,10 +3,16 @@
 import csv
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from octant.reader_design.experiments.docking.missions import docking_task
-from octant.reader_design.experiments.docking.run import docking_rooms
+from octant.reader_design.experiments.docking.compute import (
+    docking_job,
+    docking_rooms,
+    docking_space,
+    docking_task,
+)
+from octant.reader_design.setting.links import study_responses
 from octant.reader_design.study_file.loading import load_study
 
 STUDY = """
@@ -111,6 +117,31 @@ def test_the_example_in_the_furnished_office_fits_its_room():
     example = Path(__file__).parents[2] / "examples" / "docking_office.toml"
     (room,) = docking_rooms(load_study(example))
     assert room.scene.has_room
+
+
+@pytest.mark.filterwarnings("ignore::octant.geometries.errors.PhysicsWarning")
+@pytest.mark.parametrize(
+    "table", ["sensitivity_dbm = 60.0", "read_probability = 0.0", "drop_out_probability = 1.0"]
+)
+def test_a_reader_that_receives_nothing_never_docks(study_file, table):
+    study = load_study(study_file(STUDY.replace("[dock]", f"[sensor]\n{table}\n[dock]")))
+    job = docking_job(study, docking_rooms(study)[0], study_responses(study))
+    result = job(np.random.SeedSequence(3))
+    assert not result.success
+    assert result.outcome == "tag not found"
+
+
+@pytest.mark.parametrize(("plane_m", "passes"), [(0.2, True), (0.6, False)])
+def test_the_readers_ground_plane_counts_in_a_narrow_gap(study_file, plane_m, passes):
+    """Two posts 0.5 m apart: the robot of radius 0.2 m passes, a plate of 0.6 m does not."""
+    post = (
+        '[[room.object]]\nkind = "box"\nsize_m = [0.2, 0.2, 1.0]\nmaterial = "metal"\n'
+        "position_m = [2.0, {}, 0.0]\n"
+    )
+    text = STUDY.replace("[[tag]]", post.format(0.05) + post.format(0.75) + "[[tag]]", 1)
+    text = text.replace("[reader]", f"[reader]\nground_plane_m = {plane_m}")
+    room, _ = docking_rooms(study := load_study(study_file(text)))
+    assert docking_space(study, room)(np.array([[2.1, 0.5]]))[0] == passes
 
 
 def test_a_study_without_a_dock_is_refused(octant, study_file, tmp_path):

@@ -11,6 +11,9 @@ from octant.navigation.estimators.kalman import consistency_band
 from octant.navigation.estimators.landmark_filters import ATTITUDE, SLIP, SPIN
 from octant.navigation.estimators.landmark_trials import Drives, Estimates
 from octant.navigation.sensing.gaussianity import gaussianity
+from octant.reader_design.experiments.docking.published import (
+    FilterExperiment,
+)
 from octant.reader_design.showing.style import figure_style, new_figure
 
 if TYPE_CHECKING:
@@ -18,6 +21,52 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 FloatArray = npt.NDArray[np.float64]
+
+
+def filter_figures(experiment: FilterExperiment, straight: FilterExperiment) -> dict[str, "Figure"]:
+    """Return the figures of the landmark filters, figures 6 to 17 of the paper [m], [s], [rad].
+
+    Parameters
+    ----------
+    experiment : FilterExperiment
+        Many drives.
+    straight : FilterExperiment
+        The simpler drive.
+    """
+    drives, made = experiment.drives, experiment.estimates
+    return {
+        "dock_filter_path": filter_path_figure(
+            drives,
+            {"estimate": made["slips"], "estimate 2 (wrong start)": made["wrong start"]},
+            title="Ground truth and estimates (Fig. 6)",
+        ),
+        "dock_filter_no_slips": filter_states_figure(
+            drives, made["no slips"], title="Slips not estimated (Fig. 7 to 9)"
+        ),
+        "dock_filter_slips": filter_states_figure(
+            drives, made["slips"], title="Slips estimated (Fig. 11 to 13)"
+        ),
+        "dock_slips": slips_figure(
+            drives, made["slips"], title="Estimated slips, b = -0.01 m/s (Fig. 14 to 16)"
+        ),
+        "dock_filter_straight": filter_path_figure(
+            straight.drives,
+            {
+                "estimate (no slips)": straight.estimates["no slips"],
+                "estimate 2 (slips)": straight.estimates["slips"],
+            },
+            title="A drive at constant speed (Fig. 17)",
+        ),
+        "dock_histograms": error_histogram_figure(
+            drives,
+            {"slips": made["slips"], "no slips": made["no slips"]},
+            at_s=float(drives.time_s[drives.blackout_end(30.0).max()]),
+        ),
+        "dock_consistency": consistency_figure(
+            drives, {"coupled filter": made["slips"], "the paper's pair": made["pair"]}
+        ),
+    }
+
 
 TRUTH, WITH, WITHOUT = "#222222", "#332288", "#cc6677"
 _MARGIN_M = 0.4
@@ -39,11 +88,6 @@ def filter_path_figure(
         Above the figure.
     run : int
         Which repetition.
-
-    Returns
-    -------
-    Figure
-        One panel.
     """
     with figure_style():
         figure, axes = new_figure(width_in=7.6, height_in=4.8, title=title)
@@ -164,11 +208,6 @@ def error_histogram_figure(
         By the label of each.
     at_s : float
         Time [s]; runs are independent there, unlike the samples of one run.
-
-    Returns
-    -------
-    Figure
-        A row for each filter; the Gaussian of the same mean and deviation as a line.
     """
     step = int(np.searchsorted(drives.time_s, at_s))
     runs = drives.truth.shape[1]
@@ -210,11 +249,6 @@ def consistency_figure(drives: Drives, estimates: dict[str, Estimates]) -> "Figu
         Times.
     estimates : dict of str to Estimates
         By the label of each.
-
-    Returns
-    -------
-    Figure
-        One panel.
     """
     low, high = consistency_band(degrees=5, samples=drives.truth.shape[1])
     with figure_style():

@@ -7,7 +7,7 @@ import numpy as np
 
 from octant.navigation.docking.task import DockingResult
 from octant.navigation.estimators.kalman import consistency_band
-from octant.reader_design.experiments.docking.experiments import (
+from octant.reader_design.experiments.docking.published import (
     BLACKOUT_S,
     SLIPS,
     WRONG_START,
@@ -23,11 +23,6 @@ def summary_lines(rooms: Mapping[str, Sequence[DockingResult]]) -> tuple[str, ..
     ----------
     rooms : mapping of str to sequence of DockingResult
         Runs by room.
-
-    Returns
-    -------
-    tuple of str
-        Sentences.
     """
     lines = []
     for name, runs in rooms.items():
@@ -70,11 +65,6 @@ def docking_report(
         The study's name.
     figures : mapping of str to Path
         PNG files by name.
-
-    Returns
-    -------
-    Report
-        For `octant.reader_design.showing.pages.render_report`.
     """
     runs = [result for each in rooms.values() for result in each]
     docked = sum(result.success for result in runs)

@@ -33,7 +33,11 @@ def dock(
     missions and of the docking paper's experiments, and report.html.
     """
     from octant.geometries.files import refuse_overwrite
-    from octant.reader_design.experiments.docking.run import FILES, docking_rooms, run_docking_study
+    from octant.reader_design.experiments.docking.compute import (
+        FILES,
+        docking_rooms,
+        run_docking_study,
+    )
     from octant.reader_design.setting.links import study_responses
     from octant.reader_design.study_file.loading import load_study
 

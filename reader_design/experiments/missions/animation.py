@@ -150,11 +150,6 @@ def write_gif(path: Path, frames: "Iterator[Image]") -> int:
         File ending in ``.gif``.
     frames : iterator of PIL.Image.Image
         At least one; all get the colours of the middle one.
-
-    Returns
-    -------
-    int
-        Number of frames.
     """
     from PIL.Image import Dither
 

@@ -61,12 +61,6 @@ def plan_comparison(comparison: Comparison) -> tuple[ComparisonCell, ...]:
     -------
     tuple of ComparisonCell
         Layouts outermost, controllers innermost.
-
-    Raises
-    ------
-    ConfigError
-        When a study file is missing or wrong, a combination is not a study, or two layouts bear
-        one name.
     """
     cells: list[ComparisonCell] = []
     for layout in comparison.layouts:

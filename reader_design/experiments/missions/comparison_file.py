@@ -120,16 +120,6 @@ def load_comparison(path: str | Path) -> Comparison:
     ----------
     path : str or Path
         A TOML file.
-
-    Returns
-    -------
-    Comparison
-        Lengths in [m].
-
-    Raises
-    ------
-    ConfigError
-        When the file is missing or not TOML, a key is unknown or wrong, or a name stands twice.
     """
     raw = toml_tables(toml_file_text(path, what="comparison"), source=str(path))
     try:

@@ -117,11 +117,6 @@ def outcome_of(cell: ComparisonCell, mission: RoomMission) -> CellOutcome:
         The combination.
     mission : RoomMission
         Its runs.
-
-    Returns
-    -------
-    CellOutcome
-        The same bits for the same runs.
     """
     data = mission.data
     if data is None:
@@ -170,11 +165,6 @@ def layouts_of(outcomes: Sequence[CellOutcome]) -> dict[str, list[CellOutcome]]:
     ----------
     outcomes : sequence of CellOutcome
         Of all cells.
-
-    Returns
-    -------
-    dict of str to list of CellOutcome
-        Both in the order given.
     """
     found: dict[str, list[CellOutcome]] = {}
     for outcome in outcomes:

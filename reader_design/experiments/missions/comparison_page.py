@@ -48,11 +48,6 @@ def comparison_report(
         By layout: title, caption and file of each cell's figure.
     overview : Path
         PNG of all cells side by side.
-
-    Returns
-    -------
-    Report
-        Ready to be rendered.
     """
     by_layout = layouts_of(outcomes)
     notes = dict.fromkeys(note for outcome in outcomes for note in outcome.mission.notes)
@@ -116,11 +111,6 @@ def table_row(outcome: CellOutcome) -> tuple[str, ...]:
     ----------
     outcome : CellOutcome
         The cell.
-
-    Returns
-    -------
-    tuple of str
-        One text for each of `HEADER`.
     """
     cell = outcome.cell
     names = (cell.layout, cell.controller, cell.link, cell.reader)

@@ -43,18 +43,6 @@ def run_comparison(
         Overwrite table and report of an earlier comparison.
     progress : Progress or None
         Told about cells and runs.
-
-    Returns
-    -------
-    tuple of CellOutcome
-        Layouts outermost, controllers innermost ([m], [s],).
-
-    Raises
-    ------
-    ConfigError
-        When a combination is not a study, or files would be overwritten.
-    KeyboardInterrupt
-        Passed on; what was driven is kept.
     """
     progress = progress or Progress()
     cells = plan_comparison(comparison)

@@ -11,12 +11,13 @@ from octant.geometries.errors import ConfigError, NavigationError
 from octant.navigation.missions.run import Mission, MissionResult, run_missions
 from octant.navigation.missions.starts import ListedStarts, RandomStarts, Starts
 from octant.navigation.navigators.arrival import ArrivalTest, arrival_tests
-from octant.navigation.robot.collisions import RobotSpace, footprint
+from octant.navigation.robot.collisions import RobotSpace
 from octant.navigation.robot.drive import DifferentialDrive
 from octant.navigation.robot.rolling import Rolling
 from octant.navigation.sensing.sensor import PowerLink
 from octant.reader_design.experiments.missions.navigators import study_navigator
 from octant.reader_design.setting.links import mission_table, open_link, tag_link
+from octant.reader_design.setting.robot import robot_space
 from octant.reader_design.setting.scene import StudyScene
 from octant.reader_design.setting.sensor import study_sensor
 from octant.reader_design.study_file.schema import Study
@@ -45,18 +46,6 @@ def study_mission(
     responses : sequence of ReaderResponse
         The reader's: where a tag's link gives nothing, as behind metal, the threshold is that of
         free space.
-
-    Returns
-    -------
-    Mission
-        For `octant.navigation.missions.run.run_missions`.
-
-    Raises
-    ------
-    ConfigError
-        When the study has no mission.
-    NavigationError
-        When the mission cannot be driven.
     """
     table = mission_table(study)
     points = np.array([built.tag(tag_id).point_m for tag_id in table.tags])
@@ -98,21 +87,10 @@ def mission_space(study: Study, built: StudyScene) -> RobotSpace:
         With a mission.
     built : StudyScene
         The room [m].
-
-    Returns
-    -------
-    RobotSpace
-        For the body of `robot_radius_m` and `robot_height_m`, the reader on top included.
     """
     table = mission_table(study)
-    return RobotSpace(
-        footprint=footprint(
-            built.scene,
-            radius_m=max(table.robot_radius_m, 0.5 * study.reader.ground_plane_m),
-            height_m=max(table.robot_height_m, study.reader.height_m),
-        ),
-        scene=built.scene,
-        height_m=max(table.robot_height_m, study.reader.height_m),
+    return robot_space(
+        built.scene, study.reader, radius_m=table.robot_radius_m, height_m=table.robot_height_m
     )
 
 
@@ -132,11 +110,6 @@ def mission_starts(study: Study, space: RobotSpace, points_m: FloatArray) -> Sta
     -------
     Starts or None
         None: all runs start at the mission's own start.
-
-    Raises
-    ------
-    ConfigError
-        When the robot cannot stand at a start.
     """
     table = mission_table(study)
     if table.random_starts:
@@ -198,13 +171,6 @@ def drive_missions(
     -------
     tuple of MissionResult
         Run 0 first.
-
-    Raises
-    ------
-    ConfigError
-        When the study has no mission.
-    NavigationError
-        When the mission cannot be driven.
     """
     table = mission_table(study)
     wanted = dict.fromkeys(table.tags)

@@ -149,11 +149,6 @@ def comparison_figure(outcomes: Sequence[CellOutcome], *, title: str) -> "Figure
         Of all cells.
     title : str
         Above the figure.
-
-    Returns
-    -------
-    Figure
-        One line a cell, grouped by layout; a published RMSE is a cross.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure

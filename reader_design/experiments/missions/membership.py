@@ -21,11 +21,6 @@ def membership_figure(rules: RuleBase, *, title: str) -> "Figure":
         One input, two outputs: right and left wheel.
     title : str
         Above the figure.
-
-    Returns
-    -------
-    Figure
-        Three panels: as figure 5.5 of the thesis, and the speeds over the input.
     """
     with figure_style():
         figure, axes = new_figure(columns=3, width_in=11.0, height_in=3.6, title=title)

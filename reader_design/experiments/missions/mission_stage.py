@@ -43,11 +43,6 @@ def collected_warnings() -> Iterator[list[str]]:
     """Yield a list that holds each PhysicsWarning once, as text, when the block is left.
 
     Warnings of other classes are passed on then.
-
-    Yields
-    ------
-    list of str
-        Empty inside the block.
     """
     found: list[str] = []
     with warnings.catch_warnings(record=True) as caught:

@@ -34,16 +34,6 @@ def study_controller(table: MissionTable, pattern: PatternTable | None = None) -
         The table ``[mission]``.
     pattern : PatternTable or None
         The reader's patterns [W], for the controller ``pattern``.
-
-    Returns
-    -------
-    Controller
-        Fuzzy, or proportional to a bearing.
-
-    Raises
-    ------
-    ConfigError
-        When the membership functions cannot be used, or the patterns are needed and not given.
     """
     gain_per_s = 0.5 / table.sample_time_s
     if table.controller == "vector_sum":
@@ -82,11 +72,6 @@ def study_navigator(
         The reader's, one for each of ``study.radio.frequencies_hz``.
     robot : DifferentialDrive
         The robot.
-
-    Returns
-    -------
-    Navigator
-        The thesis' state machine, or the tracker.
     """
     table = mission_table(study)
     if table.navigator == "tracker":

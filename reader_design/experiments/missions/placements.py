@@ -37,11 +37,6 @@ def placed(
         With the moved objects.
     built : StudyScene
         The room [m], drawn until the robot fits at its start and under every tag.
-
-    Raises
-    ------
-    ConfigError
-        When no such placement is found.
     """
     table = mission_table(study)
     ways = [table.start_m, *(t.position_m[:2] for t in study.tags if t.id in table.tags)]
@@ -77,16 +72,6 @@ def first_placement(study: Study, layout: Layout | None, *, runs: int) -> StudyS
         Room to be driven in; None: the study's own.
     runs : int
         Number of runs in all.
-
-    Returns
-    -------
-    StudyScene
-        The room [m].
-
-    Raises
-    ------
-    ConfigError
-        As `placed`.
     """
     _, child = next(_shares(study, runs))
     return placed(study, layout, np.random.default_rng(child))[1]
@@ -127,13 +112,6 @@ def drive_placements(
         The runs of placement 0 first.
     first : StudyScene
         The room of placement 0 [m].
-
-    Raises
-    ------
-    ConfigError
-        As `placed`.
-    NavigationError
-        When the mission cannot be driven.
     """
     table = mission_table(study)
     total = table.runs if runs is None else runs

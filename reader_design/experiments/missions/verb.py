@@ -141,11 +141,6 @@ def mission_summary(
         Of every run.
     results : sequence of MissionResult
         The runs.
-
-    Yields
-    ------
-    str
-        One line each: success, errors, and the reasons of the runs that failed.
     """
     runs = len(metrics)
     reached = sum(m.success for m in metrics)

@@ -360,11 +360,6 @@ def slam_records(settings: Settings) -> tuple[tuple[float, SlamRecord], ...]:
     ----------
     settings : Settings
         For seed and runs.
-
-    Returns
-    -------
-    tuple of (float, SlamRecord)
-        Wheel noise [rad/s] and what happened.
     """
     robot, rate = settings.robot, 2.0
     period_s = settings.track.period_s

@@ -35,11 +35,6 @@ def slam_figure(record: SlamRecord, tags_m: FloatArray, *, wheel_sigma: float) -
         True tags [m].
     wheel_sigma : float
         Noise of the wheels, for the title [rad/s].
-
-    Returns
-    -------
-    Figure
-        The plan [m], and three panels of errors with their deviations [m], [°].
     """
     from matplotlib.gridspec import GridSpec
 
@@ -166,11 +161,6 @@ def cost_figure(scalings: Sequence[CostScaling]) -> "Figure":
     ----------
     scalings : sequence of CostScaling
         One panel each; times in [µs].
-
-    Returns
-    -------
-    Figure
-        Logarithmic axes; the dashed line is proportional.
     """
     with figure_style():
         figure, (axes,) = new_figure(

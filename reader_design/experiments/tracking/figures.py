@@ -39,11 +39,6 @@ def rss_fit_figure(fits: RssFits, *, seed: int) -> "Figure":
         The fits.
     seed : int
         Of the noisy record that is drawn.
-
-    Returns
-    -------
-    Figure
-        Two panels.
     """
     distance = np.linspace(3.0, 6.2, 200)
     noise, rng = RssNoise(), np.random.default_rng([seed, 3])
@@ -97,11 +92,6 @@ def tracking_figure(
         Above the figure.
     tags_m : (s, 2) float64, optional
         Tags on the plan [m].
-
-    Returns
-    -------
-    Figure
-        Two rows of three panels, axes in [m], [°], [s], [%], [rad/s].
     """
     with figure_style():
         figure, axes = new_figure(width_in=12.4, height_in=7.2, title=title, rows=2, columns=3)
@@ -201,11 +191,6 @@ def eight_poses_figure(outcome: Outcome) -> "Figure":
     ----------
     outcome : Outcome
         One run for each pose.
-
-    Returns
-    -------
-    Figure
-        Two panels.
     """
     with figure_style():
         figure, (axes,) = new_figure(
@@ -244,11 +229,6 @@ def convergence_figure(solvers: Sequence[tuple[str, FloatArray]], *, task: str) 
         Name and cost J after every iteration [-].
     task : str
         What was solved.
-
-    Returns
-    -------
-    Figure
-        One panel with logarithmic axes.
     """
     with figure_style():
         figure, axes = new_figure(

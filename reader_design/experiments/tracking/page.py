@@ -212,11 +212,6 @@ def summary_lines(content: TrackingContent) -> Iterator[str]:
     ----------
     content : TrackingContent
         What was computed.
-
-    Yields
-    ------
-    str
-        One line each; two numbers are the median and the 90 % quantile over the runs.
     """
     for figure, text in _found(content):
         yield f"{figure.chapter:<13} {figure.words:<44} {text:<18} thesis: {figure.published}"
@@ -261,11 +256,6 @@ def tracking_report(content: TrackingContent, figures: FigureFiles) -> Report:
         What was computed.
     figures : mapping of str to sequence of (str, str, Path)
         By chapter: title, caption and file of each figure.
-
-    Returns
-    -------
-    Report
-        Ready to be rendered.
     """
     study, track = content.settings.study, content.settings.track
     rows = tuple((f.chapter, f.words, f.published, text) for f, text in _found(content))

@@ -130,11 +130,6 @@ def room_results(settings: Settings) -> RoomResults:
     ----------
     settings : Settings
         Everything; the room and its materials are the study's.
-
-    Raises
-    ------
-    ConfigError
-        When the room does not hold the mapped square or the tags.
     """
     track = settings.track
     meshes = (

@@ -112,14 +112,6 @@ def run_tracking(
         Replace results that are there.
     progress : Progress, optional
         Told what happens.
-
-    Raises
-    ------
-    ConfigError
-        When results are there and ``force`` is false, or the study has no table ``[track]``.
-    NavigationError
-        When a trajectory is infeasible, a weight not symmetric or singular, or a noise covariance
-        zero.
     """
     progress = progress or Progress()
     if out_dir.exists() and not out_dir.is_dir():

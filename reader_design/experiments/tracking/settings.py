@@ -151,14 +151,6 @@ def settings_of(study: Study) -> Settings:
     ----------
     study : Study
         The study [m, s, deg].
-
-    Raises
-    ------
-    ConfigError
-        When there is no such table, or a trajectory lacks what its shape needs.
-    NavigationError
-        When a trajectory is infeasible, a weight not symmetric or singular, or a noise covariance
-        zero.
     """
     track = study.track
     if track is None:

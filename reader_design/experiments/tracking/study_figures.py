@@ -47,11 +47,6 @@ def tracking_figures(content: TrackingContent) -> Iterator[NamedFigure]:
     ----------
     content : TrackingContent
         What was computed.
-
-    Yields
-    ------
-    NamedFigure
-        Thesis Fig. 6.3 to 6.5, 7.3 to 7.7 and 7.15, and those of the parts it does not have.
     """
     if content.fits is not None:
         yield NamedFigure(

@@ -44,13 +44,7 @@ def figure_4_law() -> DockingLaw:
 
 
 def figure_4_loops() -> dict[str, ClosedLoop]:
-    """Return the runs of figure 4: from 3 m, landmark's attitude zero, eight directions [m], [rad].
-
-    Returns
-    -------
-    dict of str to ClosedLoop
-        By the first bearing α of the goal.
-    """
+    """Return the runs of figure 4 by the first bearing α: from 3 m, landmark's attitude zero."""
     times = np.linspace(0.0, 2.5, 300)
     return {
         f"{degrees}°": integrate(
@@ -61,13 +55,7 @@ def figure_4_loops() -> dict[str, ClosedLoop]:
 
 
 def regulator_loops() -> dict[str, tuple[ClosedLoop, ClosedLoop]]:
-    """Return the runs of figures 11.19 and 11.20, and those of the modern peer [m], [rad].
-
-    Returns
-    -------
-    dict of str to (ClosedLoop, ClosedLoop)
-        By the regulator's name; from the two starts of the textbook's figures.
-    """
+    """Return the runs of figures 11.19 and 11.20, and those of the modern peer [m], [rad]."""
     starts = ([-1.0, -1.0, 0.0], [1.0, 1.0, 0.0])
     laws: dict[str, tuple[GoalLaw, float]] = {
         "Cartesian regulator (Fig. 11.19)": (CartesianRegulator(), 8.0),
@@ -84,7 +72,7 @@ def regulator_loops() -> dict[str, tuple[ClosedLoop, ClosedLoop]]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FilterExperiment:
-    """Return repeated drives past a landmark and what each filter made of them.
+    """Repeated drives past a landmark and the estimates of each filter.
 
     Parameters
     ----------
@@ -108,11 +96,6 @@ def filter_experiment(*, seed: int, repetitions: int = 100) -> FilterExperiment:
         Seed.
     repetitions : int
         Repetitions.
-
-    Returns
-    -------
-    FilterExperiment
-        With b = -0.01 m/s and s = 0.008 rad/s.
     """
     return _experiment(paper_manoeuvre(), seed=seed, repetitions=repetitions)
 
@@ -124,11 +107,6 @@ def straight_experiment(*, seed: int) -> FilterExperiment:
     ----------
     seed : int
         Seed.
-
-    Returns
-    -------
-    FilterExperiment
-        The landmark drops out of view after some 20 s and the robot drives on past it.
     """
     simple = Manoeuvre(
         start=np.array([-2.5, -0.6, 0.0]),
@@ -155,11 +133,6 @@ def docking_experiment(
         Runs with slip compensation; without it a tenth of them.
     workers : int
         Processes that share them.
-
-    Returns
-    -------
-    dict of bool to tuple of DockingResult
-        By whether slips were compensated.
     """
     landmark = Landmark(position_m=np.array([task.stand_off_m, 0.0, 0.6]), heading_rad=0.0)
     back = task.staging_m - task.stand_off_m
@@ -182,17 +155,12 @@ def docking_experiment(
 
 
 def anywhere(points_m: FloatArray) -> npt.NDArray[np.bool_]:
-    """Return that a robot fits wherever it is asked [-].
+    """Return True for every place: nothing stands in the way.
 
     Parameters
     ----------
     points_m : (m, 2) float64
         Places [m].
-
-    Returns
-    -------
-    (m,) bool
-        True.
     """
     return np.ones(len(points_m), dtype=np.bool_)
 

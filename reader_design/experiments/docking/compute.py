@@ -1,13 +1,16 @@
-"""A study's docking missions: task, reader, camera, obstacles and starts, ready to be run."""
+"""The docking missions of a study, in each of its rooms."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 
 from octant.em.reader.response import ReaderResponse
 from octant.geometries.errors import ConfigError, NavigationError
+from octant.geometries.files import write_text
 from octant.navigation.control.docking_law import DockingLaw, TwistLimits
+from octant.navigation.docking.files import write_docking_csv, write_docking_trajectory_csv
 from octant.navigation.docking.run import DockingJob
 from octant.navigation.docking.setting import DockingSetting
 from octant.navigation.docking.task import (
@@ -19,17 +22,38 @@ from octant.navigation.docking.task import (
 )
 from octant.navigation.missions.batches import run_seeded
 from octant.navigation.missions.starts import RandomStarts
-from octant.navigation.robot.collisions import RobotSpace, footprint
+from octant.navigation.robot.collisions import RobotSpace
 from octant.navigation.robot.docking_world import WheelSlip
 from octant.navigation.robot.drive import DifferentialDrive
 from octant.navigation.sensing.landmark_sensor import Landmark, LandmarkSensor
-from octant.navigation.sensing.sensor import FieldSensor
+from octant.reader_design.experiments.docking.figures import (
+    law_figures,
+    mission_figures,
+    save_figures,
+)
+from octant.reader_design.experiments.docking.filter_figures import filter_figures
+from octant.reader_design.experiments.docking.page import docking_report, summary_lines
+from octant.reader_design.experiments.docking.published import (
+    docking_experiment,
+    filter_experiment,
+    straight_experiment,
+)
+from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.setting.links import tag_link
-from octant.reader_design.setting.scene import StudyScene
+from octant.reader_design.setting.robot import robot_space
+from octant.reader_design.setting.scene import StudyScene, build_study_scene
+from octant.reader_design.setting.sensor import study_sensor
+from octant.reader_design.showing.pages import render_report
 from octant.reader_design.study_file.dock import Dock
+from octant.reader_design.study_file.loading import to_toml
 from octant.reader_design.study_file.schema import Study
 
 _FREE_SPACE_START_M = 4.0
+FILES = ("docking.csv", "trajectory.csv", "study.toml", "report.html")
+"""What a docking study leaves beside its figures."""
+
+_LEAST_REPETITIONS = 20  # fewer errors cannot be tested for a Gaussian
+_MOST_REPETITIONS = 100
 
 
 def dock_table(study: Study) -> Dock:
@@ -39,16 +63,6 @@ def dock_table(study: Study) -> Dock:
     ----------
     study : Study
         The study.
-
-    Returns
-    -------
-    Dock
-        The table.
-
-    Raises
-    ------
-    ConfigError
-        When the study has none.
     """
     if study.dock is None:
         msg = "the study has no table [dock], which is needed to dock; add tag and landmark."
@@ -63,21 +77,6 @@ def docking_task(table: Dock) -> DockingTask:
     ----------
     table : Dock
         The table.
-
-    Returns
-    -------
-    DockingTask
-        Ready to be run.
-
-    Raises
-    ------
-    NavigationError
-        When a value is out of range.
-
-    Warns
-    -----
-    PhysicsWarning
-        When the gains are outside the region of bounded curvature.
     """
     return DockingTask(
         tag_id=table.tag,
@@ -120,17 +119,6 @@ def docking_space(study: Study, built: StudyScene) -> RobotSpace:
         With a table ``[dock]``.
     built : StudyScene
         The room [m].
-
-    Returns
-    -------
-    RobotSpace
-        The floor.
-
-    Raises
-    ------
-    ConfigError
-        When the study has no table ``[dock]``, the landmark is inside something, or the robot does
-        not fit into the dock.
     """
     table = dock_table(study)
     task = docking_task(table)
@@ -139,18 +127,14 @@ def docking_space(study: Study, built: StudyScene) -> RobotSpace:
     except NavigationError as exc:
         msg = f"dock.landmark_position_m: {exc}"
         raise ConfigError(msg) from exc
-    space = RobotSpace(
-        footprint=footprint(
-            built.scene, radius_m=table.robot_radius_m, height_m=table.robot_height_m
-        ),
-        scene=built.scene,
-        height_m=table.robot_height_m,
+    space = robot_space(
+        built.scene, study.reader, radius_m=table.robot_radius_m, height_m=table.robot_height_m
     )
     if not space(task.goal[None, :2])[0]:
         x, y = task.goal[:2]
         msg = (
-            f"dock.stand_off_m puts the dock at ({x:g}, {y:g}) m, where a robot of radius "
-            f"{table.robot_radius_m:g} m does not fit; give it more room."
+            f"dock.stand_off_m puts the dock at ({x:g}, {y:g}) m, where the robot of radius "
+            f"{space.footprint.radius_m:g} m does not fit; give it more room."
         )
         raise ConfigError(msg)
     return space
@@ -167,16 +151,6 @@ def docking_job(study: Study, built: StudyScene, responses: Sequence[ReaderRespo
         The room [m].
     responses : sequence of ReaderResponse
         The reader's, one for each of ``study.radio.frequencies_hz`` [Hz].
-
-    Returns
-    -------
-    DockingJob
-        For `octant.navigation.missions.batches.run_seeded`.
-
-    Raises
-    ------
-    ConfigError
-        As `docking_space`.
     """
     table = dock_table(study)
     task, space = docking_task(table), docking_space(study, built)
@@ -184,9 +158,10 @@ def docking_job(study: Study, built: StudyScene, responses: Sequence[ReaderRespo
     return DockingJob(
         task=task,
         setting=DockingSetting(
-            reader=FieldSensor(
-                links={table.tag: link},
-                azimuths_rad=responses[0].azimuths_rad,
+            reader=study_sensor(
+                study.sensor,
+                {table.tag: link},
+                responses[0].azimuths_rad,
                 noise_db=table.noise_db,
             ),
             camera=LandmarkSensor(
@@ -205,43 +180,6 @@ def docking_job(study: Study, built: StudyScene, responses: Sequence[ReaderRespo
     )
 
 
-def run_dockings(
-    study: Study,
-    job: DockingJob,
-    *,
-    runs: int | None = None,
-    workers: int = 1,
-    progress: Callable[[int], object] | None = None,
-) -> tuple[DockingResult, ...]:
-    """Return the docking missions of a study in one of its rooms.
-
-    Parameters
-    ----------
-    study : Study
-        With a table ``[dock]``; its seed is used.
-    job : DockingJob
-        From `docking_job`.
-    runs : int or None
-        Number of runs; None: the table's.
-    workers : int
-        Processes that share them; the results are the same to the bit.
-    progress : callable or None
-        Called with the number of finished runs.
-
-    Returns
-    -------
-    tuple of DockingResult
-        Run 0 first.
-    """
-    return run_seeded(
-        job,
-        runs=dock_table(study).runs if runs is None else runs,
-        seed=study.seed,
-        workers=workers,
-        progress=progress,
-    )
-
-
 def _starts(table: Dock, task: DockingTask, space: RobotSpace) -> RandomStarts:
     if table.start_low_m is not None and table.start_high_m is not None:
         low, high = np.array(table.start_low_m), np.array(table.start_high_m)
@@ -251,3 +189,82 @@ def _starts(table: Dock, task: DockingTask, space: RobotSpace) -> RandomStarts:
         staging = task.landmark.goal(task.staging_m)[:2]
         low, high = staging - _FREE_SPACE_START_M, staging + _FREE_SPACE_START_M
     return RandomStarts(low_m=low, high_m=high, fits=space)
+
+
+def docking_rooms(study: Study) -> tuple[StudyScene, ...]:
+    """Return the study's room and its layouts, once the station is known to fit in each.
+
+    Parameters
+    ----------
+    study : Study
+        With a table ``[dock]``.
+    """
+    rooms = tuple(build_study_scene(study, layout) for layout in (None, *study.layouts))
+    for room in rooms:
+        docking_space(study, room)
+    return rooms
+
+
+def run_docking_study(
+    study: Study,
+    rooms: Sequence[StudyScene],
+    responses: Sequence[ReaderResponse],
+    out: Path,
+    *,
+    runs: int | None = None,
+    workers: int = 1,
+    progress: Progress,
+) -> tuple[str, ...]:
+    """Return what a docking study found, in sentences; write its files.
+
+    Parameters
+    ----------
+    study : Study
+        With a table ``[dock]``.
+    rooms : sequence of StudyScene
+        From `docking_rooms`.
+    responses : sequence of ReaderResponse
+        The reader's, one for each of ``study.radio.frequencies_hz`` [Hz].
+    out : Path
+        Folder for results.
+    runs : int or None
+        Runs in each room; None: the study's.
+    workers : int
+        Processes that share them.
+    progress : Progress
+        Told how far it is.
+    """
+    table = dock_table(study)
+    jobs = {room.name: docking_job(study, room, responses) for room in rooms}
+    number = table.runs if runs is None else runs
+    results: dict[str, tuple[DockingResult, ...]] = {}
+    for name, job in jobs.items():
+        with progress.count(number, label=name) as done:
+            results[name] = run_seeded(
+                job, runs=number, seed=study.seed, workers=workers, progress=done
+            )
+    progress.say("the docking paper's experiments")
+    first = jobs[rooms[0].name]
+    repetitions = min(max(number, _LEAST_REPETITIONS), _MOST_REPETITIONS)
+    dockings = docking_experiment(
+        first.task,
+        first.setting.camera,
+        seed=study.seed,
+        runs=min(number, _MOST_REPETITIONS),
+        workers=workers,
+    )
+    experiment = filter_experiment(seed=study.seed, repetitions=repetitions)
+    figures = {
+        **mission_figures(
+            {room.name: (room, results[room.name]) for room in rooms}, dockings, tag_id=table.tag
+        ),
+        **filter_figures(experiment, straight_experiment(seed=study.seed)),
+        **law_figures(first.task.fine.law),
+    }
+    paths = save_figures(figures, out / "figures")
+    write_text(out / "study.toml", to_toml(study, relative_to=out))
+    write_docking_csv(out / "docking.csv", results)
+    write_docking_trajectory_csv(out / "trajectory.csv", results[rooms[0].name][0])
+    report = docking_report(results, experiment, dockings, name=study.name, figures=paths)
+    write_text(out / "report.html", render_report(report))
+    return summary_lines(results)
