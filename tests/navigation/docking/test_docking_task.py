@@ -147,18 +147,26 @@ def test_without_a_landmark_in_sight_the_result_says_so():
     assert result.outcome == "landmark not found"
 
 
-def test_a_robot_that_hears_nothing_says_so():
+def test_a_robot_that_hears_nothing_says_so_and_a_slow_reader_knows_how_it_drove():
+    motions = []
+
     class Deaf:
         antennas, azimuths_rad, tag_ids = 8, AZIMUTHS, ("dock",)
 
-        def read(self, pose, tag_id, rng):
+        def read(self, pose, tag_id, rng, *, motion):
             del pose, tag_id, rng
+            motions.append(motion)
             return np.zeros(8)
 
     setting = DockingSetting(reader=Deaf(), camera=CAMERA, robot=DifferentialDrive())
     result = run_docking(TASK, setting, [0.0, 0.0, 0.0], np.random.default_rng(1))
     assert result.outcome == "tag not found"
     assert "heard nothing" in result.reason
+    assert motions[0].rests
+    twist, slip = result.twist[result.time_s < result.time_s[-1]], TASK.slip
+    first = next(m for m in motions if not m.rests)
+    assert first.speed_m_per_s == twist[0, 0] + slip.linear_m_per_s
+    assert first.turn_rate_rad_per_s == twist[0, 1] + slip.angular_rad_per_s
 
 
 def test_the_simulated_robot_moves_by_its_command_and_its_slip():
