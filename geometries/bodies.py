@@ -1,6 +1,7 @@
 """Bodies: named triangle meshes of one material, in metres, z up."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -134,3 +135,20 @@ def place(body: Body, *, position_m: npt.ArrayLike = (0.0, 0.0, 0.0), yaw_rad: f
         cos, sin = math.cos(yaw), math.sin(yaw)
     turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
     return replace(body, vertices_m=body.vertices_m @ turn.T + shift)
+
+
+def placed(body: Body, position_m: Sequence[float], yaw_deg: float) -> Body:
+    """Return a body put in its place, as a study file says it.
+
+    Parameters
+    ----------
+    body : Body
+        The body in its own frame.
+    position_m : (3,) sequence of float
+        Where the origin of the body's frame comes to stand [m].
+    yaw_deg : float
+        Turn about the vertical through `position_m`, from +x towards +y [deg].
+    """
+    yaw = finite_number(yaw_deg, name=f"yaw_deg of {body.name!r}", unit="deg")
+    where = frozen_array(position_m, name=f"position_m of {body.name!r}", shape=(3,))
+    return place(body, position_m=where, yaw_rad=math.radians(yaw))

@@ -1,22 +1,19 @@
-"""Furniture: closed solids, and meshes from files, put in their place.
+"""Furniture: closed solids put in their place.
 
 Normals point outwards. An object is drawn in its own frame and placed there: its yaw turns it about
 the vertical through ``position_m``.
 """
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
-from pathlib import Path
+from collections.abc import Sequence
 
 import numpy as np
 
 from octant.geometries._arrays import frozen_array
-from octant.geometries._checks import finite_number, positive_number
+from octant.geometries._checks import positive_number
 from octant.geometries._plane_geometry import FloatArray, IntArray
-from octant.geometries.bodies import Body, place
+from octant.geometries.bodies import Body, placed
 from octant.geometries.errors import GeometryError
-from octant.geometries.mesh_files import UpAxis, load_bodies
 
 # Corners of the unit box, x fastest, and its twelve triangles, counter-clockwise from outside.
 _BOX_CORNERS = np.array([(x, y, z) for z in (0, 1) for y in (0, 1) for x in (0, 1)], dtype=float)
@@ -61,7 +58,7 @@ def box(
     for axis, length in zip("xyz", size, strict=True):
         positive_number(length, name=f"size_m of {name!r} in {axis}")
     body = Body(name=name, vertices_m=_BOX_CORNERS * size, faces=_BOX_FACES, material=material)
-    return _placed(body, position_m, yaw_deg)
+    return placed(body, position_m, yaw_deg)
 
 
 def cabinet(
@@ -174,7 +171,7 @@ def cylinder(
         )
     )
     body = Body(name=name, vertices_m=np.concatenate((bottom, top)), faces=faces, material=material)
-    return _placed(body, position_m, yaw_deg)
+    return placed(body, position_m, yaw_deg)
 
 
 def sphere(
@@ -236,7 +233,7 @@ def sphere(
         vertices = np.concatenate((vertices, vertices[ends].sum(axis=1)))
         vertices /= np.linalg.norm(vertices, axis=1)[:, None]
     body = Body(name=name, vertices_m=radius * vertices, faces=faces, material=material)
-    return _placed(body, position_m, yaw_deg)
+    return placed(body, position_m, yaw_deg)
 
 
 def _icosahedron() -> tuple[FloatArray, IntArray]:
@@ -257,62 +254,3 @@ def _icosahedron() -> tuple[FloatArray, IntArray]:
         (bottom, below, lower),
     )
     return vertices, np.concatenate([np.column_stack(t) for t in triangles])
-
-
-def mesh_object(
-    path: str | Path,
-    *,
-    unit: str | None = None,
-    material: str | None = None,
-    materials_by_name: Mapping[str, str] | None = None,
-    up: UpAxis | None = None,
-    position_m: Sequence[float] = (0.0, 0.0, 0.0),
-    yaw_deg: float = 0.0,
-    name: str | None = None,
-) -> tuple[Body, ...]:
-    """Return the bodies of a mesh file, put in their place.
-
-    Parameters
-    ----------
-    path : str or Path
-        Any file that `octant.geometries.mesh_files.load_bodies` reads.
-    unit : str or None
-        Unit of the file's coordinates; None where the format declares it.
-    material : str or None
-        Label for every body that `materials_by_name` does not name.
-    materials_by_name : mapping or None
-        Label of each body by its exact name in the file.
-    up : "y", "z" or None
-        The file's vertical axis; None takes the format's own.
-    position_m : (3,) sequence of float
-        Where the origin of the file's frame comes to stand [m].
-    yaw_deg : float
-        Turn about the vertical through `position_m`, from +x towards +y [deg].
-    name : str or None
-        What to call the object: a single body takes the name, several become ``name.body``. None
-        keeps the file's names.
-
-    Returns
-    -------
-    tuple of Body
-        The bodies, winding as in the file.
-
-    Raises
-    ------
-    GeometryError
-        As `load_bodies`, or when the place is not finite.
-    """
-    bodies = load_bodies(
-        path, unit=unit, material=material, materials_by_name=materials_by_name, up=up
-    )
-    if name is not None:
-        single = len(bodies) == 1
-        bodies = tuple(replace(b, name=name if single else f"{name}.{b.name}") for b in bodies)
-    return tuple(_placed(body, position_m, yaw_deg) for body in bodies)
-
-
-def _placed(body: Body, position_m: Sequence[float], yaw_deg: float) -> Body:
-    """Return a body moved to its position, its yaw given in degrees."""
-    yaw = finite_number(yaw_deg, name=f"yaw_deg of {body.name!r}", unit="deg")
-    where = frozen_array(position_m, name=f"position_m of {body.name!r}", shape=(3,))
-    return place(body, position_m=where, yaw_rad=math.radians(yaw))

@@ -4,9 +4,12 @@ Every file that trimesh reads can be loaded; what the file does not say (the uni
 has to be given.
 """
 
+import json
 import math
+import struct
 import warnings
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Literal
@@ -14,30 +17,12 @@ from typing import Any, Literal
 import numpy as np
 
 from octant.geometries._checks import refuse_unknown_keys
-from octant.geometries._gltf_header import gltf_node_names
-from octant.geometries._mesh_writing import (
-    GLTF,
-    NAMED_FORMATS,
-    ONE_BODY_FORMATS,
-    write_with_trimesh,
-)
 from octant.geometries._obj_files import Part, read_obj, write_obj
-from octant.geometries.bodies import Body, place
+from octant.geometries.appearance import gltf_visual
+from octant.geometries.bodies import Body, placed
 from octant.geometries.errors import GeometryError
 from octant.geometries.mitsuba_scene import read_mitsuba
 from octant.geometries.names import nearest_name, unused_name
-
-__all__ = [
-    "METRES_PER_UNIT",
-    "Body",
-    "UpAxis",
-    "carries_materials",
-    "load_bodies",
-    "metres_per_unit",
-    "place",
-    "readable_extensions",
-    "save_bodies",
-]
 
 UpAxis = Literal["y", "z"]
 
@@ -60,8 +45,20 @@ METRES_PER_UNIT: Mapping[str, float] = MappingProxyType(
 )
 """Length of each unit that a mesh file may be given in [m]."""
 
+GLTF = ("glb", "gltf")
+NAMED_FORMATS = (*GLTF, "3mf")
+"""Formats that keep several bodies apart when trimesh writes them."""
+ONE_BODY_FORMATS = ("stl", "ply", "off")
 _SCENE = "xml"
 _NOT_SURFACES = ("xyz", "stl_ascii")  # points only; an internal name that no file carries
+
+
+# Required extensions that only change how a surface looks; any other required one may hold the
+# geometry itself, and trimesh would go on without it.
+_LOOKS_ONLY = ("KHR_materials_", "KHR_texture_", "EXT_texture_", "MSFT_texture_", "KHR_lights_")
+_HARMLESS = (*_LOOKS_ONLY, "KHR_mesh_quantization", "KHR_xmp")
+_TRIANGLE_FAN = 6
+_GLB_MAGIC = b"glTF"
 
 
 def metres_per_unit(unit: str) -> float:
@@ -185,7 +182,7 @@ def load_bodies(
     if kind == "obj":
         parts, declared = read_obj(file), None
     elif kind == _SCENE:
-        shapes = read_mitsuba(file)
+        shapes = read_mitsuba(file, load_bodies)
         parts, declared = [(s.name, s.vertices, s.faces) for s in shapes], "m"
         own = {s.name: s.material for s in shapes if s.material}
     else:
@@ -212,6 +209,58 @@ def load_bodies(
             raise GeometryError(msg) from exc
         bodies.append(body)
     return tuple(bodies)
+
+
+def mesh_object(
+    path: str | Path,
+    *,
+    unit: str | None = None,
+    material: str | None = None,
+    materials_by_name: Mapping[str, str] | None = None,
+    up: UpAxis | None = None,
+    position_m: Sequence[float] = (0.0, 0.0, 0.0),
+    yaw_deg: float = 0.0,
+    name: str | None = None,
+) -> tuple[Body, ...]:
+    """Return the bodies of a mesh file, put in their place.
+
+    Parameters
+    ----------
+    path : str or Path
+        Any file that `load_bodies` reads.
+    unit : str or None
+        Unit of the file's coordinates; None where the format declares it.
+    material : str or None
+        Label for every body that `materials_by_name` does not name.
+    materials_by_name : mapping or None
+        Label of each body by its exact name in the file.
+    up : "y", "z" or None
+        The file's vertical axis; None takes the format's own.
+    position_m : (3,) sequence of float
+        Where the origin of the file's frame comes to stand [m].
+    yaw_deg : float
+        Turn about the vertical through `position_m`, from +x towards +y [deg].
+    name : str or None
+        What to call the object: a single body takes the name, several become ``name.body``. None
+        keeps the file's names.
+
+    Returns
+    -------
+    tuple of Body
+        The bodies, winding as in the file.
+
+    Raises
+    ------
+    GeometryError
+        As `load_bodies`, or when the place is not finite.
+    """
+    bodies = load_bodies(
+        path, unit=unit, material=material, materials_by_name=materials_by_name, up=up
+    )
+    if name is not None:
+        single = len(bodies) == 1
+        bodies = tuple(replace(b, name=name if single else f"{name}.{b.name}") for b in bodies)
+    return tuple(placed(body, position_m, yaw_deg) for body in bodies)
 
 
 def _kind_of(file: Path) -> str:
@@ -274,7 +323,7 @@ def _read_with_trimesh(file: Path, kind: str, own: dict[str, str]) -> tuple[list
     """Return the named, placed meshes of a file and its unit; ``own`` gets the materials in it."""
     import trimesh
 
-    node_names = gltf_node_names(file) if kind in GLTF else None
+    node_names = _gltf_node_names(file) if kind in GLTF else None
     options: dict[str, Any] = {"postprocess": False} if kind == "3mf" else {}
     try:
         with warnings.catch_warnings():
@@ -334,6 +383,59 @@ def _body_name(
     return node
 
 
+def _gltf_node_names(path: Path) -> frozenset[str]:
+    """Return the names that a GLB or GLTF file gives to its nodes.
+
+    A file that is not glTF 2, or that holds geometry that trimesh does not decode (compressed
+    meshes, normalised integer positions, sparse positions, triangle fans), is refused.
+    """
+    header = _read_header(path)
+    for extension in header.get("extensionsRequired", []):
+        if not str(extension).startswith(_HARMLESS):
+            msg = (
+                f"{path} needs the glTF extension {extension}, which Octant does not read; export "
+                "it again without compression or instancing."
+            )
+            raise GeometryError(msg)
+    accessors = header.get("accessors", [])
+    for mesh in header.get("meshes", []):
+        for primitive in mesh.get("primitives", []):
+            position = primitive.get("attributes", {}).get("POSITION")
+            accessor = accessors[position] if position is not None else {}
+            if (
+                accessor.get("normalized")
+                or "sparse" in accessor
+                or primitive.get("mode") == _TRIANGLE_FAN
+            ):
+                msg = (
+                    f"mesh {mesh.get('name', '?')!r} of {path} is stored as normalised integers, "
+                    "sparse positions or a triangle fan, which Octant does not read; export it "
+                    "again as plain triangles."
+                )
+                raise GeometryError(msg)
+    return frozenset(str(n["name"]) for n in header.get("nodes", []) if "name" in n)
+
+
+def _read_header(path: Path) -> dict[str, Any]:
+    """Return the JSON part of a GLB or GLTF file."""
+    data = path.read_bytes()
+    try:
+        if data[:4] == _GLB_MAGIC:
+            version, _, length = struct.unpack("<3I", data[4:16])
+            if version != 2:
+                msg = f"version {version}"
+                raise ValueError(msg)
+            data = data[20 : 20 + length]
+        header = json.loads(data.decode("utf-8-sig"))
+    except (ValueError, struct.error) as exc:
+        msg = f"{path} cannot be read as glTF 2 ({exc}); check that it is a .glb or .gltf file."
+        raise GeometryError(msg) from exc
+    if not isinstance(header, dict):
+        msg = f"{path} cannot be read as glTF 2; check that it is a .glb or .gltf file."
+        raise GeometryError(msg)
+    return header
+
+
 def save_bodies(
     bodies: Sequence[Body], path: str | Path, *, opacity: Mapping[str, float] | None = None
 ) -> None:
@@ -379,4 +481,32 @@ def save_bodies(
     if kind == "obj":
         write_obj([(b.name, b.vertices_m, b.faces) for b in bodies], file)
     else:
-        write_with_trimesh(bodies, file, kind, opacity or {})
+        _write_with_trimesh(bodies, file, kind, opacity or {})
+
+
+def _write_with_trimesh(
+    bodies: Sequence[Body], file: Path, kind: str, opacity: Mapping[str, float]
+) -> None:
+    """Write bodies in one of the formats that are left to trimesh."""
+    import trimesh
+
+    meshes = {}
+    for body in bodies:
+        vertices = body.vertices_m
+        if kind in GLTF:
+            vertices = vertices[:, [0, 2, 1]] * (1.0, 1.0, -1.0)
+        elif kind == "3mf":
+            vertices = vertices * 1000.0
+        mesh = trimesh.Trimesh(vertices, body.faces, process=False)
+        if kind in GLTF:
+            mesh.visual = gltf_visual(body.material, opacity=opacity.get(body.name))
+        meshes[body.name] = mesh
+    if kind in ONE_BODY_FORMATS:
+        digits = {"digits": 15} if kind == "off" else {}
+        trimesh.util.concatenate(list(meshes.values())).export(str(file), **digits)
+        return
+    scene = trimesh.Scene()
+    for name, mesh in meshes.items():
+        scene.add_geometry(mesh, node_name=name, geom_name=name)
+    options = {"embed_buffers": True} if kind == "gltf" else {}
+    scene.export(str(file), **options)

@@ -6,7 +6,7 @@ left out.
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,18 +15,24 @@ import numpy.typing as npt
 from lxml import etree
 from lxml.etree import _Element as Element
 
-from octant.geometries._mitsuba_transforms import numbers_of, transform_matrix, vector_of
+from octant.geometries.bodies import Body
 from octant.geometries.errors import GeometryError
+from octant.geometries.furniture import box
 from octant.geometries.names import unused_name
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
+Attributes = Callable[[Element, str], str | None]
+"""Returns an attribute of an element with its ``$variables`` filled in, or None."""
+MeshReader = Callable[..., Sequence[Body]]
+"""Reads the bodies of a mesh file, as `octant.geometries.mesh_files.load_bodies` does."""
 
 MESH_SHAPES = ("ply", "obj")
 """Shapes that stand in a file of their own."""
 CIRCLE_SIDES = 24
 """Flat sides [-] of cylinders and disks, which Octant's rays see as prisms and polygons."""
 
+_AXES = ("x", "y", "z")
 _NOT_SEEN = ("sensor", "emitter", "integrator", "texture", "medium", "phase", "default", "path")
 _VALUES = ("integer", "float", "string", "boolean", "rgb", "spectrum", "transform")
 
@@ -58,6 +64,7 @@ class _Document:
     """A parsed scene file: its root, its ``<default>`` values and its materials by id."""
 
     path: Path
+    load_mesh: MeshReader
     root: Element
     defaults: Mapping[str, str]
     materials: Mapping[str, Element]
@@ -99,20 +106,22 @@ class _Document:
         if text is None:
             return None
         where = f"{name} of {self.where(element)},"
-        found = numbers_of(text, where=where)
+        found = _numbers_of(text, where=where)
         if len(found) != 1:
             msg = f"{where} gives {text!r}, but one number is needed."
             raise GeometryError(msg)
         return found[0]
 
 
-def read_mitsuba(path: Path) -> list[MitsubaShape]:
+def read_mitsuba(path: Path, load_mesh: MeshReader) -> list[MitsubaShape]:
     """Return the shapes of a Mitsuba or Sionna RT scene, in their places.
 
     Parameters
     ----------
     path : Path
         The XML file; its meshes are looked for beside it.
+    load_mesh : callable
+        Reads a mesh file of a shape; it gets the path, ``unit`` and ``material``.
 
     Returns
     -------
@@ -139,7 +148,7 @@ def read_mitsuba(path: Path) -> list[MitsubaShape]:
     .. [1] W. Jakob et al., Mitsuba 3 documentation, "Scene XML file format" and "Shapes".
     .. [2] Sionna RT 1.2, ``scene_utils.process_xml`` and "Radio Materials".
     """
-    document = _parsed(path)
+    document = _parsed(path, load_mesh)
     used: set[str] = set()
     shapes = []
     for element in document.root:
@@ -155,7 +164,7 @@ def read_mitsuba(path: Path) -> list[MitsubaShape]:
     return shapes
 
 
-def _parsed(path: Path) -> _Document:
+def _parsed(path: Path, load_mesh: MeshReader) -> _Document:
     """Return the document, parsed without entities, without DTD and without network."""
     parser = etree.XMLParser(
         resolve_entities=False, no_network=True, load_dtd=False, remove_comments=True,
@@ -176,7 +185,9 @@ def _parsed(path: Path) -> _Document:
         str(e.get("name")): str(e.get("value")) for e in root.iter("default") if e.get("name")
     }
     materials = {str(e.get("id")): e for e in root.iter("bsdf") if e.get("id")}
-    return _Document(path=path, root=root, defaults=defaults, materials=materials)
+    return _Document(
+        path=path, load_mesh=load_mesh, root=root, defaults=defaults, materials=materials
+    )
 
 
 def _shape(document: _Document, element: Element, used: set[str]) -> MitsubaShape:
@@ -193,7 +204,7 @@ def _shape(document: _Document, element: Element, used: set[str]) -> MitsubaShap
         raise GeometryError(msg)
     placing = document.child(element, "to_world")
     placing = document.child(element, "toWorld") if placing is None else placing
-    matrix = transform_matrix(placing, document.attribute, where=where)
+    matrix = _transform_matrix(placing, document.attribute, where=where)
     flips = [document.text(element, n) for n in ("flip_normals", "flipNormals")]
     if (np.linalg.det(matrix[:3, :3]) < 0.0) != ("true" in flips):
         faces = faces[:, ::-1]
@@ -208,14 +219,12 @@ def _shape(document: _Document, element: Element, used: set[str]) -> MitsubaShap
 
 def _mesh_of_file(document: _Document, element: Element) -> tuple[FloatArray, IntArray]:
     """Return the mesh that a shape's ``filename`` names, relative to the scene."""
-    from octant.geometries.mesh_files import load_bodies
-
     name = document.text(element, "filename")
     if not name:
         msg = f"{document.where(element)} names no file; add a <string name='filename'>."
         raise GeometryError(msg)
     try:
-        parts = load_bodies(document.path.parent / name, unit="m", material="any")
+        parts = document.load_mesh(document.path.parent / name, unit="m", material="any")
     except GeometryError as exc:
         msg = f"{document.where(element)}: {exc}"
         raise GeometryError(msg) from exc
@@ -231,8 +240,6 @@ def _square(document: _Document, element: Element) -> tuple[FloatArray, IntArray
 
 
 def _cube(document: _Document, element: Element) -> tuple[FloatArray, IntArray]:
-    from octant.geometries.furniture import box
-
     del document, element
     body = box((2.0, 2.0, 2.0), material="any", position_m=(-1.0, -1.0, -1.0))
     return body.vertices_m, body.faces
@@ -298,7 +305,7 @@ def _point(
     if child is None:
         return np.array(default)
     where = f"{name} of {document.where(element)},"
-    return vector_of(child, document.attribute, where=where, default=0.0)
+    return _vector_of(child, document.attribute, where=where, default=0.0)
 
 
 def _radius(document: _Document, element: Element) -> float:
@@ -351,3 +358,195 @@ def _label(document: _Document, bsdf: Element) -> str | None:
     if set(given) == {"name"}:
         return str(given["name"])
     return ", ".join(f"{key} = {value}" for key, value in given.items())
+
+
+def _numbers_of(text: str, *, where: str) -> list[float]:
+    """Return the finite numbers of a text, separated by spaces or commas [-].
+
+    Parameters
+    ----------
+    text : str
+        For example ``1, 2, 3``.
+    where : str
+        File, line and element, for messages.
+
+    Returns
+    -------
+    list of float
+        The numbers, in the unit of the file [-].
+
+    Raises
+    ------
+    GeometryError
+        When a word is not a finite number.
+    """
+    try:
+        found = [float(word) for word in text.replace(",", " ").split()]
+    except ValueError:
+        found = [math.nan]
+    if not all(math.isfinite(number) for number in found):
+        msg = f"{where} gives {text!r}, but finite numbers are needed there."
+        raise GeometryError(msg)
+    return found
+
+
+def _vector_of(
+    element: Element,
+    attribute: Attributes,
+    *,
+    where: str,
+    default: float,
+) -> FloatArray:
+    """Return the vector of ``value="x y z"`` (one number for all three) or of x, y and z [-].
+
+    Parameters
+    ----------
+    element : lxml element
+        E.g. ``<translate x="1"/>``.
+    attribute : callable
+        Reads an attribute.
+    where : str
+        File, line and element, for messages.
+    default : float
+        What a coordinate is that is not given [-].
+
+    Returns
+    -------
+    (3,) float64
+        In the unit of the file [-].
+
+    Raises
+    ------
+    GeometryError
+        When there are not one or three finite numbers.
+    """
+    value = attribute(element, "value")
+    if value is None:
+        given = [attribute(element, axis) for axis in _AXES]
+        parts = [[default] if g is None else _numbers_of(g, where=where) for g in given]
+        if all(len(part) == 1 for part in parts):
+            return np.array([part[0] for part in parts])
+    else:
+        found = _numbers_of(value, where=where)
+        if len(found) in (1, 3):
+            return np.array(found * (3 // len(found)))
+    msg = f"{where} must give one or three numbers."
+    raise GeometryError(msg)
+
+
+def _transform_matrix(
+    element: Element | None,
+    attribute: Attributes,
+    *,
+    where: str,
+) -> FloatArray:
+    """Return the matrix of a ``<transform>``; what stands first in it is done first [-].
+
+    Parameters
+    ----------
+    element : lxml element or None
+        The transform; None leaves everything in its place.
+    attribute : callable
+        Reads an attribute.
+    where : str
+        File and shape, for messages.
+
+    Returns
+    -------
+    (4, 4) float64
+        Affine [-], lengths in the unit of the file.
+
+    Raises
+    ------
+    GeometryError
+        When a step is unknown or not numbers, or the whole is singular or not affine.
+
+    References
+    ----------
+    .. [1] W. Jakob et al., Mitsuba 3 documentation, "Scene XML file format", transformations.
+    """
+    total = np.eye(4)
+    for step in () if element is None else element:
+        kind = str(step.tag)
+        at = f"<{kind}> in {where}, line {step.sourceline},"
+        if kind not in _STEPS:
+            msg = f"{at} is no transformation; known are {', '.join(_STEPS)}."
+            raise GeometryError(msg)
+        total = _STEPS[kind](step, attribute, at) @ total
+    if not np.array_equal(total[3], (0.0, 0.0, 0.0, 1.0)):
+        msg = f"the to_world matrix of {where} is a perspective one; give (0, 0, 0, 1) as last row."
+        raise GeometryError(msg)
+    scale = float(np.abs(total[:3, :3]).max())
+    if scale == 0.0 or abs(np.linalg.det(total[:3, :3] / scale)) < 1e-12:
+        msg = f"the to_world matrix of {where} is singular: it makes the shape flat; correct it."
+        raise GeometryError(msg)
+    return total
+
+
+def _translate(step: Element, attribute: Attributes, where: str) -> FloatArray:
+    matrix = np.eye(4)
+    matrix[:3, 3] = _vector_of(step, attribute, where=where, default=0.0)
+    return matrix
+
+
+def _scale(step: Element, attribute: Attributes, where: str) -> FloatArray:
+    return np.diag([*_vector_of(step, attribute, where=where, default=1.0), 1.0])
+
+
+def _rotate(step: Element, attribute: Attributes, where: str) -> FloatArray:
+    axis = _vector_of(step, attribute, where=where, default=0.0)
+    angle = _numbers_of(attribute(step, "angle") or "", where=where)
+    length = float(np.linalg.norm(axis))
+    if length == 0.0 or len(angle) != 1:
+        msg = f"{where} needs an axis other than zero and one angle in degrees."
+        raise GeometryError(msg)
+    x, y, z = axis / length
+    quarters = angle[0] / 90.0
+    if quarters == round(quarters):  # right angles stay exact
+        cos, sin = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))[round(quarters) % 4]
+    else:
+        cos, sin = math.cos(math.radians(angle[0])), math.sin(math.radians(angle[0]))
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    unit = np.array([x, y, z])
+    matrix = np.eye(4)
+    matrix[:3, :3] = cos * np.eye(3) + sin * cross + (1.0 - cos) * np.outer(unit, unit)
+    return matrix
+
+
+def _matrix(step: Element, attribute: Attributes, where: str) -> FloatArray:
+    found = _numbers_of(attribute(step, "value") or "", where=where)
+    if len(found) == 9:
+        matrix = np.eye(4)
+        matrix[:3, :3] = np.reshape(found, (3, 3))
+        return matrix
+    if len(found) != 16:
+        msg = f"{where} has {len(found)} numbers, but a matrix has 16 (or 9), row by row."
+        raise GeometryError(msg)
+    return np.reshape(found, (4, 4)).astype(np.float64)
+
+
+def _lookat(step: Element, attribute: Attributes, where: str) -> FloatArray:
+    given = [_numbers_of(attribute(step, n) or "", where=where) for n in ("origin", "target")]
+    above = _numbers_of(attribute(step, "up") or "0 0 1", where=where)
+    if any(len(vector) != 3 for vector in (*given, above)):
+        msg = f"{where} needs origin, target and up of three numbers each."
+        raise GeometryError(msg)
+    origin, target, up = (np.array(vector) for vector in (*given, above))
+    ahead = target - origin
+    left = np.cross(up, ahead)
+    if np.linalg.norm(left) <= 1e-12 * np.linalg.norm(up) * np.linalg.norm(ahead):
+        msg = f"{where} looks along its own up, or nowhere; give another target or up."
+        raise GeometryError(msg)
+    ahead, left = ahead / np.linalg.norm(ahead), left / np.linalg.norm(left)
+    matrix = np.eye(4)
+    matrix[:3] = np.column_stack((left, np.cross(ahead, left), ahead, origin))
+    return matrix
+
+
+_STEPS = {
+    "translate": _translate,
+    "scale": _scale,
+    "rotate": _rotate,
+    "matrix": _matrix,
+    "lookat": _lookat,
+}

@@ -7,8 +7,9 @@ import msgspec
 import numpy as np
 
 from octant.em.medium.materials import Material, material
-from octant.geometries.furniture import box, cabinet, cylinder, mesh_object, sphere
-from octant.geometries.mesh_files import Body, load_bodies
+from octant.geometries.bodies import Body
+from octant.geometries.furniture import box, cabinet, cylinder, sphere
+from octant.geometries.mesh_files import load_bodies, mesh_object
 from octant.geometries.rooms import Doorway, box_room, prism_room
 from octant.reader_design.study_file.materials import (
     material_arguments,

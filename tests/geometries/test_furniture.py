@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from octant.geometries.errors import GeometryError
-from octant.geometries.furniture import box, cabinet, cylinder, mesh_object, sphere
-from octant.geometries.mesh_files import save_bodies
+from octant.geometries.furniture import box, cabinet, cylinder, sphere
+from octant.geometries.mesh_files import mesh_object, save_bodies
 
 lengths = st.floats(0.01, 10.0)
 
