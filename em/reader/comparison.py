@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from octant.em.decibels import decibels
 from octant.em.reader.response import ReaderResponse
 from octant.geometries.errors import AntennaError
 
@@ -115,8 +116,8 @@ def _gain_differences_db(
     judged = np.sum(np.abs(other.far_field(theta, phi)) ** 2, axis=-1)
     peak = gain.max(axis=(1, 2), keepdims=True)
     floor = peak * 10.0 ** (-FLOOR_DB / 10.0)
-    level = 10.0 * np.log10(np.maximum(gain, floor) / peak)
-    difference = 10.0 * np.log10(np.maximum(judged, floor) / np.maximum(gain, floor))
+    level = decibels(np.maximum(gain, floor) / peak)
+    difference = decibels(np.maximum(judged, floor) / np.maximum(gain, floor))
     strong = np.where(level >= -STRONG_DB, difference, np.nan)
     weak = np.where((level < -STRONG_DB) & (level >= -WEAK_DB), difference, np.nan)
     faint = np.where(level < -WEAK_DB, difference, np.nan)

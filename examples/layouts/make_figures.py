@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from octant.em.decibels import power_dbm
 from octant.em.reader.response import ReaderResponse
 from octant.navigation.angles import wrap_angle
 from octant.navigation.navigators.arrival import arrival_threshold_w, rss_spread_w
@@ -24,7 +25,6 @@ from octant.reader_design.experiments.missions.comparison_cells import (
 )
 from octant.reader_design.experiments.missions.comparison_file import load_comparison
 from octant.reader_design.setting.links import mission_table, study_responses, tag_link
-from octant.reader_design.setting.measures import power_dbm
 from octant.reader_design.setting.samples import standing_room
 from octant.reader_design.setting.scene import StudyScene, build_study_scene
 from octant.reader_design.showing.plan import draw_plan, draw_tags, plan_of

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from octant.em.decibels import decibels
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import NavigationError
 from octant.navigation.checks import check_positive
@@ -267,7 +268,7 @@ class PlaceFilter:
         if not heard.any():
             return belief
         rss_db = np.full(len(rss_w), -np.inf)
-        rss_db[heard] = 10.0 * np.log10(rss_w[heard] + NULL_SHARE * rss_w[heard].mean())
+        rss_db[heard] = decibels(rss_w[heard] + NULL_SHARE * rss_w[heard].mean())
         logs = np.empty(len(belief.weights))
         place_log_likelihood(
             belief.places[0],

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
+from octant.em.decibels import decibels
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import NavigationError
 from octant.navigation.checks import check_positive
@@ -164,7 +165,7 @@ class PatternMatcher:
         check_positive(self.error_db, name="error_db", unit="dB")
         power = self.table.power_w.mean(axis=2)
         power = power + NULL_SHARE * power.mean(axis=2, keepdims=True)
-        level = 10.0 * np.log10(power)
+        level = decibels(power)
         level -= level.mean(axis=2, keepdims=True)
         object.__setattr__(self, "_level_db", frozen_array(level, name="level", shape=level.shape))
         unit = np.exp(1j * self.table.bearings_rad)
@@ -191,7 +192,7 @@ class PatternMatcher:
         if np.count_nonzero(heard) < 2:
             return 0.0, ANY_DIRECTION_RAD2
         filled = rss_w[heard] + NULL_SHARE * rss_w[heard].mean()
-        residual = 10.0 * np.log10(filled) - self._level_db[..., heard]
+        residual = decibels(filled) - self._level_db[..., heard]
         squares = residual.var(axis=-1) * np.count_nonzero(heard)
         weight = np.exp(-0.5 * (squares - squares.min()) / self.error_db**2)
         mean = complex(weight.sum(axis=0) @ self._unit) / float(weight.sum())

@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.em.constants import BOLTZMANN_J_PER_K
+from octant.em.decibels import power_dbm
 from octant.geometries.errors import NavigationError
 
 REFERENCE_K = 290.0
@@ -190,7 +191,7 @@ class RssQuantiser:
             The nearest code's power, zero below the lowest code [W].
         """
         rss = np.asarray(rss_w, dtype=np.float64)
-        level_dbm = 10.0 * np.log10(np.maximum(rss, np.finfo(np.float64).tiny)) + 30.0
+        level_dbm = power_dbm(np.maximum(rss, np.finfo(np.float64).tiny))
         code = np.rint((level_dbm - self.floor_dbm) / self.step_db)
-        power_dbm = self.floor_dbm + self.step_db * np.minimum(code, 2**self.bits - 1)
-        return np.where(code < 0.0, 0.0, 10.0 ** ((power_dbm - 30.0) / 10.0))
+        nearest_dbm = self.floor_dbm + self.step_db * np.minimum(code, 2**self.bits - 1)
+        return np.where(code < 0.0, 0.0, 10.0 ** ((nearest_dbm - 30.0) / 10.0))

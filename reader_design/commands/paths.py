@@ -9,6 +9,7 @@ import click
 import numpy as np
 import numpy.typing as npt
 
+from octant.em.decibels import decibels
 from octant.geometries.errors import ConfigError
 from octant.reader_design.commands.ends import EndAntenna, PathLink, path_options, study_link
 from octant.reader_design.keeping.progress import Progress
@@ -164,23 +165,6 @@ def _summary(link: PathLink, sums: FloatArray, *, shorten: bool) -> Iterator[str
             f"edges: {link.edges.considered} ways over {len(link.radio.wedges)} wedges considered, "
             f"{link.edges.considered - link.edges.kept} pruned, {link.edges.kept} kept."
         )
-
-
-def decibels(ratio: npt.ArrayLike) -> FloatArray:
-    """Return 10 log10 of power ratios [dB]; zero gives minus infinity.
-
-    Parameters
-    ----------
-    ratio : array_like
-        Power ratios [-], not negative.
-
-    Returns
-    -------
-    ndarray of float64
-        Same shape [dB].
-    """
-    with np.errstate(divide="ignore"):
-        return np.asarray(10.0 * np.log10(np.asarray(ratio, dtype=np.float64)))
 
 
 def _angles_deg(directions: FloatArray) -> FloatArray:

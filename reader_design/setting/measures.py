@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from octant.em.decibels import decibels
 from octant.geometries.errors import AntennaError
 from octant.navigation.sensing.bearing import (
     FRONT_AZIMUTH_RAD,
@@ -26,23 +27,6 @@ POWER_TIE = 1e-9
 """Antennas whose RSS differ by less than this relative amount [-] are equally strong."""
 RATIO_CAP_DB = 200.0
 """Power ratios are capped to plus and minus this value [dB], so that a null stays a number."""
-
-
-def power_dbm(power_w: npt.ArrayLike) -> FloatArray:
-    """Return powers in dBm; zero power gives -inf [dBm].
-
-    Parameters
-    ----------
-    power_w : array_like
-        Powers [W], not negative.
-
-    Returns
-    -------
-    ndarray
-        Same shape [dBm].
-    """
-    with np.errstate(divide="ignore"):
-        return 10.0 * np.log10(np.asarray(power_w, dtype=np.float64)) + 30.0
 
 
 def leaders(rss_w: FloatArray) -> FloatArray:
@@ -150,10 +134,7 @@ def _ratio_db(numerator_w: FloatArray, denominator_w: FloatArray) -> FloatArray:
     """Return a power ratio in dB, capped; 0 dB where both powers are zero."""
     floor = 10.0 ** (-RATIO_CAP_DB / 10.0) * np.maximum(numerator_w, denominator_w)
     floor = np.where(floor > 0.0, floor, 1.0)
-    ratio: FloatArray = 10.0 * np.log10(
-        np.maximum(numerator_w, floor) / np.maximum(denominator_w, floor)
-    )
-    return ratio
+    return decibels(np.maximum(numerator_w, floor) / np.maximum(denominator_w, floor))
 
 
 def facing_ratios_db(

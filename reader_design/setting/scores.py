@@ -9,6 +9,7 @@ from dataclasses import asdict, dataclass, fields
 import numpy as np
 import numpy.typing as npt
 
+from octant.em.decibels import power_dbm
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import AntennaError
 from octant.reader_design.setting.bearing_errors import (
@@ -19,7 +20,6 @@ from octant.reader_design.setting.bearing_errors import (
 from octant.reader_design.setting.measures import (
     SteeringSignal,
     facing_ratios_db,
-    power_dbm,
     right_share,
     steering_signal,
     strongest_errors_rad,

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.em.antennas.kinds import Antenna
+from octant.em.decibels import decibels
 from octant.reader_design.showing.style import figure_style, new_figure
 
 if TYPE_CHECKING:
@@ -112,7 +113,7 @@ def element_pattern_figure(antenna: Antenna, *, title: str) -> "Figure":
     folded = np.minimum(theta, 2.0 * np.pi - theta)
     field = antenna.far_field(folded, np.where(theta <= np.pi, 0.0, np.pi))
     gain = np.maximum((np.abs(field) ** 2).sum(axis=-1), 1e-12)
-    gain_dbi = 10.0 * np.log10(gain)
+    gain_dbi = decibels(gain)
     with figure_style():
         figure, axes = new_figure(width_in=8.6, height_in=4.0, title=title, columns=2)
         axes[0, 0].remove()

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from octant.em.decibels import power_dbm
 from octant.navigation.missions.metrics import measure, percentile_curve
 from octant.navigation.missions.records import MissionResult
-from octant.reader_design.setting.measures import power_dbm
 from octant.reader_design.showing.plan import Plan, draw_plan, draw_tags, plan_of, plan_shape
 from octant.reader_design.showing.style import (
     antenna_legend,

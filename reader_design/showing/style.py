@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from octant.em.decibels import power_dbm
 from octant.geometries.files import whole_file
 from octant.navigation.angles import wrap_angle
 from octant.reader_design.setting.measures import (
     leaders,
-    power_dbm,
     vector_sum_bearing_rad,
 )
 

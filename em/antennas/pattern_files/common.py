@@ -1,9 +1,7 @@
 """What every pattern format shares: the table, its grid, its scale, and how a line is refused."""
 
 import math
-import os
 import re
-import tempfile
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -290,7 +288,7 @@ def whole_number(path: Path, line: int, token: str) -> int:
     return int(value)
 
 
-def decibels(path: Path, line: int, value: float) -> float:
+def checked_gain_dbi(path: Path, line: int, value: float) -> float:
     """Return a gain [dBi] that can be one.
 
     Parameters
@@ -366,34 +364,3 @@ def mean_over_sphere(
         weights = np.linalg.solve(np.cos(np.outer(order, theta_rad)), moments)
         return float(0.5 * weights @ ring)
     return float(0.5 * np.trapezoid(ring * np.sin(theta_rad), theta_rad))
-
-
-def write_text(path: Path, text: str) -> None:
-    """Return nothing; write a text file whole or not at all.
-
-    Parameters
-    ----------
-    path : Path
-        The file; one that exists is replaced.
-    text : str
-        Its content.
-
-    Raises
-    ------
-    PatternFileError
-        When it cannot be written.
-    """
-    part = ""
-    try:
-        handle, part = tempfile.mkstemp(
-            prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent
-        )
-        with os.fdopen(handle, "w", encoding="utf-8", newline="\n") as stream:
-            stream.write(text)
-        Path(part).chmod(0o644)
-        Path(part).replace(path)
-    except OSError as exc:
-        if part:
-            Path(part).unlink(missing_ok=True)
-        msg = f"{path} cannot be written ({exc.strerror}); give a folder that can be written to."
-        raise PatternFileError(msg) from exc

@@ -28,15 +28,15 @@ from octant.em.antennas.pattern_files.common import (
     PatternTable,
     Row,
     amplitude,
-    decibels,
+    checked_gain_dbi,
     number,
     read_lines,
     refusal,
-    write_text,
 )
 from octant.em.antennas.pattern_files.grids import fold, loop_grid
 from octant.em.antennas.pattern_files.two_cuts import TWO_CUTS_WARNING, closed_cut, spread_two_cuts
 from octant.geometries.errors import PatternFileError
+from octant.geometries.files import write_text
 
 _COMPLEX = ("f_theta_re", "f_theta_im", "f_phi_re", "f_phi_im")
 _GAINS = ("gain_theta_db", "gain_phi_db")
@@ -165,7 +165,7 @@ def _grid(path: Path, names: Sequence[str], group: _Group) -> PatternTable:
         gains = [name for name in (*_GAINS, "gain_db") if name in place]
         for line, values, _ in group.rows:
             for name in gains:
-                decibels(path, line, values[name])
+                checked_gain_dbi(path, line, values[name])
         warnings = (NO_PHASE_WARNING.format(source=source),)
         if gains[0] in _GAINS:
             pattern = amplitude(np.stack([grid[place[name]] for name in _GAINS])) + 0j
@@ -187,7 +187,7 @@ def _two_cuts(path: Path, group: _Group) -> PatternTable:
         rows = [(line, values) for line, values, cut in group.rows if cut == wanted]
         if not rows:
             raise refusal(path, group.line, f"the {wanted} cut is missing; both cuts are needed.")
-        level = [decibels(path, line, values["gain_db"]) for line, values in rows]
+        level = [checked_gain_dbi(path, line, values["gain_db"]) for line, values in rows]
         angle = np.array([values["angle_deg"] for _, values in rows])
         cuts.append(closed_cut(path, rows[0][0], angle, np.array(level)))
     for line, _, cut in group.rows:

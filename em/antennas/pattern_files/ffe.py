@@ -26,16 +26,17 @@ from octant.em.antennas.pattern_files.common import (
     PatternTable,
     Row,
     amplitude,
-    decibels,
+    checked_gain_dbi,
     number,
     numbers,
     read_lines,
     refusal,
     whole_number,
-    write_text,
 )
 from octant.em.antennas.pattern_files.grids import fold, loop_grid
+from octant.em.decibels import decibels
 from octant.geometries.errors import PatternFileError
+from octant.geometries.files import write_text
 
 _REALISED_COMMENT = "the gain columns hold realised gain"
 _FIELD_COLUMNS = ("theta", "phi", "re(etheta)", "im(etheta)", "re(ephi)", "im(ephi)")
@@ -252,13 +253,13 @@ def _scale(
     places = [columns.index(name) for name in _FIELD_COLUMNS[2:]]
     table = np.array([row.values for row in rows])
     power_v2 = np.sum(table[:, places] ** 2, axis=1)
-    gain_db = np.array([decibels(path, row.line, row.values[total]) for row in rows])
+    gain_db = np.array([checked_gain_dbi(path, row.line, row.values[total]) for row in rows])
     strong = gain_db > max(gain_db.max() - 20.0, DBI_FLOOR)
     if not strong.any() or not power_v2[strong].any():
         raise refusal(path, rows[0].line, "the gain columns say that nothing is radiated.")
     gain = 10.0 ** (gain_db / 10.0)
     squared = float(gain[strong].sum() / power_v2[strong].sum())
-    off_db = np.abs(10.0 * np.log10(np.maximum(squared * power_v2, 1e-30)) - gain_db)
+    off_db = np.abs(decibels(np.maximum(squared * power_v2, 1e-30)) - gain_db)
     wrong = np.flatnonzero(strong & (off_db > _AGREEMENT_DB))
     if wrong.size:
         row = rows[int(wrong[0])]
@@ -278,7 +279,7 @@ def _amplitudes(
         raise refusal(path, rows[0].line, "neither field nor gain columns; export one of them.")
     for row in rows:
         for at in parts.values():
-            decibels(path, row.line, row.values[at])
+            checked_gain_dbi(path, row.line, row.values[at])
     if "theta" in parts and "phi" in parts:
         both = amplitude(np.stack((grid[parts["theta"]], grid[parts["phi"]])))
         total = amplitude(grid[parts["total"]]) if "total" in parts else np.hypot(*both)
@@ -354,7 +355,7 @@ def _block_lines(path: Path, table: PatternTable) -> list[str]:
     volts = field * VOLT_PER_ROOT_WATT if table.phase_known else np.zeros_like(field)
     power = np.abs(field) ** 2
     power = np.concatenate((power, power.sum(axis=0, keepdims=True)))
-    gain_db = 10.0 * np.log10(np.maximum(power, 1e-99))
+    gain_db = decibels(np.maximum(power, 1e-99))
     for j, phi in enumerate(phi_deg):
         for i, theta in enumerate(theta_deg):
             e_t, e_p = volts[:, i, j]

@@ -21,7 +21,7 @@ from octant.em.antennas.pattern_files.common import (
     PatternTable,
     Row,
     amplitude,
-    decibels,
+    checked_gain_dbi,
     number,
     numbers,
     read_lines,
@@ -148,7 +148,9 @@ def _gain(path: Path, content: _File) -> float:
     joined = "".join(tokens).lower()
     isotropic = joined.endswith("dbi")
     text = joined.removesuffix("dbi").removesuffix("dbd")
-    return decibels(path, line, number(path, line, text) + (0.0 if isotropic else DIPOLE_DBI))
+    return checked_gain_dbi(
+        path, line, number(path, line, text) + (0.0 if isotropic else DIPOLE_DBI)
+    )
 
 
 def _frequency(path: Path, content: _File) -> float | None:

@@ -26,13 +26,14 @@ from octant.em.antennas.pattern_files.common import (
     PatternKind,
     PatternTable,
     Row,
-    decibels,
+    checked_gain_dbi,
     number,
     numbers,
     read_lines,
     refusal,
 )
 from octant.em.antennas.pattern_files.grids import fold, loop_grid
+from octant.em.decibels import decibels
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[EeDd][-+]?\d+)?"
 _UNITS_HZ = {"HZ": 1.0, "KHZ": 1e3, "MHZ": 1e6, "GHZ": 1e9}
@@ -187,7 +188,7 @@ def _scale(path: Path, rows: Sequence[Row], power_w: float | None, spread: float
     """Return the factor [1/V] from r E to F; the gain column must agree."""
     square_v2 = np.array([row.values[_E_THETA] ** 2 + row.values[_E_PHI] ** 2 for row in rows])
     square_v2 = square_v2 / spread**2
-    gain_db = np.array([decibels(path, row.line, row.values[_TOTAL]) for row in rows])
+    gain_db = np.array([checked_gain_dbi(path, row.line, row.values[_TOTAL]) for row in rows])
     strong = gain_db > max(gain_db.max() - 20.0, DBI_FLOOR)
     if not strong.any() or not square_v2[strong].any():
         raise refusal(
@@ -200,7 +201,7 @@ def _scale(path: Path, rows: Sequence[Row], power_w: float | None, spread: float
     else:
         what = f"the power budget tells {power_w:g} W; a pattern needs power above 0 W."
         raise refusal(path, rows[0].line, what)
-    off_db = np.abs(10.0 * np.log10(np.maximum(squared * square_v2, 1e-30)) - gain_db)
+    off_db = np.abs(decibels(np.maximum(squared * square_v2, 1e-30)) - gain_db)
     wrong = np.flatnonzero(strong & (off_db > _AGREEMENT_DB))
     if wrong.size:
         row = rows[int(wrong[0])]

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from octant.em.decibels import decibels
 from octant.em.reader.fullwave.result import ErrorEstimate, FullwaveResult
 from octant.geometries.errors import GeometryError
 
@@ -137,8 +138,7 @@ def error_estimate(
 
 def _gain_db(pattern: npt.NDArray[np.complex128]) -> npt.NDArray[np.float64]:
     """Return the gains of patterns [dB]; nothing is taken as -300 dB."""
-    gain: npt.NDArray[np.float64] = 10.0 * np.log10((np.abs(pattern) ** 2).sum(axis=-1) + 1e-30)
-    return gain
+    return decibels((np.abs(pattern) ** 2).sum(axis=-1) + 1e-30)
 
 
 def _rms(values: npt.NDArray[np.float64]) -> float:

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from octant.em.decibels import power_dbm
 from octant.reader_design.commands.map.layers import open_places
-from octant.reader_design.setting.measures import power_dbm
 from octant.reader_design.setting.scene import StudyScene
 from octant.reader_design.showing.plan import Plan, draw_plan, draw_tags, plan_of, plan_shape
 from octant.reader_design.showing.room import MapPanel, map_figure

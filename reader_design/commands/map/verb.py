@@ -7,6 +7,7 @@ import click
 import numpy as np
 import numpy.typing as npt
 
+from octant.em.decibels import power_dbm
 from octant.geometries.errors import ConfigError
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.options import common_options
@@ -147,8 +148,7 @@ def _summary_line(tag_id: str, one: "RadioMap") -> str:
     heard = strongest[one.path_count > 0]
     if heard.size == 0 or heard.max() <= 0.0:
         return f"tag {tag_id}: no path to any of {one.path_count.size} places."
-    with np.errstate(divide="ignore"):
-        dbm = 10.0 * np.log10(heard) + 30.0
+    dbm = power_dbm(heard)
     return (
         f"tag {tag_id}: {one.path_count.size} places, {int((one.path_count == 0).sum())} without a "
         f"path; strongest antenna {dbm.min():.1f} to {dbm.max():.1f} dBm, median "

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from octant.em.decibels import decibels
 from octant.reader_design.showing.style import (
     antenna_legend,
     draw_antennas,
@@ -42,8 +43,7 @@ def gain_dbi(pattern: npt.NDArray[np.complex128]) -> FloatArray:
         Gain over isotropic [dBi].
     """
     power = np.sum(np.abs(pattern) ** 2, axis=-1)
-    gain: FloatArray = 10.0 * np.log10(np.maximum(power, 1e-10))
-    return gain
+    return decibels(np.maximum(power, 1e-10))
 
 
 def element_figure(

@@ -135,8 +135,8 @@ def _paths(
     quiet: bool,
 ) -> "tuple[dict[str, FloatArray], DrawnPaths]":
     """Return the ends, where they stand, and the strongest paths between them."""
+    from octant.em.decibels import decibels
     from octant.em.paths.tracing import path_gains, trace_paths
-    from octant.reader_design.commands.paths import decibels
     from octant.reader_design.commands.scene.drawing import DrawnPaths
 
     link = study_link(

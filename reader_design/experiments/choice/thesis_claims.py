@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from octant.em.decibels import power_dbm
 from octant.geometries.tolerances import LENGTHS
 from octant.reader_design.setting.evaluation import Cell
-from octant.reader_design.setting.measures import power_dbm
 from octant.reader_design.setting.ranking import Candidate, Choice
 from octant.reader_design.showing.pages import ReportTable
 

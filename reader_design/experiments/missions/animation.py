@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from octant.em.decibels import power_dbm
 from octant.geometries.files import whole_file
 from octant.navigation.sensing.bearing import room_azimuth, vector_sum_bearing
-from octant.reader_design.setting.measures import power_dbm
 from octant.reader_design.showing.plan import Plan, draw_plan, draw_tags
 from octant.reader_design.showing.room import PATH_COLOUR, Drive
 from octant.reader_design.showing.style import ANTENNA_COLOURS, draw_antennas, figure_style

@@ -5,11 +5,11 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
+from octant.em.decibels import power_dbm
 from octant.em.reader.response import ReaderResponse
 from octant.navigation.missions.run import MissionResult
 from octant.reader_design.experiments.missions.animation import FieldMap, Scenery
 from octant.reader_design.setting.links import tag_link
-from octant.reader_design.setting.measures import power_dbm
 from octant.reader_design.setting.samples import standing_room
 from octant.reader_design.setting.scene import StudyScene
 from octant.reader_design.showing.plan import plan_of

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from octant.em.decibels import power_dbm
 from octant.reader_design.experiments.optimise.goals import goal_name
 from octant.reader_design.experiments.optimise.search import Search
 from octant.reader_design.experiments.optimise.shortlist import front
-from octant.reader_design.setting.measures import power_dbm
 from octant.reader_design.showing.style import (
     antenna_legend,
     draw_antennas,

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from octant.em.decibels import power_dbm
 from octant.reader_design.experiments.optimise.evaluation import Evaluation
-from octant.reader_design.setting.measures import power_dbm
 from octant.reader_design.study_file.optimise import SMALLER_IS_BETTER, Goal
 
 BALANCE = 0.05

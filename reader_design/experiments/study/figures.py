@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from octant.em.decibels import power_dbm
 from octant.navigation.angles import wrap_angle
 from octant.reader_design.experiments.missions.mission_stage import RoomMission
 from octant.reader_design.experiments.study.map_stage import RoomMap
 from octant.reader_design.experiments.study.sweep_plots import DistancePanel, rss_distance_figure
 from octant.reader_design.setting.bearing_errors import vector_errors_rad
 from octant.reader_design.setting.evaluation import Cell, SweepContext
-from octant.reader_design.setting.measures import power_dbm, strongest_errors_rad
+from octant.reader_design.setting.measures import strongest_errors_rad
 from octant.reader_design.setting.receiver import scoring_readings_w
 from octant.reader_design.setting.samples import grid_azimuths_rad
 from octant.reader_design.showing.distributions import ErrorCurve, error_distribution_figure

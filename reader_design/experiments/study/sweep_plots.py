@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from octant.reader_design.setting.measures import power_dbm
+from octant.em.decibels import power_dbm
 from octant.reader_design.showing.style import (
     antenna_legend,
     draw_antennas,

@@ -8,6 +8,7 @@ import msgspec
 import numpy as np
 import numpy.typing as npt
 
+from octant.em.decibels import power_dbm
 from octant.em.medium.materials import Material
 from octant.em.medium.radio_scene import RadioScene, radio_scene
 from octant.em.reader.cache import cached_responses
@@ -27,7 +28,6 @@ from octant.reader_design.setting.evaluation import (
     reference_tag,
     room_samples_w,
 )
-from octant.reader_design.setting.measures import power_dbm
 from octant.reader_design.setting.samples import free_points_m, grid_azimuths_rad, sample_rss_w
 from octant.reader_design.setting.scene import StudyScene, build_study_scene
 from octant.reader_design.setting.scores import Scores, score_rss

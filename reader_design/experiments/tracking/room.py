@@ -7,6 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.em.antennas.kinds import make_antenna
+from octant.em.decibels import power_dbm
 from octant.em.medium.materials import material
 from octant.em.medium.radio_scene import radio_scene
 from octant.em.power.image_fields import ImageField, trace_image_field
@@ -84,8 +85,7 @@ class FieldRss:
         )
         floor_w = 10.0 ** (0.1 * FADED_FLOOR_DBM - 3.0)
         power = np.maximum(self.field.coherent_w(inside), floor_w)
-        level: FloatArray = 10.0 * np.log10(power) + 30.0
-        return level
+        return power_dbm(power)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -234,7 +234,7 @@ def _known(
     axis = grid_axis_m(-REACH_M, REACH_M, spacing_m=SURVEY_SPACING_M)
     places = _grid(axis)
     coherent = FieldRss(field=field).rss_dbm(places)
-    mean = 10.0 * np.log10(field.local_mean_w(places)) + 30.0
+    mean = power_dbm(field.local_mean_w(places))
     # Fades are deeper than peaks are high: the mean of decibels lies below that of watts.
     mean += coherent.mean() - mean.mean()
     offset = places[:, None] - tags_m[:, :2]

@@ -5,12 +5,12 @@ import dataclasses
 import numpy as np
 import pytest
 
+from octant.em.decibels import power_dbm
 from octant.geometries.errors import AntennaError
 from octant.navigation.angles import wrap_angle
 from octant.reader_design.setting.measures import (
     facing_ratios_db,
     leaders,
-    power_dbm,
     right_share,
     steering_signal,
     vector_sum_bearing_rad,
