@@ -7,7 +7,7 @@ import msgspec
 import numpy as np
 
 from octant.em.antennas.kinds import Antenna
-from octant.reader_design.keeping.store import versions
+from octant.reader_design.keeping.versions import versions
 from octant.reader_design.setting.design import ReaderDesign, content_hash, response_inputs
 from octant.reader_design.setting.evaluation import SweepContext, reference_tag
 from octant.reader_design.setting.scene import StudyScene

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from octant.reader_design.keeping.store import read_dataset
+from octant.reader_design.showing.netcdf import read_dataset
 from octant.reader_design.study_file.loading import load_study
 
 FREE = """

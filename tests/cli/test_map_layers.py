@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from octant.reader_design.commands.map.figures import PAGES
-from octant.reader_design.keeping.store import read_dataset
+from octant.reader_design.showing.netcdf import read_dataset
 
 BOX = """
 [room]

@@ -9,7 +9,7 @@ import pytest
 from octant.geometries.errors import ConfigError
 from octant.reader_design.experiments.sweep import run
 from octant.reader_design.experiments.sweep.results import open_sweep
-from octant.reader_design.keeping.store import read_dataset
+from octant.reader_design.showing.netcdf import read_dataset
 
 STUDY = """
 name = "small"

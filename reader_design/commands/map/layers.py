@@ -15,10 +15,10 @@ from octant.em.power.radio_map import RadioMap, map_antenna, map_reader
 from octant.em.power.received_power import antenna_power
 from octant.em.reader.response import ReaderResponse
 from octant.navigation.angles import wrap_angle
-from octant.reader_design.keeping.store import dataset, variable
 from octant.reader_design.setting.links import tag_link
 from octant.reader_design.setting.measures import vector_sum_bearing_rad
 from octant.reader_design.setting.scene import PlacedTag, StudyScene, candidates_from
+from octant.reader_design.showing.netcdf import dataset, variable
 from octant.reader_design.study_file.loading import to_toml
 from octant.reader_design.study_file.schema import Study
 

@@ -66,10 +66,10 @@ def radio_map(
         spread_map,
         tag_map,
     )
-    from octant.reader_design.keeping.store import write_dataset
     from octant.reader_design.setting.links import study_responses
     from octant.reader_design.setting.map_grid import map_axes_m
     from octant.reader_design.setting.scene import build_study_scene
+    from octant.reader_design.showing.netcdf import write_dataset
     from octant.reader_design.study_file.loading import load_study
 
     loaded = load_study(study)

@@ -206,7 +206,8 @@ def _on_grid(
 
 def _tell_origin(study: "Study", path: Path, result: "FullwaveResult | None") -> None:
     """Add the study, the versions and the quality of the solution to a file of patterns."""
-    from octant.reader_design.keeping.store import read_dataset, variable, versions, write_dataset
+    from octant.reader_design.keeping.versions import versions
+    from octant.reader_design.showing.netcdf import read_dataset, variable, write_dataset
     from octant.reader_design.study_file.loading import to_toml
 
     data = read_dataset(path)

@@ -19,17 +19,12 @@ from octant.navigation.missions.records import MissionResult
 from octant.reader_design.experiments.missions.drives import drive_missions
 from octant.reader_design.experiments.missions.placements import drive_placements
 from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.keeping.store import (
-    dataset,
-    read_dataset,
-    variable,
-    versions,
-    write_dataset,
-)
+from octant.reader_design.keeping.versions import versions
 from octant.reader_design.setting.design import content_hash, response_inputs
 from octant.reader_design.setting.keys import CELL_FORMAT, scene_fingerprint
 from octant.reader_design.setting.links import mission_table
 from octant.reader_design.setting.scene import StudyScene
+from octant.reader_design.showing.netcdf import dataset, read_dataset, variable, write_dataset
 from octant.reader_design.showing.room import Drive
 from octant.reader_design.study_file.loading import to_toml
 from octant.reader_design.study_file.schema import Layout, Study

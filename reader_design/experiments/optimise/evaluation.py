@@ -10,7 +10,7 @@ import numpy.typing as npt
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import OctantError, PhysicsWarning, SweepStateError
 from octant.geometries.tolerances import LENGTHS
-from octant.reader_design.keeping.store import versions
+from octant.reader_design.keeping.versions import versions
 from octant.reader_design.setting.design import (
     ReaderDesign,
     content_hash,

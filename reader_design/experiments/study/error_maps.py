@@ -10,13 +10,13 @@ from octant.em.power.received_power import ReaderLink
 from octant.em.reader.response import ReaderResponse
 from octant.navigation.sensing.bearing import reader_azimuth
 from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.keeping.store import variable
 from octant.reader_design.setting.bearing_errors import vector_errors_rad
 from octant.reader_design.setting.capture import arriving_paths, captured
 from octant.reader_design.setting.evaluation import SweepContext
 from octant.reader_design.setting.links import tag_link
 from octant.reader_design.setting.measures import strongest_errors_rad
 from octant.reader_design.setting.samples import grid_azimuths_rad
+from octant.reader_design.showing.netcdf import variable
 
 if TYPE_CHECKING:
     import xarray as xr

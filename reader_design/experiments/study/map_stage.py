@@ -10,12 +10,12 @@ from octant.em.power.radio_map import map_reader
 from octant.em.reader.response import ReaderResponse
 from octant.reader_design.experiments.study.error_maps import error_maps
 from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.keeping.store import dataset, read_dataset, variable, write_dataset
 from octant.reader_design.setting.design import content_hash
 from octant.reader_design.setting.evaluation import SweepContext, room_samples_w
 from octant.reader_design.setting.links import tag_link
 from octant.reader_design.setting.map_grid import map_axes_m
 from octant.reader_design.setting.samples import grid_azimuths_rad, standing_room
+from octant.reader_design.showing.netcdf import dataset, read_dataset, variable, write_dataset
 from octant.reader_design.study_file.loading import to_toml
 
 if TYPE_CHECKING:

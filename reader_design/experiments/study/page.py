@@ -25,7 +25,7 @@ from octant.reader_design.experiments.study.mission_sections import (
     shortlist_table,
 )
 from octant.reader_design.experiments.study.shortlist import DrivenDesign
-from octant.reader_design.keeping.store import versions
+from octant.reader_design.keeping.versions import versions
 from octant.reader_design.setting.design import FULLWAVE
 from octant.reader_design.setting.evaluation import Cell, SweepContext
 from octant.reader_design.setting.ranking import Candidate, Choice

@@ -9,9 +9,10 @@ from octant.reader_design.experiments.missions.mission_stage import RoomMission
 from octant.reader_design.experiments.study.map_stage import RoomMap
 from octant.reader_design.experiments.study.page import StudyContent, study_report
 from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.keeping.store import versions, write_dataset
+from octant.reader_design.keeping.versions import versions
 from octant.reader_design.setting.design import content_hash
 from octant.reader_design.setting.scene import StudyScene
+from octant.reader_design.showing.netcdf import write_dataset
 from octant.reader_design.showing.tables import put_table
 
 

@@ -15,10 +15,10 @@ from octant.reader_design.experiments.sweep.cell_files import (
     stored_scores,
     stored_surroundings,
 )
-from octant.reader_design.keeping.store import dataset, variable
 from octant.reader_design.setting.design import canonical_json
 from octant.reader_design.setting.samples import grid_azimuths_rad
 from octant.reader_design.setting.scores import SCORE_NAMES
+from octant.reader_design.showing.netcdf import dataset, variable
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -11,11 +11,12 @@ import numpy.typing as npt
 from octant.geometries.errors import ConfigError, SweepStateError
 from octant.geometries.files import whole_file
 from octant.reader_design.keeping.small_netcdf import Stored, netcdf_bytes, read_netcdf
-from octant.reader_design.keeping.store import variable, versions
+from octant.reader_design.keeping.versions import versions
 from octant.reader_design.setting.design import ReaderDesign, canonical_json
 from octant.reader_design.setting.evaluation import Cell, SweepContext
 from octant.reader_design.setting.samples import grid_azimuths_rad
 from octant.reader_design.setting.scores import SCORE_NAMES, Scores, score_unit
+from octant.reader_design.showing.netcdf import variable
 from octant.reader_design.study_file.loading import to_toml
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from octant.geometries.errors import ConfigError
 from octant.reader_design.experiments.sweep.table import CELLS_FOLDER, TABLE_FILE, parameter_text
 from octant.reader_design.keeping.folder import cell_path
-from octant.reader_design.keeping.store import read_dataset
+from octant.reader_design.showing.netcdf import read_dataset
 from octant.reader_design.study_file.errors import unknown_name
 
 if TYPE_CHECKING:

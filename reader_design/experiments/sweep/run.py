@@ -18,7 +18,7 @@ from octant.reader_design.experiments.sweep.cell_files import cell_bytes, put_by
 from octant.reader_design.experiments.sweep.plan import PlannedCell, SweepPlan
 from octant.reader_design.keeping.folder import cell_path, sweep_folder
 from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.keeping.store import versions
+from octant.reader_design.keeping.versions import versions
 from octant.reader_design.keeping.workers import Crew, GivenExecutor
 from octant.reader_design.setting.evaluation import Cell, compute_cell, failed_cell
 

@@ -25,7 +25,7 @@ from octant.reader_design.experiments.sweep.plan import PlannedCell, SweepPlan
 from octant.reader_design.keeping.folder import cell_path
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.keeping.small_netcdf import Stored, netcdf_bytes, read_netcdf
-from octant.reader_design.keeping.store import versions
+from octant.reader_design.keeping.versions import versions
 from octant.reader_design.setting.evaluation import Cell
 from octant.reader_design.setting.scores import SCORE_NAMES, Scores
 from octant.reader_design.showing.tables import csv_text

@@ -15,7 +15,7 @@ from octant.em.reader.cache import cached_responses
 from octant.em.reader.response import ReaderResponse
 from octant.geometries.errors import OctantError, PhysicsWarning
 from octant.reader_design.experiments.tolerance.draws import Deviation
-from octant.reader_design.keeping.store import versions
+from octant.reader_design.keeping.versions import versions
 from octant.reader_design.setting.design import (
     ReaderDesign,
     content_hash,

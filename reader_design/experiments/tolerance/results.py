@@ -15,8 +15,8 @@ from octant.reader_design.experiments.tolerance.figures import (
 )
 from octant.reader_design.experiments.tolerance.page import tolerance_section
 from octant.reader_design.experiments.tolerance.study import ToleranceStudy
-from octant.reader_design.keeping.store import dataset, variable, write_dataset
 from octant.reader_design.setting.design import canonical_json
+from octant.reader_design.showing.netcdf import dataset, variable, write_dataset
 from octant.reader_design.showing.pages import Report, ReportFigure, ReportSection, render_report
 from octant.reader_design.showing.style import save_figure
 from octant.reader_design.showing.tables import put_table

@@ -8,7 +8,7 @@ import numpy as np
 from octant.reader_design.experiments.tracking.outcomes import Outcome
 from octant.reader_design.experiments.tracking.results import SLAM_COLUMNS, slam_row, solver_rows
 from octant.reader_design.experiments.tracking.run import TrackingContent
-from octant.reader_design.keeping.store import versions
+from octant.reader_design.keeping.versions import versions
 from octant.reader_design.showing.pages import ReportSection, ReportTable, embedded_figures
 
 FigureFiles = Mapping[str, Sequence[tuple[str, str, Path]]]

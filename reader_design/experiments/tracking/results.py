@@ -10,7 +10,7 @@ from octant.navigation.estimators.ekf_slam import SlamRecord
 from octant.reader_design.experiments.tracking.chapter7 import NominalRun
 from octant.reader_design.experiments.tracking.costs import CostRow
 from octant.reader_design.experiments.tracking.outcomes import Outcome
-from octant.reader_design.keeping.store import dataset, variable
+from octant.reader_design.showing.netcdf import dataset, variable
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -38,7 +38,7 @@ from octant.reader_design.experiments.tracking.results import (
 from octant.reader_design.experiments.tracking.room import RoomResults, room_results
 from octant.reader_design.experiments.tracking.settings import Settings, settings_of
 from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.keeping.store import write_dataset
+from octant.reader_design.showing.netcdf import write_dataset
 from octant.reader_design.showing.tables import put_table
 from octant.reader_design.study_file.loading import to_toml
 from octant.reader_design.study_file.schema import Study

@@ -13,8 +13,8 @@ from octant.reader_design.experiments.study import publish
 from octant.reader_design.experiments.study import run as study
 from octant.reader_design.experiments.study.run import run_study
 from octant.reader_design.experiments.sweep import run as sweep
-from octant.reader_design.keeping.store import read_dataset
 from octant.reader_design.setting.scores import SCORE_NAMES
+from octant.reader_design.showing.netcdf import read_dataset
 from octant.reader_design.study_file.loading import load_study, parse_study
 
 TEXT = """

@@ -27,12 +27,12 @@ from octant.reader_design.experiments.tolerance.results import write_results
 from octant.reader_design.experiments.tolerance.run import case_path, read_case, run_cases
 from octant.reader_design.experiments.tolerance.study import run_tolerance_study
 from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.keeping.store import read_dataset
 from octant.reader_design.setting.design import design_of
 from octant.reader_design.setting.evaluation import SweepContext, failed_cell
 from octant.reader_design.setting.samples import Sampling
 from octant.reader_design.setting.scene import build_study_scene
 from octant.reader_design.setting.scores import score_rss
+from octant.reader_design.showing.netcdf import read_dataset
 from octant.reader_design.study_file.loading import parse_study, to_toml
 
 STUDY = """

@@ -1,9 +1,6 @@
 """Results on disk: netCDF with units on everything, written whole or not at all."""
 
-import platform
 from collections.abc import Mapping, Sequence
-from functools import cache
-from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,6 +9,7 @@ import numpy.typing as npt
 
 from octant.geometries.errors import ConfigError
 from octant.geometries.files import refuse_overwrite, whole_file
+from octant.reader_design.keeping.versions import versions
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -101,14 +99,14 @@ def dataset(
         )
     for name, item in {**variables, **coords}.items():
         if not item.attrs.get("units") or not item.attrs.get("long_name"):
-            msg = f"{name} has no units or long_name; make it with store.variable."
+            msg = f"{name} has no units or long_name; make it with showing.netcdf.variable."
             raise ValueError(msg)
     attrs = {"title": title, "study": study_toml, "seed": seed, **versions(), **(attributes or {})}
     return xr.Dataset(dict(variables), coords=coords, attrs=attrs)
 
 
 def write_dataset(data: "xr.Dataset", path: Path, *, force: bool) -> None:
-    """Return nothing; write a dataset as netCDF4, whole or not at all.
+    """Write a dataset as netCDF4, whole or not at all.
 
     Parameters
     ----------
@@ -129,7 +127,7 @@ def write_dataset(data: "xr.Dataset", path: Path, *, force: bool) -> None:
     refuse_overwrite(path, force=force)
     for name, item in data.variables.items():
         if not item.attrs.get("units") or not item.attrs.get("long_name"):
-            msg = f"{name} has no units or long_name; make it with store.variable."
+            msg = f"{name} has no units or long_name; make it with showing.netcdf.variable."
             raise ValueError(msg)
     with whole_file(path) as part:
         data.to_netcdf(part, engine="h5netcdf")
@@ -163,25 +161,3 @@ def read_dataset(path: Path) -> "xr.Dataset":
     except OSError as exc:
         msg = f"{path} is not a netCDF4 file; give one that Octant wrote."
         raise ConfigError(msg) from exc
-
-
-def versions() -> dict[str, str]:
-    """Return the versions that decide numbers, for the attributes of a result.
-
-    Returns
-    -------
-    dict of str
-        Versions of Octant, Python and the numeric packages; ``not installed`` for Octant run
-        from a working tree.
-    """
-    packages = ("octant", "numpy", "scipy", "numba", "trimesh")
-    found = {f"{package}_version": _version(package) for package in packages}
-    return {"python_version": platform.python_version(), **found}
-
-
-@cache  # thousands of cells ask, and each answer means reading files
-def _version(package: str) -> str:
-    try:
-        return metadata.version(package)
-    except metadata.PackageNotFoundError:
-        return "not installed"
