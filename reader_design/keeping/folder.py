@@ -1,50 +1,65 @@
-"""The folder of a sweep's cells: where files lie, and that nothing half-written stays there."""
+"""The folder of cases: where files lie, what they look like, and that nothing half-written stays.
 
+A file is the content that a codec made, followed by one line of JSON: the key, what is known about
+the case, and a digest over all of it. Formats such as netCDF read the content as if the line were
+not there.
+"""
+
+import hashlib
+import json
 import os
-from collections.abc import Iterator
+import re
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import Any
+
+from octant.geometries.errors import ConfigError, SweepStateError
+from octant.geometries.files import whole_file
 
 try:
     import fcntl
 except ImportError:  # no Unix
     fcntl = None  # type: ignore[assignment]
 
+FAILED = ".json"
+"""Ending of the file of a case without a record."""
 
-def cell_path(folder: Path, key: str) -> Path:
-    """Return where a cell's file lies.
+_HALF_WRITTEN = re.compile(r"\.[0-9a-f]{32}-")
+
+
+def case_path(folder: Path, key: str, suffix: str) -> Path:
+    """Return where the file of a case lies: named by the first 32 digits of its key.
 
     Parameters
     ----------
     folder : Path
-        Folder of the sweep's cells.
+        Folder of the cases.
     key : str
-        Name of the cell.
-
-    Returns
-    -------
-    Path
-        A netCDF file named by the first 32 digits of the key.
+        Key of the case.
+    suffix : str
+        Ending of the name, with its dot.
     """
-    return folder / f"{key[:32]}.nc"
+    return folder / f"{key[:32]}{suffix}"
 
 
 @contextmanager
-def sweep_folder(folder: Path) -> Iterator[None]:
-    """Yield while a sweep may write to a folder; clear what killed runs left half-written.
+def claimed(folder: Path) -> Iterator[None]:
+    """Hold a folder while cases may be written to it; remove what killed runs left half-written.
 
     Parameters
     ----------
     folder : Path
-        Folder of the sweep's cells.
+        Folder of the cases; made when missing.
 
     Notes
     -----
     Every run holds a shared lock on the folder, which the system takes back when the process ends,
-    however it ends. A run that gets the lock for itself is the only one, so that temporary files
-    can be nobody's. Where folders cannot be locked (other systems, some network disks) they stay.
+    however it ends. A run that gets the lock for itself is the only one, so that no other run can
+    be writing the temporary files. Where folders cannot be locked (other systems, some network
+    disks) these files stay.
     """
-    with suppress(OSError):  # said by the first file that cannot be written
+    with suppress(OSError):  # reported by the first file that cannot be written
         folder.mkdir(parents=True, exist_ok=True)
     if fcntl is None or not folder.is_dir():
         yield
@@ -53,10 +68,115 @@ def sweep_folder(folder: Path) -> Iterator[None]:
     try:
         with suppress(OSError):
             fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            for left in folder.glob(".*.nc"):
-                left.unlink(missing_ok=True)
+            for left in folder.glob(".*"):
+                if _HALF_WRITTEN.match(left.name):
+                    left.unlink(missing_ok=True)
         with suppress(OSError):
             fcntl.flock(handle, fcntl.LOCK_SH)
         yield
     finally:
         os.close(handle)
+
+
+def write_case(path: Path, content: bytes, facts: Mapping[str, Any]) -> None:
+    """Write the file of a case whole or not at all.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    content : bytes
+        What the codec made; empty for a case without a record.
+    facts : mapping
+        Plain values: the key, seconds, and the reason where there is no record.
+
+    Raises
+    ------
+    ConfigError
+        When the folder cannot be written to, or the disk is full.
+    """
+    line = json.dumps({**facts, "digest": _digest(content, facts)})
+    put_bytes(path, content + b"\n" * bool(content) + line.encode() + b"\n")
+
+
+def put_bytes(path: Path, content: bytes) -> None:
+    """Write a file whole or not at all.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    content : bytes
+        All of it.
+
+    Raises
+    ------
+    ConfigError
+        When the folder cannot be written to, or the disk is full.
+    """
+    try:
+        with whole_file(path) as part:
+            part.write_bytes(content)
+    except OSError as exc:
+        msg = (
+            f"{path} cannot be written ({exc.strerror or exc}); make room for it or give another "
+            "folder: what was computed before is kept, and the same command goes on from there."
+        )
+        raise ConfigError(msg) from exc
+
+
+def read_case(path: Path, key: str) -> tuple[bytes, dict[str, Any]] | None:
+    """Return content and facts of a case's file, checked; None when there is no file.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    key : str
+        Key that it must have.
+
+    Raises
+    ------
+    SweepStateError
+        When the file cannot be read, is damaged, or belongs to another case.
+    """
+    try:
+        whole = path.read_bytes()
+    except FileNotFoundError:
+        return None
+    except OSError as exc:
+        msg = f"the file {path} cannot be read ({exc.strerror or exc})."
+        raise SweepStateError(msg) from exc
+    content, _, line = whole.removesuffix(b"\n").rpartition(b"\n")
+    try:
+        facts = json.loads(line)
+        digest = facts.pop("digest")
+        sound = digest == _digest(content, facts) and facts["key"] == key
+    except (ValueError, KeyError, AttributeError, TypeError):
+        sound = False
+    if not sound:
+        msg = f"the file {path} is damaged or belongs to another case."
+        raise SweepStateError(msg)
+    return content, facts
+
+
+def _digest(content: bytes, facts: Mapping[str, Any]) -> str:
+    digest = hashlib.sha256(json.dumps(facts, sort_keys=True).encode())
+    digest.update(content)
+    return digest.hexdigest()
+
+
+def cell_path(folder: Path, key: str) -> Path:
+    """Return where a sweep cell's file lies.
+
+    Parameters
+    ----------
+    folder : Path
+        Folder of the cells.
+    key : str
+        Key of the cell.
+    """
+    return case_path(folder, key, ".nc")
+
+
+sweep_folder = claimed

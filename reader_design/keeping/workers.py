@@ -16,10 +16,18 @@ from contextlib import contextmanager
 from multiprocessing.connection import Connection
 from typing import Any, Protocol, TypeVar
 
+from octant.em.blocks import THREADS_VARIABLE
 from octant.geometries.errors import ConfigError
-from octant.reader_design.keeping.worker_process import THREADS_VARIABLE, begin
 
 Result = TypeVar("Result")
+
+ONE_THREAD = (
+    "OMP_NUM_THREADS",
+    "OPENBLAS_NUM_THREADS",
+    "MKL_NUM_THREADS",
+    "VECLIB_MAXIMUM_THREADS",
+)
+"""Settings of linear algebra, read when it is first loaded."""
 
 CONNECT_S = 5.0
 """How long a scheduler may take to answer [s]."""
@@ -152,6 +160,32 @@ class LocalProcesses:
         self._lifeline.close()
         self._pool.shutdown(wait=True, cancel_futures=True)
         self._pool = self._lifeline = None
+
+
+def begin(lifeline: Connection, threads: int) -> None:
+    """Return nothing; make a new process a worker that ends with the one that started it.
+
+    Parameters
+    ----------
+    lifeline : Connection
+        Its other end is held by the starting process alone: when that one ends, however it ends,
+        or closes it, the worker leaves at once.
+    threads : int
+        Threads that the worker may use.
+    """
+    for name in ONE_THREAD:
+        os.environ[name] = "1"
+    os.environ[THREADS_VARIABLE] = str(threads)
+    # Ctrl-C reaches every process of a terminal; the starting one alone decides.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_leave_with, args=(lifeline,), daemon=True).start()
+
+
+def _leave_with(lifeline: Connection) -> None:
+    try:
+        lifeline.recv_bytes()
+    except (EOFError, OSError):
+        os._exit(1)
 
 
 def cores() -> int:
