@@ -90,12 +90,24 @@ class RecordCodec(Generic[Record]):
         self.kind = kind
 
     def encode(self, record: Record, case: object) -> bytes:
-        """Return the record in MessagePack."""
+        """Return the record in MessagePack.
+
+        Parameters
+        ----------
+        record, case : object
+            As in `Codec`.
+        """
         del case
         return msgspec.msgpack.encode(record, enc_hook=_plain_array)
 
     def decode(self, content: bytes, case: object) -> Record:
-        """Return the record."""
+        """Return the record.
+
+        Parameters
+        ----------
+        content, case : object
+            As in `Codec`.
+        """
         del case
         return msgspec.msgpack.decode(content, type=self.kind, dec_hook=_array)
 
