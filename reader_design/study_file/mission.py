@@ -91,7 +91,7 @@ class Mission(Table, frozen=True, kw_only=True):
     wheel_slip : float
         Standard deviation of each wheel's slip in a period, as a share of its rotation.
     wheel_scale : float
-        The same, constant over a run.
+        The same, constant over a run [-].
     encoder_counts : int or None
         Counts of an encoder in a turn of the wheel; None: exact.
     """

@@ -263,6 +263,10 @@ class Study(Table, frozen=True, kw_only=True):
         What is studied, see the classes of these names (all units SI, angles in [deg]).
     tags : tuple of Tag
         The tables ``[[tag]]``.
+    scoring : Scoring
+        The receiver whose readings are scored beside the exact RSS.
+    choice : Choice
+        By which scores a reader is chosen.
     mission : Mission or None
         None: the study drives no robot.
     sensor : Sensor

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from octant.geometries.bodies import Body, place
@@ -70,7 +70,6 @@ def test_quarter_turns_are_powers_of_i(quarters):
     np.testing.assert_array_equal(turned[:, 0] + 1j * turned[:, 1], expected)
 
 
-@settings(deadline=None)
 @given(
     st.tuples(*[st.floats(-50, 50)] * 3),
     st.floats(-10.0, 10.0),

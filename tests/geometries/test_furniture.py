@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from octant.geometries.errors import GeometryError
@@ -28,7 +28,6 @@ def assert_closed(body):
     assert len(body.vertices_m) - len(directed) // 2 + len(faces) == 2  # Euler
 
 
-@settings(deadline=None)
 @given(st.tuples(lengths, lengths, lengths), st.floats(-360, 360))
 def test_a_box_is_closed_and_has_its_volume_and_area_however_it_is_turned(size, yaw):
     body = box(size, material="wood", position_m=(1, 2, 3), yaw_deg=yaw)
@@ -51,7 +50,6 @@ def test_a_cabinet_is_the_metal_box_of_the_thesis():
     np.testing.assert_allclose(body.bounds_m, [(1.75, 2.2, 0), (3.25, 2.55, 1)])
 
 
-@settings(deadline=None)
 @given(lengths, lengths, st.integers(3, 60), st.floats(-360, 360))
 def test_a_cylinder_is_the_inscribed_prism(radius, height, sides, yaw):
     body = cylinder(

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from octant.geometries.errors import GeometryError
@@ -388,7 +388,6 @@ def test_an_obj_that_cannot_be_read_is_refused_by_line(tmp_path, text, says):
         obj(tmp_path, text)
 
 
-@settings(deadline=None)
 @given(st.lists(st.tuples(*[st.floats(-1e3, 1e3)] * 3), min_size=3, max_size=9, unique=True))
 def test_an_obj_keeps_every_bit(tmp_path_factory, points):
     file = tmp_path_factory.mktemp("obj") / "t.obj"

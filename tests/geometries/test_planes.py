@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from slow_facets import facet_outlines
 
@@ -41,7 +41,6 @@ def as_segments(outlines):
     return sorted(sorted(np.round(o.reshape(-1, 6), 5).tolist()) for o in outlines)
 
 
-@settings(max_examples=15)
 @given(seed=st.integers(0, 10_000))
 def test_facets_are_those_of_the_slow_twin(seed):
     rng = np.random.default_rng(seed)

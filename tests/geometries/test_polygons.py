@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from octant.geometries._polygons import (
@@ -45,7 +45,6 @@ def star_outlines(draw):
     return points + draw(st.floats(-100.0, 100.0))
 
 
-@settings(deadline=None)
 @given(star_outlines())
 def test_triangles_fill_the_polygon_once(points):
     triangles = triangulate_polygon(points)
@@ -55,7 +54,6 @@ def test_triangles_fill_the_polygon_once(points):
     assert areas.sum() == pytest.approx(abs(signed_area_m2(points)), rel=1e-9)
 
 
-@settings(deadline=None)
 @given(star_outlines())
 def test_star_outlines_are_simple(points):
     check_simple(points, name="star")
@@ -118,7 +116,6 @@ def test_a_crossed_polygon_cannot_be_cut():
         triangulate_polygon(pentagram)
 
 
-@settings(deadline=None)
 @given(star_outlines(), st.integers(0, 2**31))
 def test_polygons_in_space_keep_their_normal(points, seed):
     rng = np.random.default_rng(seed)

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from octant.geometries.errors import GeometryError
@@ -66,7 +66,6 @@ def test_antenna_three_is_the_front_and_the_plates_stand_half_way():
 
 
 @pytest.mark.parametrize("shape", SHAPES)
-@settings(deadline=None)
 @given(
     n=st.integers(3, 17),
     radius=st.floats(0.02, 0.0999),
@@ -182,7 +181,6 @@ def test_a_monopole_plane_shrinks_where_it_would_cut_a_plate(asked, radius, fits
     assert reader.monopole_plane_m == asked
 
 
-@settings(deadline=None)
 @given(st.integers(3, 24), st.floats(0.02, 0.5), st.floats(0.0, 0.002))
 def test_the_largest_monopole_plane_touches_the_plates_when_grown_by_its_margin(n, radius, margin):
     """Sampled, not derived: no point of the plate comes nearer, and one comes as near."""

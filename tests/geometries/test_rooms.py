@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from octant.geometries.errors import GeometryError
@@ -55,7 +55,6 @@ def test_a_box_room_faces_inwards_everywhere():
         assert ((normals(body) * towards).sum(axis=1) > 0.0).all()
 
 
-@settings(deadline=None)
 @given(
     st.tuples(*[st.floats(0.5, 20.0)] * 3),
     st.tuples(*[st.floats(0.1, 0.9)] * 2),

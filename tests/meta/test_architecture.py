@@ -1,76 +1,171 @@
-"""The house keeps its own rules: imports run downward, numba stays in kernels, names are told."""
+"""The house keeps its own laws: where imports may run, what is documented, what is installed."""
 
 import ast
 import itertools
 import re
-from pathlib import Path
+from collections import defaultdict
 
+import house
 import pytest
 
-import octant.geometries
-
-ROOT = Path(__file__).resolve().parents[2]
-LAYERS = ("geometries", "em", "navigation", "reader_design")
-MODULES = sorted(p for layer in LAYERS for p in (ROOT / layer).rglob("*.py"))
-PUBLIC = [p for p in MODULES if not p.stem.startswith("_")]
+PUBLIC = [m for m in house.modules() if not m.path.stem.startswith("_")]
+EXPERIMENTS = "reader_design.experiments"
+STUDY_MAY_USE = {"sweep", "choice", "missions", "tolerance"}
+LISTENS_TO_THE_COMPILER = "reader_design.compilation"
 
 
-def short(path):
-    return str(path.relative_to(ROOT))
+def ours():
+    """Yield (importing module, the dotted name below octant that it imports)."""
+    for module, name in house.imports():
+        if name.startswith("octant."):
+            yield module, name.removeprefix("octant.")
 
 
-def imported(tree):
-    """Yield every module name that a tree imports."""
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
-        elif isinstance(node, ast.ImportFrom):
-            assert node.level == 0, "relative imports hide the layer"
-            yield node.module
+def below(name, package):
+    return name == package or name.startswith(f"{package}.")
 
 
-def test_the_layers_are_installed_under_one_name():
-    assert octant.geometries.__name__ == "octant.geometries"
-    assert MODULES
+def complain(offenders, law):
+    offenders = sorted(set(offenders))
+    assert not offenders, f"{law}:\n" + "\n".join(offenders)
 
 
-@pytest.mark.parametrize("path", MODULES, ids=short)
-def test_imports_run_only_downward(path):
-    layer = path.relative_to(ROOT).parts[0]
-    above = LAYERS[LAYERS.index(layer) + 1 :]
-    for name in imported(ast.parse(path.read_text())):
-        parts = name.split(".")
-        assert parts[0] not in LAYERS, f"{name} is imported without octant."
-        if parts[0] == "octant":
-            assert parts[1] not in above, f"{layer} imports {name}"
+# Imports ------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("path", MODULES, ids=short)
-def test_numba_is_imported_by_kernel_modules_only(path):
-    names = {name.split(".")[0] for name in imported(ast.parse(path.read_text()))}
-    listens = path == ROOT / "reader_design" / "compilation.py"  # to the compiler, and no more
-    assert ("numba" in names) <= (listens or bool(re.fullmatch(r"_.*_kernels", path.stem)))
+def test_imports_are_absolute_and_below_octant():
+    complain(
+        (
+            f"{module.place}: {name}"
+            for module, name in house.imports()
+            if name.startswith(".") or name.split(".")[0] in house.LAYERS[:-1]
+        ),
+        "an import must read 'from octant.<layer>...'",
+    )
 
 
-def documented(node):
-    """Yield every public class and function of a module with its qualified name."""
-    for child in node.body:
-        if isinstance(child, ast.ClassDef | ast.FunctionDef) and not child.name.startswith("_"):
-            yield child
-            if isinstance(child, ast.ClassDef):
-                yield from documented(child)
+def test_imports_run_only_downward():
+    rank = {layer: i for i, layer in enumerate(house.LAYERS)}
+    complain(
+        (
+            f"{module.place} imports octant.{name}"
+            for module, name in ours()
+            if rank[name.split(".")[0]] > rank[module.layer]
+        ),
+        "a layer imports one above it",
+    )
 
 
-def parameters(function):
-    a = function.args
-    named = [*a.posonlyargs, *a.args, *a.kwonlyargs]
-    return [arg for arg in named if arg.arg not in ("self", "cls")]
+def experiment_of(name):
+    return name.removeprefix(f"{EXPERIMENTS}.").split(".")[0] if below(name, EXPERIMENTS) else ""
+
+
+def test_experiments_stand_apart():
+    complain(
+        (
+            f"{module.place} imports octant.{name}"
+            for module, name in ours()
+            if (mine := experiment_of(module.name))
+            and (theirs := experiment_of(name)) not in ("", mine)
+            and not (mine == "study" and theirs in STUDY_MAY_USE)
+        ),
+        f"an experiment imports another; only 'study' may, and only {sorted(STUDY_MAY_USE)}",
+    )
+
+
+@pytest.mark.parametrize(
+    ("package", "unknown"),
+    [
+        ("showing", ["experiments", "commands", "cli"]),
+        ("keeping", ["experiments", "commands", "cli", "setting", "study_file", "showing"]),
+    ],
+)
+def test_what_experiments_share_does_not_know_them(package, unknown):
+    complain(
+        (
+            f"{module.place} imports octant.{name}"
+            for module, name in ours()
+            if below(module.name, f"reader_design.{package}")
+            and any(below(name, f"reader_design.{other}") for other in unknown)
+            and not (package == "study_file" and name.endswith(".table"))
+        ),
+        f"{package} must not know {', '.join(unknown)}",
+    )
+
+
+def test_numba_is_imported_by_kernel_modules_only():
+    complain(
+        (
+            module.place
+            for module, name in house.imports()
+            if name.split(".")[0] == "numba"
+            and not (module.is_kernel or module.name == LISTENS_TO_THE_COMPILER)
+        ),
+        "numba belongs into _*_kernels.py",
+    )
+
+
+# Documentation ------------------------------------------------------------------------------------
+
+
+def documented(module):
+    """Yield (class or None, node) of every public class and function of a module."""
+
+    def inside(node, owner):
+        for child in node.body:
+            if isinstance(child, ast.ClassDef | ast.FunctionDef) and child.name[0] != "_":
+                yield owner, child
+                if isinstance(child, ast.ClassDef):
+                    yield from inside(child, child)
+
+    yield from inside(module.tree, None)
+
+
+def base_names(node):
+    """Return the last names of the bases of a class, without what stands in brackets."""
+    plain = (base.value if isinstance(base, ast.Subscript) else base for base in node.bases)
+    return [ast.unparse(base).split(".")[-1] for base in plain]
+
+
+CLASSES = defaultdict(list)
+for _module in house.modules():
+    for _node in ast.walk(_module.tree):
+        if isinstance(_node, ast.ClassDef):
+            CLASSES[_node.name].append(_node)
+
+
+def methods(node):
+    return {child.name for child in node.body if isinstance(child, ast.FunctionDef)}
+
+
+def descends(node, name):
+    """Whether a class has an ancestor of this name, in the tree or outside it."""
+    bases = [base for base in base_names(node) if base != node.name]
+    return name in bases or any(descends(parent, name) for b in bases for parent in CLASSES[b])
+
+
+def is_table(node):
+    """Whether a class holds the fields of a table: a dataclass, or a table of the study file."""
+    decorated = any("dataclass" in ast.unparse(d) for d in node.decorator_list)
+    return decorated or descends(node, "Struct")
+
+
+PROTOCOLS = [n for nodes in CLASSES.values() for n in nodes if "Protocol" in base_names(n)]
+
+
+def is_implementation(owner, function):
+    """Whether a method does what its class's base or a protocol already describes."""
+    if owner is None or owner in PROTOCOLS:
+        return False
+    for base in base_names(owner):
+        for parent in CLASSES[base]:
+            if function.name in methods(parent) or is_implementation(parent, function):
+                return True
+    return any(function.name in methods(p) and methods(p) <= methods(owner) for p in PROTOCOLS)
 
 
 def section(docstring, title):
     """Return the body of a numpydoc section, dedented."""
-    lines = ast.get_docstring(ast.parse(f'def f():\n    """{title}"""').body[0]) or ""
-    assert lines == title
     pattern = rf"^{title}\n-+\n(.*?)(?=^\w[\w ]*\n-+\n|\Z)"
     found = re.search(pattern, docstring, re.DOTALL | re.MULTILINE)
     return found.group(1) if found else ""
@@ -84,16 +179,10 @@ def described(docstring):
         head = re.match(r"^([A-Za-z_*][\w*]*(?:, [A-Za-z_*][\w*]*)*)(?: :(.*))?$", line)
         if head:
             names = [n.strip("*") for n in head.group(1).split(", ")]
-            for name in names:
-                entries[name] = line
+            entries |= dict.fromkeys(names, line)
         else:
-            for name in names:
-                entries[name] += " " + line.strip()
+            entries |= {name: f"{entries[name]} {line.strip()}" for name in names}
     return entries
-
-
-NUMERIC = re.compile(r"\b(float|ArrayLike|FloatArray|ComplexArray)\b|NDArray\[np\.(float|complex)")
-UNIT = re.compile(r"\[[^\]]+\]|`[A-Z]\w+`")
 
 
 def described_fields(node):
@@ -107,6 +196,15 @@ def described_fields(node):
     }
 
 
+def described_above(node):
+    """Return {name: text} of what the tables above a table in the study file describe."""
+    entries = {}
+    for base in base_names(node):
+        for parent in CLASSES[base]:
+            entries |= described_above(parent) | described(ast.get_docstring(parent) or "")
+    return entries
+
+
 def is_command(node):
     """Whether click turns the docstring into help for people at a terminal."""
     return any(
@@ -114,62 +212,99 @@ def is_command(node):
     )
 
 
-@pytest.mark.parametrize("path", PUBLIC, ids=short)
-def test_everything_public_is_documented_with_units(path):
-    tree = ast.parse(path.read_text())
-    assert ast.get_docstring(tree), "the module has no docstring"
+def wanted(owner, node):
+    """Return {name: annotation} of what the docstring of a class or function must describe."""
+    if isinstance(node, ast.ClassDef):
+        fields = {
+            f.target.id: ast.unparse(f.annotation)
+            for f in node.body
+            if isinstance(f, ast.AnnAssign) and "ClassVar" not in ast.unparse(f.annotation)
+        }
+        named = fields if is_table(node) else {}
+    elif is_command(node) or is_implementation(owner, node):
+        named = {}
+    else:
+        a = node.args
+        named = {
+            p.arg: ast.unparse(p.annotation)
+            for p in (*a.posonlyargs, *a.args, *a.kwonlyargs)
+            if p.arg not in ("self", "cls")
+        }
+    return {name: kind for name, kind in named.items() if not name.startswith("_")}
+
+
+NUMERIC = re.compile(
+    r"\b(float|ArrayLike|FloatArray|ComplexArray|Positive|NotNegative)\b|NDArray\[np\.(float|complex)"
+)
+UNIT = re.compile(r"\[[^\]]+\]|`[A-Z]\w+`|\b(unit|share)\b")
+
+
+def test_everything_public_is_documented_with_units():
     missing = []
-    for node in documented(tree):
-        text = ast.get_docstring(node)
-        if not text:
-            missing.append(f"{node.name}: no docstring")
-            continue
-        if isinstance(node, ast.ClassDef):
-            fields = [
-                (f.target.id, ast.unparse(f.annotation))
-                for f in node.body
-                if isinstance(f, ast.AnnAssign) and not f.target.id.startswith("_")
-            ]
-            is_data = any("dataclass" in ast.unparse(d) for d in node.decorator_list)
-            wanted = fields if is_data else []
-        else:
-            if is_command(node):
+    for module in PUBLIC:
+        if not ast.get_docstring(module.tree):
+            missing.append(f"{module.place}: the module has no docstring")
+        for owner, node in documented(module):
+            where = f"{module.place}:{node.lineno}: {node.name}"
+            text = ast.get_docstring(node)
+            if not text:
+                missing.append(f"{where}: no docstring")
                 continue
-            wanted = [(a.arg, ast.unparse(a.annotation)) for a in parameters(node)]
-        entries = described(text)
-        if isinstance(node, ast.ClassDef):
-            entries |= described_fields(node)
-        for name, kind in wanted:
-            if name.startswith("_"):
-                continue
-            if name not in entries:
-                missing.append(f"{node.name}: {name} is not described")
-            elif "Callable" not in kind and NUMERIC.search(kind) and not UNIT.search(entries[name]):
-                missing.append(f"{node.name}: {name} has no [unit]")
-    assert not missing, "\n".join(missing)
+            entries = described(text)
+            if isinstance(node, ast.ClassDef):
+                entries = described_above(node) | entries | described_fields(node)
+            for name, kind in wanted(owner, node).items():
+                number = "Callable" not in kind and NUMERIC.search(kind)
+                if name not in entries:
+                    missing.append(f"{where}: {name} is not described")
+                elif number and not UNIT.search(entries[name]):
+                    missing.append(f"{where}: {name} has no [unit]")
+    complain(missing, "undocumented")
 
 
-@pytest.mark.parametrize("path", PUBLIC, ids=short)
-def test_no_public_function_swallows_unknown_keywords(path):
-    for node in documented(ast.parse(path.read_text())):
-        if isinstance(node, ast.FunctionDef):
-            assert node.args.kwarg is None, f"{node.name} takes **{node.args.kwarg.arg}"
+# Signatures ---------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("path", MODULES, ids=short)
-def test_nothing_is_left_for_later(path):
-    text = path.read_text()
-    assert not re.search(r"\b(TODO|FIXME|XXX|NotImplementedError)\b", text)
+def functions():
+    for module in PUBLIC:
+        for _, node in documented(module):
+            if isinstance(node, ast.FunctionDef):
+                yield f"{module.place}:{node.lineno}: {node.name}", node.args
 
 
-@pytest.mark.parametrize("path", PUBLIC, ids=short)
-def test_more_than_two_physical_floats_go_by_name(path):
-    for node in documented(ast.parse(path.read_text())):
-        if not isinstance(node, ast.FunctionDef):
-            continue
-        floats = [
-            a.arg
-            for a in (*node.args.posonlyargs, *node.args.args)
-            if a.annotation is not None and ast.unparse(a.annotation) == "float"
-        ]
-        assert len(floats) <= 2, f"{node.name} takes {floats} by position"
+def test_no_public_function_swallows_unknown_keywords():
+    complain((f"{w} takes **{a.kwarg.arg}" for w, a in functions() if a.kwarg), "name the keywords")
+
+
+def test_more_than_two_physical_floats_go_by_name():
+    def floats(arguments):
+        positional = (*arguments.posonlyargs, *arguments.args)
+        return [a for a in positional if a.annotation and ast.unparse(a.annotation) == "float"]
+
+    complain(
+        (where for where, arguments in functions() if len(floats(arguments)) > 2),
+        "three floats by position are mixed up one day",
+    )
+
+
+def test_nothing_is_left_for_later():
+    later = re.compile(r"\b(TODO|FIXME|XXX|NotImplementedError)\b")
+    complain(
+        (m.place for m in house.modules() if later.search(m.path.read_text(encoding="utf-8"))),
+        "something is left for later",
+    )
+
+
+# Installation -------------------------------------------------------------------------------------
+
+
+def test_every_package_is_installed_with_its_data():
+    tools = house.project()["tool"]["setuptools"]
+    folders = {"octant"}
+    for module in house.modules():
+        folder = module.path.parent.relative_to(house.ROOT).as_posix()
+        folders.add("octant" if folder == "octant" else "octant." + folder.replace("/", "."))
+    assert sorted(tools["packages"]) == sorted(folders)
+    for package, patterns in tools["package-data"].items():
+        place = house.ROOT / "/".join(package.split(".")[1:] or ["octant"])
+        assert all(list(place.glob(pattern)) for pattern in patterns), f"{package}: {patterns}"

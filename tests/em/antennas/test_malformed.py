@@ -4,7 +4,7 @@ import re
 import warnings
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from pattern_texts import TEXTS, ffs_text
 
@@ -180,14 +180,12 @@ def test_an_unknown_format_name_lists_the_known_ones(write):
         read_pattern(write("a.ffe", WHOLE["ffe"]), format="grd")
 
 
-CUT = settings(max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
 # a cut after this share of the text leaves at least one whole direction out
 COUNTED = ("ffe", "ffd", "ffs", "msi", "s8p")
 
 
 @pytest.mark.parametrize("form", COUNTED)
 @given(share=st.floats(0.0, 0.99))
-@CUT
 def test_a_truncated_file_with_counts_is_always_refused(form, share, write):
     text = S8P if form == "s8p" else WHOLE[form]
     with pytest.raises(PatternFileError):
@@ -200,7 +198,6 @@ def test_a_truncated_file_with_counts_is_always_refused(form, share, write):
     drop=st.integers(0, 300),
     junk=st.text(alphabet="0123456789.eE+-, \n\t#/!*\"'abN\x00é", max_size=20),
 )
-@CUT
 def test_a_damaged_file_is_read_or_refused_but_nothing_else(form, at, drop, junk, write):
     text = S8P if form == "s8p" else WHOLE[form]
     begin = int(at * len(text))
@@ -214,7 +211,6 @@ def test_a_damaged_file_is_read_or_refused_but_nothing_else(form, at, drop, junk
 
 
 @given(content=st.binary(max_size=400), form=st.sampled_from([None, *TEXTS, "s8p"]))
-@settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_any_bytes_are_refused_by_name(content, form, write):
     with pytest.raises(PatternFileError, match=r"bytes\.s8p"):
         read(form, write("bytes.s8p", content))

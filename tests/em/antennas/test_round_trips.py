@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from octant.em.antennas.pattern_files.common import PatternTable
@@ -45,7 +45,6 @@ def same_grid(a, b):
     kind=st.sampled_from(["directivity", "gain", "realised_gain"]),
     level=st.floats(-5, 5),
 )
-@settings(max_examples=25, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_csv_and_ffe_come_back(tmp_path, seed, rows, columns, kind, level):
     first = table(seed, rows, columns, kind=kind)
     first = replace(first, field=first.field * 10.0**level / 1e5)

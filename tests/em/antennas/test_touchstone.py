@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from octant.em.antennas.pattern_files.touchstone import read_touchstone, write_touchstone
@@ -15,7 +15,6 @@ def matrices(n, count=3, seed=0):
 
 
 @given(n=st.integers(1, 9), form=st.sampled_from(["RI", "MA", "DB"]), seed=st.integers(0, 99))
-@settings(max_examples=25, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_s_matrices_come_back(n, form, seed, tmp_path):
     path = tmp_path / f"a.s{n}p"
     f, s = np.array([2.402e9, 2.44e9, 2.48e9]), matrices(n, seed=seed)

@@ -11,7 +11,7 @@ from exact_wedges import (
     point_source,
     point_source_diffracted,
 )
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy.special import hankel2, wofz
 
@@ -325,7 +325,6 @@ widths = st.sampled_from([np.inf, 0.1, 0.8])
 
 
 @given(wedge_numbers, angles, angles, skews, eps, eps, widths, widths, st.booleans(), st.randoms())
-@settings(max_examples=150, deadline=None)
 def test_the_dyad_is_reciprocal(n, a, b, beta, eps_0, eps_n, w0, wn, transparent, random):
     rng = np.random.default_rng(random.randrange(2**32))
     frame, axis = make_frame(n, rng)
@@ -395,7 +394,6 @@ def boundaries(n, phi_in):
 
 
 @given(wedge_numbers, angles, skews, eps, eps, widths, widths, st.booleans(), st.randoms())
-@settings(max_examples=200, deadline=None)
 def test_total_field_is_continuous_across_every_boundary(
     n, a, beta, eps_0, eps_n, w0, wn, transparent, random
 ):
@@ -448,7 +446,6 @@ def test_total_field_is_continuous_across_every_boundary(
     st.sampled_from(MATERIALS[1:]),
     st.floats(0.5, 50.0),
 )
-@settings(max_examples=150, deadline=None)
 def test_behind_a_lossy_wedge_little_more_than_half_of_the_wave_arrives(
     n, a, b, permittivity, after_m
 ):
@@ -469,7 +466,6 @@ def test_behind_a_lossy_wedge_little_more_than_half_of_the_wave_arrives(
 
 @pytest.mark.parametrize("mirrored", [False, True])
 @given(angles, skews, eps, widths, st.randoms())
-@settings(max_examples=50, deadline=None)
 def test_exactly_on_a_boundary_the_source_is_hidden_and_a_reflection_there(
     mirrored, a, beta, eps_0, w0, random
 ):
@@ -497,7 +493,6 @@ def test_exactly_on_a_boundary_the_source_is_hidden_and_a_reflection_there(
 
 
 @given(st.floats(0.5, 10.0), st.floats(0.5, 10.0), st.floats(0.1, 0.9), skews, st.booleans())
-@settings(max_examples=50, deadline=None)
 def test_a_reflection_is_there_up_to_the_tolerance_from_the_rim_and_no_further(
     before, after, a, beta, last
 ):
@@ -559,7 +554,6 @@ def coefficients(faces):
 
 
 @given(wedge_numbers, st.floats(0.0, 1.0), st.floats(0.0, 1.0), skews, eps, eps, widths)
-@settings(max_examples=200, deadline=None)
 def test_any_wedge_at_any_distance_is_finite(n, a, b, beta, eps_0, eps_n, width):
     d = wedge_coefficients(
         a * n * np.pi,

@@ -3,7 +3,7 @@
 import conducting_cylinders as cylinders
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.special import hankel2, wofz
 
@@ -98,7 +98,6 @@ def test_uncoupled_edges_have_the_product_of_their_transition_functions():
     st.floats(-np.pi, np.pi),
     st.floats(0.0, 6.0),
 )
-@settings(max_examples=40, deadline=None)
 def test_two_knife_edges_in_line_pass_their_quadrant(s1, s2, s3, psi, polarisation):
     """Fresnel: 1/4 + arcsin(w) / 2 pi, w the coupling of edges that cross at the angle psi."""
     sheets = [Y, np.cos(psi) * Y + np.sin(psi) * Z]
@@ -257,7 +256,6 @@ def test_edges_far_apart_diffract_by_the_product_of_their_dyads():
     st.sampled_from([CONDUCTOR, CONCRETE]),
     st.randoms(),
 )
-@settings(max_examples=80, deadline=None)
 def test_double_diffraction_is_reciprocal(n_1, n_2, between, permittivity, random):
     """Skew edges of any wedge, with no common face."""
     rng = np.random.default_rng(random.randrange(2**32))
@@ -295,7 +293,6 @@ def test_both_sides_of_a_strip_carry_the_wave_between_its_edges():
 
 
 @given(st.floats(1e-3, 100.0), st.floats(-1.0, 1.0), st.floats(-1.0, 1.0), st.booleans())
-@settings(max_examples=100, deadline=None)
 def test_two_edges_at_any_distance_are_finite(width_m, rise, fall, lossy):
     edges = Edges([[*X, *Y, 1.5], [*-X, *Y, 1.5]], CONCRETE if lossy else CONDUCTOR)
     directions = (unit(X + rise * Y), X, unit(X - fall * Y))

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
@@ -133,7 +133,6 @@ def test_layered_walls_equal_the_product_of_transfer_matrices(layers, angle):
         assert [x[0] for x in c] == pytest.approx(by_transfer_matrices(order, angle), abs=1e-9)
 
 
-@settings(max_examples=50)
 @given(layers=lossy, angle=st.floats(0.0, np.pi / 2))
 def test_both_sides_let_through_the_same_and_no_wall_gives_more_than_it_takes(layers, angle):
     wall = layered(*(plain(*x) for x in layers))

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from slow_images import paths as slow_paths
 from slow_images import through_sheets
@@ -142,7 +142,6 @@ slabs = st.lists(
 
 
 @given(slabs, st.floats(-1.2, 1.2), st.booleans())
-@settings(max_examples=40, deadline=None)
 def test_no_path_through_walls_is_stronger_than_free_space(layers, angle, back):
     parts = tuple(
         Material(name="x", eps_r_a=e, sigma_c_s_per_m=s, thickness_m=d) for e, s, d in layers

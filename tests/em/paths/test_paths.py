@@ -2,7 +2,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from octant.em.antennas.kinds import make_antenna
@@ -77,7 +77,6 @@ def test_remeshing_changes_neither_paths_nor_powers(yaw, dipole):
         assert mine == pytest.approx(other, rel=1e-9)
 
 
-@settings(max_examples=20)
 @given(
     a=st.tuples(st.floats(0.1, 4.9), st.floats(0.1, 2.1), st.floats(0.1, 2.9)),
     b=st.tuples(st.floats(0.1, 4.9), st.floats(2.6, 4.9), st.floats(0.1, 2.9)),

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import xarray as xr
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from octant.em.reader.reader_netcdf import read_reader_netcdf, write_reader_netcdf
@@ -103,7 +103,6 @@ def test_a_wrong_dimension_or_grid_is_refused(path):
 
 
 @given(share=st.floats(0.0, 0.98))
-@settings(max_examples=15, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_a_truncated_file_is_refused(share, path):
     whole = path.read_bytes()
     cut = path.with_name("cut.nc")

@@ -3,7 +3,7 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from slow_images import paths as slow_paths
 from slow_images import sequences as slow_sequences
@@ -110,7 +110,6 @@ def test_no_path_is_missed_at_third_order_in_a_furnished_room():
         )
 
 
-@settings(max_examples=25)
 @given(
     place=st.tuples(st.floats(0.05, 4.95), st.floats(0.05, 4.95), st.floats(0.05, 2.95)),
     source=st.tuples(st.floats(0.05, 4.95), st.floats(0.05, 4.95), st.floats(0.05, 2.95)),
@@ -196,7 +195,6 @@ def _branch(tree, image, planes):
 
 
 @pytest.mark.parametrize("opaque", ["all", "none", "some"])
-@settings(max_examples=12)
 @given(seed=st.integers(0, 10_000))
 def test_nothing_that_can_carry_a_path_is_pruned(opaque, seed):
     """Every sequence of the unpruned search is in the tree, whatever the walls let through."""

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 import skfuzzy
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from octant.geometries.errors import NavigationError
@@ -61,7 +61,6 @@ def rule_bases(draw):
     return RuleBase(input_variable=variable("in"), outputs=(variable("out"),), rules=rules)
 
 
-@settings(max_examples=40, deadline=None, derandomize=True)
 @given(base=rule_bases(), value=st.floats(0, 1))
 def test_any_rule_base_equals_scikit_fuzzy(base, value):
     assert base.infer(value)[0] == pytest.approx(by_scikit_fuzzy(base, value, 0), abs=1e-3)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
@@ -20,7 +20,6 @@ def by_brute_force(values, maximise):
     ]
 
 
-@settings(max_examples=200, deadline=None)
 @given(
     arrays(
         np.float64,

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import msgspec
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from octant.reader_design.study_file.loading import load_study, parse_study, to_toml
@@ -88,7 +88,6 @@ studies = st.fixed_dictionaries(
 )
 
 
-@settings(max_examples=60, deadline=None, derandomize=True)
 @given(studies)
 def test_resolved_toml_reads_back_to_an_equal_study(tables):
     from octant.reader_design.study_file.checks import check_study
