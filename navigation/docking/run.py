@@ -1,17 +1,15 @@
 """One docking mission, or many: coarse and fine stage in turn, try after try."""
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from octant.geometries.errors import NavigationError
-from octant.navigation.docking.coarse import CoarseDrive
-from octant.navigation.docking.drive import DockingDrive
-from octant.navigation.docking.fine import FineDrive
-from octant.navigation.docking.setting import DockingSetting
-from octant.navigation.docking.task import DockingResult, DockingTask, Failure
+from octant.navigation.docking.stages import CoarseDrive, DockingDrive, FineDrive, LeftTheRoom
+from octant.navigation.docking.task import DockingResult, DockingSetting, DockingTask, Failure
 from octant.navigation.missions.starts import RandomStarts
+from octant.navigation.robot.floor import check_start
 from octant.navigation.sensing.sensor import unknown_tag
 
 
@@ -44,12 +42,7 @@ def run_docking(
     pose = np.array(start, dtype=np.float64)
     if setting.reader is not None and task.tag_id not in setting.reader.tag_ids:
         raise unknown_tag(task.tag_id, setting.reader.tag_ids)
-    if setting.blocked is not None and bool(setting.blocked(pose[None, :2])[0]):
-        msg = (
-            f"the start ({pose[0]:g}, {pose[1]:g}) m is inside an obstacle, but the robot needs "
-            "free floor there: move it."
-        )
-        raise NavigationError(msg)
+    check_start(pose[:2], setting.blocked, setting.outside)
     drive = DockingDrive(task, setting, pose=pose, rng=rng)
     fine = FineDrive(task, setting.camera, drive, rng)
     reader = setting.reader
@@ -96,16 +89,17 @@ def _sequence(
     task: DockingTask, drive: DockingDrive, coarse: CoarseDrive | None, fine: FineDrive
 ) -> DockingResult:
     at_station = coarse is None
-    failure: Failure | None = None
-    for attempt in range(1, task.tries + 1):
-        failure = None if at_station or coarse is None else coarse.approach(attempt)
-        if failure is None:
-            at_station, failure = _attempt(task, drive, fine)
+    for attempt in itertools.count(1):
+        try:
+            failure = None if at_station or coarse is None else coarse.approach(attempt)
             if failure is None:
-                return drive.result("docked", "the robot stands in the dock", tries=attempt)
-        if drive.worn_out:
+                at_station, failure = _attempt(task, drive, fine)
+        except LeftTheRoom:
+            return drive.result("left the room", "the robot left the room", tries=attempt)
+        if failure is None:
+            return drive.result("docked", "the robot stands in the dock", tries=attempt)
+        if drive.worn_out or attempt >= task.tries:
             break
-    assert failure is not None  # noqa: S101  there is at least one try
     return drive.result(*failure, tries=attempt)
 
 

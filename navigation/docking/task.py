@@ -6,7 +6,6 @@ looks closely, and follows the docking law on the filter's estimate. A try that 
 the staging place.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -21,22 +20,29 @@ from octant.navigation.control.polar import pose_in_goal_frame
 from octant.navigation.estimators.landmark_filters import LandmarkFilter, LandmarkNoise
 from octant.navigation.estimators.landmark_models import checked_period
 from octant.navigation.estimators.tag_place import TagPlaceFilter
-from octant.navigation.robot.docking_world import WheelSlip
-from octant.navigation.sensing.landmark_sensor import Landmark
+from octant.navigation.robot.drive import DifferentialDrive
+from octant.navigation.robot.floor import Blocked, WheelSlip
+from octant.navigation.sensing.landmark_sensor import Landmark, LandmarkSensor
+from octant.navigation.sensing.sensor import RssSensor
 
 FloatArray = npt.NDArray[np.float64]
 
 Phase = Literal["approach", "search", "refine", "dock", "back off"]
 """What the robot is doing."""
 
-Outcome = Literal["docked", "tag not found", "landmark not found", "missed", "stalled", "collision"]
+DockingOutcome = Literal[
+    "docked",
+    "tag not found",
+    "landmark not found",
+    "missed",
+    "stalled",
+    "collision",
+    "left the room",
+]
 """How a mission ends."""
 
-Failure = tuple[Outcome, str]
+Failure = tuple[DockingOutcome, str]
 """Why a try failed: outcome and reason."""
-
-Blocked = Callable[[FloatArray], npt.NDArray[np.bool_]]
-"""Says for (m, 2) points on the floor [m] whether the robot's centre cannot stand there."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -254,6 +260,31 @@ class DockingTask:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class DockingSetting:
+    """What a docking mission takes place in.
+
+    Parameters
+    ----------
+    reader : RssSensor or None
+        The bearing-sensitive reader; None: the robot starts at the staging place.
+    camera : LandmarkSensor
+        The landmark's detector.
+    robot : DifferentialDrive
+        Wheels and limits.
+    blocked : callable or None
+        (m, 2) points on the floor [m] -> (m,) bool: where the robot touches something.
+    outside : callable or None
+        The same form: where it has left the room, whose field is known inside only.
+    """
+
+    reader: RssSensor | None
+    camera: LandmarkSensor
+    robot: DifferentialDrive
+    blocked: Blocked | None = None
+    outside: Blocked | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class DockingResult:
     """Return the record of one docking mission, one row a sample.
 
@@ -261,7 +292,7 @@ class DockingResult:
     ----------
     task : DockingTask
         What was asked for.
-    outcome : Outcome
+    outcome : DockingOutcome
         How it ended.
     reason : str
         The same in a sentence.
@@ -288,7 +319,7 @@ class DockingResult:
     """
 
     task: DockingTask
-    outcome: Outcome
+    outcome: DockingOutcome
     reason: str
     tries: int
     contacts: int

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import NavigationError
 from octant.navigation.angles import wrap_angle
-from octant.navigation.missions.records import MissionResult, Outcome
+from octant.navigation.missions.records import MissionOutcome, MissionResult
 
 _SUCCESS_RADII = 2.0
 _HOLD_SAMPLES = 30
@@ -122,7 +122,7 @@ class MissionMetrics:
 
     Parameters
     ----------
-    outcome : {"completed", "time-out", "no signal", "collision", "stuck"}
+    outcome : MissionOutcome
         Why the run ended.
     success : bool
         All tags were declared reached, each within the success radius of its point.
@@ -156,7 +156,7 @@ class MissionMetrics:
         Least distance from each tag's point while it was the target [m]; NaN where it never was.
     """
 
-    outcome: Outcome
+    outcome: MissionOutcome
     success: bool
     captured: bool
     collided: bool

@@ -11,7 +11,7 @@ from octant.navigation.navigators.thesis import Rotation, ThesisNavigator
 from octant.navigation.navigators.tracker import TrackerNavigator
 from octant.navigation.robot.drive import DifferentialDrive
 from octant.navigation.sensing.bearing import checked_azimuths
-from octant.navigation.sensing.pattern_match import PatternTable
+from octant.navigation.sensing.pattern_match import PowerTable
 
 _ARRIVAL_SHARE = 0.4
 
@@ -60,7 +60,7 @@ def thesis_navigator(
 
 
 def tracker_navigator(
-    mission: Mission, *, tables: Sequence[PatternTable], robot: DifferentialDrive
+    mission: Mission, *, tables: Sequence[PowerTable], robot: DifferentialDrive
 ) -> TrackerNavigator:
     """Return the tracking navigator for a mission, with the defaults of its filter.
 
@@ -68,7 +68,7 @@ def tracker_navigator(
     ----------
     mission : Mission
         Its arrival radius, cruise step and period are used.
-    tables : sequence of PatternTable
+    tables : sequence of PowerTable
         The reader's patterns for each of the mission's tags, in order.
     robot : DifferentialDrive
         Wheels, axle and limits.

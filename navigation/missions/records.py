@@ -11,10 +11,12 @@ from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import NavigationError, PhysicsWarning
 from octant.geometries.tolerances import LENGTHS
 from octant.navigation.navigators.arrival import ArrivalTest
-from octant.navigation.robot.floor_motion import Contact, Motion
+from octant.navigation.robot.floor import Contact, MotionStep
 from octant.navigation.robot.rolling import Rolling
 
-Outcome = Literal["completed", "time-out", "no signal", "collision", "stuck"]
+MissionOutcome = Literal[
+    "completed", "time-out", "no signal", "collision", "stuck", "left the room"
+]
 """Why a run ended."""
 
 _ORBIT_STEPS = 0.8
@@ -73,7 +75,7 @@ class Mission:
     sample_time_s: float = 1.0
     cruise_step_m: float = 0.09
     max_time_s: float | None = None
-    motion: Motion = "euler"
+    motion: MotionStep = "euler"
     silent_limit: int = 5
     contact: Contact = "end"
     contact_limit: int = 60
@@ -104,7 +106,7 @@ class Mission:
             if value is not None and not (np.isfinite(value) and value > 0):
                 msg = f"{name} is {value} {unit}, but it must be positive and finite: raise it."
                 raise NavigationError(msg)
-        for name, allowed in (("motion", get_args(Motion)), ("contact", get_args(Contact))):
+        for name, allowed in (("motion", get_args(MotionStep)), ("contact", get_args(Contact))):
             value = getattr(self, name)
             if value not in allowed:
                 msg = f"{name} is {value!r}, but it must be one of {list(allowed)}: choose one."
@@ -160,7 +162,7 @@ class MissionResult:
     ----------
     mission : Mission
         What was asked for.
-    outcome : {"completed", "time-out", "no signal", "collision", "stuck"}
+    outcome : MissionOutcome
         Why the run ended.
     reason : str
         The same in a sentence.
@@ -174,7 +176,8 @@ class MissionResult:
         Index of the tag that was read [-].
     rss_w : (s, n) float64
         The reading [W]. Where a tag was reached this is the reading of the next one, taken in the
-        same period; the last row of a completed run holds the last tag's.
+        same period; the last row of a completed run holds the last tag's. Zeros where the robot
+        has left the room.
     arrival_times_s : (k,) float64
         When each tag was declared reached [s]; NaN where it was not.
     arrival_points_m : (k, 2) float64
@@ -186,7 +189,7 @@ class MissionResult:
     """
 
     mission: Mission
-    outcome: Outcome
+    outcome: MissionOutcome
     reason: str
     time_s: npt.NDArray[np.float64]
     poses: npt.NDArray[np.float64]

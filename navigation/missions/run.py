@@ -11,27 +11,26 @@ import numpy.typing as npt
 from octant.geometries.errors import NavigationError
 from octant.navigation.angles import wrap_angle
 from octant.navigation.missions.batches import run_seeded
-from octant.navigation.missions.records import Mission, MissionResult, Outcome
+from octant.navigation.missions.records import Mission, MissionOutcome, MissionResult
 from octant.navigation.missions.starts import Starts
 from octant.navigation.navigators.interface import STILL, Decision, Navigator, Odometry
 from octant.navigation.robot.drive import DifferentialDrive
-from octant.navigation.robot.floor_motion import Blocked, Floor
+from octant.navigation.robot.floor import Blocked, Floor, check_start
 from octant.navigation.robot.motion import AT_REST, Motion
 from octant.navigation.robot.odometry import wheel_travel
 from octant.navigation.robot.rolling import RollingWheels
-from octant.navigation.sensing.sensor import Sensor, unknown_tag
-
-__all__ = ["Blocked", "Mission", "MissionResult", "run_mission", "run_missions"]
+from octant.navigation.sensing.sensor import RssSensor, unknown_tag
 
 
 def run_mission(
     mission: Mission,
-    sensor: Sensor,
+    sensor: RssSensor,
     navigator: Navigator[Any],
     robot: DifferentialDrive,
     rng: np.random.Generator,
     *,
     blocked: Blocked | None = None,
+    outside: Blocked | None = None,
 ) -> MissionResult:
     """Return the record of one closed-loop run.
 
@@ -39,7 +38,7 @@ def run_mission(
     ----------
     mission : Mission
         Start, tags and manner.
-    sensor : Sensor
+    sensor : RssSensor
         What the robot reads.
     navigator : Navigator
         What decides; it gets readings and odometry and nothing else.
@@ -51,34 +50,31 @@ def run_mission(
     blocked : callable or None
         (m, 2) points on the floor [m] -> (m,) bool: where the robot's centre cannot be. What
         happens there is said by the mission's `contact`.
+    outside : callable or None
+        The same form: where the robot has left the room, whose field is known inside only.
 
     Returns
     -------
     MissionResult
-        Also when the tags are out of reach, time runs out or something is in the way: those are
-        results.
+        Also when the tags are out of reach, time runs out, something is in the way or the robot
+        leaves the room: those are results.
 
     Raises
     ------
     NavigationError
-        When the sensor lacks a tag, the cruise speed exceeds what the wheels can do, or the start
-        is blocked.
+        When the sensor lacks a tag, the cruise speed exceeds what the wheels can do, or the robot
+        cannot stand at the start.
 
     Notes
     -----
     A sensor that reads its antennas in turn does so on the last stretch of the way driven. After an
     arrival the next tag is read at once, in the same period, by the robot at rest.
     """
-    _check_run(mission, sensor, robot, blocked)
+    _check_run(mission, sensor, robot)
+    check_start(mission.start_m, blocked, outside)
     wheels_rng, navigator_rng = rng.spawn(2)
     wheels = RollingWheels(mission.rolling, wheels_rng)
-    floor = Floor(
-        robot=robot,
-        period_s=mission.sample_time_s,
-        motion=mission.motion,
-        contact=mission.contact,
-        blocked=blocked,
-    )
+    floor = Floor(robot=robot, step=mission.motion, contact=mission.contact, blocked=blocked)
     heading_rad = float(wrap_angle(mission.heading_rad))
     pose = np.array([*mission.start_m, heading_rad])
     log = _Log(mission)
@@ -107,23 +103,26 @@ def run_mission(
         log.row(k, pose, decision, target, rss_w)
         rotations = mission.sample_time_s * decision.rates
         rates = wheels.roll(rotations) / mission.sample_time_s
-        pose, contact = floor.moved(pose, rates)
+        pose, contact = floor.roll(pose, rates, period_s=mission.sample_time_s)
+        log.contacts += contact
+        if outside is not None and bool(outside(pose[None, :2])[0]):
+            stopped = replace(decision, mode="stopped", place_m=None)
+            log.row(k + 1, pose, stopped, target, np.zeros(sensor.antennas))
+            way = f"on its way to tag {mission.tag_ids[target]}"
+            return log.result("left the room", f"the robot left the room {way}")
         speed_m_per_s, turn_rate_rad_per_s = robot.twist(rates)
         driven = AT_REST
         if not contact:
             driven = Motion(
                 speed_m_per_s=float(speed_m_per_s), turn_rate_rad_per_s=float(turn_rate_rad_per_s)
             )
-        log.contacts += contact
         distance_m, turn_rad = wheel_travel(wheels.count(rotations), robot)
         odometry = Odometry(distance_m=float(distance_m), turn_rad=float(turn_rad), contact=contact)
         memory = decision.memory
     raise AssertionError  # the last turn always ends the run
 
 
-def _check_run(
-    mission: Mission, sensor: Sensor, robot: DifferentialDrive, blocked: Blocked | None
-) -> None:
+def _check_run(mission: Mission, sensor: RssSensor, robot: DifferentialDrive) -> None:
     for tag_id in mission.tag_ids:
         if tag_id not in sensor.tag_ids:
             raise unknown_tag(tag_id, sensor.tag_ids)
@@ -133,17 +132,11 @@ def _check_run(
             f"{robot.max_wheel_speed_m_per_s:g} m/s: take a smaller step or a longer period."
         )
         raise NavigationError(msg)
-    if blocked is not None and bool(np.any(blocked(mission.start_m.reshape(1, 2)))):
-        msg = (
-            f"the start ({mission.start_m[0]:g}, {mission.start_m[1]:g}) m is inside an obstacle, "
-            "but the robot needs free floor there: move it."
-        )
-        raise NavigationError(msg)
 
 
 def _ended(
     mission: Mission, target: int, *, silent: int, touched: int, out_of_time: bool
-) -> tuple[Outcome, str] | None:
+) -> tuple[MissionOutcome, str] | None:
     tag_id = mission.tag_ids[target]
     if touched and mission.contact == "end":
         return "collision", f"the robot ran into an obstacle on its way to tag {tag_id}"
@@ -187,7 +180,7 @@ class _Log:
         self._arrival_times_s[target] = k * self._mission.sample_time_s
         self._arrival_points_m[target] = pose[:2]
 
-    def result(self, outcome: Outcome, reason: str) -> MissionResult:
+    def result(self, outcome: MissionOutcome, reason: str) -> MissionResult:
         times_s, poses, modes, targets = zip(*self._rows, strict=True)
         return MissionResult(
             mission=self._mission,
@@ -207,7 +200,7 @@ class _Log:
 
 def run_missions(
     mission: Mission,
-    sensor: Sensor,
+    sensor: RssSensor,
     navigator: Navigator[Any],
     robot: DifferentialDrive,
     *,
@@ -216,6 +209,7 @@ def run_missions(
     workers: int = 1,
     executor: Executor | None = None,
     blocked: Blocked | None = None,
+    outside: Blocked | None = None,
     starts: Starts | None = None,
     progress: Callable[[int], object] | None = None,
 ) -> tuple[MissionResult, ...]:
@@ -225,7 +219,7 @@ def run_missions(
     ----------
     mission : Mission
         Start, tags and manner.
-    sensor : Sensor
+    sensor : RssSensor
         What the robot reads.
     navigator : Navigator
         What decides.
@@ -240,7 +234,7 @@ def run_missions(
         Processes that share the runs; 1 stays in this one. More need picklable arguments.
     executor : concurrent.futures.Executor or None
         Runs the batches in place of `workers` own processes; `workers` then only sizes them.
-    blocked : callable or None
+    blocked, outside : callable or None
         As for `run_mission`.
     starts : Starts or None
         Start of each run in place of the mission's own.
@@ -266,6 +260,7 @@ def run_missions(
             navigator=navigator,
             robot=robot,
             blocked=blocked,
+            outside=outside,
             starts=starts,
         ),
         runs=runs,
@@ -285,10 +280,11 @@ def run_missions(
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Job:
     mission: Mission
-    sensor: Sensor
+    sensor: RssSensor
     navigator: Navigator[Any]
     robot: DifferentialDrive
     blocked: Blocked | None
+    outside: Blocked | None
     starts: Starts | None
 
     def __call__(self, seed: np.random.SeedSequence) -> MissionResult:
@@ -303,4 +299,5 @@ class _Job:
             self.robot,
             np.random.default_rng(seed),
             blocked=self.blocked,
+            outside=self.outside,
         )

@@ -16,7 +16,7 @@ from octant.geometries.errors import NavigationError
 from octant.navigation.checks import check_positive
 from octant.navigation.navigators._place_kernels import place_log_likelihood
 from octant.navigation.navigators.interface import Odometry
-from octant.navigation.sensing.pattern_match import NULL_SHARE, PatternTable
+from octant.navigation.sensing.pattern_match import NULL_SHARE, PowerTable
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -106,7 +106,7 @@ class PlaceFilter:
 
     Parameters
     ----------
-    table : PatternTable
+    table : PowerTable
         RSS of the reader for relative places of a tag, free of reflections.
     particles : int
         Number of particles.
@@ -147,7 +147,7 @@ class PlaceFilter:
     as they are.
     """
 
-    table: PatternTable
+    table: PowerTable
     particles: int = 2000
     noise_db: float = 2.0
     fading_db: float = 4.0

@@ -28,7 +28,7 @@ deep a null is below that, no table knows."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class PatternTable:
+class PowerTable:
     """Return the RSS of the antennas for relative places of a tag, free of reflections.
 
     Parameters
@@ -82,7 +82,7 @@ class PatternTable:
         return float(self.power_w.mean(axis=3).max())
 
 
-def pattern_table(
+def power_table(
     link: PowerLink,
     tag_point_m: npt.ArrayLike,
     *,
@@ -90,7 +90,7 @@ def pattern_table(
     distances: int = 61,
     bearings: int = 48,
     sides: int = 16,
-) -> PatternTable:
+) -> PowerTable:
     """Return the table of a reader and a kind of tag, from their link in the open.
 
     Parameters
@@ -106,7 +106,7 @@ def pattern_table(
 
     Returns
     -------
-    PatternTable
+    PowerTable
         RSS [W], with a floor 150 dB below the strongest in place of zero.
 
     Raises
@@ -127,7 +127,7 @@ def pattern_table(
     if not strongest > 0.0:
         msg = "the reader receives nothing of the tag in the open: check antennas and heights."
         raise NavigationError(msg)
-    return PatternTable(reach_m=reach_m, power_w=np.maximum(power, _FLOOR_SHARE * strongest))
+    return PowerTable(reach_m=reach_m, power_w=np.maximum(power, _FLOOR_SHARE * strongest))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -136,7 +136,7 @@ class PatternMatcher:
 
     Parameters
     ----------
-    table : PatternTable
+    table : PowerTable
         The reader's patterns.
     error_db : float
         Standard deviation of what the patterns do not explain of each RSS [dB]: noise of the
@@ -156,7 +156,7 @@ class PatternMatcher:
     `NULL_SHARE` of their mean is added first.
     """
 
-    table: PatternTable
+    table: PowerTable
     error_db: float = 2.0
     _level_db: FloatArray = field(init=False, repr=False, compare=False)
     _unit: npt.NDArray[np.complex128] = field(init=False, repr=False, compare=False)

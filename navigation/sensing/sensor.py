@@ -38,7 +38,7 @@ class PowerLink(Protocol):
         ...
 
 
-class Sensor(Protocol):
+class RssSensor(Protocol):
     """What a navigator may know of the world: the reader's RSS for a named tag."""
 
     @property

@@ -8,7 +8,7 @@ import msgspec
 from octant.em.power.received_power import ReaderLink, reader_link
 from octant.em.reader.response import ReaderResponse
 from octant.geometries.errors import ConfigError, PhysicsWarning
-from octant.navigation.sensing.pattern_match import PatternTable, pattern_table
+from octant.navigation.sensing.pattern_match import PowerTable, power_table
 from octant.reader_design.setting.design import design_of, design_responses
 from octant.reader_design.setting.scene import PlacedTag, StudyScene, build_study_scene
 from octant.reader_design.study_file.mission import Mission as MissionTable
@@ -153,7 +153,7 @@ def open_link(
 
 def mission_tables(
     study: Study, built: StudyScene, responses: Sequence[ReaderResponse]
-) -> tuple[PatternTable, ...]:
+) -> tuple[PowerTable, ...]:
     """Return what the robot knows of its reader, for each tag of the mission.
 
     Parameters
@@ -167,10 +167,10 @@ def mission_tables(
 
     Returns
     -------
-    tuple of PatternTable
+    tuple of PowerTable
         RSS [W] around a tag in the open. Tags that hang alike share one.
     """
-    made: dict[str, PatternTable] = {}
+    made: dict[str, PowerTable] = {}
     tables = []
     for tag_id in mission_table(study).tags:
         tag = next(tag for tag in study.tags if tag.id == tag_id)
@@ -178,7 +178,7 @@ def mission_tables(
         kind = repr((tag.antenna, tag.axis, tag.azimuth_deg, height_m))
         if kind not in made:
             upright = tag.antenna in _ROUND and (tag.axis is None or not any(tag.axis[:2]))
-            made[kind] = pattern_table(
+            made[kind] = power_table(
                 open_link(study, built, tag_id, responses),
                 (0.0, 0.0),
                 sides=1 if upright else _SIDES,

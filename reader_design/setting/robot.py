@@ -1,7 +1,7 @@
 """The robot that carries a study's reader, among the walls and objects of a room."""
 
 from octant.geometries.scene import Scene
-from octant.navigation.robot.collisions import RobotSpace, footprint
+from octant.navigation.robot.floor import RobotSpace, footprint
 from octant.reader_design.study_file.schema import Reader
 
 

@@ -12,19 +12,18 @@ from octant.geometries.files import write_text
 from octant.navigation.control.docking_law import DockingLaw, TwistLimits
 from octant.navigation.docking.files import write_docking_csv, write_docking_trajectory_csv
 from octant.navigation.docking.run import DockingJob
-from octant.navigation.docking.setting import DockingSetting
 from octant.navigation.docking.task import (
     CoarseStage,
     DockingResult,
+    DockingSetting,
     DockingTask,
     FineStage,
     task_filter,
 )
 from octant.navigation.missions.batches import run_seeded
 from octant.navigation.missions.starts import RandomStarts
-from octant.navigation.robot.collisions import RobotSpace
-from octant.navigation.robot.docking_world import WheelSlip
 from octant.navigation.robot.drive import DifferentialDrive
+from octant.navigation.robot.floor import RobotSpace, WheelSlip
 from octant.navigation.sensing.landmark_sensor import Landmark, LandmarkSensor
 from octant.reader_design.experiments.docking.figures import (
     law_figures,
@@ -175,6 +174,7 @@ def docking_job(study: Study, built: StudyScene, responses: Sequence[ReaderRespo
             ),
             robot=DifferentialDrive(),
             blocked=space.footprint,
+            outside=space.outside,
         ),
         starts=_starts(table, task, space),
     )

@@ -10,8 +10,7 @@ from octant.navigation.control.docking_law import DockingLaw, GoalLaw
 from octant.navigation.control.polar import pose_of_polar
 from octant.navigation.control.regulators import CartesianRegulator, GracefulLaw, posture_regulator
 from octant.navigation.docking.run import DockingJob
-from octant.navigation.docking.setting import DockingSetting
-from octant.navigation.docking.task import DockingResult, DockingTask, FineStage
+from octant.navigation.docking.task import DockingResult, DockingSetting, DockingTask, FineStage
 from octant.navigation.estimators.landmark_filters import LandmarkFilter
 from octant.navigation.estimators.landmark_trials import (
     Drives,

@@ -11,8 +11,8 @@ from octant.geometries.errors import ConfigError, NavigationError
 from octant.navigation.missions.run import Mission, MissionResult, run_missions
 from octant.navigation.missions.starts import ListedStarts, RandomStarts, Starts
 from octant.navigation.navigators.arrival import ArrivalTest, arrival_tests
-from octant.navigation.robot.collisions import RobotSpace
 from octant.navigation.robot.drive import DifferentialDrive
+from octant.navigation.robot.floor import RobotSpace
 from octant.navigation.robot.rolling import Rolling
 from octant.navigation.sensing.sensor import PowerLink
 from octant.reader_design.experiments.missions.navigators import study_navigator
@@ -192,6 +192,7 @@ def drive_missions(
         seed=study.seed if seed is None else seed,
         workers=workers,
         blocked=space.footprint,
+        outside=space.outside,
         starts=mission_starts(study, space, mission.tag_points_m),
         progress=progress,
     )

@@ -15,7 +15,7 @@ from octant.navigation.missions.navigators import thesis_navigator, tracker_navi
 from octant.navigation.missions.run import Mission
 from octant.navigation.navigators.interface import Navigator
 from octant.navigation.robot.drive import DifferentialDrive
-from octant.navigation.sensing.pattern_match import PatternMatcher, PatternTable
+from octant.navigation.sensing.pattern_match import PatternMatcher, PowerTable
 from octant.reader_design.setting.links import mission_table, mission_tables
 from octant.reader_design.setting.scene import StudyScene
 from octant.reader_design.study_file.mission import Mission as MissionTable
@@ -25,14 +25,14 @@ from octant.reader_design.study_file.schema import Study
 _WATT_PER_NANOWATT = 1e-9
 
 
-def study_controller(table: MissionTable, pattern: PatternTable | None = None) -> Controller:
+def study_controller(table: MissionTable, pattern: PowerTable | None = None) -> Controller:
     """Return the controller that a mission names; its full scale in the study is in [nW].
 
     Parameters
     ----------
     table : Mission
         The table ``[mission]``.
-    pattern : PatternTable or None
+    pattern : PowerTable or None
         The reader's patterns [W], for the controller ``pattern``.
     """
     gain_per_s = 0.5 / table.sample_time_s

@@ -13,13 +13,11 @@ from octant.geometries.rooms import box_room
 from octant.geometries.scene import build_scene, free_space_scene
 from octant.navigation.control.docking_law import DockingLaw
 from octant.navigation.docking.run import DockingJob, run_docking
-from octant.navigation.docking.setting import DockingSetting
-from octant.navigation.docking.task import CoarseStage, DockingTask, FineStage
+from octant.navigation.docking.task import CoarseStage, DockingSetting, DockingTask, FineStage
 from octant.navigation.missions.batches import run_seeded
 from octant.navigation.missions.starts import RandomStarts
-from octant.navigation.robot.collisions import RobotSpace, footprint
-from octant.navigation.robot.docking_world import SlippingRobot, WheelSlip
 from octant.navigation.robot.drive import DifferentialDrive
+from octant.navigation.robot.floor import Floor, RobotSpace, WheelSlip, footprint
 from octant.navigation.sensing.landmark_sensor import Landmark, LandmarkSensor
 from octant.navigation.sensing.sensor import FieldSensor
 
@@ -139,6 +137,18 @@ def test_a_cabinet_before_the_dock_is_touched_and_named():
     assert clearance.min() > -0.021  # the robot stops at what it touches
 
 
+@pytest.mark.parametrize(("start", "beyond_m"), [([0.0, 0.0, 0.0], 0.5), ([4.0, 2.5, 0.0], 4.1)])
+def test_a_robot_that_leaves_the_room_says_so_in_either_stage(concrete, start, beyond_m):
+    setting = replace(concrete.setting, outside=lambda points: points[:, 0] > beyond_m)
+    if beyond_m > 4.0:
+        setting = replace(setting, reader=None)
+    result = run_docking(TASK, setting, start, np.random.default_rng(1))
+    assert result.outcome == "left the room"
+    assert result.poses[-1, 0] > beyond_m
+    assert (result.poses[:-1, 0] <= beyond_m).all()
+    assert result.tries == 1
+
+
 def test_without_a_landmark_in_sight_the_result_says_so():
     hidden = replace(CAMERA, farthest_m=0.5, false_probability=0.0)
     job = near(TASK)
@@ -173,20 +183,16 @@ def test_the_simulated_robot_moves_by_its_command_and_its_slip():
     slip = WheelSlip(
         linear_m_per_s=-0.05, angular_rad_per_s=0.1, position_m2_per_s=0.0, heading_rad2_per_s=0.0
     )
-    robot = SlippingRobot(
-        robot=DifferentialDrive(),
-        slip=slip,
-        pose=[1.0, 2.0, 0.0],
-        rng=np.random.default_rng(1),
-        blocked=None,
-    )
+    floor, pose = Floor(robot=DifferentialDrive()), np.array([1.0, 2.0, 0.0])
+    rng = np.random.default_rng(1)
     for _ in range(20):
-        assert not robot.move([0.25, 0.1], period_s=0.1)
+        pose, contact = floor.slip(pose, [0.25, 0.1], slip=slip, period_s=0.1, rng=rng)
+        assert not contact
     radius, turn = 0.2 / 0.2, 0.4
     want = [1.0 + radius * np.sin(turn), 2.0 + radius * (1 - np.cos(turn)), turn]
-    np.testing.assert_allclose(robot.pose, want, atol=1e-12)
-    robot.move([0.0, 0.0], period_s=10.0)
-    np.testing.assert_allclose(robot.pose, want, atol=1e-12)
+    np.testing.assert_allclose(pose, want, atol=1e-12)
+    still, _ = floor.slip(pose, [0.0, 0.0], slip=slip, period_s=10.0, rng=rng)
+    np.testing.assert_array_equal(still, pose)
 
 
 def test_a_blocked_start_an_unknown_tag_and_bad_tasks_are_refused(concrete):

@@ -165,6 +165,29 @@ def test_collision_ends_the_run_at_the_last_free_point(thesis_setup):
     assert measure(result).collided
 
 
+def test_a_robot_that_leaves_the_room_ends_its_run_where_nothing_is_read_any_more(thesis_setup):
+    mission, sensor = thesis_setup()
+
+    class Inside:
+        antennas, azimuths_rad, tag_ids = sensor.antennas, sensor.azimuths_rad, sensor.tag_ids
+
+        def read(self, pose, tag_id, rng, *, motion=AT_REST):
+            assert pose[0] <= 1.0, "the field is known in the room only"
+            return sensor.read(pose, tag_id, rng, motion=motion)
+
+    result = run(mission, Inside(), outside=lambda points: points[:, 0] > 1.0)
+    assert result.outcome == "left the room"
+    assert "0xFFF9" in result.reason
+    assert result.modes[-1] == "stopped"
+    assert result.poses[-1, 0] > 1.0
+    assert not result.rss_w[-1].any()
+    assert np.diff(result.time_s) == pytest.approx(mission.sample_time_s)
+    metrics = measure(result)
+    assert not any((metrics.success, metrics.collided, metrics.captured))
+    with pytest.raises(NavigationError, match="outside the room"):
+        run(mission, sensor, outside=lambda points: points[:, 0] < 1.0)
+
+
 def test_a_thin_wall_inside_one_step_is_not_jumped_over(thesis_setup):
     mission, sensor = thesis_setup()
     result = run(mission, sensor, blocked=lambda p: np.abs(p[:, 0] - 1.005) < 0.006)

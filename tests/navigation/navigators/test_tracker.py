@@ -14,7 +14,7 @@ from octant.navigation.navigators.interface import STILL, Odometry
 from octant.navigation.navigators.place_particles import PlaceBelief, PlaceFilter
 from octant.navigation.robot.drive import DifferentialDrive
 from octant.navigation.robot.rolling import Rolling
-from octant.navigation.sensing.pattern_match import pattern_table
+from octant.navigation.sensing.pattern_match import power_table
 from octant.navigation.sensing.sensor import FieldSensor
 
 ROBOT = DifferentialDrive()
@@ -24,7 +24,7 @@ FLOOR = Rolling(slip_sd=0.02, scale_sd=0.01, tick_rad=0.003)
 
 @pytest.fixture
 def table(free_space_link):
-    return pattern_table(free_space_link(), (0.0, 0.0), sides=1)
+    return power_table(free_space_link(), (0.0, 0.0), sides=1)
 
 
 @pytest.fixture
@@ -76,7 +76,7 @@ def by_numpy(table, place, diffuse_db, heading, rss_db, sds):
 
 
 def test_the_likelihood_is_the_gaussian_of_correlated_decibels(free_space_link):
-    table = pattern_table(free_space_link(), (0.0, 0.0), sides=3, bearings=12, distances=9)
+    table = power_table(free_space_link(), (0.0, 0.0), sides=3, bearings=12, distances=9)
     rng = np.random.default_rng(0)
     places, diffuse = rng.uniform(-4, 4, (2, 40)), rng.uniform(-90, -60, 40)
     headings, rss_db = rng.uniform(-9, 9, 40), rng.uniform(-80, -50, 8)

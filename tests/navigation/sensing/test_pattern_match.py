@@ -8,14 +8,14 @@ from octant.navigation.sensing.bearing import (
     vector_sum_variance,
     wrap_angle,
 )
-from octant.navigation.sensing.pattern_match import PatternMatcher, PatternTable, pattern_table
+from octant.navigation.sensing.pattern_match import PatternMatcher, PowerTable, power_table
 
 EIGHT = np.radians(45.0 * np.arange(8))
 
 
 @pytest.fixture
 def table(free_space_link):
-    return pattern_table(free_space_link(), (0.0, 0.0), sides=2)
+    return power_table(free_space_link(), (0.0, 0.0), sides=2)
 
 
 def test_the_table_holds_the_link_at_every_distance_and_bearing(free_space_link, table):
@@ -63,16 +63,16 @@ def test_silent_antennas_are_left_out_and_no_signal_is_no_bearing(free_space_lin
 
 def test_tables_that_cannot_be_are_refused():
     with pytest.raises(NavigationError, match="reach_m is 0 m"):
-        PatternTable(reach_m=0.0, power_w=np.ones((3, 8, 1, 8)))
+        PowerTable(reach_m=0.0, power_w=np.ones((3, 8, 1, 8)))
     with pytest.raises(NavigationError, match="above 0 W"):
-        PatternTable(reach_m=1.0, power_w=np.zeros((3, 8, 1, 8)))
+        PowerTable(reach_m=1.0, power_w=np.zeros((3, 8, 1, 8)))
 
     class Silent:
         def rss_w(self, poses):
             return np.zeros((len(poses), 8))
 
     with pytest.raises(NavigationError, match="receives nothing"):
-        pattern_table(Silent(), (0.0, 0.0))
+        power_table(Silent(), (0.0, 0.0))
 
 
 def test_the_vector_sums_variance_is_that_of_noisy_readings():

@@ -2,9 +2,12 @@ import numpy as np
 import pytest
 
 from octant.geometries.errors import NavigationError
+from octant.geometries.furniture import box
+from octant.geometries.rooms import box_room
+from octant.geometries.scene import build_scene, free_space_scene
 from octant.navigation.missions.starts import ListedStarts, RandomStarts
 from octant.navigation.robot.drive import DifferentialDrive
-from octant.navigation.robot.floor_motion import Floor
+from octant.navigation.robot.floor import Floor, RobotSpace, footprint
 from octant.navigation.robot.rolling import Rolling, RollingWheels
 
 ROBOT = DifferentialDrive()
@@ -14,18 +17,18 @@ def rates(speed, turn=0.0):
     return ROBOT.wheel_rates(speed_m_per_s=speed, turn_rate_rad_per_s=turn)
 
 
-def floor(**options):
-    return Floor(robot=ROBOT, period_s=1.0, **options)
+def rolled(pose, wheels, **options):
+    return Floor(robot=ROBOT, step="euler", **options).roll(pose, wheels, period_s=1.0)
 
 
 def test_a_free_step_is_the_kinematic_one():
-    reached, contact = floor(blocked=lambda p: p[:, 0] > 1.0).moved(np.zeros(3), rates(0.1, 0.2))
+    reached, contact = rolled(np.zeros(3), rates(0.1, 0.2), blocked=lambda p: p[:, 0] > 1.0)
     assert reached == pytest.approx([0.1, 0.0, 0.2])
     assert not contact
 
 
 def test_without_sliding_it_stops_at_the_last_free_point():
-    reached, contact = floor(blocked=lambda p: p[:, 0] > 0.055).moved(np.zeros(3), rates(0.1))
+    reached, contact = rolled(np.zeros(3), rates(0.1), blocked=lambda p: p[:, 0] > 0.055)
     assert contact
     assert reached == pytest.approx([0.05, 0.0, 0.0])
 
@@ -33,8 +36,8 @@ def test_without_sliding_it_stops_at_the_last_free_point():
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_it_slides_along_a_wall_by_what_points_along_it(side):
     pose = np.array([0.0, 0.0, side * np.radians(60.0)])
-    sliding = floor(contact="slide", blocked=lambda p: p[:, 0] > 0.0105)
-    reached, contact = sliding.moved(pose, rates(0.1, 0.3))
+    wall = {"contact": "slide", "blocked": lambda p: p[:, 0] > 0.0105}
+    reached, contact = rolled(pose, rates(0.1, 0.3), **wall)
     assert contact
     assert reached[0] <= 0.0105
     # The wall runs along y, 30 degrees off the heading: cos 30 of what was left of the way.
@@ -45,8 +48,8 @@ def test_it_slides_along_a_wall_by_what_points_along_it(side):
 
 
 def test_head_on_it_stays_and_still_turns():
-    sliding = floor(contact="slide", blocked=lambda p: np.hypot(*p.T) > 1e-6)
-    reached, contact = sliding.moved(np.zeros(3), rates(0.1, 0.3))
+    around = {"contact": "slide", "blocked": lambda p: np.hypot(*p.T) > 1e-6}
+    reached, contact = rolled(np.zeros(3), rates(0.1, 0.3), **around)
     assert contact
     assert reached == pytest.approx([0.0, 0.0, 0.3])
 
@@ -105,3 +108,44 @@ def test_random_starts_are_free_spread_out_and_fixed_by_the_seed():
     )
     with pytest.raises(NavigationError, match="found no room"):
         nowhere.start(seeds[0])
+
+
+@pytest.fixture(scope="module")
+def scene():
+    block = box((1.0, 1.0, 0.5), position_m=(2.0, 2.0, 0.0), material="metal")
+    shelf = box((1.0, 1.0, 0.2), position_m=(0.5, 0.5, 1.0), material="metal")
+    return build_scene(box_room((5.0, 5.0, 3.0)), objects=[block, shelf])
+
+
+def test_the_robot_touches_walls_and_low_objects_at_its_radius(scene):
+    robot = footprint(scene, radius_m=0.2, height_m=0.8)
+    points = np.array([[0.201, 2.5], [0.199, 2.5], [1.799, 2.5], [1.801, 2.5], [1.85, 1.85]])
+    np.testing.assert_array_equal(robot(points), [False, True, False, True, False])
+    corner = np.array([[2.0 - 0.2 / np.sqrt(2) + d] * 2 for d in (-1e-6, 1e-6)])
+    np.testing.assert_array_equal(robot(corner), [False, True])
+
+
+def test_it_passes_below_what_hangs_higher_than_itself(scene):
+    under = np.array([[1.0, 0.5]])
+    assert not footprint(scene, radius_m=0.2, height_m=0.8)(under)[0]
+    assert footprint(scene, radius_m=0.2, height_m=1.1)(under)[0]
+
+
+def test_it_cannot_stand_inside_an_object_or_outside_the_room(scene):
+    robot = footprint(scene, radius_m=0.2, height_m=0.4)
+    space = RobotSpace(footprint=robot, scene=scene, height_m=0.4)
+    points = np.array([[2.5, 2.5], [7.0, 7.0], [4.0, 4.0]])
+    np.testing.assert_array_equal(space(points), [False, False, True])
+    np.testing.assert_array_equal(space.outside(points), [False, True, False])
+
+
+def test_free_space_has_no_obstacles():
+    robot = footprint(free_space_scene(), radius_m=0.2, height_m=0.8)
+    assert np.isinf(robot.clearance_m([[0.0, 0.0]]))[0]
+
+
+def test_a_robot_without_size_is_refused(scene):
+    with pytest.raises(NavigationError, match="radius_m"):
+        footprint(scene, radius_m=0.0, height_m=0.5)
+    with pytest.raises(NavigationError, match="height_m"):
+        footprint(scene, radius_m=0.1, height_m=-1.0)

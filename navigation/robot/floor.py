@@ -1,0 +1,409 @@
+"""The floor: where a robot can stand, how a period moves it, and what it touches.
+
+Missions move the robot by the rates of its wheels, docking by a twist that slips; both stop, or
+slide along, where the floor is not free.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.geometries._arrays import frozen_array
+from octant.geometries.errors import NavigationError
+from octant.geometries.scene import Scene
+from octant.geometries.tolerances import LENGTHS
+from octant.navigation.angles import wrap_angle
+from octant.navigation.checks import check_positive
+from octant.navigation.robot.drive import DifferentialDrive
+
+FloatArray = npt.NDArray[np.float64]
+
+Blocked = Callable[[FloatArray], npt.NDArray[np.bool_]]
+"""Says for (m, 2) points on the floor [m] whether the robot's centre cannot stand there."""
+
+MotionStep = Literal["euler", "arc"]
+"""How a period moves the robot: thesis (5.1), or the exact arc."""
+
+Contact = Literal["end", "slide"]
+"""What follows when the robot touches something: the run ends, or it slides along and goes on."""
+
+_ABOVE_FLOOR_M = 0.01
+_LEVELS = (0.1, 0.5, 0.9)
+_SPACING_M = 0.01
+_SLIPPING_SPACING_M = 0.02
+_SLIDES_RAD = np.radians([15.0, 30.0, 45.0, 60.0, 75.0])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Footprint:
+    """A round robot among obstacles: where its centre cannot stand.
+
+    Parameters
+    ----------
+    edges_m : (e, 4) float64
+        Plan of the obstacles: segments x, y, x, y [m].
+    radius_m : float
+        Radius of the robot [m].
+
+    Raises
+    ------
+    NavigationError
+        When the radius is not positive.
+
+    Notes
+    -----
+    The segments are where the scene's triangles, cut to the heights that the robot fills, end in
+    plan. A robot that moves in steps shorter than its radius cannot pass one unnoticed; a start
+    inside a large object is found from its solid, see `RobotSpace`.
+    """
+
+    edges_m: FloatArray
+    radius_m: float
+
+    def __post_init__(self) -> None:
+        edges = frozen_array(self.edges_m, name="edges_m", shape=(None, 4), error=NavigationError)
+        object.__setattr__(self, "edges_m", edges)
+        check_positive(self.radius_m, name="radius_m", unit="m")
+
+    def clearance_m(self, points_m: npt.ArrayLike) -> FloatArray:
+        """Return the distance from points to the nearest obstacle, less the radius.
+
+        Parameters
+        ----------
+        points_m : (m, 2) array_like
+            Places of the robot's centre [m].
+
+        Returns
+        -------
+        (m,) float64
+            Free distance [m], negative where the robot would overlap; infinity without obstacles.
+        """
+        points = np.asarray(points_m, dtype=np.float64).reshape(-1, 2)
+        if not len(self.edges_m):
+            return np.full(len(points), np.inf)
+        start, along = self.edges_m[:, :2], self.edges_m[:, 2:] - self.edges_m[:, :2]
+        length2 = np.maximum(np.sum(along**2, axis=1), LENGTHS.same_m**2)
+        away = points[:, None] - start
+        share = np.clip(np.sum(away * along, axis=2) / length2, 0.0, 1.0)
+        gap = away - share[..., None] * along
+        return np.asarray(np.sqrt(np.sum(gap**2, axis=2).min(axis=1)) - self.radius_m)
+
+    def __call__(self, points_m: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
+        """Return at which points the robot touches something [-].
+
+        Parameters
+        ----------
+        points_m : (m, 2) float64
+            Places of its centre [m].
+
+        Returns
+        -------
+        (m,) bool
+            True where it overlaps an obstacle.
+        """
+        return np.asarray(self.clearance_m(points_m) < 0.0)
+
+
+def footprint(scene: Scene, *, radius_m: float, height_m: float) -> Footprint:
+    """Return a round robot among the walls and objects of a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+        Room and objects.
+    radius_m : float
+        Radius of the robot [m].
+    height_m : float
+        Height of the robot [m]; what hangs higher does not touch it.
+
+    Returns
+    -------
+    Footprint
+        With the plan of everything between 1 cm above the floor and the robot's top.
+
+    Raises
+    ------
+    NavigationError
+        When radius or height is not positive.
+    """
+    check_positive(height_m, name="height_m", unit="m")
+    low, high = scene.floor_height_m + _ABOVE_FLOOR_M, scene.floor_height_m + height_m
+    edges: list[FloatArray] = []
+    for body in scene.bodies:
+        for corners in body.vertices_m[body.faces]:
+            polygon = _cut(_cut(corners, low, above=True), high, above=False)
+            plan = polygon[:, :2]
+            edges.extend(
+                np.concatenate([plan[i - 1], plan[i]])
+                for i in range(len(plan))
+                if np.hypot(*(plan[i] - plan[i - 1])) > LENGTHS.same_m
+            )
+    found = np.unique(np.round(np.array(edges).reshape(-1, 4), 9), axis=0)
+    return Footprint(edges_m=found, radius_m=radius_m)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RobotSpace:
+    """Return where on the floor a robot can stand, large objects and the outside included.
+
+    Parameters
+    ----------
+    footprint : Footprint
+        The robot among the scene's edges.
+    scene : Scene
+        Room and objects.
+    height_m : float
+        Height of the robot [m].
+    """
+
+    footprint: Footprint
+    scene: Scene
+    height_m: float
+
+    def __call__(self, points_m: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
+        """Return at which points the robot can stand [-].
+
+        Parameters
+        ----------
+        points_m : (m, 2) float64
+            Places of its centre [m].
+
+        Returns
+        -------
+        (m,) bool
+            True inside the room, outside every solid and clear of the obstacles' edges.
+        """
+        free = ~self.footprint(points_m)
+        for share in _LEVELS:
+            z = np.full(len(free), self.scene.floor_height_m + share * self.height_m)
+            column = np.column_stack([points_m, z])
+            free &= self.scene.inside_room(column) & ~self.scene.inside_solid(column)
+        return free
+
+    def outside(self, points_m: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
+        """Return at which points the robot has left the room, as through a doorway.
+
+        Parameters
+        ----------
+        points_m : (m, 2) float64
+            Places of its centre [m].
+        """
+        z = np.full(len(points_m), self.scene.floor_height_m + _LEVELS[1] * self.height_m)
+        return ~self.scene.inside_room(np.column_stack([points_m, z]))
+
+
+def check_start(
+    start_m: npt.ArrayLike, blocked: Blocked | None, outside: Blocked | None = None
+) -> None:
+    """Refuse a start where the robot cannot stand.
+
+    Parameters
+    ----------
+    start_m : (2,) array_like
+        Its centre [m].
+    blocked, outside : callable or None
+        Where it touches something, and where it is no longer in the room; None: nowhere.
+
+    Raises
+    ------
+    NavigationError
+        When it cannot stand there.
+    """
+    point = np.asarray(start_m, dtype=np.float64).reshape(1, 2)
+    for where, what in ((blocked, "inside an obstacle"), (outside, "outside the room")):
+        if where is not None and bool(where(point)[0]):
+            msg = (
+                f"the start ({point[0, 0]:g}, {point[0, 1]:g}) m is {what}, but the robot needs "
+                "free floor there: move it."
+            )
+            raise NavigationError(msg)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WheelSlip:
+    """Return how a robot's motion differs from its command, while it moves.
+
+    Parameters
+    ----------
+    linear_m_per_s : float
+        Constant part b of the speed [m/s].
+    angular_rad_per_s : float
+        Constant part s of the turn rate [rad/s].
+    position_m2_per_s : float
+        Growth of the place's variance [m²/s].
+    heading_rad2_per_s : float
+        Growth of the heading's variance [rad²/s].
+
+    Raises
+    ------
+    NavigationError
+        When a value is not finite or a variance is negative.
+    """
+
+    linear_m_per_s: float = -0.01
+    angular_rad_per_s: float = 0.008
+    position_m2_per_s: float = 4.1e-6
+    heading_rad2_per_s: float = 2e-5
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.linear_m_per_s) and np.isfinite(self.angular_rad_per_s)):
+            msg = (
+                f"the slips are {self.linear_m_per_s} m/s and {self.angular_rad_per_s} rad/s, but "
+                "both must be finite: give numbers."
+            )
+            raise NavigationError(msg)
+        for name, unit in (("position_m2_per_s", "m²/s"), ("heading_rad2_per_s", "rad²/s")):
+            check_positive(getattr(self, name), name=name, unit=unit, allow_zero=True)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Floor:
+    """The robot on its floor.
+
+    Parameters
+    ----------
+    robot : DifferentialDrive
+        Wheels and axle.
+    step : {"euler", "arc"}
+        How a period moves the robot.
+    contact : {"end", "slide"}
+        Whether it slides along what it touches.
+    blocked : callable or None
+        (m, 2) points [m] -> (m,) bool: where the robot's centre cannot be.
+    """
+
+    robot: DifferentialDrive
+    step: MotionStep = "arc"
+    contact: Contact = "end"
+    blocked: Blocked | None = None
+
+    def roll(
+        self, pose: FloatArray, rates_rad_per_s: FloatArray, *, period_s: float
+    ) -> tuple[FloatArray, bool]:
+        """Return the pose one period later and whether the robot touched something.
+
+        Parameters
+        ----------
+        pose : (3,) float64
+            x [m], y [m], heading [rad] before.
+        rates_rad_per_s : (2,) float64
+            Rates of the right and the left wheel, as if they rolled without slip [rad/s].
+        period_s : float
+            Sample period T [s].
+
+        Returns
+        -------
+        pose : (3,) float64
+            x [m], y [m], heading in (-π, π] [rad]. On contact the last free point of the way, from
+            which a sliding robot goes on, in the direction nearest to its own that is free, by the
+            part of the rest of the way that points there; it has then turned as commanded.
+        contact : bool
+            True when something was in the way.
+        """
+        step = self.robot.step_euler if self.step == "euler" else self.robot.step_arc
+        reached = step(pose, rates_rad_per_s, period_s=period_s)
+        length_m = abs(float(self.robot.twist(rates_rad_per_s)[0])) * period_s
+        contact = False
+        if self.blocked is not None and length_m > 0.0:
+            parts = int(np.ceil(length_m / _SPACING_M))
+            times_s = period_s * np.arange(1, parts + 1) / parts
+            way = [pose, *(step(pose, rates_rad_per_s, period_s=float(t)) for t in times_s)]
+            stopped = self._stopped(np.array(way))
+            if stopped is not None:
+                contact = True
+                reached = self._slid(stopped, reached) if self.contact == "slide" else stopped
+        reached[2] = wrap_angle(reached[2])
+        return reached, contact
+
+    def slip(
+        self,
+        pose: FloatArray,
+        twist: npt.ArrayLike,
+        *,
+        slip: WheelSlip,
+        period_s: float,
+        rng: np.random.Generator,
+    ) -> tuple[FloatArray, bool]:
+        """Return the pose one period later and whether the robot touched something.
+
+        Parameters
+        ----------
+        pose : (3,) float64
+            x [m], y [m], heading [rad] before.
+        twist : (2,) array_like
+            Commanded v [m/s], ω [rad/s]; without a command the robot stands still.
+        slip : WheelSlip
+            How its motion differs from the command.
+        period_s : float
+            Length of the period [s].
+        rng : numpy.random.Generator
+            Source of the random part; three numbers are drawn, also when it stands still.
+
+        Returns
+        -------
+        pose : (3,) float64
+            x [m], y [m], heading [rad]; on contact the last free place of the way, turned as
+            without contact.
+        contact : bool
+            True when something was in the way.
+        """
+        speed, turn_rate = (float(c) for c in np.asarray(twist))
+        noise = rng.standard_normal(3)
+        if speed == 0.0 and turn_rate == 0.0:
+            return pose, False
+        rates = self.robot.saturate(
+            self.robot.wheel_rates(
+                speed_m_per_s=speed + slip.linear_m_per_s,
+                turn_rate_rad_per_s=turn_rate + slip.angular_rad_per_s,
+            )
+        )
+        reached = self.robot.step_arc(pose, rates, period_s=period_s)
+        reached[:2] += np.sqrt(slip.position_m2_per_s * period_s) * noise[:2]
+        reached[2] = wrap_angle(reached[2] + np.sqrt(slip.heading_rad2_per_s * period_s) * noise[2])
+        move = reached[:2] - pose[:2]
+        shares = _shares(float(np.hypot(*move)), _SLIPPING_SPACING_M)
+        chord = np.vstack([pose[:2], pose[:2] + shares[:, None] * move])
+        stopped = self._stopped(np.column_stack([chord, np.full(len(chord), reached[2])]))
+        return (reached, False) if stopped is None else (stopped, True)
+
+    def _stopped(self, way: FloatArray) -> FloatArray | None:
+        """Return the last pose (3,) of a way that is free at its first one; None: all are free."""
+        if self.blocked is None:
+            return None
+        hits = np.flatnonzero(self.blocked(way[1:, :2]))
+        return np.array(way[hits[0]]) if hits.size else None
+
+    def _slid(self, stopped: FloatArray, wanted: FloatArray) -> FloatArray:
+        rest = wanted[:2] - stopped[:2]
+        for turn in np.stack([_SLIDES_RAD, -_SLIDES_RAD], axis=1).ravel():
+            cosine, sine = np.cos(turn), np.sin(turn)
+            along = cosine * np.array(
+                [cosine * rest[0] - sine * rest[1], sine * rest[0] + cosine * rest[1]]
+            )
+            shares = np.append(0.0, _shares(float(np.hypot(*along)), _SPACING_M))
+            if self._stopped(stopped[:2] + shares[:, None] * along) is None:
+                return np.array([*(stopped[:2] + along), wanted[2]])
+        return np.array([*stopped[:2], wanted[2]])
+
+
+def _shares(length_m: float, spacing_m: float) -> FloatArray:
+    """Return the ends of equal parts of a way, as shares of it, none longer than a spacing."""
+    parts = max(1, int(np.ceil(length_m / spacing_m)))
+    return np.asarray(np.arange(1, parts + 1) / parts)
+
+
+def _cut(polygon: FloatArray, height_m: float, *, above: bool) -> FloatArray:
+    """Return the part of a convex polygon above, or below, a height (Sutherland and Hodgman)."""
+    side = polygon[:, 2] - height_m if above else height_m - polygon[:, 2]
+    kept: list[FloatArray] = []
+    for i in range(len(polygon)):
+        before, here = side[i - 1], side[i]
+        if (before < 0.0) != (here < 0.0):
+            share = before / (before - here)
+            kept.append(polygon[i - 1] + share * (polygon[i] - polygon[i - 1]))
+        if here >= 0.0:
+            kept.append(polygon[i])
+    return np.array(kept).reshape(-1, 3)
