@@ -27,8 +27,7 @@ from octant.reader_design.experiments.missions.comparison_file import load_compa
 from octant.reader_design.setting.links import mission_table, study_responses, tag_link
 from octant.reader_design.setting.samples import standing_room
 from octant.reader_design.setting.scene import StudyScene, build_study_scene
-from octant.reader_design.showing.plan import draw_plan, draw_tags, plan_of
-from octant.reader_design.showing.room import MapPanel, map_figure
+from octant.reader_design.showing.plan import MapPanel, draw_plan, draw_tags, map_figure, plan_of
 from octant.reader_design.showing.style import figure_style, new_figure, save_figure
 from octant.reader_design.study_file.loading import load_study
 from octant.reader_design.study_file.schema import Study

@@ -31,7 +31,7 @@ from octant.reader_design.keeping.folder import (
 )
 from octant.reader_design.keeping.keys import case_keys
 from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.keeping.store import versions
+from octant.reader_design.keeping.versions import versions
 from octant.reader_design.keeping.workers import Crew, cores, open_crew
 
 Case = TypeVar("Case")

@@ -17,7 +17,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from octant.reader_design.keeping.store import versions
+from octant.reader_design.keeping.versions import versions
 
 KEY_FORMAT = 1
 """Raised when keys or files are made in another way, so that old files are computed again."""

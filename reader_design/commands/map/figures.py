@@ -9,8 +9,15 @@ import numpy.typing as npt
 from octant.em.decibels import power_dbm
 from octant.reader_design.commands.map.layers import open_places
 from octant.reader_design.setting.scene import StudyScene
-from octant.reader_design.showing.plan import Plan, draw_plan, draw_tags, plan_of, plan_shape
-from octant.reader_design.showing.room import MapPanel, map_figure
+from octant.reader_design.showing.plan import (
+    MapPanel,
+    Plan,
+    draw_plan,
+    draw_tags,
+    map_figure,
+    plan_of,
+    plan_shape,
+)
 from octant.reader_design.showing.style import ANTENNA_COLOURS, figure_style, new_figure
 
 if TYPE_CHECKING:

@@ -11,8 +11,8 @@ import numpy.typing as npt
 from octant.em.decibels import power_dbm
 from octant.geometries.files import whole_file
 from octant.navigation.sensing.bearing import room_azimuth, vector_sum_bearing
+from octant.reader_design.experiments.missions.drive_figures import PATH_COLOUR, Drive
 from octant.reader_design.showing.plan import Plan, draw_plan, draw_tags
-from octant.reader_design.showing.room import PATH_COLOUR, Drive
 from octant.reader_design.showing.style import ANTENNA_COLOURS, draw_antennas, figure_style
 
 if TYPE_CHECKING:

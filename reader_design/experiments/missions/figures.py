@@ -8,8 +8,8 @@ import numpy.typing as npt
 
 from octant.em.decibels import power_dbm
 from octant.reader_design.experiments.missions.comparison_outcomes import CellOutcome, layouts_of
+from octant.reader_design.experiments.missions.drive_figures import PATH_COLOUR, Drive
 from octant.reader_design.showing.plan import Plan, draw_plan, draw_tags
-from octant.reader_design.showing.room import PATH_COLOUR, Drive
 from octant.reader_design.showing.style import (
     ANTENNA_COLOURS,
     antenna_legend,

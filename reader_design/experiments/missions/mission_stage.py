@@ -16,6 +16,7 @@ from octant.geometries.errors import ConfigError, OctantError, PhysicsWarning
 from octant.navigation.missions.files import write_missions_csv, write_trajectory_csv
 from octant.navigation.missions.metrics import MissionMetrics, measure
 from octant.navigation.missions.records import MissionResult
+from octant.reader_design.experiments.missions.drive_figures import Drive
 from octant.reader_design.experiments.missions.drives import drive_missions
 from octant.reader_design.experiments.missions.placements import drive_placements
 from octant.reader_design.keeping.progress import Progress
@@ -25,7 +26,6 @@ from octant.reader_design.setting.keys import CELL_FORMAT, scene_fingerprint
 from octant.reader_design.setting.links import mission_table
 from octant.reader_design.setting.scene import StudyScene
 from octant.reader_design.showing.netcdf import dataset, read_dataset, variable, write_dataset
-from octant.reader_design.showing.room import Drive
 from octant.reader_design.study_file.loading import to_toml
 from octant.reader_design.study_file.schema import Layout, Study
 

@@ -82,13 +82,13 @@ def navigate(
         write_summary_csv,
     )
     from octant.reader_design.experiments.missions.animation import drive_frames, write_gif
+    from octant.reader_design.experiments.missions.drive_figures import drive_of
     from octant.reader_design.experiments.missions.drives import drive_missions
     from octant.reader_design.experiments.missions.placements import drive_placements
     from octant.reader_design.experiments.missions.scenery import run_scenery
     from octant.reader_design.setting.design import design_of
     from octant.reader_design.setting.links import mission_table, study_responses
     from octant.reader_design.setting.scene import build_study_scene
-    from octant.reader_design.showing.room import drive_of
     from octant.reader_design.study_file.loading import load_study, to_toml
 
     loaded = load_study(study)
@@ -162,13 +162,13 @@ def mission_summary(
 def _write_figures(
     folder: Path, built: "StudyScene", result: "MissionResult", *, title: str
 ) -> None:
-    from octant.reader_design.showing.plan import plan_of
-    from octant.reader_design.showing.room import (
+    from octant.reader_design.experiments.missions.drive_figures import (
         drive_of,
         percentile_figure,
         rss_time_figure,
         trajectory_figure,
     )
+    from octant.reader_design.showing.plan import plan_of
     from octant.reader_design.showing.style import save_figure
 
     drive = drive_of(result)

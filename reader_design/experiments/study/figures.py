@@ -9,28 +9,27 @@ import numpy.typing as npt
 
 from octant.em.decibels import power_dbm
 from octant.navigation.angles import wrap_angle
+from octant.reader_design.experiments.missions.drive_figures import (
+    percentile_figure,
+    rss_time_figure,
+    trajectory_figure,
+)
 from octant.reader_design.experiments.missions.mission_stage import RoomMission
 from octant.reader_design.experiments.study.map_stage import RoomMap
+from octant.reader_design.experiments.study.reader_plots import (
+    ErrorCurve,
+    bearing_error_figure,
+    error_distribution_figure,
+    rss_azimuth_figure,
+)
 from octant.reader_design.experiments.study.sweep_plots import DistancePanel, rss_distance_figure
 from octant.reader_design.setting.bearing_errors import vector_errors_rad
 from octant.reader_design.setting.evaluation import Cell, SweepContext
 from octant.reader_design.setting.measures import strongest_errors_rad
 from octant.reader_design.setting.receiver import scoring_readings_w
 from octant.reader_design.setting.samples import grid_azimuths_rad
-from octant.reader_design.showing.distributions import ErrorCurve, error_distribution_figure
-from octant.reader_design.showing.plan import Plan, plan_of
-from octant.reader_design.showing.room import (
-    MapPanel,
-    map_figure,
-    percentile_figure,
-    rss_time_figure,
-    trajectory_figure,
-)
-from octant.reader_design.showing.style import (
-    NamedFigure,
-    bearing_error_figure,
-    rss_azimuth_figure,
-)
+from octant.reader_design.showing.plan import MapPanel, Plan, map_figure, plan_of
+from octant.reader_design.showing.style import NamedFigure
 from octant.reader_design.study_file.schema import Study
 
 if TYPE_CHECKING:

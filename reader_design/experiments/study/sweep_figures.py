@@ -8,6 +8,13 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.reader_design.experiments.choice.reasons import criterion_name
+from octant.reader_design.experiments.study.choice_plots import (
+    ParallelAxis,
+    ParetoScore,
+    parallel_figure,
+    pareto_figure,
+)
+from octant.reader_design.experiments.study.reader_plots import element_pattern_figure
 from octant.reader_design.experiments.study.sweep_plots import (
     DistancePanel,
     MatrixColumn,
@@ -18,9 +25,6 @@ from octant.reader_design.setting.design import ReaderDesign
 from octant.reader_design.setting.evaluation import Cell
 from octant.reader_design.setting.ranking import Candidate, Choice, better_is_more
 from octant.reader_design.setting.scores import Scores, score_unit
-from octant.reader_design.showing.distributions import element_pattern_figure
-from octant.reader_design.showing.parallel import ParallelAxis, parallel_figure
-from octant.reader_design.showing.pareto_plot import ParetoScore, pareto_figure
 from octant.reader_design.showing.style import NamedFigure
 from octant.reader_design.study_file.choice import Criterion
 

@@ -1,11 +1,8 @@
-"""Figures of the room: plan views of maps, and what a mission did.
-
-As in :mod:`octant.reader_design.showing.style`, every function takes arrays and returns a figure.
-"""
+"""What one run of a mission leaves to be drawn, and its figures."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -13,7 +10,7 @@ import numpy.typing as npt
 from octant.em.decibels import power_dbm
 from octant.navigation.missions.metrics import measure, percentile_curve
 from octant.navigation.missions.records import MissionResult
-from octant.reader_design.showing.plan import Plan, draw_plan, draw_tags, plan_of, plan_shape
+from octant.reader_design.showing.plan import Plan, draw_plan, draw_tags, plan_shape
 from octant.reader_design.showing.style import (
     antenna_legend,
     draw_antennas,
@@ -24,126 +21,9 @@ from octant.reader_design.showing.style import (
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = [
-    "Drive",
-    "MapPanel",
-    "drive_of",
-    "map_figure",
-    "percentile_figure",
-    "plan_of",
-    "rss_time_figure",
-    "trajectory_figure",
-]
-
 FloatArray = npt.NDArray[np.float64]
 
 PATH_COLOUR = "#332288"
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class MapPanel:
-    """One panel of a map figure.
-
-    Attributes
-    ----------
-    title : str
-        Above the panel.
-    values : (ny, nx) float64
-        What is mapped, in the unit of the colour bar [dBm or deg]; NaN where no robot can stand.
-    tags : mapping of str to (2,) float64
-        Names and places of the tags that are drawn [m].
-    """
-
-    title: str
-    values: FloatArray
-    tags: Mapping[str, FloatArray]
-
-
-def map_figure(
-    x_m: FloatArray,
-    y_m: FloatArray,
-    panels: Sequence[MapPanel],
-    plan: Plan,
-    *,
-    title: str,
-    bar_label: str,
-    limits: tuple[float, float] | None = None,
-    colours: str = "viridis",
-    columns: int = 2,
-    levels: int | None = None,
-) -> "Figure":
-    """Return plan views of the room with one common colour bar, axes in [m].
-
-    Parameters
-    ----------
-    x_m, y_m : (nx,), (ny,) float64
-        Grid [m].
-    panels : sequence of MapPanel
-        One map each.
-    plan : Plan
-        Walls and objects.
-    title : str
-        Above the figure.
-    bar_label : str
-        Quantity and unit at the colour bar.
-    limits : (float, float), optional
-        Ends of the colour bar in its unit [dBm] or [deg]; default: the 2nd and 99.8th percentile
-        of all panels.
-    colours : str
-        Matplotlib colour map.
-    columns : int
-        Most panels in a row.
-    levels : int, optional
-        Number of colours between the limits; default: a smooth bar.
-
-    Returns
-    -------
-    Figure
-        Grey where no robot can stand.
-    """
-    from matplotlib import colormaps
-
-    columns = min(len(panels), columns)
-    rows = -(-len(panels) // columns)
-    finite = np.concatenate([p.values[np.isfinite(p.values)] for p in panels])
-    extend = "neither" if limits is not None else "both"
-    if limits is None:
-        limits = tuple(np.quantile(finite, [0.02, 0.998])) if finite.size else (0.0, 1.0)
-    extent = plan_shape(plan, x_m, y_m)
-    colour_map = colormaps[colours] if levels is None else colormaps[colours].resampled(levels)
-    with figure_style():
-        figure, axes = new_figure(
-            width_in=1.3 + 4.1 * columns,
-            height_in=0.6 + 0.25 * title.count("\n") + (0.85 + 3.35 * extent) * rows,
-            title=title,
-            rows=rows,
-            columns=columns,
-        )
-        mesh: Any = None
-        for k, panel in enumerate(panels):
-            ax = axes[k // columns, k % columns]
-            ax.set_facecolor("#d8d8d8")
-            ax.grid(visible=False)
-            mesh = ax.pcolormesh(
-                x_m,
-                y_m,
-                panel.values,
-                shading="nearest",
-                cmap=colour_map,
-                vmin=limits[0],
-                vmax=limits[1],
-                rasterized=True,
-            )
-            draw_plan(ax, plan, extra_m=np.array([[x_m[0], y_m[0]], [x_m[-1], y_m[-1]]]))
-            draw_tags(ax, panel.tags)
-            ax.set_title(panel.title)
-        for k in range(len(panels), rows * columns):
-            axes[k // columns, k % columns].set_visible(False)
-        bar = figure.colorbar(
-            mesh, ax=list(axes.ravel()), label=bar_label, shrink=0.9, extend=extend, aspect=30
-        )
-        bar.outline.set_visible(False)
-    return figure
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -4,15 +4,19 @@ import numpy as np
 import pytest
 
 from octant.em.antennas.kinds import make_antenna
-from octant.reader_design.experiments.study.sweep_figures import parameter_axes
-from octant.reader_design.setting.design import ReaderDesign
-from octant.reader_design.showing.distributions import (
+from octant.reader_design.experiments.study.choice_plots import (
+    ParallelAxis,
+    ParetoScore,
+    parallel_figure,
+    pareto_figure,
+)
+from octant.reader_design.experiments.study.reader_plots import (
     ErrorCurve,
     element_pattern_figure,
     error_distribution_figure,
 )
-from octant.reader_design.showing.parallel import ParallelAxis, parallel_figure
-from octant.reader_design.showing.pareto_plot import ParetoScore, pareto_figure
+from octant.reader_design.experiments.study.sweep_figures import parameter_axes
+from octant.reader_design.setting.design import ReaderDesign
 from octant.reader_design.showing.style import save_figure
 
 DESIGN = ReaderDesign(
