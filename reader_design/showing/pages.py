@@ -1,63 +1,19 @@
 """The report as one HTML file that opens from disk: no network, no script, images inside.
 
-The content is plain data; :func:`render_report` is the only place that writes HTML, and escapes
-every text it is given.
+The content is plain data; `render_report` puts it into ``report.html.j2`` and escapes every text.
 """
 
 import base64
 import html
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-STYLE = """
-:root { color-scheme: light dark; --ink: #1c2126; --soft: #5c6670; --line: #dfe3e7;
-  --page: #ffffff; --card: #f5f7f8; --accent: #2b4c7e; --warn: #9a5b00; --warn-bg: #fdf4e3; }
-@media (prefers-color-scheme: dark) {
-  :root { --ink: #e4e7ea; --soft: #a2abb4; --line: #3a424a; --page: #171b1f; --card: #20262b;
-    --accent: #9dbbe8; --warn: #f0c067; --warn-bg: #322a1a; } }
-* { box-sizing: border-box; }
-body { margin: 0; background: var(--page); color: var(--ink);
-  font: 16px/1.55 system-ui, -apple-system, "Segoe UI", Roboto, "Helvetica Neue", sans-serif; }
-main { max-width: 62rem; margin: 0 auto; padding: 2.5rem 1.5rem 4rem; }
-h1 { font-size: 1.9rem; line-height: 1.2; margin: 0 0 .3rem; letter-spacing: -.01em; }
-h2 { font-size: 1.3rem; margin: 3rem 0 .8rem; padding-top: 1rem;
-  border-top: 1px solid var(--line); }
-h3 { font-size: 1.02rem; margin: 1.8rem 0 .5rem; }
-p { margin: .5rem 0; max-width: 46rem; }
-.sub { color: var(--soft); margin-bottom: 1.6rem; }
-.facts { display: grid; grid-template-columns: repeat(auto-fit, minmax(13rem, 1fr)); gap: .8rem;
-  margin: 1.4rem 0; padding: 0; }
-.facts div { background: var(--card); border-radius: 8px; padding: .8rem 1rem; }
-.facts dt { color: var(--soft); font-size: .85rem; }
-.facts dd { margin: .15rem 0 0; font-size: 1.12rem; font-weight: 600; }
-.warn { background: var(--warn-bg); border-left: 4px solid var(--warn); border-radius: 4px;
-  padding: .6rem 1rem; margin: 1rem 0; }
-.warn p { margin: .3rem 0; max-width: none; }
-ul { padding-left: 1.2rem; } li { margin: .25rem 0; max-width: 46rem; }
-.scroll { overflow-x: auto; margin: .8rem 0; }
-table { border-collapse: collapse; font-size: .87rem; font-variant-numeric: tabular-nums; }
-caption { text-align: left; color: var(--soft); padding: 0 0 .5rem; font-size: .9rem; }
-th, td { padding: .35rem .65rem; border-bottom: 1px solid var(--line); text-align: right;
-  vertical-align: bottom; }
-th { font-weight: 600; color: var(--soft); }
-th:first-child, td:first-child { text-align: left; }
-td { white-space: nowrap; }
-td:first-child, th:first-child { position: sticky; left: 0; background: var(--page); }
-table.words td, table.words th { text-align: left; vertical-align: top; white-space: normal; }
-sub { font-size: .7em; line-height: 0; }
-tr.best td, tr.best td:first-child { background: var(--card); font-weight: 600;
-  color: var(--accent); }
-figure { margin: 1.4rem 0 2rem; }
-figure img { max-width: 100%; height: auto; display: block; background: #fff; padding: .6rem;
-  border: 1px solid var(--line); border-radius: 8px; }
-figcaption { color: var(--soft); font-size: .93rem; margin-top: .5rem; max-width: 46rem; }
-pre { background: var(--card); border-radius: 8px; padding: 1rem; overflow-x: auto;
-  font: .82rem/1.5 ui-monospace, "SF Mono", Menlo, Consolas, monospace; }
-details summary { cursor: pointer; color: var(--accent); }
-@media print { main { max-width: none; } figure, tr { break-inside: avoid; } }
-"""
+if TYPE_CHECKING:
+    from jinja2 import Environment
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -181,63 +137,6 @@ def embedded_figures(
     )
 
 
-def _text(value: str) -> str:
-    """Return escaped text with r_a and h_p as subscripts."""
-    return re.sub(r"\b([rh])_([ap])\b", r"<i>\1</i><sub>\2</sub>", html.escape(value))
-
-
-def _paragraphs(values: Iterable[str]) -> str:
-    return "".join(f"<p>{_text(v)}</p>\n" for v in values)
-
-
-def _warnings(values: Sequence[str]) -> str:
-    return f'<div class="warn" role="note">\n{_paragraphs(values)}</div>\n' if values else ""
-
-
-def _table(table: ReportTable) -> str:
-    head = "".join(f'<th scope="col">{_text(h)}</th>' for h in table.header)
-    body = "".join(
-        ('<tr class="best">' if i == table.best else "<tr>")
-        + "".join(f"<td>{_text(cell)}</td>" for cell in row)
-        + "</tr>\n"
-        for i, row in enumerate(table.rows)
-    )
-    kind = ' class="words"' if table.words else ""
-    return (
-        f'<div class="scroll"><table{kind}><caption>{_text(table.caption)}</caption>\n'
-        f"<thead><tr>{head}</tr></thead>\n<tbody>\n{body}</tbody></table></div>\n"
-    )
-
-
-def _figure(figure: ReportFigure) -> str:
-    data = base64.b64encode(figure.png).decode("ascii")
-    return (
-        f'<figure><img alt="{html.escape(figure.title, quote=True)}" '
-        f'src="data:image/png;base64,{data}">\n'
-        f"<figcaption><b>{_text(figure.title)}.</b> {_text(figure.caption)}</figcaption></figure>\n"
-    )
-
-
-def _section(section: ReportSection) -> str:
-    points = "".join(f"<li>{_text(p)}</li>\n" for p in section.points)
-    return "".join(
-        (
-            f"<section>\n<h2>{_text(section.heading)}</h2>\n",
-            _paragraphs(section.paragraphs),
-            _warnings(section.warnings),
-            f"<ul>\n{points}</ul>\n" if points else "",
-            *(_table(t) for t in section.tables),
-            *(_figure(f) for f in section.figures),
-            *(
-                f"<details><summary>{_text(line)}</summary>\n"
-                f"<pre>{html.escape(text)}</pre></details>\n"
-                for line, text in section.folded
-            ),
-            "</section>\n",
-        )
-    )
-
-
 def render_report(report: Report) -> str:
     """Return the report as one self-contained HTML page; numbers keep the units they come with.
 
@@ -251,18 +150,30 @@ def render_report(report: Report) -> str:
     str
         HTML without script, external link or font, that follows the reader's light or dark theme.
     """
-    facts = "".join(
-        f"<div><dt>{_text(name)}</dt><dd>{_text(value)}</dd></div>\n"
-        for name, value in report.facts
+    return _environment().get_template("report.html.j2").render(report=report)
+
+
+@cache
+def _environment() -> "Environment":
+    """Return where the templates are, and how texts get into them."""
+    from jinja2 import Environment, PackageLoader
+    from markupsafe import Markup
+
+    def plain(value: str) -> Markup:
+        return Markup(html.escape(value))  # noqa: S704  # escaped here
+
+    def words(value: str) -> Markup:
+        """Return escaped text with r_a and h_p as subscripts."""
+        marked = re.sub(r"\b([rh])_([ap])\b", r"<i>\1</i><sub>\2</sub>", html.escape(value))
+        return Markup(marked)  # noqa: S704  # escaped here
+
+    environment = Environment(
+        loader=PackageLoader(__package__, "."),
+        autoescape=True,
+        trim_blocks=True,
+        keep_trailing_newline=True,
     )
-    return (
-        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        f"<title>{html.escape(report.title)}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n"
-        f'<main>\n<h1>{_text(report.title)}</h1>\n<p class="sub">{_text(report.subtitle)}</p>\n'
-        + _paragraphs(report.summary)
-        + (f'<dl class="facts">\n{facts}</dl>\n' if facts else "")
-        + _warnings(report.warnings)
-        + "".join(_section(s) for s in report.sections)
-        + "</main>\n</body>\n</html>\n"
-    )
+    environment.filters["plain"] = plain
+    environment.filters["words"] = words
+    environment.filters["base64"] = lambda data: base64.b64encode(data).decode("ascii")
+    return environment
