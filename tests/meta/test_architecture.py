@@ -4,7 +4,9 @@ import ast
 import itertools
 import re
 from collections import defaultdict
+from xml.etree import ElementTree
 
+import draw_house
 import house
 import pytest
 
@@ -308,3 +310,13 @@ def test_every_package_is_installed_with_its_data():
     for package, patterns in tools["package-data"].items():
         place = house.ROOT / "/".join(package.split(".")[1:] or ["octant"])
         assert all(list(place.glob(pattern)) for pattern in patterns), f"{package}: {patterns}"
+
+
+# The picture --------------------------------------------------------------------------------------
+
+
+def test_the_picture_of_the_house_shows_every_package():
+    drawn = ElementTree.fromstring(draw_house.picture())  # noqa: S314  our own text
+    titles = "\n".join(element.text for element in drawn.findall(".//{*}title"))
+    packages = {m.package for m in house.modules() if m.path.stem != "__init__"}
+    complain((p for p in packages if f"{p}: " not in titles), "not in the picture")
