@@ -12,9 +12,10 @@ from pathlib import Path
 import numpy as np
 
 from octant.em.antennas.kinds import make_antenna
+from octant.em.fields.gains import path_gains
 from octant.em.medium.materials import material
 from octant.em.medium.radio_scene import radio_scene
-from octant.em.paths.tracing import path_gains, trace_paths
+from octant.em.paths.tracing import trace_paths
 from octant.em.power.radio_map import map_antenna
 from octant.em.search.image_search import search_images
 from octant.geometries.mesh_files import load_bodies

@@ -8,10 +8,17 @@ BLOCK_SIZE = 256
 """Receivers per block [-]: enough to hide the call, few enough to share out evenly."""
 
 THREADS_VARIABLE = "OCTANT_THREADS"
-"""Environment variable with the number of threads of a process; without it one for each core."""
+"""Environment variable of the number of threads of a process; else one for each processor."""
 
 Progress = Callable[[int, int], None]
-"""Told (receivers done, receivers in all) after every block."""
+"""Called with (receivers done, receivers in all) after every block."""
+
+
+def cores() -> int:
+    """Return the number of processors that this process may use, at least 1."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
 
 
 def run_blocks(
@@ -22,7 +29,7 @@ def run_blocks(
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> None:
-    """Return None once ``work(begin, end)`` has been done for every block of ``count`` rows.
+    """Call ``work(begin, end)`` for every block of ``count`` rows; return when all are done.
 
     Parameters
     ----------
@@ -34,10 +41,10 @@ def run_blocks(
     block_size : int
         Rows per call.
     executor : Executor, optional
-        Runs the blocks, sharing memory; by default a pool of one thread per core for this call, or
+        Runs the blocks, sharing memory; by default a pool of one thread for each processor, or
         of as many as ``$OCTANT_THREADS`` says.
     progress : callable, optional
-        Told about every finished block.
+        Called after every block.
 
     Notes
     -----
@@ -48,7 +55,7 @@ def run_blocks(
         if progress is not None:
             progress(count, count)
         return
-    threads = int(os.environ.get(THREADS_VARIABLE) or os.cpu_count() or 1)
+    threads = int(os.environ.get(THREADS_VARIABLE) or cores())
     pool = executor or ThreadPoolExecutor(max_workers=threads)
     try:
         pending = {

@@ -1,7 +1,7 @@
 # mypy: allow-untyped-defs
 """Compiled far fields of the antennas, as vectors in the room's frame."""
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numba import njit
@@ -9,55 +9,13 @@ from numba.extending import overload
 
 from octant.em.antennas._phase_kernels import sine_cosine
 from octant.em.antennas._response_kernels import PAD, cubic_weights
+from octant.em.records import AntennaArrays, PatternArrays, PatternChannels
 
 ISOTROPIC_THETA = 0
 DIPOLE = 1
 MONOPOLE = 2
 PATCH = 3
 CONICAL_PATCH = 4
-
-
-class AntennaArrays(NamedTuple):
-    """One antenna of a closed-form pattern for the kernels; its far field is real."""
-
-    kind: int
-    half_length_rad: float  # k l / 2 of dipole, monopole with its image, patch; k a of a disc
-    half_width_rad: float  # k w / 2 of the patch
-    amplitude: float  # makes the mean of |F|^2 over all directions 1
-    axis_x: float
-    axis_y: float
-    axis_z: float
-    side_x: float  # unit vector across the axis from which azimuth counts
-    side_y: float
-    side_z: float
-
-
-class PatternArrays(NamedTuple):
-    """One antenna given by a table of its complex far field for the kernels."""
-
-    table: np.ndarray  # (T + 2 PAD, P + 2 PAD, 1, 2) complex128, padded over the poles and around
-    step_theta: float  # [rad]
-    step_phi: float  # [rad]
-    axis_x: float
-    axis_y: float
-    axis_z: float
-    side_x: float
-    side_y: float
-    side_z: float
-
-
-class AntennaChannels(NamedTuple):
-    """One antenna of a closed-form pattern at c frequencies."""
-
-    kind: np.ndarray  # (c,) int64
-    numbers: np.ndarray  # (c, 9): what follows the kind in AntennaArrays
-
-
-class PatternChannels(NamedTuple):
-    """One antenna given by tables of one grid at c frequencies."""
-
-    tables: np.ndarray  # (c, T + 2 PAD, P + 2 PAD, 1, 2) complex128
-    numbers: np.ndarray  # (c, 8): what follows the table in PatternArrays
 
 
 def antenna_at(antennas: Any, channel: int) -> Any:

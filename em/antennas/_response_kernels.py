@@ -1,28 +1,11 @@
 # mypy: allow-untyped-defs
 """Compiled interpolation of the reader's embedded patterns."""
 
-from typing import NamedTuple
-
 import numpy as np
 from numba import njit
 
 PAD = 2
 """Rows and columns that the table repeats beyond its ends, for the cubic stencil."""
-
-
-class ResponseArrays(NamedTuple):
-    """Embedded patterns of n antennas at c frequencies on one grid, padded over poles and around.
-
-    A direction's values of all frequencies stand together, since a path comes from one direction
-    whatever its frequency, and so real and imaginary parts can be weighed without multiplying
-    complex numbers.
-    """
-
-    table: np.ndarray  # (T + 2 PAD, P + 2 PAD, c n 4): real and imaginary parts of F_theta, F_phi,
-    # phase at each antenna's own centre
-    step_theta: float  # [rad]
-    step_phi: float  # [rad]
-    centre_rad: np.ndarray  # (c, n, 3): wavenumber times phase centre, reader frame
 
 
 @njit(cache=True, error_model="numpy")

@@ -10,14 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.em.antennas import _antenna_kernels
-from octant.em.antennas._antenna_kernels import (
-    AntennaArrays,
-    AntennaChannels,
-    PatternArrays,
-    PatternChannels,
-)
 from octant.em.antennas._pattern_grid import padded_table
 from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
+from octant.em.records import AntennaArrays, AntennaChannels, PatternArrays, PatternChannels
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import AntennaError
 

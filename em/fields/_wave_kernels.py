@@ -6,7 +6,7 @@ from numba import njit
 
 from octant.em.antennas._phase_kernels import sine_cosine
 from octant.em.medium._reflection_kernels import displaced_air, half_space, wall
-from octant.em.paths._transmission_kernels import TRANSMISSION
+from octant.em.records import TRANSMISSION
 
 WIDTH = 64
 """Paths whose fields are worked out side by side: what they need fits the first-level cache."""

@@ -1,6 +1,6 @@
 """One path's budget in decibels, interaction by interaction, as a chain that adds up to its gain.
 
-The vector field is carried along the path as in `octant.em.paths.tracing.path_gains`, but step by
+The vector field is carried along the path as in `octant.em.fields.gains.path_gains`, but step by
 step in plain arrays; what each step does to the field's magnitude is one line.
 """
 
@@ -16,14 +16,8 @@ from octant.em.fields._diffraction_kernels import diffract, diffract_twice
 from octant.em.medium.materials import Material
 from octant.em.medium.radio_scene import RadioScene
 from octant.em.medium.reflection import WallCoefficients, wall_coefficients
-from octant.em.paths.tracing import (
-    DIFFRACTION,
-    NOTHING,
-    REFLECTION,
-    TRANSMITTED,
-    PathSet,
-    scene_arrays,
-)
+from octant.em.paths.tracing import scene_arrays
+from octant.em.records import DIFFRACTION, NOTHING, REFLECTION, TRANSMITTED, PathSet
 from octant.geometries.errors import GeometryError
 
 FloatArray = npt.NDArray[np.float64]
@@ -131,7 +125,7 @@ def explain_path(
     Returns
     -------
     PathBudget
-        Its lines add up to the gain of `octant.em.paths.tracing.path_gains`.
+        Its lines add up to the gain of `octant.em.fields.gains.path_gains`.
 
     Raises
     ------

@@ -6,8 +6,6 @@ for every reflection before it. The diffraction point then follows from two dist
 heights, and the rest is the image method towards either end.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 from numba import njit
 
@@ -30,23 +28,6 @@ STATIONARY = 1e-6
 
 NEWTON_STEPS = 40
 """Steps [-] after which the two points of a double diffraction count as not found."""
-
-
-class EdgeTreeArrays(NamedTuple):
-    """Edge images of one source: k images, n nodes (a source image each)."""
-
-    wedge: np.ndarray  # (k,) int64: the wedge that diffracts last
-    frame: np.ndarray  # (k, 12): mirrored origin [m], axis, tangent, normal
-    plane_start: np.ndarray  # (k + 1,) int64
-    planes: np.ndarray  # (s,) int64: planes from the edge to the receiver, in that order
-    node_start: np.ndarray  # (k + 1,) int64
-    leaf: np.ndarray  # (n,) int64: image of the source
-    first: np.ndarray  # (n,) int64: the wedge that diffracts first, -1 for a single diffraction
-    source: np.ndarray  # (n, 2): the image's distance from the first edge's line, its place along
-    reach: np.ndarray  # (n, 2): part of the last edge that can be lit, from and to [m]
-    ways: int  # greatest number of paths that one image of the source can give
-    rows: int  # room for paths that the largest edge image may need
-    max_order: int
 
 
 @njit(cache=True, error_model="numpy")

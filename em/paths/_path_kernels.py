@@ -5,16 +5,12 @@ A call costs an atomic count for every array it is handed, which would outweigh 
 path. So each function here works through many images at a time and takes its arrays one by one.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 from numba import njit
 
 from octant.em.paths._transmission_kernels import MAX_CROSSINGS
-from octant.geometries._bvh_kernels import BvhArrays, segment_blocked
-
-CHUNK = 256
-"""Images that are worked through before their paths are used: bounds the memory per receiver."""
+from octant.em.records import CHUNK
+from octant.geometries._bvh_kernels import segment_blocked
 
 FACET, PLANE, NODE, CURSOR, RIM = 0, 1, 2, 3, 4
 """Columns of the search state, one row per reflection counted from the receiver."""
@@ -27,44 +23,6 @@ OUTSIDE, INSIDE, ON_RIM = 0, 1, 2
 
 CORNER_REACH = 1e3
 """Half the span, in margins of the hierarchy, over which hits on a rim look for obstacles."""
-
-
-class TreeArrays(NamedTuple):
-    """The images of one source."""
-
-    image: np.ndarray  # (n, 3) [m]; image 0 is the source
-    order: np.ndarray  # (n,) int64
-    branch_start: np.ndarray  # (n + 1,) int64
-    branches: np.ndarray  # (b, 2) int64: plane, parent image
-    ways: int  # greatest number of sequences that lead to one image
-    max_order: int
-
-
-class SceneArrays(NamedTuple):
-    """Planes, facets, edges and hierarchies of a scene, and their electrical properties."""
-
-    planes: np.ndarray  # (p, 10): normal, offset [m], axis u, axis v
-    plane_facet_start: np.ndarray  # (p + 1,) int64
-    supporting: np.ndarray  # (q, 4): inward normal, offset [m] of planes that bound the scene
-    facet_box: np.ndarray  # (f, 4) [m]
-    facet_outline: np.ndarray  # (f, 2) int64: begin, end of its outline; equal: fills its box
-    facet_plane: np.ndarray  # (f,) int64
-    outline: np.ndarray  # (e, 4) [m]
-    bvh: BvhArrays  # of what blocks
-    inner_bvh: BvhArrays  # of what blocks between points on the inner side of supporting planes
-    sheet_bvh: BvhArrays  # of what lets waves through, triangles numbered by facet
-    tolerance: float  # [m]
-    facet_layers: np.ndarray  # (f, 2) int64: begin, end of its layers
-    facet_front: np.ndarray  # (f,) bool: whether the first layer is where the normal points
-    layer_permittivity: np.ndarray  # (l,) complex128
-    layer_thickness: np.ndarray  # (l,) in wavelengths, infinite for all that lies behind
-    transmits: bool  # whether any facet lets waves through
-    wedge_frame: np.ndarray  # (w, 14): origin [m], axis, tangent, normal, air [rad], length [m]
-    wedge_facets: np.ndarray  # (w, 2) int64: face 0, face n
-    wedge_utd: np.ndarray  # (w, 7): tangent, normal, air over pi
-    wedge_faces: np.ndarray  # (w, 2, 4) int64 of face 0 and face n: begin and end of its layers,
-    # whether the first is in the wedge's air, whether it lets waves through
-    wavelength: float  # [m]
 
 
 @njit(cache=True, error_model="numpy")

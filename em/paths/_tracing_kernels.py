@@ -5,8 +5,9 @@ import numpy as np
 from numba import njit
 
 from octant.em.paths._edge_path_kernels import search_edges
-from octant.em.paths._path_kernels import CHUNK, make_scratch, search_chunk
+from octant.em.paths._path_kernels import make_scratch, search_chunk
 from octant.em.paths._transmission_kernels import insert_crossings
+from octant.em.records import CHUNK
 
 
 @njit(cache=True, error_model="numpy")

@@ -4,10 +4,8 @@
 import numpy as np
 from numba import njit
 
+from octant.em.records import TRANSMISSION
 from octant.geometries._bvh_kernels import RIM
-
-TRANSMISSION = 1 << 40
-"""Added to a facet's number where a path passes through it instead of being reflected."""
 
 MAX_CROSSINGS = 128
 """Sheets that one path may pass through; a path through more counts as blocked."""

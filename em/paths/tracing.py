@@ -1,132 +1,31 @@
 """Exact paths over walls, through sheets and over edges, each segment free, and their gains."""
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from octant.em.antennas.kinds import Antenna
-from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
-from octant.em.fields import _field_kernels
 from octant.em.medium.radio_scene import RadioScene
 from octant.em.paths import _tracing_kernels
-from octant.em.paths._edge_path_kernels import EdgeTreeArrays
-from octant.em.paths._path_kernels import SceneArrays, TreeArrays
-from octant.em.paths._transmission_kernels import TRANSMISSION
+from octant.em.records import (
+    DIFFRACTION,
+    NOTHING,
+    REFLECTION,
+    TRANSMISSION,
+    TRANSMITTED,
+    EdgeTreeArrays,
+    PathSet,
+    SceneArrays,
+    TreeArrays,
+)
 from octant.em.search.edge_search import EdgeTree, no_edges, wedge_frames
-from octant.em.search.image_search import ImageTree
+from octant.em.search.image_tree import ImageTree
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import GeometryError
 from octant.geometries.tolerances import LENGTHS
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
-
-
-NOTHING, REFLECTION, TRANSMITTED, DIFFRACTION = 0, 1, 2, 3
-"""Kinds of interaction, in ``PathSet.kind``."""
-
-LETTERS = ("", "R", "T", "D")
-"""Their letters, as path tables write them."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PathSet:
-    """Paths to a number of receivers, one row a path; those of one receiver stand together.
-
-    Parameters
-    ----------
-    source_m : (3,) float64
-        Place of the transmitter [m].
-    receivers_m : (m, 3) float64
-        Places of the receivers [m].
-    receiver : (k,) int64
-        Receiver of each path.
-    kind : (k, w) int8
-        What happens along each path, from the source on [-]: 1 reflection, 2 transmission through a
-        sheet, 3 diffraction at an edge, 0 nothing more.
-    element : (k, w) int64
-        Facet of a reflection or transmission, wedge of a diffraction; -1 where nothing is.
-    vertices_m : (k, w + 2, 3) float64
-        Source, interactions, receiver [m]; short paths repeat the receiver.
-    """
-
-    source_m: FloatArray
-    receivers_m: FloatArray
-    receiver: IntArray
-    kind: npt.NDArray[np.int8]
-    element: IntArray
-    vertices_m: FloatArray
-
-    def __len__(self) -> int:
-        return len(self.receiver)
-
-    @property
-    def interactions(self) -> IntArray:
-        """Number of interactions of each path, (k,): bends and transmissions."""
-        count: IntArray = (self.kind != NOTHING).sum(axis=1)
-        return count
-
-    @property
-    def order(self) -> IntArray:
-        """Number of bends of each path, (k,): reflections and diffractions."""
-        bends = (self.kind == REFLECTION) | (self.kind == DIFFRACTION)
-        count: IntArray = bends.sum(axis=1)
-        return count
-
-    def letters_of(self, path: int) -> tuple[str, ...]:
-        """Return the kinds of one path's interactions as letters: R, T and D.
-
-        Parameters
-        ----------
-        path : int
-            Row of the path.
-        """
-        return tuple(LETTERS[kind] for kind in self.kind[path] if kind != NOTHING)
-
-    def vertices_of(self, path: int) -> FloatArray:
-        """Return the (interactions + 2, 3) vertices [m] of one path, source first.
-
-        Parameters
-        ----------
-        path : int
-            Row of the path.
-        """
-        return self.vertices_m[path, : int(np.count_nonzero(self.kind[path])) + 2]
-
-    @property
-    def length_m(self) -> FloatArray:
-        """Length of each path [m], (k,)."""
-        legs = np.linalg.norm(np.diff(self.vertices_m, axis=1), axis=2)
-        length: FloatArray = legs.sum(axis=1)
-        return length
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PathGains:
-    """What each path of a :class:`PathSet` brings from one antenna to another.
-
-    Parameters
-    ----------
-    gain : (k,) complex128
-        Complex gain [-] between the two antennas, free-space loss and phase included.
-    length_m : (k,) float64
-        Length [m].
-    departure, arrival : (k, 3) float64
-        Unit vectors [-] in which the wave leaves the source, and from the receiver towards where it
-        comes from.
-    """
-
-    gain: npt.NDArray[np.complex128]
-    length_m: FloatArray
-    departure: FloatArray
-    arrival: FloatArray
-
-    @property
-    def delay_s(self) -> FloatArray:
-        """Delay of each path [s], (k,)."""
-        return self.length_m / SPEED_OF_LIGHT_M_PER_S
 
 
 def scene_arrays(radio: RadioScene) -> SceneArrays:
@@ -339,54 +238,4 @@ def trace_paths(
         kind=np.where(used, kind, NOTHING).astype(np.int8),
         element=np.where(used, element, -1),
         vertices_m=vertices,
-    )
-
-
-def path_gains(
-    radio: RadioScene, paths: PathSet, *, transmitter: Antenna, receiver: Antenna
-) -> PathGains:
-    """Return the complex gain of each path between two antennas.
-
-    Parameters
-    ----------
-    radio : RadioScene
-        Scene that the paths were traced in.
-    paths : PathSet
-        Paths.
-    transmitter, receiver : Antenna
-        Antennas at the two ends, in the room's frame, with patterns |F|^2 = gain.
-
-    Returns
-    -------
-    PathGains
-        Gain F_r . T . F_t lambda / (4 pi L) e^{-jkL}; T carries the polarisation through every
-        interaction, and over edges 1 / L becomes 1 / sqrt(s' s (s' + s)).
-
-    Notes
-    -----
-    Far field: antennas and interactions should be more than a wavelength apart.
-    """
-    k = len(paths)
-    codes = np.select(
-        [paths.kind == REFLECTION, paths.kind == TRANSMITTED, paths.kind == DIFFRACTION],
-        [paths.element, paths.element + TRANSMISSION, -1 - paths.element],
-        -1,
-    )
-    gain = np.zeros(k, dtype=np.complex128)
-    directions = np.zeros((k, 2, 3))
-    _field_kernels.path_gains(
-        scene_arrays(radio),
-        transmitter.kernel_arrays(),
-        receiver.kernel_arrays(),
-        paths.interactions,
-        paths.vertices_m,
-        codes,
-        gain,
-        directions,
-    )
-    return PathGains(
-        gain=gain,
-        length_m=paths.length_m,
-        departure=directions[:, 0],
-        arrival=directions[:, 1],
     )

@@ -1,8 +1,6 @@
 # mypy: allow-untyped-defs
 """Compiled received power: paths found, fields added up, nothing stored beyond one receiver."""
 
-from typing import NamedTuple
-
 import numpy as np
 from numba import njit
 
@@ -40,14 +38,6 @@ def antenna_power(
                 power += gain.real * gain.real + gain.imag * gain.imag
         coherent[i] = total.real * total.real + total.imag * total.imag
         mean[i] = power
-
-
-class ChannelArrays(NamedTuple):
-    """What a scene's walls are at c frequencies; all else of the scene is the same."""
-
-    wavelength: np.ndarray  # (c,) [m]
-    layer_permittivity: np.ndarray  # (c, l) complex128
-    layer_thickness: np.ndarray  # (c, l) in wavelengths
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -147,58 +137,3 @@ def reader_power(
                     v = total[h, c, k]
                     coherent[i, h, k] += v.real * v.real + v.imag * v.imag
                     mean[i, h, k] += power[h, c, k]
-
-
-@njit(cache=True, error_model="numpy", nogil=True)
-def sum_fields(scene, tree, edges, transmitter, places, begin, end, total):
-    """Fill (m, 3) the coherent sum of the field vectors that arrive, rows begin to end."""
-    scratch = tracing_scratch(scene, tree, edges)
-    field = np.empty((len(scratch[0][3]), 3), dtype=np.complex128)
-    direction = np.empty((len(scratch[0][3]), 3))
-    points, facets, orders = scratch[0][1], scratch[0][2], scratch[0][3]
-    step, images, everything = tracing_steps(scene, tree, edges)
-    for i in range(begin, end):
-        x, y, z = places[i, 0], places[i, 1], places[i, 2]
-        for a in range(3):
-            total[i, a] = 0.0
-        place = 0
-        while place < everything:
-            found, place = next_paths(scene, tree, edges, x, y, z, place, step, images, scratch)
-            fields_in_scene(scene, transmitter, found, points, facets, orders, field, direction)
-            for p in range(found):
-                for a in range(3):
-                    total[i, a] += field[p, a]
-
-
-@njit(cache=True, error_model="numpy", nogil=True)
-def sum_magnetic_fields(scene, tree, edges, transmitter, places, begin, end, total):
-    """Fill (m, 3) the coherent sum of direction x field, rows begin to end.
-
-    Each path also brings the dipole's induction field: 1 + 1 / (jkL) over its whole length L.
-    """
-    scratch = tracing_scratch(scene, tree, edges)
-    points, facets, orders = scratch[0][1], scratch[0][2], scratch[0][3]
-    field = np.empty((len(orders), 3), dtype=np.complex128)
-    direction = np.empty((len(orders), 3))
-    step, images, everything = tracing_steps(scene, tree, edges)
-    wavenumber = 2.0 * np.pi / scene.wavelength
-    for i in range(begin, end):
-        x, y, z = places[i, 0], places[i, 1], places[i, 2]
-        for a in range(3):
-            total[i, a] = 0.0
-        place = 0
-        while place < everything:
-            found, place = next_paths(scene, tree, edges, x, y, z, place, step, images, scratch)
-            fields_in_scene(scene, transmitter, found, points, facets, orders, field, direction)
-            for p in range(found):
-                length = 0.0
-                for leg in range(orders[p] + 1):
-                    square = 0.0
-                    for a in range(3):
-                        square += (points[p, leg, a] - points[p, leg + 1, a]) ** 2
-                    length += np.sqrt(square)
-                near = complex(1.0, -1.0 / (wavenumber * length))
-                dx, dy, dz = direction[p, 0], direction[p, 1], direction[p, 2]
-                total[i, 0] += near * (dy * field[p, 2] - dz * field[p, 1])
-                total[i, 1] += near * (dz * field[p, 0] - dx * field[p, 2])
-                total[i, 2] += near * (dx * field[p, 1] - dy * field[p, 0])

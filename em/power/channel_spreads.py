@@ -9,8 +9,9 @@ import numpy.typing as npt
 
 from octant.em.antennas.kinds import Antenna
 from octant.em.blocks import Progress, run_blocks
+from octant.em.fields.gains import PathGains, path_gains
 from octant.em.medium.radio_scene import RadioScene
-from octant.em.paths.tracing import PathGains, checked_receivers, path_gains, trace_paths
+from octant.em.paths.tracing import checked_receivers, trace_paths
 from octant.em.search.edge_search import EdgeTree
 from octant.em.search.image_tree import ImageTree
 from octant.geometries._arrays import frozen_array

@@ -14,8 +14,9 @@ import numpy.typing as npt
 from octant.em.antennas.kinds import Antenna
 from octant.em.blocks import run_blocks
 from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
+from octant.em.fields.gains import path_gains
 from octant.em.medium.radio_scene import RadioScene
-from octant.em.paths.tracing import path_gains, trace_paths
+from octant.em.paths.tracing import trace_paths
 from octant.em.power import _image_field_kernels
 from octant.em.search.image_search import search_images
 from octant.geometries._arrays import frozen_array

@@ -8,17 +8,21 @@ from typing import Any, Literal, NamedTuple, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from octant.em.antennas._antenna_kernels import AntennaChannels, PatternChannels
-from octant.em.antennas._response_kernels import ResponseArrays
+from octant.em.antennas.embedded import ReaderResponse, response_arrays
 from octant.em.antennas.kinds import Antenna, antenna_channels
 from octant.em.blocks import Progress, run_blocks
 from octant.em.medium.radio_scene import RadioScene
-from octant.em.paths._edge_path_kernels import EdgeTreeArrays
-from octant.em.paths._path_kernels import SceneArrays, TreeArrays
 from octant.em.paths.tracing import checked_receivers, edge_arrays, scene_arrays, tree_arrays
 from octant.em.power import _power_kernels
-from octant.em.power._power_kernels import ChannelArrays
-from octant.em.reader.response import ReaderResponse, response_arrays
+from octant.em.records import (
+    AntennaChannels,
+    ChannelArrays,
+    EdgeTreeArrays,
+    PatternChannels,
+    ResponseArrays,
+    SceneArrays,
+    TreeArrays,
+)
 from octant.em.search.candidates import search_candidates
 from octant.em.search.edge_search import wedge_frames
 from octant.em.search.image_tree import ImageTree

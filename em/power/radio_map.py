@@ -11,7 +11,7 @@ from octant.em.blocks import Progress
 from octant.em.medium.radio_scene import RadioScene
 from octant.em.power.received_power import ReaderLink, ReceivedPower, antenna_power
 from octant.em.search.edge_search import EdgeTree
-from octant.em.search.image_search import ImageTree
+from octant.em.search.image_tree import ImageTree
 from octant.geometries._arrays import frozen_array
 
 FloatArray = npt.NDArray[np.float64]

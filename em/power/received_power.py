@@ -9,13 +9,13 @@ from typing import Literal, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from octant.em.antennas.embedded import ReaderResponse
 from octant.em.antennas.kinds import Antenna
 from octant.em.blocks import Progress, run_blocks
 from octant.em.medium.radio_scene import RadioScene
 from octant.em.paths.tracing import checked_receivers, edge_arrays, scene_arrays, tree_arrays
 from octant.em.power import _power_kernels
 from octant.em.power.link_bands import LinkBand, check_clearance, link_bands, link_channels
-from octant.em.reader.response import ReaderResponse
 from octant.em.search.edge_search import EdgeTree
 from octant.em.search.image_tree import ImageTree
 from octant.em.search.ray_search import DEFAULT_RAYS

@@ -23,6 +23,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from octant.em.antennas.embedded import ReaderResponse
 from octant.em.antennas.kinds import Antenna
 from octant.em.reader.fullwave.band import NODES, solve_band
 from octant.em.reader.fullwave.mesh import (
@@ -33,7 +34,6 @@ from octant.em.reader.fullwave.mesh import (
 )
 from octant.em.reader.fullwave.response import MODEL, fullwave_response, response_of
 from octant.em.reader.fullwave.result import FullwaveResult
-from octant.em.reader.response import ReaderResponse
 from octant.geometries._arrays import frozen_array
 from octant.geometries.bodies import Body
 from octant.geometries.errors import AntennaError, CacheWarning

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from octant.em.antennas.embedded import ReaderResponse
 from octant.em.decibels import decibels
-from octant.em.reader.response import ReaderResponse
 from octant.geometries.errors import AntennaError
 
 STRONG_DB = 10.0

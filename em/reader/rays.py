@@ -15,7 +15,7 @@ from octant.em.antennas.kinds import Antenna, make_antenna
 from octant.em.blocks import run_blocks
 from octant.em.medium.radio_scene import RadioScene, radio_scene
 from octant.em.paths.tracing import edge_arrays, scene_arrays, tree_arrays
-from octant.em.power import _power_kernels
+from octant.em.reader import _ray_kernels
 from octant.em.reader._panels import Panels, cut_into_panels
 from octant.em.reader.fullwave._symmetry import turned_vertices
 from octant.em.reader.fullwave.far_field import CurrentSamples
@@ -215,7 +215,7 @@ def _field_jump(
     total = np.zeros(places.shape, dtype=np.complex128)
 
     def work(begin: int, end: int) -> None:
-        _power_kernels.sum_magnetic_fields(scene, images, ways, element, places, begin, end, total)
+        _ray_kernels.sum_magnetic_fields(scene, images, ways, element, places, begin, end, total)
 
     run_blocks(work, len(places))
     # The kernel's field is F lambda / (4 pi L); H is j k / (4 pi L) of a moment across the ray.

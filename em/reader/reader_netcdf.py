@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from octant.em.antennas.embedded import ReaderResponse
 from octant.em.antennas.pattern_files.resample import half_turn_steps
 from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
-from octant.em.reader.response import ReaderResponse
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import PatternFileError
 

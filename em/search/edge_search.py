@@ -15,8 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from octant.em.paths._edge_path_kernels import EdgeTreeArrays
-from octant.em.paths._path_kernels import CHUNK
+from octant.em.records import CHUNK, EdgeTreeArrays
 from octant.em.search import _edge_search_kernels
 from octant.em.search.image_tree import ImageTree
 from octant.em.search.search_facets import inner_sides, search_facets

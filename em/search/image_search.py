@@ -32,8 +32,6 @@ from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import GeometryError
 from octant.geometries.scene import Scene
 
-__all__ = ["ImageTree", "checked_source", "opaque_mask", "search_images"]
-
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 BoolArray = npt.NDArray[np.bool_]

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from octant.em.paths._path_kernels import TreeArrays
+from octant.em.records import TreeArrays
 from octant.geometries._arrays import frozen_array
 from octant.geometries._plane_geometry import weld
 from octant.geometries.errors import GeometryError

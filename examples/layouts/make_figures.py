@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from octant.em.antennas.embedded import ReaderResponse
 from octant.em.decibels import power_dbm
-from octant.em.reader.response import ReaderResponse
 from octant.navigation.angles import wrap_angle
 from octant.navigation.navigators.arrival import arrival_threshold_w, rss_spread_w
 from octant.navigation.sensing.bearing import room_azimuth, vector_sum_bearing

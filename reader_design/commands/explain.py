@@ -16,7 +16,8 @@ from octant.reader_design.options import POINT, common_options
 
 if TYPE_CHECKING:
     from octant.em.fields.explain import BudgetLine, PathBudget
-    from octant.em.paths.tracing import PathGains, PathSet
+    from octant.em.fields.gains import PathGains
+    from octant.em.records import PathSet
 
 COLUMNS = (
     "step",
@@ -69,7 +70,8 @@ def explain(
     it stand the coefficients of both polarisations and the share of the power that arrives in TE.
     """
     from octant.em.fields.explain import explain_path
-    from octant.em.paths.tracing import path_gains, trace_paths
+    from octant.em.fields.gains import path_gains
+    from octant.em.paths.tracing import trace_paths
     from octant.geometries.files import refuse_overwrite
     from octant.reader_design.showing.tables import put_table
 

@@ -19,7 +19,8 @@ from octant.reader_design.options import (
 )
 
 if TYPE_CHECKING:
-    from octant.em.paths.tracing import PathGains, PathSet
+    from octant.em.fields.gains import PathGains
+    from octant.em.records import PathSet
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -101,7 +102,8 @@ def paths(
 
 def _traced(link: PathLink, sums: FloatArray) -> "Iterator[tuple[int, PathSet, PathGains]]":
     """Yield blocks of paths; ``sums`` gets paths, |sum g|^2 and sum |g|^2 per receiver."""
-    from octant.em.paths.tracing import path_gains, trace_paths
+    from octant.em.fields.gains import path_gains
+    from octant.em.paths.tracing import trace_paths
 
     for first in range(0, len(link.receivers_m), RECEIVERS_PER_BLOCK):
         block = link.receivers_m[first : first + RECEIVERS_PER_BLOCK]

@@ -21,6 +21,7 @@ import msgspec
 import numpy as np
 import numpy.typing as npt
 
+from octant.em.blocks import cores
 from octant.geometries.errors import OctantError, PhysicsWarning, SweepStateError
 from octant.reader_design.keeping.folder import (
     FAILED,
@@ -32,7 +33,7 @@ from octant.reader_design.keeping.folder import (
 from octant.reader_design.keeping.keys import case_keys
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.keeping.versions import versions
-from octant.reader_design.keeping.workers import Crew, cores, open_crew
+from octant.reader_design.keeping.workers import Crew, open_crew
 
 Case = TypeVar("Case")
 Record = TypeVar("Record")

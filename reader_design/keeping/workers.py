@@ -6,7 +6,6 @@ All take the same cells in the same way: a crew has a size and takes one call at
 
 import logging
 import multiprocessing
-import os
 import signal
 import socket
 import threading
@@ -16,7 +15,7 @@ from contextlib import contextmanager
 from multiprocessing.connection import Connection
 from typing import Any, Protocol, TypeVar
 
-from octant.em.blocks import THREADS_VARIABLE
+from octant.em.blocks import THREADS_VARIABLE, cores
 from octant.geometries.errors import ConfigError
 
 Result = TypeVar("Result")
@@ -186,19 +185,6 @@ def _leave_with(lifeline: Connection) -> None:
         lifeline.recv_bytes()
     except (EOFError, OSError):
         os._exit(1)
-
-
-def cores() -> int:
-    """Return the number of cores that this process may use.
-
-    Returns
-    -------
-    int
-        At least 1.
-    """
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 @contextmanager

@@ -4,8 +4,8 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
+from octant.em.antennas.from_files import antenna_from_pattern_file
 from octant.em.antennas.kinds import Antenna, make_antenna
-from octant.em.antennas.pattern_antenna import antenna_from_pattern_file
 from octant.geometries.errors import ConfigError
 from octant.reader_design.study_file.checks import TAG_ANTENNAS, unknown_antenna
 

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from octant.em.antennas.embedded import ReaderResponse
 from octant.em.antennas.kinds import Antenna, make_antenna
-from octant.em.paths.tracing import path_gains, trace_paths
-from octant.em.reader.response import ReaderResponse
+from octant.em.fields.gains import path_gains
+from octant.em.paths.tracing import trace_paths
 from octant.reader_design.setting.samples import Sampling, room_places_m
 from octant.reader_design.setting.scene import PlacedTag, StudyScene, candidates_from
 from octant.reader_design.study_file.schema import Study

@@ -7,10 +7,11 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, TypedDict
 
+from octant.em.antennas.embedded import ReaderResponse
 from octant.em.antennas.kinds import Antenna, make_antenna
 from octant.em.reader.cache import ReaderSolution, body_hash, cached_responses
 from octant.em.reader.fullwave.mesh import CELLS_PER_WAVELENGTH, FEED_GAP_M, WIRE_RADIUS_M
-from octant.em.reader.response import ReaderResponse, reader_response
+from octant.em.reader.response import reader_response
 from octant.geometries.bodies import Body
 from octant.geometries.build_errors import BuildErrors
 from octant.geometries.reader_body import GroundPlaneShape, ReaderBody, reader_body
@@ -413,7 +414,7 @@ def design_responses(study: Study, design: ReaderDesign) -> tuple[ReaderResponse
 
 def _response_of_files(study: Study, design: ReaderDesign, frequency_hz: float) -> ReaderResponse:
     """Return the response that a study gives by pattern files; the body only places antennas."""
-    from octant.em.reader.pattern_files import reader_from_pattern_files
+    from octant.em.antennas.from_files import reader_from_pattern_files
 
     body = design.body()
     return reader_from_pattern_files(

@@ -11,9 +11,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from octant.em.antennas.embedded import ReaderResponse
 from octant.em.medium.radio_scene import radio_scene
 from octant.em.power.received_power import ReaderLink, reader_link
-from octant.em.reader.response import ReaderResponse
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import ConfigError, OctantError, PhysicsWarning, SweepStateError
 from octant.geometries.scene import free_space_scene

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 
 import msgspec
 
+from octant.em.antennas.embedded import ReaderResponse
 from octant.em.power.received_power import ReaderLink, reader_link
-from octant.em.reader.response import ReaderResponse
 from octant.geometries.errors import ConfigError, PhysicsWarning
 from octant.navigation.sensing.pattern_match import PowerTable, power_table
 from octant.reader_design.setting.design import design_of, design_responses

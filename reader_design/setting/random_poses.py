@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from octant.em.reader.response import ReaderResponse
+from octant.em.antennas.embedded import ReaderResponse
 from octant.navigation.sensing.bearing import reader_azimuth
 from octant.reader_design.setting.bearing_errors import vector_errors_rad
 from octant.reader_design.setting.links import tag_link

@@ -5,9 +5,9 @@ import csv
 import numpy as np
 import pytest
 
+from octant.em.antennas.from_files import pattern_tables
 from octant.em.antennas.kinds import make_antenna
 from octant.em.antennas.pattern_files.ffe import write_ffe
-from octant.em.reader.pattern_files import pattern_tables
 from octant.em.reader.response import reader_response
 from octant.geometries.reader_body import reader_body
 

@@ -5,8 +5,10 @@ from typing import NamedTuple
 import numpy as np
 
 from octant.em.antennas.kinds import make_antenna
+from octant.em.fields.gains import path_gains
 from octant.em.medium.radio_scene import radio_scene
-from octant.em.paths.tracing import DIFFRACTION, path_gains, trace_paths
+from octant.em.paths.tracing import trace_paths
+from octant.em.records import DIFFRACTION
 from octant.em.search.candidates import search_candidates
 from octant.geometries.wedges import Wedges, find_wedges
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
+from octant.em.antennas.embedded import GRID_STEP_DEG, ReaderResponse
 from octant.em.antennas.kinds import Antenna
 from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
 from octant.em.reader.fullwave.mesh import (
@@ -17,7 +18,6 @@ from octant.em.reader.fullwave.mesh import (
 )
 from octant.em.reader.fullwave.result import FullwaveResult
 from octant.em.reader.fullwave.solve import solve_reader
-from octant.em.reader.response import GRID_STEP_DEG, ReaderResponse
 from octant.geometries.bodies import Body
 from octant.geometries.errors import AntennaError
 from octant.geometries.reader_body import ReaderBody

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from octant.em.antennas.embedded import ReaderResponse
 from octant.em.antennas.kinds import make_antenna
 from octant.em.power.channel_spreads import ChannelSpreads, channel_spreads
 from octant.em.power.disc_mean import mean_over_disc
 from octant.em.power.radio_map import RadioMap, map_antenna, map_reader
 from octant.em.power.received_power import antenna_power
-from octant.em.reader.response import ReaderResponse
 from octant.navigation.angles import wrap_angle
 from octant.reader_design.setting.links import tag_link
 from octant.reader_design.setting.measures import vector_sum_bearing_rad

@@ -17,8 +17,8 @@ from octant.reader_design.options import common_options
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from octant.em.antennas.embedded import ReaderResponse
     from octant.em.reader.fullwave.result import FullwaveResult
-    from octant.em.reader.response import ReaderResponse
     from octant.reader_design.setting.design import ReaderDesign
     from octant.reader_design.study_file.schema import Study
 
@@ -164,9 +164,9 @@ def _write_patterns(
     response: "ReaderResponse",
     result: "FullwaveResult | None",
 ) -> None:
+    from octant.em.antennas.from_files import pattern_tables
     from octant.em.antennas.pattern_files.ffe import write_ffe
     from octant.em.antennas.pattern_files.touchstone import write_touchstone
-    from octant.em.reader.pattern_files import pattern_tables
     from octant.em.reader.reader_netcdf import write_reader_netcdf
 
     exact = _on_grid(response, theta, phi[:-1], pattern[:, :, :-1])

@@ -136,7 +136,8 @@ def _paths(
 ) -> "tuple[dict[str, FloatArray], DrawnPaths]":
     """Return the ends, where they stand, and the strongest paths between them."""
     from octant.em.decibels import decibels
-    from octant.em.paths.tracing import path_gains, trace_paths
+    from octant.em.fields.gains import path_gains
+    from octant.em.paths.tracing import trace_paths
     from octant.reader_design.commands.scene.drawing import DrawnPaths
 
     link = study_link(

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from octant.em.reader.response import ReaderResponse
+from octant.em.antennas.embedded import ReaderResponse
 from octant.geometries.errors import ConfigError, NavigationError
 from octant.geometries.files import write_text
 from octant.navigation.control.docking_law import DockingLaw, TwistLimits

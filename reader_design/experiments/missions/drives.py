@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from octant.em.reader.response import ReaderResponse
+from octant.em.antennas.embedded import ReaderResponse
 from octant.geometries.errors import ConfigError, NavigationError
 from octant.navigation.missions.run import Mission, MissionResult, run_missions
 from octant.navigation.missions.starts import ListedStarts, RandomStarts, Starts

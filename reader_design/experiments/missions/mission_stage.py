@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import msgspec
 import numpy as np
 
-from octant.em.reader.response import ReaderResponse
+from octant.em.antennas.embedded import ReaderResponse
 from octant.geometries.errors import ConfigError, OctantError, PhysicsWarning
 from octant.navigation.missions.files import write_missions_csv, write_trajectory_csv
 from octant.navigation.missions.metrics import MissionMetrics, measure

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
-from octant.em.reader.response import ReaderResponse
+from octant.em.antennas.embedded import ReaderResponse
 from octant.geometries.errors import ConfigError
 from octant.navigation.control.controllers import (
     Controller,

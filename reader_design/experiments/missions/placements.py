@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator, Sequence
 import msgspec
 import numpy as np
 
-from octant.em.reader.response import ReaderResponse
+from octant.em.antennas.embedded import ReaderResponse
 from octant.geometries.errors import ConfigError, GeometryError
 from octant.navigation.missions.run import MissionResult
 from octant.reader_design.experiments.missions.drives import drive_missions, mission_space

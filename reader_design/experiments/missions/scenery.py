@@ -5,8 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
+from octant.em.antennas.embedded import ReaderResponse
 from octant.em.decibels import power_dbm
-from octant.em.reader.response import ReaderResponse
 from octant.navigation.missions.run import MissionResult
 from octant.reader_design.experiments.missions.animation import FieldMap, Scenery
 from octant.reader_design.setting.links import tag_link

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from octant.em.antennas.embedded import ReaderResponse
 from octant.em.power.received_power import ReaderLink
-from octant.em.reader.response import ReaderResponse
 from octant.navigation.sensing.bearing import reader_azimuth
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.setting.bearing_errors import vector_errors_rad

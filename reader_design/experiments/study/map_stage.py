@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from octant.em.antennas.embedded import ReaderResponse
 from octant.em.power.radio_map import map_reader
-from octant.em.reader.response import ReaderResponse
 from octant.reader_design.experiments.study.error_maps import error_maps
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.setting.design import content_hash

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import msgspec
 
+from octant.em.blocks import cores
 from octant.geometries.errors import ConfigError, SweepStateError
 from octant.geometries.files import write_text
 from octant.reader_design.experiments.choice.thesis_claims import claim_sentence
@@ -30,7 +31,7 @@ from octant.reader_design.experiments.sweep.plan import SweepPlan, plan_sweep
 from octant.reader_design.experiments.sweep.run import run_sweep
 from octant.reader_design.keeping.folder import cell_path
 from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.keeping.workers import cores, open_crew
+from octant.reader_design.keeping.workers import open_crew
 from octant.reader_design.setting.design import design_responses
 from octant.reader_design.setting.evaluation import Cell, SweepContext
 from octant.reader_design.setting.ranking import choose

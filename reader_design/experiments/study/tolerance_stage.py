@@ -3,10 +3,10 @@
 from concurrent.futures import Executor
 from pathlib import Path
 
+from octant.em.blocks import cores
 from octant.reader_design.experiments.tolerance.results import write_results
 from octant.reader_design.experiments.tolerance.study import run_tolerance_study
 from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.keeping.workers import cores
 from octant.reader_design.setting.evaluation import Cell
 from octant.reader_design.showing.pages import ReportSection
 from octant.reader_design.study_file.schema import Study

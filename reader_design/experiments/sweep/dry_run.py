@@ -3,10 +3,10 @@
 from collections import Counter
 from collections.abc import Mapping
 
+from octant.em.blocks import cores
 from octant.reader_design.experiments.sweep.cost import cell_cost, time_scale
 from octant.reader_design.experiments.sweep.plan import PlannedCell, SweepPlan
 from octant.reader_design.experiments.sweep.table import DONE, CellRow, missing_cells
-from octant.reader_design.keeping.workers import cores
 
 MOST_LINES = 40
 """Cells that are listed one by one at most [-]."""

@@ -6,6 +6,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
+from octant.em.blocks import cores
 from octant.geometries.errors import ConfigError, OctantError
 from octant.geometries.files import write_text
 from octant.reader_design.experiments.sweep.plan import SweepPlan, plan_sweep
@@ -23,7 +24,7 @@ from octant.reader_design.experiments.sweep.table import (
 )
 from octant.reader_design.keeping.folder import sweep_folder
 from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.keeping.workers import cores, open_crew
+from octant.reader_design.keeping.workers import open_crew
 from octant.reader_design.setting.evaluation import SweepContext
 from octant.reader_design.setting.samples import Sampling
 from octant.reader_design.setting.scene import build_study_scene

@@ -8,11 +8,11 @@ import msgspec
 import numpy as np
 import numpy.typing as npt
 
+from octant.em.antennas.embedded import ReaderResponse
 from octant.em.decibels import power_dbm
 from octant.em.medium.materials import Material
 from octant.em.medium.radio_scene import RadioScene, radio_scene
 from octant.em.reader.cache import cached_responses
-from octant.em.reader.response import ReaderResponse
 from octant.geometries.errors import OctantError, PhysicsWarning
 from octant.reader_design.experiments.tolerance.draws import Deviation
 from octant.reader_design.keeping.versions import versions

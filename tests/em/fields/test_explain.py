@@ -7,9 +7,10 @@ import pytest
 
 from octant.em.antennas.kinds import Antenna, make_antenna
 from octant.em.fields.explain import explain_path
+from octant.em.fields.gains import path_gains
 from octant.em.medium.materials import material
 from octant.em.medium.radio_scene import radio_scene
-from octant.em.paths.tracing import path_gains, trace_paths
+from octant.em.paths.tracing import trace_paths
 from octant.em.search.candidates import search_candidates
 from octant.em.search.image_search import search_images
 from octant.geometries.bodies import Body

@@ -20,9 +20,10 @@ from boundaries import (
 from exact_wedges import HARD, SOFT, point_source
 
 from octant.em.antennas.kinds import Antenna, make_antenna
+from octant.em.fields.gains import path_gains
 from octant.em.medium.materials import material
 from octant.em.medium.radio_scene import radio_scene
-from octant.em.paths.tracing import path_gains, trace_paths
+from octant.em.paths.tracing import trace_paths
 from octant.em.power.received_power import antenna_power
 from octant.em.search.candidates import search_candidates
 from octant.geometries.bodies import Body

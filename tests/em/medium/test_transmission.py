@@ -9,10 +9,11 @@ from slow_images import through_sheets
 
 from octant.em.antennas.kinds import make_antenna
 from octant.em.fields.explain import explain_path
+from octant.em.fields.gains import path_gains
 from octant.em.medium.materials import Material, material
 from octant.em.medium.radio_scene import radio_scene
 from octant.em.medium.reflection import wall_coefficients
-from octant.em.paths.tracing import path_gains, trace_paths
+from octant.em.paths.tracing import trace_paths
 from octant.em.search.candidates import search_candidates
 from octant.geometries.bodies import Body
 from octant.geometries.furniture import box

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from octant.em.antennas.kinds import make_antenna
+from octant.em.fields.gains import PathGains, path_gains
 from octant.em.medium.radio_scene import radio_scene
-from octant.em.paths.tracing import PathGains, path_gains, trace_paths
+from octant.em.paths.tracing import trace_paths
 from octant.em.power.channel_spreads import _spreads, channel_spreads
 from octant.em.search.image_search import search_images
 from octant.geometries.bodies import Body

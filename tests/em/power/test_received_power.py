@@ -8,9 +8,10 @@ import pytest
 
 from octant.em.antennas.kinds import Antenna, make_antenna
 from octant.em.blocks import run_blocks
+from octant.em.fields.gains import path_gains
 from octant.em.medium.materials import material
 from octant.em.medium.radio_scene import radio_scene
-from octant.em.paths.tracing import path_gains, trace_paths
+from octant.em.paths.tracing import trace_paths
 from octant.em.power.radio_map import grid_axis_m, map_antenna, map_reader
 from octant.em.power.received_power import antenna_power, channel_average, reader_link
 from octant.em.reader.response import reader_response, sector_response

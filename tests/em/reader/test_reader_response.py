@@ -1,9 +1,10 @@
 import numpy as np
 import pytest
 
+from octant.em.antennas.embedded import ReaderResponse
 from octant.em.antennas.kinds import make_antenna
 from octant.em.reader.rays import ray_patterns
-from octant.em.reader.response import ReaderResponse, reader_response, sector_response
+from octant.em.reader.response import reader_response, sector_response
 from octant.geometries.errors import AntennaError
 from octant.geometries.reader_body import reader_body
 

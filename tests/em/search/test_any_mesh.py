@@ -14,10 +14,12 @@ from broken_meshes import badly_meshed, draw_place, draw_scene, rounded
 
 from octant.em.antennas.kinds import make_antenna
 from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
+from octant.em.fields.gains import path_gains
 from octant.em.medium.materials import material
 from octant.em.medium.radio_scene import radio_scene
-from octant.em.paths.tracing import DIFFRACTION, PathSet, path_gains, trace_paths
+from octant.em.paths.tracing import trace_paths
 from octant.em.power.received_power import antenna_power
+from octant.em.records import DIFFRACTION, PathSet
 from octant.em.search.candidates import search_candidates
 from octant.geometries.bodies import Body
 from octant.geometries.errors import GeometryError, OctantError

@@ -15,13 +15,14 @@ import msgspec
 import numpy as np
 import pytest
 
+from octant.em.blocks import cores
 from octant.geometries.errors import ConfigError, GeometryError, SweepStateError
 from octant.reader_design.keeping import keeper
 from octant.reader_design.keeping.folder import case_path, claimed
 from octant.reader_design.keeping.keeper import RecordCodec, kept_cases, map_cases
 from octant.reader_design.keeping.keys import case_keys
 from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.keeping.workers import LocalProcesses, cores
+from octant.reader_design.keeping.workers import LocalProcesses
 
 HERE = Path(__file__).resolve()
 ROOT = HERE.parents[3]

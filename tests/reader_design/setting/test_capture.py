@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from octant.em.antennas.kinds import Antenna
-from octant.em.paths.tracing import path_gains, trace_paths
+from octant.em.fields.gains import path_gains
+from octant.em.paths.tracing import trace_paths
 from octant.em.reader.response import sector_response
 from octant.reader_design.setting.capture import (
     arriving_paths,

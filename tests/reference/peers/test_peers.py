@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from octant.em.antennas.kinds import make_antenna
+from octant.em.fields.gains import path_gains
 from octant.em.medium.materials import material
 from octant.em.medium.radio_scene import radio_scene
-from octant.em.paths.tracing import path_gains, trace_paths
+from octant.em.paths.tracing import trace_paths
 from octant.em.search.image_search import search_images
 from octant.geometries.mesh_files import load_bodies
 from octant.geometries.scene import build_scene

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from pattern_texts import msi_text, nec_text
 
+from octant.em.antennas.from_files import pattern_tables, reader_from_pattern_files
 from octant.em.antennas.kinds import make_antenna
 from octant.em.antennas.pattern_files.common import PatternTable
 from octant.em.antennas.pattern_files.cuts import write_csv
 from octant.em.antennas.pattern_files.ffe import write_ffe
-from octant.em.reader.pattern_files import pattern_tables, reader_from_pattern_files
 from octant.em.reader.response import reader_response, sector_response
 from octant.geometries.errors import PatternFileError, PhysicsWarning
 from octant.geometries.reader_body import reader_body

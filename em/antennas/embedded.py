@@ -1,0 +1,145 @@
+"""Embedded patterns of a reader's antennas, by which RSS follows from fields: their record."""
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.em.antennas import _response_kernels
+from octant.em.antennas._pattern_grid import padded_table
+from octant.em.antennas._response_kernels import PAD
+from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
+from octant.em.records import ResponseArrays
+from octant.geometries._arrays import frozen_array
+from octant.geometries.errors import AntennaError
+
+GRID_STEP_DEG = 1.5
+"""Step [deg] of the pattern tables: divides 45 degrees, and keeps cubic interpolation of a
+reader of a wavelength within 1e-4 of its maximum."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ReaderResponse:
+    """Embedded patterns of a reader's antennas in the reader's own frame.
+
+    Parameters
+    ----------
+    model : str
+        What made it: ``rays``, ``isolated``, or another name.
+    frequency_hz : float
+        Frequency [Hz].
+    azimuths_rad : (n,) float64
+        Azimuth of each antenna [rad], antenna 1 at 0.
+    phase_centres_m : (n, 3) float64
+        Point [m] that each antenna's table refers its phase to, which keeps the table smooth.
+    pattern : (n, 2, T, P) complex128
+        F_theta and F_phi [-] on the grid, phase at the antenna's own phase centre; |F|^2 is the
+        gain. theta runs over T values from 0 to pi, phi over P values from 0 up to, not including,
+        2 pi, both uniform; P is even.
+    warnings : tuple of str
+        Where the model is known not to hold.
+    """
+
+    model: str
+    frequency_hz: float
+    azimuths_rad: npt.NDArray[np.float64]
+    phase_centres_m: npt.NDArray[np.float64]
+    pattern: npt.NDArray[np.complex128]
+    warnings: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        pattern = frozen_array(
+            self.pattern,
+            name="pattern",
+            shape=(None, 2, None, None),
+            dtype=np.complex128,
+            error=AntennaError,
+        )
+        n, _, rows, columns = pattern.shape
+        if n < 1 or rows < 4 or columns < 4 or columns % 2:
+            msg = (
+                f"pattern has shape {pattern.shape}, but at least one antenna, four values of "
+                "theta and an even number of at least four values of phi are needed."
+            )
+            raise AntennaError(msg)
+        azimuths = frozen_array(
+            self.azimuths_rad, name="azimuths_rad", shape=(n,), error=AntennaError
+        )
+        centres = frozen_array(
+            self.phase_centres_m, name="phase_centres_m", shape=(n, 3), error=AntennaError
+        )
+        object.__setattr__(self, "pattern", pattern)
+        object.__setattr__(self, "azimuths_rad", azimuths)
+        object.__setattr__(self, "phase_centres_m", centres)
+
+    @property
+    def antennas(self) -> int:
+        """Number of antennas."""
+        return len(self.azimuths_rad)
+
+    @property
+    def theta_rad(self) -> npt.NDArray[np.float64]:
+        """Values of theta [rad] of the grid, (T,)."""
+        return np.linspace(0.0, math.pi, self.pattern.shape[2])
+
+    @property
+    def phi_rad(self) -> npt.NDArray[np.float64]:
+        """Values of phi [rad] of the grid, (P,)."""
+        columns = self.pattern.shape[3]
+        phi: npt.NDArray[np.float64] = np.arange(columns) * (2.0 * math.pi / columns)
+        return phi
+
+    def far_field(
+        self, theta_rad: npt.ArrayLike, phi_rad: npt.ArrayLike
+    ) -> npt.NDArray[np.complex128]:
+        """Return the far fields of all antennas towards directions of the reader's frame.
+
+        Parameters
+        ----------
+        theta_rad, phi_rad : array_like
+            Directions [rad], broadcast against each other; 0 <= theta <= pi.
+
+        Returns
+        -------
+        (n, ..., 2) complex128
+            F_theta and F_phi [-], |F|^2 = gain, phase referred to the reader's centre. Between the
+            grid's points by cubic Lagrange interpolation.
+        """
+        theta, phi = np.broadcast_arrays(
+            np.asarray(theta_rad, dtype=np.float64), np.asarray(phi_rad, dtype=np.float64)
+        )
+        flat = np.empty((theta.size, 1, self.antennas, 2), dtype=np.complex128)
+        _response_kernels.fill_far_fields(
+            response_arrays((self,)),
+            np.ascontiguousarray(theta.ravel()),
+            np.ascontiguousarray(phi.ravel()),
+            flat,
+        )
+        return np.moveaxis(flat.reshape(*theta.shape, self.antennas, 2), -2, 0)
+
+
+@lru_cache(maxsize=1)  # a room's tags are linked to one reader, one after the other
+def response_arrays(responses: tuple[ReaderResponse, ...]) -> ResponseArrays:
+    """Return a reader's patterns at several frequencies as the kernels take them, angles in [rad].
+
+    Parameters
+    ----------
+    responses : tuple of ReaderResponse
+        One or more, of as many antennas on the same grid.
+    """
+    first = responses[0]
+    n, _, rows, columns = first.pattern.shape
+    shape = (rows + 2 * PAD, columns + 2 * PAD, len(responses), n, 2)
+    table = np.empty(shape, dtype=np.complex128)
+    for channel, response in enumerate(responses):
+        table[:, :, channel] = padded_table(response.pattern)
+    wavenumbers = [2.0 * math.pi * r.frequency_hz / SPEED_OF_LIGHT_M_PER_S for r in responses]
+    centres = [k * r.phase_centres_m for k, r in zip(wavenumbers, responses, strict=True)]
+    return ResponseArrays(
+        table=table.reshape(*shape[:2], -1).view(np.float64),
+        step_theta=math.pi / (rows - 1),
+        step_phi=2.0 * math.pi / columns,
+        centre_rad=np.array(centres),
+    )

@@ -1,0 +1,91 @@
+"""Complex gains of traced paths between two antennas."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.em.antennas.kinds import Antenna
+from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
+from octant.em.fields import _field_kernels
+from octant.em.medium.radio_scene import RadioScene
+from octant.em.paths.tracing import scene_arrays
+from octant.em.records import DIFFRACTION, REFLECTION, TRANSMISSION, TRANSMITTED, PathSet
+
+FloatArray = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PathGains:
+    """What each path of a :class:`PathSet` brings from one antenna to another.
+
+    Parameters
+    ----------
+    gain : (k,) complex128
+        Complex gain [-] between the two antennas, free-space loss and phase included.
+    length_m : (k,) float64
+        Length [m].
+    departure, arrival : (k, 3) float64
+        Unit vectors [-] in which the wave leaves the source, and from the receiver towards where it
+        comes from.
+    """
+
+    gain: npt.NDArray[np.complex128]
+    length_m: FloatArray
+    departure: FloatArray
+    arrival: FloatArray
+
+    @property
+    def delay_s(self) -> FloatArray:
+        """Delay of each path [s], (k,)."""
+        return self.length_m / SPEED_OF_LIGHT_M_PER_S
+
+
+def path_gains(
+    radio: RadioScene, paths: PathSet, *, transmitter: Antenna, receiver: Antenna
+) -> PathGains:
+    """Return the complex gain of each path between two antennas.
+
+    Parameters
+    ----------
+    radio : RadioScene
+        Scene that the paths were traced in.
+    paths : PathSet
+        Paths.
+    transmitter, receiver : Antenna
+        Antennas at the two ends, in the room's frame, with patterns |F|^2 = gain.
+
+    Returns
+    -------
+    PathGains
+        Gain F_r . T . F_t lambda / (4 pi L) e^{-jkL}; T carries the polarisation through every
+        interaction, and over edges 1 / L becomes 1 / sqrt(s' s (s' + s)).
+
+    Notes
+    -----
+    Far field: antennas and interactions should be more than a wavelength apart.
+    """
+    k = len(paths)
+    codes = np.select(
+        [paths.kind == REFLECTION, paths.kind == TRANSMITTED, paths.kind == DIFFRACTION],
+        [paths.element, paths.element + TRANSMISSION, -1 - paths.element],
+        -1,
+    )
+    gain = np.zeros(k, dtype=np.complex128)
+    directions = np.zeros((k, 2, 3))
+    _field_kernels.path_gains(
+        scene_arrays(radio),
+        transmitter.kernel_arrays(),
+        receiver.kernel_arrays(),
+        paths.interactions,
+        paths.vertices_m,
+        codes,
+        gain,
+        directions,
+    )
+    return PathGains(
+        gain=gain,
+        length_m=paths.length_m,
+        departure=directions[:, 0],
+        arrival=directions[:, 1],
+    )

@@ -1,0 +1,42 @@
+# mypy: allow-untyped-defs
+"""Compiled magnetic fields on the reader's metal: those that all rays bring, added up."""
+
+import numpy as np
+from numba import njit
+
+from octant.em.fields._field_kernels import fields_in_scene
+from octant.em.paths._tracing_kernels import next_paths, tracing_scratch, tracing_steps
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def sum_magnetic_fields(scene, tree, edges, transmitter, places, begin, end, total):
+    """Fill (m, 3) the coherent sum of direction x field, rows begin to end.
+
+    Each path also brings the dipole's induction field: 1 + 1 / (jkL) over its whole length L.
+    """
+    scratch = tracing_scratch(scene, tree, edges)
+    points, facets, orders = scratch[0][1], scratch[0][2], scratch[0][3]
+    field = np.empty((len(orders), 3), dtype=np.complex128)
+    direction = np.empty((len(orders), 3))
+    step, images, everything = tracing_steps(scene, tree, edges)
+    wavenumber = 2.0 * np.pi / scene.wavelength
+    for i in range(begin, end):
+        x, y, z = places[i, 0], places[i, 1], places[i, 2]
+        for a in range(3):
+            total[i, a] = 0.0
+        place = 0
+        while place < everything:
+            found, place = next_paths(scene, tree, edges, x, y, z, place, step, images, scratch)
+            fields_in_scene(scene, transmitter, found, points, facets, orders, field, direction)
+            for p in range(found):
+                length = 0.0
+                for leg in range(orders[p] + 1):
+                    square = 0.0
+                    for a in range(3):
+                        square += (points[p, leg, a] - points[p, leg + 1, a]) ** 2
+                    length += np.sqrt(square)
+                near = complex(1.0, -1.0 / (wavenumber * length))
+                dx, dy, dz = direction[p, 0], direction[p, 1], direction[p, 2]
+                total[i, 0] += near * (dy * field[p, 2] - dz * field[p, 1])
+                total[i, 1] += near * (dz * field[p, 0] - dx * field[p, 2])
+                total[i, 2] += near * (dx * field[p, 1] - dy * field[p, 0])
