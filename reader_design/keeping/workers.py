@@ -6,6 +6,7 @@ All take the same cells in the same way: a crew has a size and takes one call at
 
 import logging
 import multiprocessing
+import os
 import signal
 import socket
 import threading
