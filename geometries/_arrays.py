@@ -35,11 +35,6 @@ def frozen_array(
     error : type
         Exception class to raise.
 
-    Returns
-    -------
-    ndarray
-        Read-only array of the expected shape.
-
     Raises
     ------
     GeometryError

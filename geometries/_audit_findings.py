@@ -41,11 +41,6 @@ def counted(number: int, one: str, many: str | None = None) -> str:
         The noun for one.
     many : str or None
         The noun for any other number; None adds an s.
-
-    Returns
-    -------
-    str
-        Such as "2 faces".
     """
     return f"{number} {one if number == 1 else many or one + 's'}"
 
@@ -53,7 +48,7 @@ def counted(number: int, one: str, many: str | None = None) -> str:
 def list_findings(
     numbers: dict[str, int], *, free_m: float, size_m: FloatArray
 ) -> tuple[Finding, ...]:
-    """Return what is worth knowing, the most important first.
+    """Return what is worth knowing, the most important first; empty when there is nothing.
 
     Parameters
     ----------
@@ -63,11 +58,6 @@ def list_findings(
         Total length of the free edges [m].
     size_m : (3,) float64
         Extent of the mesh [m].
-
-    Returns
-    -------
-    tuple of Finding
-        Empty when there is nothing.
     """
     findings = _size_findings(size_m)
     nouns = {

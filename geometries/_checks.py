@@ -18,16 +18,6 @@ def finite_number(value: float, *, name: str, unit: str = "m") -> float:
         The name that an error message uses.
     unit : str
         The unit that an error message uses.
-
-    Returns
-    -------
-    float
-        The value [unit as named].
-
-    Raises
-    ------
-    GeometryError
-        When it is not a number, NaN or infinite.
     """
     try:
         number = float(value)
@@ -53,16 +43,6 @@ def positive_number(value: float, *, name: str, unit: str = "m", allow_zero: boo
         The unit that an error message uses.
     allow_zero : bool
         Accept zero too.
-
-    Returns
-    -------
-    float
-        The value [unit as named].
-
-    Raises
-    ------
-    GeometryError
-        When it is not a finite number, or not positive.
     """
     number = finite_number(value, name=name, unit=unit)
     if number < 0.0 or (number == 0.0 and not allow_zero):
@@ -83,11 +63,6 @@ def refuse_unknown_keys(given: Mapping[str, object], *, allowed: Iterable[str], 
         Every key that has a meaning.
     name : str
         The mapping's name in an error message.
-
-    Raises
-    ------
-    GeometryError
-        When a key has no meaning.
     """
     known = list(allowed)
     for key in given:

@@ -44,17 +44,12 @@ class EdgeTable:
 
 
 def edge_table(faces: IntArray) -> EdgeTable:
-    """Return the edges of a mesh.
+    """Return the edges of a mesh, in the order of their vertices.
 
     Parameters
     ----------
     faces : (m, 3) int64
         Welded vertex numbers of each triangle, all different within a triangle.
-
-    Returns
-    -------
-    EdgeTable
-        Edges in the order of their vertices.
     """
     start = faces.reshape(-1)
     end = np.roll(faces, -1, axis=1).reshape(-1)
@@ -72,7 +67,7 @@ def edge_table(faces: IntArray) -> EdgeTable:
 
 
 def welded_faces(vertices_m: FloatArray, faces: IntArray, tolerance_m: float) -> IntArray:
-    """Return the faces in the numbers of the vertices that stand for all at their place.
+    """Return the (m, 3) faces in the numbers of the vertices that stand for all at their place.
 
     Parameters
     ----------
@@ -82,18 +77,13 @@ def welded_faces(vertices_m: FloatArray, faces: IntArray, tolerance_m: float) ->
         Vertex numbers.
     tolerance_m : float
         Vertices nearer than this are one [m].
-
-    Returns
-    -------
-    (m, 3) int64
-        Vertex numbers; a degenerate triangle may repeat one.
     """
     joined: IntArray = weld(vertices_m, tolerance_m)[faces]
     return joined
 
 
 def degenerate_faces(vertices_m: FloatArray, faces: IntArray, tolerance_m: float) -> IntArray:
-    """Return the triangles that are no higher than the tolerance.
+    """Return the (d,) triangles that are no higher than the tolerance.
 
     Parameters
     ----------
@@ -103,11 +93,6 @@ def degenerate_faces(vertices_m: FloatArray, faces: IntArray, tolerance_m: float
         Welded vertex numbers.
     tolerance_m : float
         Height above the longest side up to which a triangle counts as a line [m].
-
-    Returns
-    -------
-    (d,) int64
-        Their numbers.
     """
     corners = vertices_m[faces]
     longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
@@ -116,17 +101,12 @@ def degenerate_faces(vertices_m: FloatArray, faces: IntArray, tolerance_m: float
 
 
 def duplicate_faces(faces: IntArray) -> IntArray:
-    """Return the triangles that repeat an earlier one, whichever way they wind.
+    """Return the (d,) triangles that repeat an earlier one, whichever way they wind.
 
     Parameters
     ----------
     faces : (m, 3) int64
         Welded vertex numbers.
-
-    Returns
-    -------
-    (d,) int64
-        Their numbers.
     """
     _, first = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
     return np.setdiff1d(np.arange(len(faces)), first)
@@ -157,6 +137,8 @@ class OpenBorder:
 def open_border(vertices_m: FloatArray, table: EdgeTable, tolerance_m: float) -> OpenBorder:
     """Return the open edges of a mesh, cut where another one's vertex lies on them.
 
+    Two pieces that meet at a T-junction are not free.
+
     Parameters
     ----------
     vertices_m : (n, 3) float64
@@ -165,11 +147,6 @@ def open_border(vertices_m: FloatArray, table: EdgeTable, tolerance_m: float) ->
         Edges of the welded mesh.
     tolerance_m : float
         Greatest distance of a vertex from an edge that it lies on [m].
-
-    Returns
-    -------
-    OpenBorder
-        Its pieces; two that meet at a T-junction are not free.
     """
     side = np.flatnonzero(table.sides[table.edge] == 1)
     ends = table.edge_vertices[table.edge[side]]
@@ -236,11 +213,6 @@ def winding_conflicts(table: EdgeTable, body_of_face: IntArray) -> int:
         Edges of the welded mesh.
     body_of_face : (m,) int64
         Body of each triangle.
-
-    Returns
-    -------
-    int
-        Number of edges.
     """
     first, second = _pairs_of_sides(table)
     same_body = body_of_face[table.face[first]] == body_of_face[table.face[second]]
@@ -258,11 +230,6 @@ def folded_edges(vertices_m: FloatArray, faces: IntArray, table: EdgeTable) -> i
         Welded vertex numbers, without duplicate triangles.
     table : EdgeTable
         Edges of these faces.
-
-    Returns
-    -------
-    int
-        Number of edges.
     """
     first, second = _pairs_of_sides(table)
     origin = vertices_m[table.start[first]]
@@ -323,11 +290,6 @@ def components(
         Edges of these faces.
     border : OpenBorder
         The open edges' pieces.
-
-    Returns
-    -------
-    Components
-        Numbered by their first triangle's label.
     """
     order = np.argsort(table.edge, kind="stable")
     same = table.edge[order][1:] == table.edge[order][:-1]

@@ -22,20 +22,12 @@ _Key = tuple[str, str, str]  # object, group, material
 def read_obj(path: Path) -> list[Part]:
     """Return the named parts of an OBJ file, in the file's own unit and in its order.
 
+    Name, vertices [unit of the file] and faces of each part; empty when no face is found.
+
     Parameters
     ----------
     path : Path
         The file.
-
-    Returns
-    -------
-    list of (str, (n, 3) float64, (m, 3) int64)
-        Name, vertices [unit of the file] and faces of each part; empty when no face is found.
-
-    Raises
-    ------
-    GeometryError
-        When a line cannot be understood; the message names the file and the line.
 
     Notes
     -----

@@ -19,11 +19,6 @@ def signed_area_m2(points_m: FloatArray) -> float:
     ----------
     points_m : (k, 2) float64
         Corners in order, without repeating the first [m].
-
-    Returns
-    -------
-    float
-        Signed area by the shoelace formula [m²].
     """
     p = points_m - points_m[0]  # keeps the digits of a polygon far from the origin
     q = np.roll(p, -1, axis=0)
@@ -47,12 +42,6 @@ def check_simple(points_m: FloatArray, *, name: str) -> None:
         Corners in order, without repeating the first [m].
     name : str
         The polygon's name in an error message.
-
-    Raises
-    ------
-    GeometryError
-        When fewer than three corners are given, two neighbours coincide, all corners lie on one
-        line, or a side touches or crosses another one.
     """
     k = len(points_m)
     if k < 3:
@@ -127,11 +116,6 @@ def triangulate_polygon(points_m: FloatArray, *, name: str = "the polygon") -> I
         Corner numbers, every triangle counter-clockwise and, in a simple polygon, of positive area.
         A repeated corner, or a polygon without area, gives triangles without area.
 
-    Raises
-    ------
-    GeometryError
-        When no ear is left to cut, which means that the polygon crosses itself.
-
     Notes
     -----
     Ear clipping; a simple polygon always has an ear (G. H. Meisters, "Polygons have ears", Amer.
@@ -176,7 +160,7 @@ def _find_ear(points_m: FloatArray, ring: list[int], flat_m2: float) -> int | No
 
 
 def triangulate_polygon_3d(points_m: FloatArray, *, name: str) -> IntArray:
-    """Return the triangles that fill a nearly plane polygon in space.
+    """Return the (k - 2, 3) triangles that fill a nearly plane polygon, winding as it does.
 
     Parameters
     ----------
@@ -184,16 +168,6 @@ def triangulate_polygon_3d(points_m: FloatArray, *, name: str) -> IntArray:
         Corners in order [m]; the normal follows the right-hand rule along them.
     name : str
         The polygon's name in an error message.
-
-    Returns
-    -------
-    (k - 2, 3) int64
-        Corner numbers, each triangle winding as the polygon does.
-
-    Raises
-    ------
-    GeometryError
-        When the polygon crosses itself, seen along its mean normal.
 
     Notes
     -----

@@ -10,7 +10,7 @@ from octant.geometries.tolerances import LENGTHS
 
 
 def reach_to_rim_m(azimuths_rad: FloatArray, rim_m: FloatArray) -> FloatArray:
-    """Return the distance from the centre to a convex rim in each direction [m].
+    """Return the (a,) distances from the centre to a convex rim in each direction [m].
 
     Parameters
     ----------
@@ -18,11 +18,6 @@ def reach_to_rim_m(azimuths_rad: FloatArray, rim_m: FloatArray) -> FloatArray:
         Directions, from +x towards +y [rad].
     rim_m : (k, 2) float64
         Corners of the rim, counter-clockwise around the centre [m].
-
-    Returns
-    -------
-    (a,) float64
-        Distances [m].
     """
     normal = np.roll(rim_m, -1, axis=0) - rim_m
     normal = np.column_stack((normal[:, 1], -normal[:, 0]))  # outwards: the rim runs anticlockwise
@@ -47,7 +42,9 @@ def ground_triangles(
     plate_reaches_m: FloatArray,
     plates_rad: FloatArray,
 ) -> list[FloatArray]:
-    """Return the ground plane's triangles, cut along the plates' feet and through the antennas.
+    """Return the ground plane's triangles, cut along the plates' feet and through the antennas [m].
+
+    Each is (3, 3), its normal up.
 
     Parameters
     ----------
@@ -61,11 +58,6 @@ def ground_triangles(
         Distance of each plate's outer end from the centre [m].
     plates_rad : (n,) or (0,) float64
         Azimuth of each plate [rad].
-
-    Returns
-    -------
-    list of (3, 3) float64
-        Corners of each triangle, normal up [m].
     """
     spokes = list(zip(elements_rad.tolist(), antenna_radii_m.tolist(), strict=True))
     spokes = sorted(spokes + list(zip(plates_rad.tolist(), plate_reaches_m.tolist(), strict=True)))
@@ -103,7 +95,7 @@ def plate_triangles(
     rim_heights_m: FloatArray,
     axis_height_m: float,
 ) -> list[FloatArray]:
-    """Return the plates' triangles, each plate from the axis out.
+    """Return the plates' (3, 3) triangles, each plate from the axis out [m].
 
     Parameters
     ----------
@@ -115,11 +107,6 @@ def plate_triangles(
         Height of each plate at its outer end [m].
     axis_height_m : float
         Height at the axis [m].
-
-    Returns
-    -------
-    list of (3, 3) float64
-        Corners of each triangle [m].
     """
     triangles: list[FloatArray] = []
     for azimuth, reach_m, rim_height_m in zip(plates_rad, reaches_m, rim_heights_m, strict=True):

@@ -72,17 +72,12 @@ UNKNOWN = _of("b9a7c4")
 
 
 def looks_of(label: str) -> Looks:
-    """Return what the material of a label looks like.
+    """Return what a material, end or drawn path of a label looks like; `UNKNOWN` for any other.
 
     Parameters
     ----------
     label : str
         A body's material: a name, or keys and values: ``name = concrete, thickness_m = 0.1``.
-
-    Returns
-    -------
-    Looks
-        Of the named material, or of an end or a path that is drawn; else `UNKNOWN`.
     """
     named = re.search(r"\bname = ([^,]+)", label)
     name = (named[1] if named else label).strip().lower().removeprefix("itu_")
@@ -92,17 +87,14 @@ def looks_of(label: str) -> Looks:
 def gltf_visual(label: str, *, opacity: float | None = None) -> Any:  # noqa: ANN401  trimesh's own
     """Return the visuals with which trimesh writes a mesh of this material to GLB or GLTF.
 
+    Without texture; both sides are drawn.
+
     Parameters
     ----------
     label : str
         A body's material, which becomes the name of the glTF material.
     opacity : float or None
         0 to 1 [-]; None: that of the material.
-
-    Returns
-    -------
-    trimesh.visual.TextureVisuals
-        Without texture; both sides are drawn.
     """
     from trimesh.visual import TextureVisuals
     from trimesh.visual.material import PBRMaterial

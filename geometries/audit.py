@@ -118,33 +118,18 @@ class MeshAudit:
 
     @property
     def faces(self) -> int:
-        """Number of triangles as stored.
-
-        Returns
-        -------
-        int
-            Sum over the bodies.
-        """
+        """Number of triangles as stored."""
         return int(self.body_faces.sum())
 
     @property
     def watertight(self) -> bool:
-        """Whether the surface ends nowhere, T-junctions resolved.
-
-        Returns
-        -------
-        bool
-            True when there is no free edge.
-        """
+        """Whether the surface ends nowhere (no free edge), T-junctions resolved."""
         return self.free_edges == 0
 
     def lines(self) -> list[str]:
         """Return the audit as lines of text for a person.
 
-        Returns
-        -------
-        list of str
-            Facts first [m, m²], then each finding with what it means.
+        Facts first [m, m²], then each finding with what it means.
         """
         low, high = self.bounds_m
         size = high - low
@@ -194,17 +179,6 @@ def audit_mesh(
         The file's vertical axis; None takes the format's own. Not used for bodies.
     tolerance_m : float
         Vertices nearer than this are joined [m].
-
-    Returns
-    -------
-    MeshAudit
-        Counts, sizes and findings.
-
-    Raises
-    ------
-    GeometryError
-        When the file cannot be loaded (missing, empty, NaN, without a unit ...), or none of its
-        triangles has an area.
 
     Notes
     -----

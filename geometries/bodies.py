@@ -27,12 +27,6 @@ class Body:
         Vertex numbers of each triangle, counter-clockwise seen from the side of its normal [-].
     material : str
         Label of the material, such as "concrete" or "pec"; `octant.em` says what it means.
-
-    Raises
-    ------
-    GeometryError
-        When the name or the label is empty, a coordinate is not finite, there is no triangle, or a
-        triangle names a vertex that does not exist.
     """
 
     name: str
@@ -69,37 +63,19 @@ class Body:
 
     @property
     def triangles_m(self) -> npt.NDArray[np.float64]:
-        """Corners of every triangle [m].
-
-        Returns
-        -------
-        (m, 3, 3) float64
-            Triangle, corner, coordinate [m].
-        """
+        """Corners of every triangle, (m, 3, 3) by triangle, corner, coordinate [m]."""
         corners: npt.NDArray[np.float64] = self.vertices_m[self.faces]
         return corners
 
     @property
     def bounds_m(self) -> npt.NDArray[np.float64]:
-        """Lowest and highest coordinates of the triangles [m].
-
-        Returns
-        -------
-        (2, 3) float64
-            Lowest corner, then highest corner of the surrounding box [m].
-        """
+        """Lowest and highest corner of the box around the triangles, (2, 3) [m]."""
         used = self.vertices_m[self.faces.reshape(-1)]
         return np.stack([used.min(axis=0), used.max(axis=0)])
 
     @property
     def area_m2(self) -> float:
-        """Sum of the triangles' areas, one side each [m²].
-
-        Returns
-        -------
-        float
-            Area [m²].
-        """
+        """Sum of the triangles' areas, one side each [m²]."""
         a, b, c = np.moveaxis(self.triangles_m, 1, 0)
         return float(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
 
@@ -115,16 +91,6 @@ def place(body: Body, *, position_m: npt.ArrayLike = (0.0, 0.0, 0.0), yaw_rad: f
         Where the origin of the body's frame comes to stand [m].
     yaw_rad : float
         Turn about +z, from +x towards +y [rad]; a whole number of quarter turns is exact.
-
-    Returns
-    -------
-    Body
-        A new body with the same name, faces and material.
-
-    Raises
-    ------
-    GeometryError
-        When the position is not three finite numbers or the yaw is not finite.
     """
     shift = frozen_array(position_m, name="position_m", shape=(3,))
     yaw = finite_number(yaw_rad, name="yaw_rad", unit="rad")

@@ -101,16 +101,6 @@ class BuildErrors:
         ----------
         other : BuildErrors
             For the same number of antennas; its slopes add to these.
-
-        Returns
-        -------
-        BuildErrors
-            The sum.
-
-        Raises
-        ------
-        GeometryError
-            When the numbers of antennas differ.
         """
         if other.antennas != self.antennas:
             msg = (
@@ -124,13 +114,7 @@ class BuildErrors:
         return BuildErrors(ground_plane_m=self.ground_plane_m + other.ground_plane_m, **sums)
 
     def as_dict(self) -> dict[str, list[float] | float]:
-        """Return all errors by name as plain values, for content hashes ([m], [rad]).
-
-        Returns
-        -------
-        dict
-            Lists, and one number for the ground plane.
-        """
+        """Return all errors by name as plain values, for content hashes ([m], [rad])."""
         lists: dict[str, list[float] | float] = {n: getattr(self, n).tolist() for n in ARRAYS}
         return {**lists, "ground_plane_m": self.ground_plane_m}
 
@@ -154,6 +138,8 @@ def common_errors(
 ) -> BuildErrors:
     """Return errors that all antennas and all plates share, as of a wrong jig ([m], [rad]).
 
+    The same value for every antenna and plate; none at all when called with no error.
+
     Parameters
     ----------
     antennas : int
@@ -168,11 +154,6 @@ def common_errors(
         Offset of h_p [m].
     ground_plane_m : float
         Offset of the ground plane's side or diameter [m].
-
-    Returns
-    -------
-    BuildErrors
-        The same value for every antenna and plate; none at all when called with no error.
     """
     return BuildErrors(
         radial_m=np.full(antennas, radial_m),
@@ -188,17 +169,12 @@ def common_errors(
 
 
 def tilt_of_lean(lean: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """Return tilt and its direction [rad] of antennas that lean by given slopes.
+    """Return (n,) tilts and (n,) tilt azimuths of antennas that lean by given slopes [rad].
 
     Parameters
     ----------
     lean : (n, 2) array_like
         Tangent of the tilt away from the axis and towards greater azimuth [-].
-
-    Returns
-    -------
-    tuple of (n,) float64
-        ``tilt_rad`` and ``tilt_azimuth_rad`` [rad].
     """
     slope = np.asarray(lean, dtype=np.float64)
     return np.arctan(np.hypot(slope[:, 0], slope[:, 1])), np.arctan2(slope[:, 1], slope[:, 0])

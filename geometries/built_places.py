@@ -80,18 +80,6 @@ def built_places(
     is_round : bool
         Whether the rim stands for a circle; plates that end on it then keep their distance from
         the axis, wherever the polygon's corners are.
-
-    Returns
-    -------
-    BuiltPlaces
-        Plates that end on the rim end on the rim as built.
-
-    Raises
-    ------
-    GeometryError
-        When nothing can be built so: no size or height is left, an antenna would stand on the axis
-        or beyond a plate, or a plate beyond the ground plane; or the errors are those of another
-        number of antennas.
     """
     if errors is None:
         return drawn

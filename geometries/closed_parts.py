@@ -51,6 +51,8 @@ def find_closed_parts(
 ) -> ClosedParts:
     """Return the closed parts of a welded mesh; parts are joined over shared edges.
 
+    They are numbered by their first triangle.
+
     Parameters
     ----------
     vertices_m : (n, 3) float64
@@ -63,11 +65,6 @@ def find_closed_parts(
         Number of the room's triangles; the others are objects, which share no edge with it.
     tolerance_m : float
         Distance [m] within which a corner stands on another triangle's edge.
-
-    Returns
-    -------
-    ClosedParts
-        By first triangle.
     """
     triangle, start, end = _cut_edges(vertices_m, faces, has_area, room_faces, tolerance_m)
     in_room = triangle < room_faces

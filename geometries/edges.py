@@ -65,18 +65,15 @@ class Edges:
 def find_edges(facets: Facets, *, tolerance_m: float) -> Edges:
     """Return the true edges of a set of facets.
 
+    Ordered by the facets that own them. An edge of one body that rests in the middle of another
+    body's facet (a cabinet's foot on the floor) counts with its own facets only.
+
     Parameters
     ----------
     facets : Facets
         Facets of a scene.
     tolerance_m : float
         Distance [m] within which corners and edges coincide.
-
-    Returns
-    -------
-    Edges
-        Ordered by the facets that own them. An edge of one body that rests in the middle of
-        another body's facet (a cabinet's foot on the floor) counts with its own facets only.
     """
     owner = np.repeat(np.arange(len(facets.facet_plane)), np.diff(facets.outline_start))
     outlines = [facets.outline_room_m(f) for f in range(len(facets.facet_plane))]

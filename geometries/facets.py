@@ -132,6 +132,8 @@ def build_facets(
 ) -> Facets:
     """Return the facets of a welded triangle mesh.
 
+    Ordered by plane, material and first triangle, so that the order of the mesh decides ties.
+
     Parameters
     ----------
     vertices_m : (n, 3) float64
@@ -144,11 +146,6 @@ def build_facets(
         T-junction tolerance [m]: how near a corner stands to an edge that it lies on.
     rounding_m : (n,) float64, float or None
         How far [m] rounding may have moved each vertex off its plane; None takes ``tolerance_m``.
-
-    Returns
-    -------
-    Facets
-        Ordered by plane, material and first triangle, so that the order of the mesh decides ties.
     """
     rounding = tolerance_m if rounding_m is None else rounding_m
     label = group_planes(vertices_m, faces, rounding)

@@ -18,11 +18,6 @@ def refuse_overwrite(*paths: Path, force: bool) -> None:
         Files that would be written.
     force : bool
         True: overwriting is what the user asked for.
-
-    Raises
-    ------
-    ConfigError
-        When one of the files exists and ``force`` is false, or its folder is a file.
     """
     for path in paths:
         above = next(folder for folder in path.absolute().parents if folder.exists())
@@ -47,11 +42,6 @@ def whole_file(path: Path) -> Iterator[Path]:
     ------
     Path
         Where to write; same folder, same suffix.
-
-    Raises
-    ------
-    ConfigError
-        When the folder cannot be made or written to.
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -82,11 +72,6 @@ def write_text(path: Path, text: str, *, force: bool = True) -> None:
         Its content, written as UTF-8.
     force : bool
         False: refuse when the file exists.
-
-    Raises
-    ------
-    ConfigError
-        When the file exists and ``force`` is false, or its folder cannot be written to.
     """
     refuse_overwrite(path, force=force)
     with whole_file(path) as part:

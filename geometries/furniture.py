@@ -31,6 +31,8 @@ def box(
 ) -> Body:
     """Return a closed box.
 
+    12 triangles, normals outwards.
+
     Parameters
     ----------
     size_m : (3,) sequence of float
@@ -43,16 +45,6 @@ def box(
         Turn about the vertical through `position_m`, from +x towards +y [deg].
     name : str
         Name of the body.
-
-    Returns
-    -------
-    Body
-        12 triangles, normals outwards.
-
-    Raises
-    ------
-    GeometryError
-        When a length is not positive, or the place is not finite.
     """
     size = frozen_array(size_m, name=f"size_m of {name!r}", shape=(3,))
     for axis, length in zip("xyz", size, strict=True):
@@ -69,7 +61,9 @@ def cabinet(
     yaw_deg: float = 0.0,
     name: str = "cabinet",
 ) -> Body:
-    """Return a closed file cabinet: a box, of metal unless told otherwise.
+    """Return a closed file cabinet: a box, of metal unless another material is given.
+
+    12 triangles, normals outwards; drawers, feet and gaps are left out.
 
     Parameters
     ----------
@@ -83,16 +77,6 @@ def cabinet(
         Turn about the vertical through `position_m`, from +x towards +y [deg].
     name : str
         Name of the body.
-
-    Returns
-    -------
-    Body
-        12 triangles, normals outwards; drawers, feet and gaps are left out.
-
-    Raises
-    ------
-    GeometryError
-        When a length is not positive, or the place is not finite.
 
     References
     ----------
@@ -114,6 +98,8 @@ def cylinder(
 ) -> Body:
     """Return a closed upright cylinder, as a prism with flat sides.
 
+    4 (sides - 1) triangles, normals outwards. Bottom and top are one facet each.
+
     Parameters
     ----------
     radius_m : float
@@ -130,16 +116,6 @@ def cylinder(
         Turn about the axis, from +x towards +y [deg]; at zero an edge points to +x.
     name : str
         Name of the body.
-
-    Returns
-    -------
-    Body
-        4 (sides - 1) triangles, normals outwards. Bottom and top are one facet each.
-
-    Raises
-    ------
-    GeometryError
-        When a length is not positive, there are fewer than 3 sides, or the place is not finite.
 
     Notes
     -----
@@ -185,6 +161,8 @@ def sphere(
 ) -> Body:
     """Return a closed sphere, as a polyhedron of triangles of nearly one size.
 
+    20 x 4^subdivisions triangles, each a facet of its own, normals outwards.
+
     Parameters
     ----------
     radius_m : float
@@ -199,17 +177,6 @@ def sphere(
         Turn about the vertical through the centre, from +x towards +y [deg].
     name : str
         Name of the body.
-
-    Returns
-    -------
-    Body
-        20 x 4^subdivisions triangles, each a facet of its own, normals outwards.
-
-    Raises
-    ------
-    GeometryError
-        When the radius is not positive, the subdivisions are out of range, or the place is not
-        finite.
 
     Notes
     -----

@@ -68,16 +68,6 @@ def metres_per_unit(unit: str) -> float:
     ----------
     unit : str
         A key of `METRES_PER_UNIT`, such as "m", "cm", "mm", "in" or "ft"; case does not matter.
-
-    Returns
-    -------
-    float
-        Length [m].
-
-    Raises
-    ------
-    GeometryError
-        When the unit is unknown.
     """
     try:
         return METRES_PER_UNIT[unit.strip().lower()]
@@ -91,30 +81,19 @@ def metres_per_unit(unit: str) -> float:
 
 
 def readable_extensions() -> tuple[str, ...]:
-    """Return the file extensions that `load_bodies` reads with the packages installed here.
-
-    Returns
-    -------
-    tuple of str
-        Extensions in lower case, without the dot, in alphabetical order.
-    """
+    """Return the file extensions, lower case without dot, that `load_bodies` can read here."""
     from trimesh.exchange.load import mesh_formats
 
     return tuple(sorted((mesh_formats() | {"obj", _SCENE}) - set(_NOT_SURFACES)))
 
 
 def carries_materials(path: str | Path) -> bool:
-    """Return whether files of this kind may name the material of their bodies.
+    """Return whether files of this kind may name materials of bodies: GLB, GLTF, Mitsuba XML.
 
     Parameters
     ----------
     path : str or Path
         A mesh file; it need not exist.
-
-    Returns
-    -------
-    bool
-        True for GLB, GLTF and Mitsuba XML.
     """
     return Path(path).suffix.lower().removeprefix(".") in (*GLTF, _SCENE)
 
@@ -243,16 +222,6 @@ def mesh_object(
     name : str or None
         What to call the object: a single body takes the name, several become ``name.body``. None
         keeps the file's names.
-
-    Returns
-    -------
-    tuple of Body
-        The bodies, winding as in the file.
-
-    Raises
-    ------
-    GeometryError
-        As `load_bodies`, or when the place is not finite.
     """
     bodies = load_bodies(
         path, unit=unit, material=material, materials_by_name=materials_by_name, up=up
@@ -452,12 +421,6 @@ def save_bodies(
         names, so that all bodies become one). An existing file is overwritten.
     opacity : mapping of str to float or None
         Opacity of bodies by name in GLB and GLTF [-], where it is not the material's own.
-
-    Raises
-    ------
-    GeometryError
-        When there is no body, two have the same name, the extension cannot be written, or the
-        folder does not exist.
 
     Notes
     -----

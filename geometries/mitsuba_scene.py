@@ -114,7 +114,7 @@ class _Document:
 
 
 def read_mitsuba(path: Path, load_mesh: MeshReader) -> list[MitsubaShape]:
-    """Return the shapes of a Mitsuba or Sionna RT scene, in their places.
+    """Return the shapes of a Mitsuba or Sionna RT scene in their places, in its order.
 
     Parameters
     ----------
@@ -122,17 +122,6 @@ def read_mitsuba(path: Path, load_mesh: MeshReader) -> list[MitsubaShape]:
         The XML file; its meshes are looked for beside it.
     load_mesh : callable
         Reads a mesh file of a shape; it gets the path, ``unit`` and ``material``.
-
-    Returns
-    -------
-    list of MitsubaShape
-        In the order of the file.
-
-    Raises
-    ------
-    GeometryError
-        When the file is no such scene, a mesh is missing, a shape or a reference is unknown, or a
-        matrix is singular.
 
     Notes
     -----
@@ -369,16 +358,6 @@ def _numbers_of(text: str, *, where: str) -> list[float]:
         For example ``1, 2, 3``.
     where : str
         File, line and element, for messages.
-
-    Returns
-    -------
-    list of float
-        The numbers, in the unit of the file [-].
-
-    Raises
-    ------
-    GeometryError
-        When a word is not a finite number.
     """
     try:
         found = [float(word) for word in text.replace(",", " ").split()]
@@ -409,16 +388,6 @@ def _vector_of(
         File, line and element, for messages.
     default : float
         What a coordinate is that is not given [-].
-
-    Returns
-    -------
-    (3,) float64
-        In the unit of the file [-].
-
-    Raises
-    ------
-    GeometryError
-        When there are not one or three finite numbers.
     """
     value = attribute(element, "value")
     if value is None:
@@ -450,16 +419,6 @@ def _transform_matrix(
         Reads an attribute.
     where : str
         File and shape, for messages.
-
-    Returns
-    -------
-    (4, 4) float64
-        Affine [-], lengths in the unit of the file.
-
-    Raises
-    ------
-    GeometryError
-        When a step is unknown or not numbers, or the whole is singular or not affine.
 
     References
     ----------

@@ -7,6 +7,8 @@ from collections.abc import Iterable
 def nearest_name(given: str, allowed: Iterable[str], *, least_likeness: float = 0.0) -> str | None:
     """Return the allowed name that looks most like a mistyped one; case does not count.
 
+    None where no name is that similar.
+
     Parameters
     ----------
     given : str
@@ -15,11 +17,6 @@ def nearest_name(given: str, allowed: Iterable[str], *, least_likeness: float = 
         The names that exist.
     least_likeness : float
         Likeness from 0 to 1 that the nearest name must reach [-]; with 0 every name is near enough.
-
-    Returns
-    -------
-    str or None
-        None where no name is that similar.
     """
     folded = {name.casefold(): name for name in allowed}
     hits = difflib.get_close_matches(given.casefold(), folded, n=1, cutoff=least_likeness)

@@ -27,11 +27,6 @@ def build_bvh(corners_m: FloatArray, planes: IntArray, *, extent_m: float) -> Bv
         Number of the plane that each triangle lies in, for exclusion.
     extent_m : float
         Size of the whole scene [m], the scale of the margins.
-
-    Returns
-    -------
-    BvhArrays
-        Hierarchy; empty arrays when there is no triangle.
     """
     margin = LENGTHS.facet_per_extent * extent_m
     corners = np.ascontiguousarray(corners_m, dtype=np.float64).reshape(-1, 3, 3)

@@ -36,11 +36,6 @@ def rounding_m(vertices_m: FloatArray, *, coordinate_bits: int, extent_m: float)
     extent_m : float
         Size of the scene [m].
 
-    Returns
-    -------
-    (n,) float64
-        Tolerance [m].
-
     Notes
     -----
     Rounding moves a coordinate c by at most 2^-bits |c|, and a corner at x off its plane by at most
@@ -58,7 +53,7 @@ def rounding_m(vertices_m: FloatArray, *, coordinate_bits: int, extent_m: float)
 def group_planes(
     vertices_m: FloatArray, faces: IntArray, tolerance_m: FloatArray | float
 ) -> IntArray:
-    """Return the (t,) plane label of each triangle, -1 for triangles without area.
+    """Return the (t,) plane label of each triangle, by size of its largest one; -1 without area.
 
     Parameters
     ----------
@@ -68,11 +63,6 @@ def group_planes(
         Triangles as indices of welded vertices.
     tolerance_m : (n,) float64 or float
         How far [m] rounding may have moved each vertex off its plane.
-
-    Returns
-    -------
-    (t,) int64
-        Planes, numbered by their largest triangle.
 
     Notes
     -----

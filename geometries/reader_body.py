@@ -101,24 +101,12 @@ class ReaderBody:
 
     @property
     def has_plates(self) -> bool:
-        """Whether any plate stands on the ground plane.
-
-        Returns
-        -------
-        bool
-            False when both plate heights are zero.
-        """
+        """Whether any plate stands on the ground plane."""
         return len(self.plate_azimuths_rad) > 0
 
     @property
     def element_feet_m(self) -> npt.NDArray[np.float64]:
-        """Points of the ground plane's upper side that the antennas stand above [m].
-
-        Returns
-        -------
-        (n, 3) float64
-            Places in the reader frame [m]; z is zero.
-        """
+        """(n, 3) points of the ground plane's upper side below the antennas, reader frame [m]."""
         delta = self.built.element_azimuths_rad
         flat = np.zeros(self.antennas)
         feet: npt.NDArray[np.float64] = self.built.element_radii_m[:, None] * np.column_stack(
@@ -128,24 +116,15 @@ class ReaderBody:
 
     @property
     def antenna_spacing_m(self) -> float:
-        """Distance between neighbouring antennas [m].
-
-        Returns
-        -------
-        float
-            2 r_a sin(pi / n) [m].
-        """
+        """Distance between neighbouring antennas, 2 r_a sin(pi / n) [m]."""
         return 2.0 * self.antenna_radius_m * math.sin(math.pi / self.antennas)
 
     @property
     def fitted_monopole_plane_m(self) -> float:
         """Side of the square plane that fits under each monopole [m].
 
-        Returns
-        -------
-        float
-            `monopole_plane_m`, or less where it would cut a plate or its neighbour [m]; see
-            `fitted_monopole_plane_m`.
+        `monopole_plane_m`, or less where it would cut a plate or its neighbour [m]; see
+        `fitted_monopole_plane_m`.
         """
         return fitted_monopole_plane_m(
             self.monopole_plane_m,
@@ -202,18 +181,6 @@ def reader_body(
     errors : BuildErrors or None
         What is built less what is drawn; None, or errors of zero: as drawn. With errors a dipole
         may stand beyond the rim, as it touches nothing.
-
-    Returns
-    -------
-    ReaderBody
-        Checked parameters and the mesh.
-
-    Raises
-    ------
-    GeometryError
-        When a length is negative or not finite, there are fewer than 3 antennas, the shape is
-        unknown, an antenna or a plate reaches beyond the ground plane, or errors make a reader that
-        cannot be built.
 
     References
     ----------
@@ -300,7 +267,7 @@ def _sheets(built: BuiltPlaces, rim_m: FloatArray, *, name: str, material: str) 
 def ground_plane_outline_m(
     ground_plane_m: float, *, shape: GroundPlaneShape, antennas: int
 ) -> npt.NDArray[np.float64]:
-    """Return the corners of a ground plane's rim, counter-clockwise [m].
+    """Return the (k, 2) corners of a ground plane's rim, counter-clockwise [m].
 
     Parameters
     ----------
@@ -310,11 +277,6 @@ def ground_plane_outline_m(
         "square", "round" or "octagon".
     antennas : int
         Number of antennas, which sets the number of sides of a round plane.
-
-    Returns
-    -------
-    (k, 2) float64
-        x' and y' of each corner in the reader frame [m].
     """
     half = 0.5 * ground_plane_m
     if shape == "square":
@@ -338,6 +300,8 @@ def fitted_monopole_plane_m(
 ) -> float:
     """Return the side of the square plane that fits under each monopole [m].
 
+    The side asked for, or the largest that fits if that is smaller [m].
+
     The plane is centred under its monopole, with two sides along the radius. Made larger by the
     margin on all sides, it must not cross the half-planes half-way between neighbouring antennas,
     where the plates stand; without plates it would otherwise cross the neighbour's plane there.
@@ -352,16 +316,6 @@ def fitted_monopole_plane_m(
         Number of antennas n, at least 3.
     margin_m : float
         Clearance to keep on all sides [m].
-
-    Returns
-    -------
-    float
-        The side asked for, or the largest that fits if that is smaller [m].
-
-    Raises
-    ------
-    GeometryError
-        When a length is negative or not finite, or no plane at all fits.
 
     Notes
     -----

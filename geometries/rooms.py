@@ -42,11 +42,6 @@ class Doorway:
         Width of the opening [m]; the opening must end before the wall does.
     height_m : float
         Height of the opening [m]; lower than the room.
-
-    Raises
-    ------
-    GeometryError
-        When a length is not positive and finite, or the wall's number is negative.
     """
 
     wall: int
@@ -74,6 +69,8 @@ def prism_room(
 ) -> tuple[Body, ...]:
     """Return a room with upright walls over any simple outline.
 
+    "walls", "floor", "ceiling"; normals point into the room.
+
     Parameters
     ----------
     outline_xy_m : (k, 2) array_like
@@ -88,17 +85,6 @@ def prism_room(
         Labels of "walls", "floor" and "ceiling".
     doorways : sequence of Doorway
         Openings; without any the room is closed.
-
-    Returns
-    -------
-    tuple of Body
-        "walls", "floor", "ceiling"; normals point into the room.
-
-    Raises
-    ------
-    GeometryError
-        When the outline is not simple, a length is not positive, a part is unknown, or a doorway
-        does not fit into its wall.
 
     Notes
     -----
@@ -199,6 +185,8 @@ def box_room(
 ) -> tuple[Body, ...]:
     """Return a rectangular room.
 
+    "walls", "floor", "ceiling"; normals point into the room.
+
     Parameters
     ----------
     size_m : (3,) sequence of float
@@ -212,16 +200,6 @@ def box_room(
     doorways : sequence of Doorway
         Openings; wall 0 is at the lowest y and runs towards +x, and 1, 2, 3 follow
         counter-clockwise seen from above.
-
-    Returns
-    -------
-    tuple of Body
-        "walls", "floor", "ceiling"; normals point into the room.
-
-    Raises
-    ------
-    GeometryError
-        When a length is not positive, a part is unknown, or a doorway does not fit.
     """
     lx, ly, lz = _lengths(size_m, names=("x", "y", "z"), of="the room's size_m")
     return prism_room(
@@ -246,6 +224,8 @@ def l_shaped_room(
 ) -> tuple[Body, ...]:
     """Return an L-shaped room: a box from which one corner is missing over the whole height.
 
+    "walls", "floor", "ceiling"; normals point into the room.
+
     Parameters
     ----------
     size_m : (3,) sequence of float
@@ -263,17 +243,6 @@ def l_shaped_room(
     doorways : sequence of Doorway
         Openings. For the notch at "+x+y" wall 0 is at the lowest y and runs towards +x, and 1 to 5
         follow counter-clockwise; for the other corners the whole plan is mirrored in x, y or both.
-
-    Returns
-    -------
-    tuple of Body
-        "walls", "floor", "ceiling"; normals point into the room.
-
-    Raises
-    ------
-    GeometryError
-        When a length is not positive, the notch is as large as the box, a part or a corner is
-        unknown, or a doorway does not fit.
     """
     lx, ly, lz = _lengths(size_m, names=("x", "y", "z"), of="the room's size_m")
     nx, ny = _lengths(notch_m, names=("x", "y"), of="notch_m")
@@ -313,6 +282,8 @@ def corridor(
 ) -> tuple[Body, ...]:
     """Return a straight corridor along x, closed at both ends.
 
+    "walls", "floor", "ceiling"; normals point into the corridor.
+
     Parameters
     ----------
     length_m : float
@@ -329,16 +300,6 @@ def corridor(
         Labels of "walls", "floor" and "ceiling".
     doorways : sequence of Doorway
         Openings, as in `box_room`: walls 0 and 2 are the long ones, 1 and 3 the ends.
-
-    Returns
-    -------
-    tuple of Body
-        "walls", "floor", "ceiling"; normals point into the corridor.
-
-    Raises
-    ------
-    GeometryError
-        When a length is not positive, a part is unknown, or a doorway does not fit.
     """
     return box_room(
         (

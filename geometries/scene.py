@@ -271,7 +271,7 @@ def build_scene(
     objects: Sequence[Body] = (),
     coordinate_bits: int = FLOAT32_BITS,
 ) -> Scene:
-    """Return the scene made of a room and the objects in it.
+    """Return the scene made of a room and the objects in it; no body at all gives free space.
 
     Parameters
     ----------
@@ -284,16 +284,6 @@ def build_scene(
         Significant bits of the stored coordinates, 1 to 53: what their rounding explains does
         not keep triangles out of one plane. 24, float32, suits files; 53 takes every triangle as
         it is stored, so that a flat wall which a float32 file has made uneven becomes many planes.
-
-    Returns
-    -------
-    Scene
-        Immutable; no body at all gives free space.
-
-    Raises
-    ------
-    GeometryError
-        If there are bodies but no triangle with an area, or the number of bits is out of range.
     """
     if not 1 <= coordinate_bits <= 53:
         msg = f"coordinate_bits = {coordinate_bits} is not a number of bits from 1 to 53."

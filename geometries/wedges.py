@@ -89,19 +89,15 @@ class Wedges:
 def find_wedges(scene: Scene) -> Wedges:
     """Return the wedges of a scene that diffract.
 
+    Left out are edges inside solids, seams of one material in one plane, and corners of pi / m, m =
+    2, 3 ... (a room's own edges and corners): there reflections alone make the exact field of
+    perfectly conducting faces. Where such a corner's faces differ in material, what remains is the
+    small difference between the orders in which they reflect.
+
     Parameters
     ----------
     scene : Scene
         Geometry.
-
-    Returns
-    -------
-    Wedges
-        Without those that lie inside solids, without seams of one material in one plane, and
-        without corners of pi / m, m = 2, 3 ... (a room's own edges and corners): there reflections
-        alone make the exact field of perfectly conducting faces. Where such a corner's faces
-        differ in material, what remains is the small difference between the orders in which
-        they reflect.
 
     Notes
     -----

@@ -39,6 +39,8 @@ def reader_from_pattern_files(
 ) -> ReaderResponse:
     """Return a reader's response that is given entirely by pattern files.
 
+    Model ``files``; its warnings say what the files left open.
+
     Parameters
     ----------
     paths : sequence of str or Path
@@ -60,11 +62,6 @@ def reader_from_pattern_files(
         Step [deg] of the response's grid; must divide 180 deg.
     outside : {"error", "zero"}
         What to do where a file does not cover theta down to a pole.
-
-    Returns
-    -------
-    ReaderResponse
-        Model ``files``; its warnings say what the files left open.
 
     Raises
     ------
@@ -242,22 +239,14 @@ def pattern_tables(
 ) -> tuple[PatternTable, ...]:
     """Return the embedded patterns of a reader as tables, to be written to files.
 
+    One table an antenna, of realised gain, phase at the reader's centre.
+
     Parameters
     ----------
     response : ReaderResponse
         The reader.
     step_deg : float, optional
         Step [deg] of theta and phi, a divisor of 180; the response's own grid where left out.
-
-    Returns
-    -------
-    tuple of PatternTable
-        One table an antenna, of realised gain, phase at the reader's centre.
-
-    Raises
-    ------
-    PatternFileError
-        When the step does not divide 180 deg.
     """
     theta_rad, phi_rad = response.theta_rad, response.phi_rad
     if step_deg is not None:

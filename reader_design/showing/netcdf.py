@@ -32,16 +32,6 @@ def variable(
         Unit, for example ``W``; ``1`` for a number without one.
     long_name : str
         What it is, in words.
-
-    Returns
-    -------
-    xarray.Variable
-        With ``units`` and ``long_name`` as attributes.
-
-    Raises
-    ------
-    ValueError
-        When unit or name is empty, or the dimensions do not fit.
     """
     import xarray as xr
 
@@ -79,16 +69,6 @@ def dataset(
         What the file holds.
     attributes : mapping or None
         Further attributes [-].
-
-    Returns
-    -------
-    xarray.Dataset
-        Ready for `write_dataset`.
-
-    Raises
-    ------
-    ValueError
-        When a variable or coordinate has no units or long_name.
     """
     import xarray as xr
 
@@ -116,13 +96,6 @@ def write_dataset(data: "xr.Dataset", path: Path, *, force: bool) -> None:
         The file.
     force : bool
         False: refuse when the file exists.
-
-    Raises
-    ------
-    ConfigError
-        When the file exists and ``force`` is false, or its folder cannot be written to.
-    ValueError
-        When a variable has no units or long_name.
     """
     refuse_overwrite(path, force=force)
     for name, item in data.variables.items():
@@ -140,16 +113,6 @@ def read_dataset(path: Path) -> "xr.Dataset":
     ----------
     path : Path
         A netCDF4 file.
-
-    Returns
-    -------
-    xarray.Dataset
-        Its content; the file is closed.
-
-    Raises
-    ------
-    ConfigError
-        When the file does not exist or is not netCDF4.
     """
     import xarray as xr
 

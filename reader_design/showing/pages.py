@@ -140,15 +140,12 @@ def embedded_figures(
 def render_report(report: Report) -> str:
     """Return the report as one self-contained HTML page; numbers keep the units they come with.
 
+    HTML without script, external link or font, that follows the reader's light or dark theme.
+
     Parameters
     ----------
     report : Report
         The content; every text is escaped.
-
-    Returns
-    -------
-    str
-        HTML without script, external link or font, that follows the reader's light or dark theme.
     """
     return _environment().get_template("report.html.j2").render(report=report)
 

@@ -42,17 +42,14 @@ class Plan:
 def plan_of(scene: Scene, height_m: float) -> Plan:
     """Return the plan of a scene, cut at a height [m].
 
+    Walls and objects that the cut meets, and the footprint of closed objects at any height.
+
     Parameters
     ----------
     scene : Scene
         Room and objects.
     height_m : float
         Height coordinate of the cut in the room's frame [m].
-
-    Returns
-    -------
-    Plan
-        Walls and objects that the cut meets, and the footprint of closed objects at any height.
     """
     corners = [body.vertices_m[body.faces] for body in scene.bodies]
     triangles = np.concatenate(corners) if corners else np.zeros((0, 3, 3))
@@ -65,7 +62,7 @@ def plan_of(scene: Scene, height_m: float) -> Plan:
 
 
 def cut_triangles(triangles_m: FloatArray, height_m: float) -> FloatArray:
-    """Return the segments in which a horizontal plane cuts triangles, seen from above [m].
+    """Return the (k, 2, 2) segments in which a horizontal plane cuts triangles, from above [m].
 
     Parameters
     ----------
@@ -73,11 +70,6 @@ def cut_triangles(triangles_m: FloatArray, height_m: float) -> FloatArray:
         Corners [m].
     height_m : float
         Height of the plane [m]; a corner exactly on it counts as above.
-
-    Returns
-    -------
-    (k, 2, 2) float64
-        Ends of each segment [m].
     """
     if len(triangles_m) == 0:
         return np.zeros((0, 2, 2))
@@ -98,7 +90,7 @@ def cut_triangles(triangles_m: FloatArray, height_m: float) -> FloatArray:
 
 
 def draw_plan(axes: "Axes", plan: Plan, *, extra_m: FloatArray | None = None) -> None:
-    """Return nothing; draw walls and objects and set equal axes in [m].
+    """Draw walls and objects and set equal axes in [m].
 
     Parameters
     ----------
@@ -137,7 +129,7 @@ def draw_plan(axes: "Axes", plan: Plan, *, extra_m: FloatArray | None = None) ->
 
 
 def draw_tags(axes: "Axes", tags: Mapping[str, FloatArray]) -> None:
-    """Return nothing; draw crosses with the tags' names at their points [m].
+    """Draw crosses with the tags' names at their points [m].
 
     Parameters
     ----------
@@ -181,11 +173,6 @@ def plan_shape(plan: Plan, x_m: FloatArray, y_m: FloatArray) -> float:
         The room.
     x_m, y_m : (k,) float64
         Coordinates that must be in view [m].
-
-    Returns
-    -------
-    float
-        What a page can take.
     """
     low = np.minimum(plan.bounds_m[0], [x_m.min(), y_m.min()])
     high = np.maximum(plan.bounds_m[1], [x_m.max(), y_m.max()])
@@ -227,6 +214,8 @@ def map_figure(
 ) -> "Figure":
     """Return plan views of the room with one common colour bar, axes in [m].
 
+    Grey where no robot can stand.
+
     Parameters
     ----------
     x_m, y_m : (nx,), (ny,) float64
@@ -248,11 +237,6 @@ def map_figure(
         Most panels in a row.
     levels : int, optional
         Number of colours between the limits; default: a smooth bar.
-
-    Returns
-    -------
-    Figure
-        Grey where no robot can stand.
     """
     from matplotlib import colormaps
 

@@ -80,7 +80,7 @@ def figure_style() -> Iterator[None]:
 
 
 def save_figure(figure: "Figure", path: Path) -> None:
-    """Return nothing; write a figure as PNG, whole or not at all, at 150 dots per inch.
+    """Write a figure as PNG, whole or not at all, at 150 dots per inch.
 
     Parameters
     ----------
@@ -106,13 +106,6 @@ def new_figure(
         Line above all panels.
     rows, columns : int
         Number of panels.
-
-    Returns
-    -------
-    Figure
-        Drawn by Agg when it is saved.
-    (rows, columns) ndarray of Axes
-        Its panels.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -132,17 +125,12 @@ def math_text(label: str) -> str:
     ----------
     label : str
         E.g. a design's label.
-
-    Returns
-    -------
-    str
-        With mathematical markup.
     """
     return label.replace("r_a", "$r_a$").replace("h_p", "$h_p$")
 
 
 def draw_antennas(axes: "Axes", x: npt.ArrayLike, rss_dbm: FloatArray) -> None:
-    """Return nothing; draw one line for each antenna, RSS [dBm] over any abscissa.
+    """Draw one line for each antenna, RSS [dBm] over any abscissa.
 
     Parameters
     ----------
@@ -166,7 +154,7 @@ def draw_antennas(axes: "Axes", x: npt.ArrayLike, rss_dbm: FloatArray) -> None:
 
 
 def antenna_legend(figure: "Figure", axes: "Axes", *, title: str | None = None) -> None:
-    """Return nothing; put one legend of the antennas at the figure's right side.
+    """Put one legend of the antennas at the figure's right side.
 
     Parameters
     ----------

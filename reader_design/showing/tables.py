@@ -17,7 +17,7 @@ from octant.geometries.names import nearest_name
 
 
 def read_columns(path: Path, columns: Sequence[str]) -> npt.NDArray[np.float64]:
-    """Return named columns of a CSV file, in the units that their names carry.
+    """Return named columns of a CSV file, (m, k), in the units that their names carry.
 
     Parameters
     ----------
@@ -26,16 +26,6 @@ def read_columns(path: Path, columns: Sequence[str]) -> npt.NDArray[np.float64]:
         skipped.
     columns : sequence of str
         The names wanted, for example ``x_m``.
-
-    Returns
-    -------
-    (m, k) ndarray of float64
-        One row a line [m], [deg]; k = ``len(columns)``.
-
-    Raises
-    ------
-    ConfigError
-        When the file is missing, has no such column, no row, or a value that is no finite number.
     """
     try:
         text = path.read_text("utf-8-sig")
@@ -63,7 +53,7 @@ def read_columns(path: Path, columns: Sequence[str]) -> npt.NDArray[np.float64]:
 def put_table(
     target: str | None, header: Sequence[str], rows: Iterable[Sequence[object]], *, force: bool
 ) -> None:
-    """Return nothing; write a CSV table to a file or to stdout, row by row.
+    """Write a CSV table to a file or to stdout, row by row.
 
     Parameters
     ----------
@@ -75,11 +65,6 @@ def put_table(
         Values; floats get the digits that read back to the same number.
     force : bool
         Replace a file that exists.
-
-    Raises
-    ------
-    ConfigError
-        When the file exists and ``force`` is false, or cannot be written.
     """
     if target is None or target == "-":
         _write_rows(sys.stdout, header, rows)
@@ -99,11 +84,6 @@ def csv_text(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
         Column names, with their units.
     rows : iterable of sequences
         Values; floats get the digits that read back to the same number.
-
-    Returns
-    -------
-    str
-        One line a row.
     """
     text = io.StringIO(newline="")
     _write_rows(text, header, rows)

@@ -148,11 +148,6 @@ def refusal(path: Path, line: int, what: str) -> PatternFileError:
         Line number, from 1.
     what : str
         What is wrong and what to do: the rest of the sentence.
-
-    Returns
-    -------
-    PatternFileError
-        To be raised by the caller.
     """
     return PatternFileError(f"{path}, line {line}: {what}")
 
@@ -164,16 +159,6 @@ def read_lines(path: Path) -> list[str]:
     ----------
     path : Path
         The file; UTF-8, or Latin-1 where it is not.
-
-    Returns
-    -------
-    list of str
-        Lines without their ends.
-
-    Raises
-    ------
-    PatternFileError
-        When the file cannot be read, is empty, or is not text.
     """
     try:
         data = path.read_bytes()
@@ -205,16 +190,6 @@ def number(path: Path, line: int, token: str) -> float:
         Line number.
     token : str
         The text; a Fortran exponent ``D`` is understood.
-
-    Returns
-    -------
-    float
-        A finite number.
-
-    Raises
-    ------
-    PatternFileError
-        When the text is no finite number.
     """
     value = math.nan
     try:
@@ -242,16 +217,6 @@ def numbers(path: Path, line: int, tokens: Sequence[str], count: int) -> Row:
         The line's columns.
     count : int
         How many there must be.
-
-    Returns
-    -------
-    Row
-        The numbers.
-
-    Raises
-    ------
-    PatternFileError
-        For another number of columns, or a column that is no finite number.
     """
     if len(tokens) != count:
         what = f"{len(tokens)} columns where {count} are needed; correct the line."
@@ -270,16 +235,6 @@ def whole_number(path: Path, line: int, token: str) -> int:
         Line number.
     token : str
         The text.
-
-    Returns
-    -------
-    int
-        The number.
-
-    Raises
-    ------
-    PatternFileError
-        When it is no whole number between 1 and the most that fits in memory.
     """
     value = number(path, line, token)
     if value != int(value) or not 1 <= value <= _MOST_SAMPLES:
@@ -289,7 +244,7 @@ def whole_number(path: Path, line: int, token: str) -> int:
 
 
 def checked_gain_dbi(path: Path, line: int, value: float) -> float:
-    """Return a gain [dBi] that can be one.
+    """Return a gain that can be one, not below ``DBI_FLOOR`` [dBi].
 
     Parameters
     ----------
@@ -299,16 +254,6 @@ def checked_gain_dbi(path: Path, line: int, value: float) -> float:
         Line number.
     value : float
         The file's number [dBi].
-
-    Returns
-    -------
-    float
-        The gain [dBi], not below ``DBI_FLOOR``.
-
-    Raises
-    ------
-    PatternFileError
-        Above 100 dBi.
     """
     if value > 100.0:
         raise refusal(path, line, f"{value:g} dBi is no antenna's gain; correct it.")
@@ -316,17 +261,12 @@ def checked_gain_dbi(path: Path, line: int, value: float) -> float:
 
 
 def amplitude(gain_db: npt.ArrayLike) -> npt.NDArray[np.float64]:
-    """Return the amplitude |F| [-] of gains.
+    """Return the amplitudes |F| of gains [-].
 
     Parameters
     ----------
     gain_db : array_like
         Gains [dBi]; ``DBI_FLOOR`` and less count as nothing.
-
-    Returns
-    -------
-    ndarray
-        Amplitudes [-].
     """
     gain = np.asarray(gain_db, dtype=np.float64)
     return np.where(gain > DBI_FLOOR, 10.0 ** (np.maximum(gain, DBI_FLOOR) / 20.0), 0.0)
@@ -339,18 +279,15 @@ def mean_over_sphere(
 ) -> float:
     """Return the mean of a quantity over all directions, in the quantity's unit [-].
 
+    The mean. Exact for band-limited patterns on a uniform grid with both poles, else by the
+    trapezoidal rule.
+
     Parameters
     ----------
     theta_rad, phi_rad : (T,), (P,) float64
         Grid [rad]; theta beyond its ends counts as nothing.
     values : (T, P) float64
         The quantity, in its own unit [-].
-
-    Returns
-    -------
-    float
-        The mean. Exact for band-limited patterns on a uniform grid with both poles, else by the
-        trapezoidal rule.
     """
     around = np.append(phi_rad, phi_rad[0] + 2.0 * math.pi)
     widths = 0.5 * (np.diff(around) + np.roll(np.diff(around), 1))

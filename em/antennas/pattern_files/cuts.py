@@ -56,22 +56,12 @@ class _Group:
 
 
 def read_csv(path: Path) -> tuple[PatternTable, ...]:
-    """Return the patterns of a CSV file.
+    """Return the patterns of a CSV file, in its order.
 
     Parameters
     ----------
     path : Path
         The file, in one of this module's three forms.
-
-    Returns
-    -------
-    tuple of PatternTable
-        In the file's order.
-
-    Raises
-    ------
-    PatternFileError
-        For a malformed file, naming the line.
     """
     names, groups = _groups(path)
     if "cut" in names:
@@ -237,7 +227,7 @@ def _made(
 
 
 def write_csv(path: str | Path, tables: Sequence[PatternTable]) -> None:
-    """Return nothing; write tables as a CSV grid that comes back exactly.
+    """Write tables as a CSV grid that comes back exactly.
 
     Parameters
     ----------
@@ -245,11 +235,6 @@ def write_csv(path: str | Path, tables: Sequence[PatternTable]) -> None:
         The file; replaced where it exists.
     tables : sequence of PatternTable
         All with phase (complex grid) or all without (grid of gains); all with a frequency or none.
-
-    Raises
-    ------
-    PatternFileError
-        When there is no table, tables differ in what they know, or the file cannot be written.
     """
     path = Path(path)
     known = {(table.phase_known, table.frequency_hz is None) for table in tables}

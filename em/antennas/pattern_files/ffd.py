@@ -36,22 +36,14 @@ _UNITS_HZ = {"": 1.0, "hz": 1.0, "khz": 1e3, "mhz": 1e6, "ghz": 1e9}
 def read_ffd(path: Path, *, incident_power_w: float = 1.0) -> tuple[PatternTable, ...]:
     """Return the far fields of an HFSS ``.ffd`` file, one table a frequency.
 
+    Realised gain; the frequency is None where the file names none.
+
     Parameters
     ----------
     path : Path
         The file.
     incident_power_w : float
         Power [W] incident on the port when the fields were exported.
-
-    Returns
-    -------
-    tuple of PatternTable
-        Realised gain; the frequency is None where the file names none.
-
-    Raises
-    ------
-    PatternFileError
-        For a malformed file, naming the line, or a power that is not above 0 W.
     """
     if not (math.isfinite(incident_power_w) and incident_power_w > 0.0):
         msg = f"{path}: incident_power_w = {incident_power_w} W; give a power above 0 W."

@@ -69,16 +69,6 @@ def read_ffe(path: Path, *, incident_power_w: float | None = None) -> tuple[Patt
         The file.
     incident_power_w : float, optional
         Power [W] incident on the port, for blocks that have no gain columns.
-
-    Returns
-    -------
-    tuple of PatternTable
-        In the file's order.
-
-    Raises
-    ------
-    PatternFileError
-        For a malformed file, naming the line.
     """
     tables = tuple(_table(path, block, incident_power_w) for block in _blocks(path))
     if not tables:
@@ -296,7 +286,7 @@ def _amplitudes(
 
 
 def write_ffe(path: str | Path, tables: Sequence[PatternTable]) -> None:
-    """Return nothing; write tables as a FEKO ``.ffe`` file, one block a table.
+    """Write tables as a FEKO ``.ffe`` file, one block a table.
 
     Parameters
     ----------
@@ -305,11 +295,6 @@ def write_ffe(path: str | Path, tables: Sequence[PatternTable]) -> None:
     tables : sequence of PatternTable
         Each with a frequency. The field is written for 1 W (incident, accepted or radiated, as the
         table's kind says), peak volts; without phase it is written as zero, with the gain alone.
-
-    Raises
-    ------
-    PatternFileError
-        When there is no table, one has no frequency, or the file cannot be written.
     """
     path = Path(path)
     if not tables:

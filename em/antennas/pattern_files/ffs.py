@@ -34,20 +34,12 @@ _COLUMNS = 6  # phi, theta, Re(E_theta), Im(E_theta), Re(E_phi), Im(E_phi)
 def read_ffs(path: Path) -> tuple[PatternTable, ...]:
     """Return the far fields of a CST ``.ffs`` file, one table a frequency.
 
+    Realised gain; phase referred to the file's position.
+
     Parameters
     ----------
     path : Path
         The file, version 3 with data type Farfield, axes not turned.
-
-    Returns
-    -------
-    tuple of PatternTable
-        Realised gain; phase referred to the file's position.
-
-    Raises
-    ------
-    PatternFileError
-        For a malformed file, naming the line.
     """
     sections = list(_sections(path))
     header = {name: (line, rows) for line, name, rows in reversed(sections)}

@@ -40,11 +40,6 @@ def loop_grid(
         Values of phi [deg] as the file has them.
     values : (C, T, P) float64
         All columns, in the file's units.
-
-    Raises
-    ------
-    PatternFileError
-        At the first line out of order, or when directions are missing.
     """
     if len(rows) < 2:
         line = rows[0].line if rows else 1
@@ -137,11 +132,6 @@ def fold(
     -------
     theta_rad, phi_rad, field
         Ascending axes [rad] and the (2, T', P') field [-].
-
-    Raises
-    ------
-    PatternFileError
-        When one direction has two different values, or directions are missing.
     """
     if np.abs(theta_deg).max() > 360.0 + 1e-6 or np.abs(phi_deg).max() > 720.0 + 1e-6:
         what = "theta beyond 360 deg or phi beyond 720 deg is no direction; correct the angles."

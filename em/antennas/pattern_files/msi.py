@@ -47,20 +47,12 @@ class _File:
 def read_msi(path: Path) -> tuple[PatternTable, ...]:
     """Return the pattern of an MSI/Planet file, spread from its two cuts.
 
+    One table of gain, amplitudes only, main direction along +x.
+
     Parameters
     ----------
     path : Path
         The file.
-
-    Returns
-    -------
-    tuple of PatternTable
-        One table of gain, amplitudes only, main direction along +x.
-
-    Raises
-    ------
-    PatternFileError
-        For a malformed file, naming the line.
     """
     content = _parse(path)
     for name in ("HORIZONTAL", "VERTICAL"):

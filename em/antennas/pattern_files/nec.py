@@ -65,21 +65,13 @@ class _Table:
 def read_nec(path: Path) -> tuple[PatternTable, ...]:
     """Return the radiation patterns of a NEC listing, one table an RP card and frequency.
 
+    Gain (or directivity, as the listing says), with the input impedance where one source fed the
+    structure.
+
     Parameters
     ----------
     path : Path
         The listing.
-
-    Returns
-    -------
-    tuple of PatternTable
-        Gain (or directivity, as the listing says), with the input impedance where one source fed
-        the structure.
-
-    Raises
-    ------
-    PatternFileError
-        For a malformed listing, naming the line, or one without patterns.
     """
     tables: list[_Table] = []
     state = _State()

@@ -42,7 +42,7 @@ def read_pattern(
     format: str | None = None,  # noqa: A002  # the natural word; nothing here formats
     incident_power_w: float | None = None,
 ) -> tuple[PatternTable, ...]:
-    """Return the patterns of a file, one table an antenna and frequency.
+    """Return the patterns of a file in its order, one table an antenna and frequency.
 
     Parameters
     ----------
@@ -53,11 +53,6 @@ def read_pattern(
     incident_power_w : float, optional
         Power [W] incident on the port where the file does not tell: ``.ffd`` (1 W unless given)
         and ``.ffe`` without gain columns.
-
-    Returns
-    -------
-    tuple of PatternTable
-        In the file's order.
 
     Raises
     ------

@@ -20,22 +20,12 @@ _SAME_RAD = 1e-6
 
 
 def half_turn_steps(step_deg: float) -> int:
-    """Return how many steps make half a turn.
+    """Return how many steps make half a turn, 180 deg over the step.
 
     Parameters
     ----------
     step_deg : float
         Step [deg] of a grid, at most 45.
-
-    Returns
-    -------
-    int
-        180 deg over the step.
-
-    Raises
-    ------
-    PatternFileError
-        When the step does not divide 180 deg.
     """
     steps = round(180.0 / step_deg) if 0.01 < step_deg <= 45.0 else 0
     if steps < 4 or abs(steps * step_deg - 180.0) > 1e-9:
@@ -49,6 +39,9 @@ def move_phase(
 ) -> ComplexArray:
     """Return the field of a table with its phase referred to another point [-].
 
+    F_theta and F_phi [-]: F times e^{j k (origin - centre) . u}. Amplitudes without phase stay as
+    they are: they count as real about the new centre.
+
     Parameters
     ----------
     table : PatternTable
@@ -57,12 +50,6 @@ def move_phase(
         Frequency [Hz].
     centre_m : (3,) float
         Point [m] of the file's frame that the phase is to be referred to.
-
-    Returns
-    -------
-    (2, T, P) complex128
-        F_theta and F_phi [-]: F times e^{j k (origin - centre) . u}. Amplitudes without phase stay
-        as they are: they count as real about the new centre.
     """
     if not table.phase_known:
         return np.array(table.field)
@@ -77,7 +64,7 @@ def move_phase(
 
 
 def check_coverage(table: PatternTable, *, outside: Outside = "error") -> None:
-    """Return nothing; refuse a table that leaves directions open.
+    """Refuse a table that leaves directions open.
 
     Parameters
     ----------
@@ -85,11 +72,6 @@ def check_coverage(table: PatternTable, *, outside: Outside = "error") -> None:
         The pattern.
     outside : {"error", "zero"}
         ``zero`` lets theta end short of a pole (a half-space over a ground plane).
-
-    Raises
-    ------
-    PatternFileError
-        When more than one step is missing around phi, or at a pole with ``error``.
     """
     if outside not in get_args(Outside):
         msg = f"outside = {outside!r} is unknown; allowed are {', '.join(get_args(Outside))}."
@@ -127,6 +109,8 @@ def resample(
 ) -> ComplexArray:
     """Return the field of a table on another grid of directions.
 
+    F_theta and F_phi [-], phase referred to the table's own origin.
+
     Parameters
     ----------
     table : PatternTable
@@ -137,16 +121,6 @@ def resample(
         Azimuths [rad], any turn.
     outside : {"error", "zero"}
         What to do where theta is not covered.
-
-    Returns
-    -------
-    (2, T, P) complex128
-        F_theta and F_phi [-], phase referred to the table's own origin.
-
-    Raises
-    ------
-    PatternFileError
-        When the table leaves directions open.
 
     Notes
     -----
@@ -214,6 +188,8 @@ def response_pattern(
 ) -> ComplexArray:
     """Return a table on the uniform grid of a `ReaderResponse`.
 
+    F_theta and F_phi [-], phase referred to ``phase_centre_m``.
+
     Parameters
     ----------
     table : PatternTable
@@ -228,16 +204,6 @@ def response_pattern(
         Values of phi from 0 to, not including, 2 pi.
     outside : {"error", "zero"}
         What to do where theta is not covered.
-
-    Returns
-    -------
-    (2, rows, columns) complex128
-        F_theta and F_phi [-], phase referred to ``phase_centre_m``.
-
-    Raises
-    ------
-    PatternFileError
-        When the table leaves directions open.
     """
     return _resampled(
         table,

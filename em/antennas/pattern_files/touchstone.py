@@ -81,7 +81,7 @@ def write_touchstone(
     reference_ohm: float = 50.0,
     form: NumberForm = "RI",
 ) -> None:
-    """Return nothing; write S-matrices as a Touchstone file, version 1.
+    """Write S-matrices as a Touchstone file, version 1.
 
     Parameters
     ----------
@@ -95,11 +95,6 @@ def write_touchstone(
         Reference impedance [ohm].
     form : {"RI", "MA", "DB"}
         How numbers are written; RI comes back exactly.
-
-    Raises
-    ------
-    PatternFileError
-        When shapes, suffix or form do not fit, or the file cannot be written.
     """
     path = Path(path)
     data = SMatrices(
@@ -144,20 +139,12 @@ def _pair(value: complex, form: str) -> str:
 def read_touchstone(path: str | Path) -> SMatrices:
     """Return the S-matrices of a Touchstone file, version 1.
 
+    Frequencies, matrices and reference impedance; a two-port's noise table is left out.
+
     Parameters
     ----------
     path : str or Path
         The file; its suffix ``.sNp`` tells the number of ports.
-
-    Returns
-    -------
-    SMatrices
-        Frequencies, matrices and reference impedance; a two-port's noise table is left out.
-
-    Raises
-    ------
-    PatternFileError
-        For a malformed file, naming the line.
     """
     path = Path(path)
     suffix = re.fullmatch(r"\.s(\d{1,3})p", path.suffix.lower())

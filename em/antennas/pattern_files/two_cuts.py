@@ -73,7 +73,7 @@ def spread_two_cuts(
 
 
 def closed_cut(path: Path, line: int, angle_deg: FloatArray, level_db: FloatArray) -> FloatArray:
-    """Return a cut at 0, 1 .. 359 deg by linear interpolation in dB around the circle.
+    """Return a cut [dB] at 0, 1 .. 359 deg by linear interpolation in dB around the circle.
 
     Parameters
     ----------
@@ -85,16 +85,6 @@ def closed_cut(path: Path, line: int, angle_deg: FloatArray, level_db: FloatArra
         Angles [deg] of the file, any turn, ascending.
     level_db : (m,) float64
         Levels [dB].
-
-    Returns
-    -------
-    (360,) float64
-        Levels [dB].
-
-    Raises
-    ------
-    PatternFileError
-        When the angles do not ascend once around, or leave a gap of more than 30 deg.
     """
     step = np.diff(angle_deg)
     if len(angle_deg) < 2 or (step <= 0.0).any() or angle_deg[-1] - angle_deg[0] > 360.0 + 1e-6:

@@ -67,11 +67,6 @@ def drive_of(result: MissionResult) -> Drive:
     ----------
     result : MissionResult
         The run.
-
-    Returns
-    -------
-    Drive
-        With its errors to the straight segments ([s], [m], [rad], [W]).
     """
     metrics = measure(result)
     return Drive(
@@ -94,6 +89,8 @@ def trajectory_figure(
 ) -> "Figure":
     """Return the robot's path through each room, axes in [m], as in thesis Fig. 5.12 (a).
 
+    Desired segments dashed, tags as crosses, the path as a line.
+
     Parameters
     ----------
     drives : sequence of (str, Drive, Plan)
@@ -102,11 +99,6 @@ def trajectory_figure(
         The points to visit, in order [m].
     title : str
         Above the figure.
-
-    Returns
-    -------
-    Figure
-        Desired segments dashed, tags as crosses, the path as a line.
     """
     columns = min(len(drives), 3)
     rows = -(-len(drives) // columns)
@@ -139,17 +131,14 @@ def trajectory_figure(
 def percentile_figure(drives: Sequence[tuple[str, Drive]], *, title: str) -> "Figure":
     """Return position [cm] and heading error [deg] against their percentile, thesis Fig. 5.12 (b).
 
+    Two panels; the 90th percentile is marked.
+
     Parameters
     ----------
     drives : sequence of (str, Drive)
         Name of the room and run.
     title : str
         Above the figure.
-
-    Returns
-    -------
-    Figure
-        Two panels; the 90th percentile is marked.
     """
     share = np.linspace(0.0, 100.0, 201)
     with figure_style():
@@ -186,11 +175,6 @@ def rss_time_figure(drive: Drive, tag_names: Sequence[str], *, title: str) -> "F
         Names of the tags in the order of the visit; their spans are marked.
     title : str
         Above the figure.
-
-    Returns
-    -------
-    Figure
-        One panel.
     """
     with figure_style():
         figure, axes = new_figure(width_in=9.2, height_in=3.8, title=title)

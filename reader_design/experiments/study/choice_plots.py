@@ -43,15 +43,7 @@ class ParallelAxis:
     values: tuple[float, ...] | tuple[str, ...]
 
     def places(self) -> tuple[FloatArray, list[tuple[float, str]]]:
-        """Return each design's height on the axis, 0 to 1, and the ticks with their text [-].
-
-        Returns
-        -------
-        (k,) float64
-            Heights [-].
-        list of (float, str)
-            Height and text of each tick.
-        """
+        """Return each design's height on the axis, 0 to 1, and the ticks with their text [-]."""
         if any(isinstance(v, str) for v in self.values):
             words = list(dict.fromkeys(map(str, self.values)))
             step = 1.0 / max(len(words) - 1, 1)
@@ -73,6 +65,8 @@ def parallel_figure(
 ) -> "Figure":
     """Return the designs as lines across parameters and scores, coloured by their rank.
 
+    Works for two designs as for thousands; the first of the ranking is drawn on top.
+
     Parameters
     ----------
     axes_of : sequence of ParallelAxis
@@ -81,11 +75,6 @@ def parallel_figure(
         Place of each design in the ranking, from 1 [-].
     title : str
         Above the figure.
-
-    Returns
-    -------
-    Figure
-        Works for two designs as for thousands; the first of the ranking is drawn on top.
     """
     from matplotlib import colormaps
     from matplotlib.cm import ScalarMappable
@@ -165,6 +154,8 @@ def pareto_figure(
 ) -> "Figure":
     """Return all designs over pairs of scores; each panel shows its own front as a line.
 
+    One panel for each pair; an arrow in the corner points to the better side.
+
     Parameters
     ----------
     pairs : sequence of (ParetoScore, ParetoScore)
@@ -175,11 +166,6 @@ def pareto_figure(
         Place of each design in the ranking, from 1 [-]; the first is marked.
     title : str
         Above the figure.
-
-    Returns
-    -------
-    Figure
-        One panel for each pair; an arrow in the corner points to the better side.
     """
     columns = min(len(pairs), 3)
     rows = -(-len(pairs) // columns)

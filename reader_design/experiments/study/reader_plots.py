@@ -50,11 +50,6 @@ def rss_azimuth_figure(
         Horizontal distance of the tag [m], for the caption.
     title : str
         Above the figure.
-
-    Returns
-    -------
-    Figure
-        Two panels.
     """
     order = np.argsort(azimuths_rad)
     azimuth = np.append(azimuths_rad[order], azimuths_rad[order][0] + 2.0 * np.pi)
@@ -105,6 +100,8 @@ def bearing_error_figure(
 ) -> "Figure":
     """Return the bearing error [deg] against the tag's azimuth, a panel for each surrounding.
 
+    Median (line) and the range from 10 % to 90 % (band) over distances or places.
+
     Parameters
     ----------
     surroundings : sequence of (str, (a,) float64, (d, a, n) float64)
@@ -113,11 +110,6 @@ def bearing_error_figure(
         Azimuths of the antennas [rad].
     title : str
         Above the figure.
-
-    Returns
-    -------
-    Figure
-        Median (line) and the range from 10 % to 90 % (band) over distances or places.
     """
     with figure_style():
         count = len(surroundings)
@@ -168,17 +160,14 @@ def error_distribution_figure(
 ) -> "Figure":
     """Return the share of directions within each absolute bearing error [deg], [%].
 
+    50 and 90 % as horizontal lines, 45 and 90 degrees as vertical ones.
+
     Parameters
     ----------
     panels : sequence of (str, sequence of ErrorCurve)
         Name and curves of each surrounding.
     title : str
         Above the figure.
-
-    Returns
-    -------
-    Figure
-        50 and 90 % as horizontal lines, 45 and 90 degrees as vertical ones.
     """
     with figure_style():
         figure, axes = new_figure(
@@ -220,17 +209,14 @@ def error_distribution_figure(
 def element_pattern_figure(antenna: Antenna, *, title: str) -> "Figure":
     """Return the gain of one antenna alone over its elevation angle [dBi], as thesis Fig. 5.8.
 
+    Polar cut and Cartesian curve; the pattern is the same at every azimuth.
+
     Parameters
     ----------
     antenna : Antenna
         Vertical, in its own frame.
     title : str
         Above the figure.
-
-    Returns
-    -------
-    Figure
-        Polar cut and Cartesian curve; the pattern is the same at every azimuth.
     """
     theta = np.radians(np.linspace(0.0, 360.0, 721))
     folded = np.minimum(theta, 2.0 * np.pi - theta)
