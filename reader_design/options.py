@@ -2,14 +2,21 @@
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import wraps
+from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import click
 
+from octant.reader_design.cli import InterruptedRunError
 from octant.reader_design.keeping.progress import Progress
 
 Decorated = TypeVar("Decorated", bound=Callable[..., Any])
+
+
+FAILED_CASES = 3
+"""Exit code of an experiment that finished, but not with a result for every case."""
 
 
 class PointType(click.ParamType[tuple[float, float, float]]):
@@ -86,36 +93,126 @@ def common_options(command: Decorated) -> Decorated:
     return cast("Decorated", quiet(force(announcing)))
 
 
-def worker_options(command: Decorated) -> Decorated:
-    """Return a command that also takes ``--workers`` and ``--cluster``, but not both.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunOptions:
+    """What every experiment is asked for on the command line, besides its study.
+
+    Attributes
+    ----------
+    out : Path
+        Folder of the results.
+    force : bool
+        Replace the results of another study.
+    workers : int or None
+        Processes of this machine; None: one for each core.
+    cluster : str or None
+        Address of a dask scheduler, or ``local:N``; in place of ``workers``.
+    dry_run : bool
+        Only say what would be computed.
+    quiet : bool
+        No progress and no messages.
+    """
+
+    out: Path
+    force: bool
+    workers: int | None
+    cluster: str | None
+    dry_run: bool
+    quiet: bool
+
+    @property
+    def progress(self) -> Progress:
+        """Bars and messages on stderr, unless quiet."""
+        return Progress(quiet=self.quiet)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Ended:
+    """How an experiment ended.
+
+    Attributes
+    ----------
+    lines : tuple of str
+        What a person wants to read at the end.
+    failed : bool
+        Whether some cases have no result; the exit code is then 3.
+    """
+
+    lines: tuple[str, ...]
+    failed: bool = False
+
+
+def experiment(
+    *, out: str | None = None, study: bool = True
+) -> Callable[[Callable[..., Ended]], Callable[..., None]]:
+    """Return a decorator that makes a function the verb of an experiment.
+
+    The function receives ``study`` (a path, or None), ``options`` (`RunOptions`) and the options of
+    its own, and returns how it ended. The verb takes STUDY, ``--out``, ``--workers``,
+    ``--cluster``, ``--dry-run``, ``--force`` and ``--quiet``; prints the lines; exits with 3 when
+    cases failed and with 130 after Ctrl-C.
 
     Parameters
     ----------
-    command : callable
-        With the parameters ``workers`` and ``cluster``.
-
-    Returns
-    -------
-    callable
-        The same, with the two options.
+    out : str or None
+        Default of ``--out``; None: it must be given.
+    study : bool
+        Whether STUDY must be given.
     """
 
-    @wraps(command)
-    def checked(*args: Any, workers: int | None, cluster: str | None, **options: Any) -> Any:  # noqa: ANN401
-        if workers is not None and cluster is not None:
-            msg = "--workers and --cluster are both given, but cells are computed by one of them."
-            raise click.UsageError(msg)
-        return command(*args, workers=workers, cluster=cluster, **options)
+    def decorated(verb: Callable[..., Ended]) -> Callable[..., None]:
+        @wraps(verb)
+        def run(
+            *,
+            study: Path | None,
+            out: Path,
+            workers: int | None,
+            cluster: str | None,
+            dry_run: bool,
+            force: bool,
+            quiet: bool,
+            **own: Any,  # noqa: ANN401  options of the verb
+        ) -> None:
+            if workers is not None and cluster is not None:
+                msg = "--workers and --cluster are both given, but only one of them can compute."
+                raise click.UsageError(msg)
+            options = RunOptions(
+                out=out, force=force, workers=workers, cluster=cluster, dry_run=dry_run, quiet=quiet
+            )
+            try:
+                ended = verb(study=study, options=options, **own)
+            except KeyboardInterrupt as exc:
+                msg = f"what was computed is kept in {out}; the same command goes on from there."
+                raise InterruptedRunError(msg) from exc
+            for line in ended.lines:
+                click.echo(line)
+            if ended.failed:
+                click.get_current_context().exit(FAILED_CASES)
 
-    processes = click.option(
-        "--workers",
-        type=click.IntRange(min=1),
-        metavar="N",
-        help="Processes on this machine; by default one for each core.",
-    )
-    scheduler = click.option(
-        "--cluster",
-        metavar="ADDRESS",
-        help="A dask scheduler that computes instead, or local:N to start N workers here.",
-    )
-    return cast("Decorated", processes(scheduler(checked)))
+        place = click.Path(path_type=Path)
+        given: dict[str, Any] = {"required": True}
+        if out is not None:
+            given = {"default": Path(out), "show_default": True}
+        parameters = (
+            click.argument("study", type=place, required=study),
+            click.option("--out", type=place, help="Folder for results.", **given),
+            click.option(
+                "--workers",
+                type=click.IntRange(min=1),
+                metavar="N",
+                help="Processes on this machine; by default one for each core.",
+            ),
+            click.option(
+                "--cluster",
+                metavar="ADDRESS",
+                help="A dask scheduler that computes instead, or local:N to start N workers here.",
+            ),
+            click.option("--dry-run", is_flag=True, help="Say what would be computed, and leave."),
+            common_options,
+        )
+        command: Callable[..., None] = run
+        for parameter in reversed(parameters):
+            command = parameter(command)
+        return command
+
+    return decorated

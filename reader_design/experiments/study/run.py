@@ -15,7 +15,7 @@ from pathlib import Path
 import msgspec
 
 from octant.em.blocks import cores
-from octant.geometries.errors import ConfigError, SweepStateError
+from octant.geometries.errors import SweepStateError
 from octant.geometries.files import write_text
 from octant.reader_design.experiments.choice.thesis_claims import claim_sentence
 from octant.reader_design.experiments.missions.mission_stage import collected_warnings
@@ -27,10 +27,13 @@ from octant.reader_design.experiments.study.publish import publish
 from octant.reader_design.experiments.study.shortlist import candidates_of, drive_shortlist
 from octant.reader_design.experiments.study.tolerance_stage import tolerance_stage
 from octant.reader_design.experiments.sweep.cost import cell_cost
+from octant.reader_design.experiments.sweep.dry_run import plan_lines as sweep_lines
 from octant.reader_design.experiments.sweep.plan import SweepPlan, plan_sweep
 from octant.reader_design.experiments.sweep.run import run_sweep
+from octant.reader_design.experiments.sweep.table import known_rows
 from octant.reader_design.keeping.folder import cell_path
 from octant.reader_design.keeping.progress import Progress
+from octant.reader_design.keeping.results import refuse_another
 from octant.reader_design.keeping.workers import open_crew
 from octant.reader_design.setting.design import design_responses
 from octant.reader_design.setting.evaluation import Cell, SweepContext
@@ -102,6 +105,36 @@ class StudyOutcome:
         )
 
 
+def plan_lines(
+    study: Study, out_dir: Path, *, quick: bool = False, workers: int | None = None
+) -> tuple[str, ...]:
+    """Return what a study would do: its sweep with time [s] and memory [GB], maps and missions.
+
+    Parameters
+    ----------
+    study : Study
+        What would be studied.
+    out_dir : Path
+        Folder of the results, where cells may be kept already.
+    quick : bool
+        Coarse sampling, a coarse map and few runs.
+    workers : int or None
+        Processes; None: one for each core.
+    """
+    plan = plan_sweep(_context(study, quick=quick))
+    rows = known_rows(plan, out_dir, progress=Progress())
+    rooms = 1 + len(study.layouts)
+    runs = 0 if study.mission is None else study.mission.runs
+    runs = min(runs, QUICK_RUNS) if quick else runs
+    built = 0 if study.tolerance is None or quick else study.tolerance.samples
+    return (
+        *sweep_lines(plan, rows, workers=workers),
+        f"then, with the chosen reader: maps of {len(study.tags)} tags",
+        f"missions: {runs} runs in each of {rooms} rooms, with {study.choice.missions} designs",
+        f"readers built with errors: {built} of each of 2 designs",
+    )
+
+
 def run_study(
     study: Study,
     out_dir: Path,
@@ -153,7 +186,7 @@ def run_study(
     began = time.perf_counter()
     progress = progress or Progress()
     text = (QUICK_LINE if quick else "") + to_toml(study, relative_to=out_dir)
-    _claim(out_dir, text, force=force)
+    refuse_another(out_dir, text, force=force, outputs=OUTPUTS)
     with collected_warnings() as warned:
         context = _context(study, quick=quick)
         rooms = list(_rooms(study, context.built))
@@ -277,34 +310,3 @@ def _refuse_nothing_scored(cells: Sequence[Cell]) -> None:
             f"{first.label} failed because {reason}; change [sweep] or [reader]."
         )
         raise SweepStateError(msg)
-
-
-def _claim(out_dir: Path, text: str, *, force: bool) -> None:
-    """Refuse a folder with another study's results, or clear it when that is wanted."""
-    there = out_dir / "study.toml"
-    outputs = [
-        path
-        for pattern in (
-            "results.nc",
-            "report.html",
-            "designs.csv",
-            "missions*.csv",
-            "trajectory*.csv",
-        )
-        for path in sorted(out_dir.glob(pattern))
-    ] + sorted(out_dir.glob("figures/*.png"))
-    if out_dir.exists() and not out_dir.is_dir():
-        msg = f"{out_dir} is a file, but the results need a folder; give another --out."
-        raise ConfigError(msg)
-    if there.is_file() and there.read_text("utf-8") == text:
-        return
-    if not (outputs or there.exists()):
-        return
-    if not force:
-        msg = (
-            f"{out_dir} holds the results of another study (or another version of this one); "
-            "give another --out, or --force to replace them."
-        )
-        raise ConfigError(msg)
-    for path in (*outputs, there):
-        path.unlink(missing_ok=True)
