@@ -4,7 +4,7 @@ import csv
 
 import pytest
 
-from octant.reader_design.experiments.tracking.outcomes import COLUMNS
+from octant.reader_design.experiments.tracking.results import COLUMNS
 from octant.reader_design.showing.netcdf import read_dataset
 from octant.reader_design.study_file.loading import load_study, parse_study, to_toml
 

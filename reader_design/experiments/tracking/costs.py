@@ -1,8 +1,8 @@
 """Table 8.1 as measured: what a control step and a training cost, and how that grows."""
 
 import time
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -25,9 +25,16 @@ from octant.navigation.tracking.measurement_feedback import FeedbackTask, Feedba
 from octant.navigation.tracking.nominal import BoundedIlqr, GainDescent
 from octant.navigation.tracking.problem import TrackingProblem
 from octant.navigation.tracking.trajectories import desired_trajectory
-from octant.reader_design.experiments.tracking.chapter6 import FRESH, MANY, REPLAY
-from octant.reader_design.experiments.tracking.chapter7 import BUCY, EKF, MPC, neighbouring_setup
-from octant.reader_design.experiments.tracking.outcomes import Outcome
+from octant.reader_design.experiments.tracking.chapters import (
+    BUCY,
+    EKF,
+    FRESH,
+    MANY,
+    MPC,
+    REPLAY,
+    neighbouring_setup,
+)
+from octant.reader_design.experiments.tracking.results import Outcome
 from octant.reader_design.experiments.tracking.settings import LEMNISCATE_START, Settings
 
 FloatArray = npt.NDArray[np.float64]
@@ -42,7 +49,7 @@ TIMED_S = 0.05
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CostScaling:
-    """Return measured times against the size of the problem.
+    """Measured times against the size of the problem.
 
     Parameters
     ----------
@@ -73,9 +80,22 @@ class CostScaling:
         return float(np.polyfit(np.log(self.sizes[-3:]), np.log(times[-3:]), 1)[0])
 
 
+FEEDBACK = "measurement feedback (chapter 6)"
+COST_COLUMNS = (
+    "method",
+    "claimed",
+    "offline_s",
+    "step_us",
+    "line_m",
+    "lemniscate_m",
+    "knows_tags",
+)
+"""Columns of costs.csv [s, µs, m]."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CostRow:
-    """Return a row of Table 8.1.
+    """A row of Table 8.1.
 
     Parameters
     ----------
@@ -88,7 +108,7 @@ class CostRow:
     step_us : float
         One control step, estimator included [µs].
     line_m, lemniscate_m : str
-        Average errors, median over the runs, where they were computed [m].
+        Average errors [m], median over the runs, from `with_errors`.
     knows_tags : bool
         Whether the robot must know the tags' places.
     """
@@ -97,9 +117,16 @@ class CostRow:
     claimed: str
     offline_s: float | None
     step_us: float
-    line_m: str
-    lemniscate_m: str
     knows_tags: bool
+    line_m: str = "–"
+    lemniscate_m: str = "–"
+
+    def row(self) -> tuple[object, ...]:
+        """Return the row of costs.csv, as `COST_COLUMNS` [s, µs, m]."""
+        offline = "" if self.offline_s is None else self.offline_s
+        errors = self.line_m, self.lemniscate_m
+        known = "yes" if self.knows_tags else "no"
+        return self.method, self.claimed, offline, self.step_us, *errors, known
 
 
 def _seconds(call: Callable[[], object]) -> float:
@@ -121,15 +148,34 @@ def _once(call: Callable[[], object]) -> float:
     return time.perf_counter() - began
 
 
-def cost_rows(settings: Settings, outcomes: tuple[Outcome, ...]) -> tuple[CostRow, ...]:
-    """Return Table 8.1 with measured costs, and errors from the outcomes that are there.
+def with_errors(rows: Sequence[CostRow], outcomes: Sequence[Outcome]) -> tuple[CostRow, ...]:
+    """Return Table 8.1 with the errors of the outcomes that were computed.
+
+    Parameters
+    ----------
+    rows : sequence of CostRow
+        From `cost_rows`.
+    outcomes : sequence of Outcome
+        Of chapters 6 and 7 [m].
+    """
+    feedback = _average_m(outcomes, "line", (REPLAY, FRESH, MANY))
+    return tuple(
+        replace(row, line_m=feedback, lemniscate_m=_average_m(outcomes, "lemniscate", (MANY,)))
+        if row.method == FEEDBACK
+        else replace(row, lemniscate_m=_average_m(outcomes, "lemniscate", (row.method,)))
+        if row.knows_tags
+        else row
+        for row in rows
+    )
+
+
+def cost_rows(settings: Settings) -> tuple[CostRow, ...]:
+    """Return Table 8.1 with measured costs.
 
     Parameters
     ----------
     settings : Settings
         Everything.
-    outcomes : tuple of Outcome
-        Of chapters 6 and 7 [m].
     """
     steps = desired_trajectory(shapes.lemniscate(), period_s=settings.track.period_s).steps
     task = _feedback_task(settings, len(settings.feedback_tags_m), steps)
@@ -152,12 +198,10 @@ def cost_rows(settings: Settings, outcomes: tuple[Outcome, ...]) -> tuple[CostRo
             knows_tags=False,
         ),
         CostRow(
-            method="measurement feedback (chapter 6)",
+            method=FEEDBACK,
             claimed="O(n s k_f N)",
             offline_s=trained_s,
             step_us=1e6 * _seconds(lambda: feedback.wheel_rates(0, pose, readings)),
-            line_m=_told(outcomes, "line", (REPLAY, FRESH, MANY)),
-            lemniscate_m=_told(outcomes, "lemniscate", (MANY,)),
             knows_tags=False,
         ),
         *(
@@ -166,8 +210,6 @@ def cost_rows(settings: Settings, outcomes: tuple[Outcome, ...]) -> tuple[CostRo
                 claimed="O(n² k_f N + n s k_f)" if method != MPC else "not in the thesis",
                 offline_s=offline_s,
                 step_us=1e6 * _seconds(_loop_step(controller, estimator, settings.mesh)),
-                line_m="–",
-                lemniscate_m=_told(outcomes, "lemniscate", (method,)),
                 knows_tags=True,
             )
             for method, controller, estimator, offline_s in _loops(settings)
@@ -193,7 +235,7 @@ def _loops(
     )
 
 
-def _told(outcomes: tuple[Outcome, ...], task: str, methods: tuple[str, ...]) -> str:
+def _average_m(outcomes: Sequence[Outcome], task: str, methods: tuple[str, ...]) -> str:
     found = [o for m in methods for o in outcomes if (o.task, o.method) == (task, m)]
     values = [f"{np.median(o.measures()['average_m']):.3f}" for o in found]
     if not values:

@@ -1,20 +1,31 @@
-"""Figures of tracking: the way, the pose, the errors and the wheels of runs; thesis 6.3 to 7.7."""
+"""The figures of a tracking study, and the sentence that says what to see in each."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
+from octant.navigation.angles import wrap_angle
+from octant.navigation.estimators.ekf_slam import SlamRecord
 from octant.navigation.missions.metrics import percentile_curve
 from octant.navigation.sensing.rss_models import XBEE_DISTANCES_M, XBEE_RSS_DBM, RssNoise
-from octant.reader_design.experiments.tracking.chapter6 import (
+from octant.reader_design.experiments.tracking.chapters import (
+    EKF,
+    IGNORED,
+    ILQR,
+    MPC,
+    PRINTED,
     PUBLISHED_FIT,
     PUBLISHED_NOISY_FIT,
+    SLAM_TAGS_M,
     RssFits,
 )
-from octant.reader_design.experiments.tracking.outcomes import Outcome
-from octant.reader_design.showing.style import figure_style, new_figure
+from octant.reader_design.experiments.tracking.compute import TrackingContent
+from octant.reader_design.experiments.tracking.costs import CostScaling
+from octant.reader_design.experiments.tracking.results import Outcome
+from octant.reader_design.experiments.tracking.room import RoomRuns
+from octant.reader_design.showing.style import NamedFigure, figure_style, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -22,10 +33,150 @@ if TYPE_CHECKING:
 
 FloatArray = npt.NDArray[np.float64]
 
+
+FIGURES = {
+    "line": ("fig_6_4_line.png", "6.4"),
+    "sine": ("fig_6_5_sine.png", "6.5"),
+    "lemniscate": ("fig_7_7_lemniscate.png", "7.7"),
+    "point": ("fig_7_6_stabilisation.png", "7.6"),
+}
+NOMINAL_FIGURES = {
+    "point": ("fig_7_3_point.png", "7.3(a), (c), (d)"),
+    "sigmoid": ("fig_7_4_sigmoid.png", "7.4(a), (c), (e)"),
+    "parabola": ("fig_7_4_parabola.png", "7.4(b), (d), (f)"),
+    "ellipse": ("fig_7_5_ellipse.png", "7.5"),
+}
+
+
+def tracking_figures(content: TrackingContent) -> Iterator[NamedFigure]:
+    """Yield the figures of a tracking study, chapter by chapter; axes in [m], [s], [°], [dBm].
+
+    Parameters
+    ----------
+    content : TrackingContent
+        What was computed.
+    """
+    if content.fits is not None:
+        yield NamedFigure(
+            file="fig_6_3_rss.png",
+            section="rss",
+            title="RSS samples and fits (thesis Fig. 6.3)",
+            caption="Left, Table 6.1 with the law (6.2) as printed and as fitted, and the "
+            "log-distance law; right, one noisy record, its mean, and the printed noisy fit, "
+            "which lies far below it.",
+            figure=rss_fit_figure(content.fits, seed=content.settings.study.seed),
+        )
+    yield from _feedback(content)
+    yield from _nominal(content)
+    yield from _neighbouring(content)
+    if content.slam:
+        sigma, record = content.slam[0]
+        yield NamedFigure(
+            file="fig_7_15_slam.png",
+            section="slam",
+            title="EKF SLAM (thesis Fig. 7.15)",
+            caption="Range and bearing are so noisy that the tags are located to some decimetres "
+            "only; the pose, exact to millimetres, comes from the wheels.",
+            figure=slam_figure(record, np.array(SLAM_TAGS_M), wheel_sigma=sigma),
+        )
+    if content.room:
+        yield NamedFigure(
+            file="room_estimators.png",
+            section="room",
+            title="RSS from the room solver",
+            caption="Left, the coherent field of one tag at the robot's height; right, how well "
+            "each estimator follows the lemniscate.",
+            figure=room_figure(content.room),
+        )
+    if content.scalings:
+        yield NamedFigure(
+            file="costs.png",
+            section="costs",
+            title="Measured cost (Table 8.1)",
+            caption="How the time of a control step and of a training iteration grows; the "
+            "exponent is fitted to the three largest sizes.",
+            figure=cost_figure(content.scalings),
+        )
+
+
+def _feedback(content: TrackingContent) -> Iterator[NamedFigure]:
+    tags = content.settings.feedback_tags_m
+    for task in dict.fromkeys(o.task for o in content.feedback):
+        shown = [o for o in content.feedback if o.task == task]
+        file, number = FIGURES[task]
+        published = task != "lemniscate"
+        yield NamedFigure(
+            file=file if published else "feedback_lemniscate.png",
+            section="feedback",
+            title=f"Measurement feedback: {task}"
+            + (f" (thesis Fig. {number})" if published else ""),
+            caption="Gains trained on one noise record fit that record only: with the same noise "
+            "the robot stays close to the trajectory, with fresh noise it does not; gains trained "
+            "over many records are in between."
+            if published
+            else "Trained over many records and tested with fresh noise, for Table 8.1.",
+            figure=tracking_figure(shown, title=f"Measurement feedback: {task}", tags_m=tags),
+        )
+
+
+def _nominal(content: TrackingContent) -> Iterator[NamedFigure]:
+    for task, (file, number) in NOMINAL_FIGURES.items():
+        runs = [r for r in content.nominal if r.outcome.task == task]
+        shown = [r.outcome for r in runs if r.outcome.method in (ILQR, PRINTED)]
+        if not shown:
+            continue
+        yield NamedFigure(
+            file=file,
+            section="nominal",
+            title=f"Nominal control: {task} (thesis Fig. {number})",
+            caption="Without noise and with the whole state known."
+            + (
+                " The printed update ran for 20 000 iterations, iLQR for some tens."
+                if len(shown) > 1
+                else ""
+            ),
+            figure=tracking_figure(shown, title=f"Nominal optimal control: {task}"),
+        )
+        if task == "ellipse":
+            solvers = [(r.outcome.method, r.solution.costs) for r in runs]
+            yield NamedFigure(
+                file="nominal_convergence.png",
+                section="nominal",
+                title="Convergence of three solvers",
+                caption="Lowest cost so far on the ellipse, by iteration.",
+                figure=convergence_figure(solvers, task=task),
+            )
+    for run in content.nominal:
+        if run.outcome.task == "eight poses":
+            yield NamedFigure(
+                file="fig_7_3_eight_poses.png",
+                section="nominal",
+                title="Eight poses (thesis Fig. 7.3(b))",
+                caption="From every side the robot reaches the goal and its heading.",
+                figure=eight_poses_figure(run.outcome),
+            )
+
+
+def _neighbouring(content: TrackingContent) -> Iterator[NamedFigure]:
+    outcomes = content.neighbouring
+    tags = content.settings.mesh.tags_m
+    for index, task in enumerate(dict.fromkeys(o.task for o in outcomes)):
+        shown = [o for o in outcomes if o.task == task and o.method in (EKF, MPC, IGNORED)]
+        file, number = FIGURES.get(task, ("", "")) if index < 2 else ("", "")
+        yield NamedFigure(
+            file=file or f"own_{index - 1}.png",
+            section="neighbouring",
+            title=f"Neighbouring control: {task}" + (f" (thesis Fig. {number})" if number else ""),
+            caption="From noisy RSS of the tags on the ceiling; the noise's mean must be "
+            "estimated with the pose, otherwise it pulls the robot off its trajectory.",
+            figure=tracking_figure(shown, title=f"Neighbouring control: {task}", tags_m=tags),
+        )
+
+
 COLOURS = ("#332288", "#cc6677", "#117733", "#ddaa33", "#88ccee", "#aa4499")
 """Colour of each method in a figure."""
 WANTED = "#999999"
-"""Colour of what was desired."""
+"""Colour of the desired trajectory."""
 ARROW_M = 0.35
 """Length of the arrows at start and end [m]."""
 
@@ -82,12 +233,12 @@ def rss_fit_figure(fits: RssFits, *, seed: int) -> "Figure":
 def tracking_figure(
     outcomes: Sequence[Outcome], *, title: str, tags_m: FloatArray | None = None
 ) -> "Figure":
-    """Return six panels of a task: way, place, heading, error, its percentiles, wheel rates.
+    """Return six panels of a task: path, place, heading, error, its percentiles, wheel rates.
 
     Parameters
     ----------
     outcomes : sequence of Outcome
-        The methods; ways, poses and wheels are those of run 0, errors the median over the runs.
+        The methods; paths, poses and wheels are those of run 0, errors the median over the runs.
     title : str
         Above the figure.
     tags_m : (s, 2) float64, optional
@@ -95,7 +246,7 @@ def tracking_figure(
     """
     with figure_style():
         figure, axes = new_figure(width_in=12.4, height_in=7.2, title=title, rows=2, columns=3)
-        _draw_ways(axes[0, 0], outcomes, tags_m)
+        _draw_paths(axes[0, 0], outcomes, tags_m)
         _draw_poses(axes[0, 1], axes[0, 2], outcomes)
         _draw_errors(axes[1, 0], axes[1, 1], outcomes)
         _draw_wheels(axes[1, 2], outcomes[0])
@@ -104,18 +255,18 @@ def tracking_figure(
     return figure
 
 
-def _draw_ways(ax: "Axes", outcomes: Sequence[Outcome], tags_m: FloatArray | None) -> None:
-    desired = outcomes[0].desired.poses
+def _draw_paths(ax: "Axes", outcomes: Sequence[Outcome], tags_m: FloatArray | None) -> None:
+    desired = outcomes[0].runs.desired.poses
     if tags_m is not None:
         ax.plot(*tags_m[:, :2].T, "x", color="#666666", markersize=5, label="tags", linestyle="")
     ax.plot(*desired[:, :2].T, color=WANTED, linewidth=4, alpha=0.5, label="desired")
     for outcome, colour in zip(outcomes, COLOURS, strict=False):
-        poses = outcome.poses[0]
+        poses = outcome.runs.poses[0]
         ax.plot(*poses[:, :2].T, color=colour, label=outcome.method, linewidth=1.2)
         for pose, face in ((poses[0], "white"), (poses[-1], colour)):
             _arrow(ax, pose, colour=colour, face=face)
     ax.set_aspect("equal", adjustable="datalim")
-    ax.set_title("way (run 0); hollow: start")
+    ax.set_title("path (run 0); hollow: start")
     ax.set_xlabel("x [m]")
     ax.set_ylabel("y [m]")
 
@@ -130,17 +281,19 @@ def _arrow(ax: "Axes", pose: FloatArray, *, colour: str, face: str) -> None:
 
 
 def _draw_poses(place: "Axes", heading: "Axes", outcomes: Sequence[Outcome]) -> None:
-    time = outcomes[0].desired.time_s
-    desired = outcomes[0].desired.poses
+    time = outcomes[0].runs.desired.time_s
+    desired = outcomes[0].runs.desired.poses
     for axis, dash in ((0, "-"), (1, "--")):
         place.plot(time, desired[:, axis], color=WANTED, linewidth=3.5, alpha=0.5, linestyle=dash)
     heading.plot(time, np.degrees(desired[:, 2]), color=WANTED, linewidth=3.5, alpha=0.5)
     for outcome, colour in zip(outcomes, COLOURS, strict=False):
         for axis, dash in ((0, "-"), (1, "--")):
-            place.plot(time, outcome.poses[0][:, axis], color=colour, linestyle=dash, linewidth=1)
+            place.plot(
+                time, outcome.runs.poses[0][:, axis], color=colour, linestyle=dash, linewidth=1
+            )
         # Whole turns aside, next to the desired heading.
-        turns = np.round((outcome.poses[0][:, 2] - desired[:, 2]) / (2.0 * np.pi))
-        angle = outcome.poses[0][:, 2] - 2.0 * np.pi * turns
+        turns = np.round((outcome.runs.poses[0][:, 2] - desired[:, 2]) / (2.0 * np.pi))
+        angle = outcome.runs.poses[0][:, 2] - 2.0 * np.pi * turns
         heading.plot(time, np.degrees(angle), color=colour, linewidth=1)
     place.set_title("place (run 0): x solid, y dashed")
     place.set_ylabel("x, y [m]")
@@ -151,9 +304,9 @@ def _draw_poses(place: "Axes", heading: "Axes", outcomes: Sequence[Outcome]) -> 
 
 
 def _draw_errors(error: "Axes", share: "Axes", outcomes: Sequence[Outcome]) -> None:
-    time = outcomes[0].desired.time_s
+    time = outcomes[0].runs.desired.time_s
     for outcome, colour in zip(outcomes, COLOURS, strict=False):
-        errors = outcome.record.errors_m
+        errors = outcome.runs.errors_m
         middle = np.median(errors, axis=0)
         error.plot(time, middle, color=colour, linewidth=1.2)
         if len(errors) > 1:
@@ -161,11 +314,11 @@ def _draw_errors(error: "Axes", share: "Axes", outcomes: Sequence[Outcome]) -> N
             error.fill_between(time, low, high, color=colour, alpha=0.15, linewidth=0)
         percent, values = percentile_curve(errors.ravel())
         share.plot(percent, values, color=colour, linewidth=1.2)
-    largest = max(float(np.quantile(o.record.errors_m, 0.97)) for o in outcomes)
+    largest = max(float(np.quantile(o.runs.errors_m, 0.97)) for o in outcomes)
     for ax in (error, share):
         ax.set_ylabel("distance to the desired place [m]")
         ax.set_ylim(0.0, 1.25 * largest)
-    many = len(outcomes[0].poses) > 1
+    many = len(outcomes[0].runs.poses) > 1
     error.set_title("error" + (": median, 10 to 90 % of the runs" if many else ""))
     error.set_xlabel("time [s]")
     share.set_title("error not exceeded" + (", all runs" if many else ""))
@@ -173,10 +326,15 @@ def _draw_errors(error: "Axes", share: "Axes", outcomes: Sequence[Outcome]) -> N
 
 
 def _draw_wheels(ax: "Axes", outcome: Outcome) -> None:
-    time = outcome.desired.time_s[:-1]
+    time = outcome.runs.desired.time_s[:-1]
     for wheel, (name, colour) in enumerate((("right", COLOURS[3]), ("left", COLOURS[2]))):
         ax.step(
-            time, outcome.example_rates[:, wheel], where="post", color=colour, label=name, lw=0.9
+            time,
+            outcome.runs.wheel_rates[0, :, wheel],
+            where="post",
+            color=colour,
+            label=name,
+            lw=0.9,
         )
     ax.set_title(f"wheels (run 0): {outcome.method}")
     ax.set_xlabel("time [s]")
@@ -185,7 +343,7 @@ def _draw_wheels(ax: "Axes", outcome: Outcome) -> None:
 
 
 def eight_poses_figure(outcome: Outcome) -> "Figure":
-    """Return the ways from eight poses to one, and their errors: thesis Fig. 7.3(b) [m].
+    """Return the paths from eight poses to one, and their errors: thesis Fig. 7.3(b) [m].
 
     Parameters
     ----------
@@ -197,7 +355,7 @@ def eight_poses_figure(outcome: Outcome) -> "Figure":
             width_in=9.6, height_in=4.5, title="Point stabilisation from eight poses", columns=2
         )
         for number, (poses, errors) in enumerate(
-            zip(outcome.poses, outcome.record.errors_m, strict=True)
+            zip(outcome.runs.poses, outcome.runs.errors_m, strict=True)
         ):
             colour = COLOURS[number % len(COLOURS)]
             dash = "-" if number < len(COLOURS) else "--"
@@ -205,12 +363,12 @@ def eight_poses_figure(outcome: Outcome) -> "Figure":
             axes[0].plot(*poses[:, :2].T, color=colour, linestyle=dash, label=label)
             _arrow(axes[0], poses[0], colour=colour, face="white")
             axes[1].semilogy(
-                outcome.desired.time_s, np.maximum(errors, 1e-4), color=colour, linestyle=dash
+                outcome.runs.desired.time_s, np.maximum(errors, 1e-4), color=colour, linestyle=dash
             )
-        _arrow(axes[0], outcome.desired.poses[-1], colour="#222222", face="#222222")
+        _arrow(axes[0], outcome.runs.desired.poses[-1], colour="#222222", face="#222222")
         axes[0].margins(0.12)
         axes[0].set_aspect("equal", adjustable="datalim")
-        axes[0].set_title("way; hollow: start, solid: goal")
+        axes[0].set_title("path; hollow: start, solid: goal")
         axes[0].set_xlabel("x [m]")
         axes[0].set_ylabel("y [m]")
         axes[1].set_title("distance to the goal")
@@ -241,4 +399,172 @@ def convergence_figure(solvers: Sequence[tuple[str, FloatArray]], *, task: str) 
         ax.set_xlabel("iterations")
         ax.set_ylabel("lowest cost J so far")
         ax.legend()
+    return figure
+
+
+ELLIPSE_SCALE = 50.0
+"""The pose's one-sigma ellipse is millimetres wide: it is drawn this much larger [-]."""
+
+
+def slam_figure(record: SlamRecord, tags_m: FloatArray, *, wheel_sigma: float) -> "Figure":
+    """Return path, map and errors of EKF SLAM: thesis Fig. 7.15.
+
+    Parameters
+    ----------
+    record : SlamRecord
+        The runs; run 0 is drawn.
+    tags_m : (s, 2) float64
+        True tags [m].
+    wheel_sigma : float
+        Noise of the wheels, for the title [rad/s].
+    """
+    from matplotlib.gridspec import GridSpec
+
+    with figure_style():
+        figure, axes = new_figure(
+            width_in=11.0,
+            height_in=5.2,
+            title=f"EKF SLAM along 3 m, wheel noise {wheel_sigma:g} rad/s",
+            columns=1,
+        )
+        axes[0, 0].remove()
+        grid = GridSpec(3, 2, figure=figure)
+        plan = figure.add_subplot(grid[:, 0])
+        plan.plot(*tags_m.T, "x", color="#222222", label="tags")
+        plan.plot(*record.true_poses[0, :, :2].T, color=WANTED, linewidth=4, label="true path")
+        plan.plot(*record.poses[0, :, :2].T, color=COLOURS[0], label="estimated path")
+        mean, covariance = record.final.mean[0], record.final.covariance[0]
+        label: str | None = f"pose, one sigma x {ELLIPSE_SCALE:g}"
+        _ellipse(plan, mean[:2], ELLIPSE_SCALE**2 * covariance[:2, :2], COLOURS[0], label)
+        for tag in range(len(tags_m)):
+            at = slice(3 + 2 * tag, 5 + 2 * tag)
+            label = "tags by SLAM, one sigma" if tag == 0 else None
+            _ellipse(plan, mean[at], covariance[at, at], COLOURS[1], label)
+        plan.set_aspect("equal", adjustable="datalim")
+        plan.set_title("plan (run 0)")
+        plan.set_xlabel("x [m]")
+        plan.set_ylabel("y [m]")
+        plan.legend(loc="upper center", bbox_to_anchor=(0.5, -0.11), ncols=3)
+        error = record.poses - record.true_poses
+        error[..., 2] = wrap_angle(error[..., 2])
+        names = (("x", 1000.0, "mm"), ("y", 1000.0, "mm"), ("heading", np.degrees(1.0), "°"))
+        for row, (name, scale, unit) in enumerate(names):
+            ax = figure.add_subplot(grid[row, 1])
+            ax.plot(record.time_s, scale * error[:, :, row].T, color="#bbbbbb", linewidth=0.4)
+            ax.plot(record.time_s, scale * error[0, :, row], color=COLOURS[0], linewidth=1.3)
+            for sign in (-1.0, 1.0):
+                sigma = sign * scale * record.sigmas[0, :, row]
+                ax.plot(record.time_s, sigma, color=COLOURS[1], linestyle="--", linewidth=1.2)
+            ax.set_ylabel(f"{name} error [{unit}]")
+        figure.axes[1].set_title("errors: run 0, all runs (grey), ± one sigma (dashed)")
+        figure.axes[-1].set_xlabel("time [s]")
+    return figure
+
+
+def _ellipse(
+    ax: "Axes", centre: FloatArray, covariance: FloatArray, colour: str, label: str | None
+) -> None:
+    angle = np.linspace(0.0, 2.0 * np.pi, 100)
+    root = np.linalg.cholesky(covariance + 1e-15 * np.eye(2))
+    points = centre[:, None] + root @ np.stack([np.cos(angle), np.sin(angle)])
+    ax.plot(*centre, "+", color=colour)
+    ax.plot(*points, color=colour, linewidth=1.0, label=label)
+
+
+def room_figure(rooms: Sequence[RoomRuns]) -> "Figure":
+    """Return the field of one tag with the path of run 0, and the errors of all estimators.
+
+    Parameters
+    ----------
+    rooms : sequence of RoomRuns
+        The room solver's part, mesh by mesh ([m], [dBm]); the map is that of the first.
+
+    Returns
+    -------
+    Figure
+        A map and a chart: dots are runs' averages, bars their medians.
+    """
+    outcomes = [outcome for runs in rooms for outcome in runs.outcomes]
+    tasks = tuple(dict.fromkeys(o.task for o in outcomes))
+    methods = tuple(dict.fromkeys(o.method for o in outcomes))
+    first, best = rooms[0], outcomes[0]
+    with figure_style():
+        figure, (axes,) = new_figure(
+            width_in=12.0,
+            height_in=4.8,
+            title="Tracking the lemniscate with RSS from the room solver",
+            columns=2,
+        )
+        ax = axes[0]
+        ax.grid(visible=False)
+        mesh = ax.pcolormesh(
+            first.map_x_m, first.map_x_m, first.map_dbm.T, shading="nearest", rasterized=True
+        )
+        figure.colorbar(mesh, ax=ax, label="RSS of the middle tag [dBm]")
+        ax.plot(*best.runs.desired.poses[:, :2].T, color="white", linewidth=3, label="desired")
+        ax.plot(*best.runs.poses[0, :, :2].T, color=COLOURS[1], linewidth=1.3, label=best.method)
+        ax.set_aspect("equal")
+        ax.set_title(f"coherent field, and run 0 with {best.task}")
+        ax.set_xlabel("x [m]")
+        ax.set_ylabel("y [m]")
+        ax.legend(loc="lower left", frameon=True, fontsize=7.5)
+        _draw_averages(axes[1], outcomes, tasks, methods)
+    return figure
+
+
+def _draw_averages(
+    ax: "Axes", outcomes: Sequence[Outcome], tasks: Sequence[str], methods: Sequence[str]
+) -> None:
+    width = 0.8 / len(tasks)
+    for t, task in enumerate(tasks):
+        for m, method in enumerate(methods):
+            for outcome in outcomes:
+                if (outcome.task, outcome.method) != (task, method):
+                    continue
+                average = outcome.measures()["average_m"]
+                row = len(methods) - 1 - m + (0.5 * (len(tasks) - 1) - t) * width
+                label = task if m == 0 else None
+                median = float(np.median(average))
+                ax.barh(row, median, height=0.9 * width, color=COLOURS[t], alpha=0.75, label=label)
+                ax.plot(average, np.full(len(average), row), ".", color="#222222", markersize=2)
+                right = 1.08 * float(average.max())
+                ax.text(right, row, f"{median:.3f}", va="center", fontsize=7.5)
+    ax.set_yticks(np.arange(len(methods))[::-1], methods)
+    ax.set_xscale("log")
+    ax.margins(x=0.12)
+    ax.set_title("average error: median (bar), every run (dots)")
+    ax.set_xlabel("average distance to the desired place [m]")
+    ax.legend(loc="upper center", bbox_to_anchor=(0.35, -0.12), ncols=2)
+
+
+def cost_figure(scalings: Sequence[CostScaling]) -> "Figure":
+    """Return measured costs against the size that Table 8.1 calls proportional to them.
+
+    Parameters
+    ----------
+    scalings : sequence of CostScaling
+        One panel each; times in [µs].
+    """
+    with figure_style():
+        figure, (axes,) = new_figure(
+            width_in=1.0 + 3.7 * len(scalings),
+            height_in=3.8,
+            title="Measured cost against Table 8.1",
+            columns=len(scalings),
+        )
+        for ax, scaling in zip(axes, scalings, strict=True):
+            for (name, times), colour in zip(scaling.times_us.items(), COLOURS, strict=False):
+                slope = scaling.exponent(name)
+                ax.loglog(
+                    scaling.sizes, times, "o-", color=colour, label=f"{name}: ∝ n^{slope:.2f}"
+                )
+            first = next(iter(scaling.times_us.values()))
+            sizes = np.asarray(scaling.sizes, dtype=np.float64)
+            ax.loglog(
+                sizes, first[-1] * sizes / sizes[-1], "--", color=WANTED, label="proportional"
+            )
+            ax.set_xlabel(scaling.quantity)
+            ax.set_ylabel("time [µs]")
+            ax.set_title(scaling.what)
+            ax.legend(fontsize=7.5)
     return figure

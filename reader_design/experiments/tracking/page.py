@@ -1,208 +1,80 @@
-"""What a tracking study's report says: figures and numbers beside those of the thesis."""
+"""The report of a tracking study: figures and numbers beside those of the thesis."""
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 
-from octant.reader_design.experiments.tracking.chapter6 import FRESH, MANY, REPLAY
-from octant.reader_design.experiments.tracking.chapter7 import EKF, IGNORED, ILQR
-from octant.reader_design.experiments.tracking.page_sections import (
-    FigureFiles,
-    cost_section,
-    feedback_section,
-    neighbouring_section,
-    nominal_section,
-    room_section,
-    rss_section,
-    slam_section,
-    study_section,
+from octant.reader_design.experiments.tracking.chapters import (
+    EKF,
+    FRESH,
+    IGNORED,
+    ILQR,
+    MANY,
+    REPLAY,
 )
+from octant.reader_design.experiments.tracking.compute import TrackingContent
+from octant.reader_design.experiments.tracking.results import SLAM_COLUMNS, Outcome, slam_row
 from octant.reader_design.experiments.tracking.room import PARTICLE
-from octant.reader_design.experiments.tracking.run import TrackingContent
 from octant.reader_design.experiments.tracking.settings import RESERVED_NAMES
-from octant.reader_design.showing.pages import Report, ReportSection, ReportTable
+from octant.reader_design.keeping.versions import versions
+from octant.reader_design.showing.pages import Report, ReportSection, ReportTable, embedded_figures
+
+FloatArray = npt.NDArray[np.float64]
+FigureFiles = Mapping[str, Sequence[tuple[str, str, Path]]]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Figure:
-    """A published figure: where it stands, what it is, what the thesis says, what to look up."""
+Key = tuple[str, str, str]
 
-    chapter: str
-    task: str
-    method: str
-    measure: str
-    words: str
-    published: str
-
-
-_FIGURES = (
-    _Figure(
-        chapter="feedback",
-        task="line",
-        method=REPLAY,
-        measure="average_m",
-        words="line, average error, replayed noise",
-        published="0.07 m",
+_NOT = "not in the thesis"
+_PUBLISHED: dict[Key, tuple[tuple[str, str, str], ...]] = {
+    ("feedback", "line", REPLAY): (("average_m", "line, replayed noise", "0.07 m"),),
+    ("feedback", "line", FRESH): (("average_m", "line, fresh noise", "not separated"),),
+    ("feedback", "line", MANY): (("average_m", "line, trained over many records", "not done"),),
+    ("feedback", "sine", REPLAY): (("average_m", "sine, replayed noise", "0.08 m"),),
+    ("feedback", "sine", FRESH): (("average_m", "sine, fresh noise", "not separated"),),
+    ("feedback", "sine", MANY): (("average_m", "sine, trained over many records", "not done"),),
+    ("nominal", "ellipse", ILQR): (("average_m", "ellipse, average error", "0.07 m"),),
+    ("nominal", "parabola", ILQR): (("average_m", "parabola (start not printed)", "0.18 m"),),
+    ("nominal", "sigmoid", ILQR): (("average_m", "sigmoid, average error", "0.09 m"),),
+    ("nominal", "point", ILQR): (
+        ("final_m", "point, final error", "0.02 m"),
+        ("final_heading_deg", "point, final heading", "–"),
     ),
-    _Figure(
-        chapter="feedback",
-        task="line",
-        method=FRESH,
-        measure="average_m",
-        words="line, average error, fresh noise",
-        published="not told apart",
+    ("nominal", "eight poses", ILQR): (
+        ("final_m", "eight poses, final error", "–"),
+        ("final_heading_deg", "eight poses, final heading", "–"),
     ),
-    _Figure(
-        chapter="feedback",
-        task="line",
-        method=MANY,
-        measure="average_m",
-        words="line, trained over many records",
-        published="not done",
+    ("neighbouring", "lemniscate", EKF): (
+        ("average_m", "lemniscate, average error", "0.10 m"),
+        ("within_m_90_of_time", "lemniscate, 90 % of the time", "0.22 m"),
     ),
-    _Figure(
-        chapter="feedback",
-        task="sine",
-        method=REPLAY,
-        measure="average_m",
-        words="sine, average error, replayed noise",
-        published="0.08 m",
+    ("neighbouring", "lemniscate", IGNORED): (
+        ("average_m", "lemniscate, noise's mean ignored", "assumed zero"),
     ),
-    _Figure(
-        chapter="feedback",
-        task="sine",
-        method=FRESH,
-        measure="average_m",
-        words="sine, average error, fresh noise",
-        published="not told apart",
-    ),
-    _Figure(
-        chapter="feedback",
-        task="sine",
-        method=MANY,
-        measure="average_m",
-        words="sine, trained over many records",
-        published="not done",
-    ),
-    _Figure(
-        chapter="nominal",
-        task="ellipse",
-        method=ILQR,
-        measure="average_m",
-        words="ellipse, average error",
-        published="0.07 m",
-    ),
-    _Figure(
-        chapter="nominal",
-        task="parabola",
-        method=ILQR,
-        measure="average_m",
-        words="parabola, average error (start not printed)",
-        published="0.18 m",
-    ),
-    _Figure(
-        chapter="nominal",
-        task="sigmoid",
-        method=ILQR,
-        measure="average_m",
-        words="sigmoid, average error",
-        published="0.09 m",
-    ),
-    _Figure(
-        chapter="nominal",
-        task="point",
-        method=ILQR,
-        measure="final_m",
-        words="point, final error",
-        published="0.02 m",
-    ),
-    _Figure(
-        chapter="nominal",
-        task="point",
-        method=ILQR,
-        measure="final_heading_deg",
-        words="point, final heading",
-        published="–",
-    ),
-    _Figure(
-        chapter="nominal",
-        task="eight poses",
-        method=ILQR,
-        measure="final_m",
-        words="eight poses, final error",
-        published="–",
-    ),
-    _Figure(
-        chapter="nominal",
-        task="eight poses",
-        method=ILQR,
-        measure="final_heading_deg",
-        words="eight poses, final heading",
-        published="–",
-    ),
-    _Figure(
-        chapter="neighbouring",
-        task="lemniscate",
-        method=EKF,
-        measure="average_m",
-        words="lemniscate, average error",
-        published="0.10 m",
-    ),
-    _Figure(
-        chapter="neighbouring",
-        task="lemniscate",
-        method=EKF,
-        measure="within_m_90_of_time",
-        words="lemniscate, 90 % of the time",
-        published="0.22 m",
-    ),
-    _Figure(
-        chapter="neighbouring",
-        task="lemniscate",
-        method=IGNORED,
-        measure="average_m",
-        words="lemniscate, noise's mean ignored",
-        published="assumed zero",
-    ),
-    _Figure(
-        chapter="neighbouring",
-        task="point",
-        method=EKF,
-        measure="final_m",
-        words="stabilisation, final error",
-        published="practically nil",
-    ),
-    _Figure(
-        chapter="room",
-        task="9 tags",
-        method=PARTICLE,
-        measure="average_m",
-        words="room solver, lemniscate, 9 tags",
-        published="not in the thesis",
-    ),
-    _Figure(
-        chapter="room",
-        task="25 tags",
-        method=PARTICLE,
-        measure="average_m",
-        words="room solver, lemniscate, 25 tags",
-        published="not in the thesis",
-    ),
-)
+    ("neighbouring", "point", EKF): (("final_m", "stabilisation, final error", "practically nil"),),
+    ("room", "9 tags", PARTICLE): (("average_m", "room solver, lemniscate, 9 tags", _NOT),),
+    ("room", "25 tags", PARTICLE): (("average_m", "room solver, lemniscate, 25 tags", _NOT),),
+}
+"""By chapter, task and method: measure, its name, and what the thesis says."""
 
 
-def _found(content: TrackingContent) -> Iterator[tuple[_Figure, str]]:
-    for figure in _FIGURES:
-        for outcome in content.outcomes:
-            key = (outcome.chapter, outcome.task, outcome.method)
-            if key == (figure.chapter, figure.task, figure.method):
-                values = outcome.measures()[figure.measure]
-                unit = "°" if figure.measure.endswith("deg") else " m"
-                text = f"{np.median(values):.3f}"
-                if len(values) > 1:
-                    text += f" / {np.quantile(values, 0.9):.3f}"
-                yield figure, text + unit
+def _both(values: FloatArray) -> str:
+    return f"{np.median(values):.3f} / {np.quantile(values, 0.9):.3f}"
+
+
+def _pair(values: FloatArray) -> str:
+    return _both(values) if len(values) > 1 else f"{values[0]:.3f}"
+
+
+def _published_rows(content: TrackingContent) -> Iterator[tuple[str, str, str, str]]:
+    """Yield chapter, name, figure of the thesis, and the one computed here."""
+    found = {(o.chapter, o.task, o.method): o for o in content.outcomes}
+    for key, rows in _PUBLISHED.items():
+        for measure, words, published in rows if key in found else ():
+            unit = "°" if measure.endswith("deg") else " m"
+            yield key[0], words, published, _pair(found[key].measures()[measure]) + unit
 
 
 def summary_lines(content: TrackingContent) -> Iterator[str]:
@@ -211,25 +83,23 @@ def summary_lines(content: TrackingContent) -> Iterator[str]:
     Parameters
     ----------
     content : TrackingContent
-        What was computed.
+        What was computed; two numbers are the median and the 90 % quantile over the runs.
     """
-    for figure, text in _found(content):
-        yield f"{figure.chapter:<13} {figure.words:<44} {text:<18} thesis: {figure.published}"
-    named = {(f.chapter, f.task, f.method) for f in _FIGURES}
+    for chapter, words, published, text in _published_rows(content):
+        yield f"{chapter:<13} {words:<44} {text:<18} thesis: {published}"
     for outcome in content.outcomes:
         own = outcome.chapter == "neighbouring" and outcome.task not in RESERVED_NAMES
         key = (outcome.chapter, outcome.task, outcome.method)
-        if own or (outcome.chapter == "room" and key not in named):
-            average = outcome.measures()["average_m"]
+        if own or (outcome.chapter == "room" and key not in _PUBLISHED):
             words = f"{outcome.task}, {outcome.method}"
-            text = f"{np.median(average):.3f} / {np.quantile(average, 0.9):.3f} m"
-            yield f"{outcome.chapter:<13} {words:<44} {text}"
+            text = _pair(outcome.measures()["average_m"])
+            yield f"{outcome.chapter:<13} {words:<44} {text} m"
     if content.fits is not None:
         fit, published = content.fits.exponential, content.fits.noisy_share
         yield (
             f"rss           fit of Table 6.1: {fit.alpha_dbm:.2f} dBm, {fit.beta_per_m:.4f} 1/m "
-            "(thesis: -35.5, 0.1071); the printed noisy fit (-60, 0.2) is as far out as "
-            f"{published:.1%} of the noisy records"
+            "(thesis: -35.5, 0.1071); the printed noisy fit (-60, 0.2) is as far away as "
+            f"{published:.1%} of the fits to noisy records"
         )
     for sigma, record in content.slam:
         error = record.final_error_m
@@ -258,7 +128,7 @@ def tracking_report(content: TrackingContent, figures: FigureFiles) -> Report:
         By chapter: title, caption and file of each figure.
     """
     study, track = content.settings.study, content.settings.track
-    rows = tuple((f.chapter, f.words, f.published, text) for f, text in _found(content))
+    rows = tuple(_published_rows(content))
     table = ReportTable(
         caption=f"Medians and 90 % quantiles over {track.runs} runs (one of the nominal control, "
         "which has no noise).",
@@ -268,24 +138,24 @@ def tracking_report(content: TrackingContent, figures: FigureFiles) -> Report:
     )
     sections = (
         ReportSection(heading="Against the published figures", tables=(table,) if rows else ()),
-        rss_section(content, figures),
-        feedback_section(content, figures),
-        nominal_section(content, figures),
-        neighbouring_section(content, figures),
-        slam_section(content, figures),
-        room_section(content, figures),
-        cost_section(content, figures),
-        study_section(content),
+        _rss_section(content, figures),
+        _feedback_section(content, figures),
+        _nominal_section(content, figures),
+        _neighbouring_section(content, figures),
+        _slam_section(content, figures),
+        _room_section(content, figures),
+        _cost_section(content, figures),
+        _study_section(content),
     )
     return Report(
         title=f"{study.name}: trajectory tracking from RSS",
         subtitle="Thesis chapters 6 and 7, recomputed by Octant",
         summary=(
             (
-                "Measurement feedback follows its way only when the noise that it was trained on "
-                "comes again; the neighbouring control does so with any noise, once the noise's "
-                "mean is estimated; and in a reverberant room it is the pattern of fades, not the "
-                "distance to the tags, that tells the robot where it is."
+                "Measurement feedback follows its trajectory only when the noise is the same as "
+                "in its training. The neighbouring control follows it with any noise, provided "
+                "that the mean of the noise is estimated. In a reverberant room the robot finds "
+                "its place from the pattern of fades, not from the distance to the tags."
             ),
         ),
         warnings=(),
@@ -295,4 +165,235 @@ def tracking_report(content: TrackingContent, figures: FigureFiles) -> Report:
             ("noise on wheels", f"{track.wheel_sigma_rad_per_s:g} rad/s"),
         ),
         sections=tuple(s for s in sections if s is not None),
+    )
+
+
+def _outcome_table(outcomes: Sequence[Outcome], caption: str) -> ReportTable:
+    header = ("task", "method", "average [m]", "90 % of the time [m]", "final [m]", "final [°]")
+    rows = tuple((o.task, o.method, *map(_both, o.measures().values())) for o in outcomes)
+    return ReportTable(caption=caption, header=header, rows=rows)
+
+
+def _rss_section(content: TrackingContent, figures: FigureFiles) -> ReportSection | None:
+    """Return the section on the fits of Table 6.1."""
+    fits = content.fits
+    if fits is None:
+        return None
+    alpha, beta = np.median(fits.noisy, axis=0)
+    return ReportSection(
+        heading="RSS of a tag (thesis 6.5.1)",
+        paragraphs=(
+            (
+                "Least squares of (6.2) on the seven samples of Table 6.1 gives "
+                f"{fits.exponential.alpha_dbm:.2f} dBm and {fits.exponential.beta_per_m:.4f} 1/m, "
+                f"rms {fits.exponential_rms_db:.2f} dB; the printed -35.5 and 0.1071 leave "
+                f"{fits.published_rms_db:.2f} dB. The log-distance law fits better, "
+                f"{fits.distance_rms_db:.2f} dB, but with an exponent of "
+                f"{fits.distance.exponent:.1f}, far from free space."
+            ),
+            (
+                f"Fits to noisy records have the median ({alpha:.0f} dBm, {beta:.3f} 1/m). The "
+                "printed (-60, 0.2) lies so far from the mean of the noisy signal that only "
+                f"{fits.noisy_share:.1%} of the records give a fit that is as far away: it is due "
+                "to an unlucky record, not to the signal. Chapters 6 and 7 use it nevertheless, "
+                "and so does this study."
+            ),
+        ),
+        figures=embedded_figures(figures, "rss"),
+    )
+
+
+def _feedback_section(content: TrackingContent, figures: FigureFiles) -> ReportSection | None:
+    """Return the section on chapter 6."""
+    if not content.feedback:
+        return None
+    return ReportSection(
+        heading="Measurement feedback (chapter 6)",
+        paragraphs=(
+            (
+                "The gains are trained by the five steps of thesis 6.4 with a unit-free step. The "
+                "published figures belong to the noise record of the training; on fresh noise the "
+                "same gains do much worse. Gains that were trained over many records do better on "
+                "fresh noise, but worse than the published figures."
+            ),
+        ),
+        tables=(_outcome_table(content.feedback, "Median / 90 % over the runs."),),
+        figures=embedded_figures(figures, "feedback"),
+    )
+
+
+def _nominal_section(content: TrackingContent, figures: FigureFiles) -> ReportSection | None:
+    """Return the section on thesis 7.2."""
+    if not content.nominal:
+        return None
+    solvers = ReportTable(
+        caption="Results of the solvers.",
+        header=("task", "method", "iterations", "cost J", "average error [m]"),
+        rows=tuple(
+            (
+                run.outcome.task,
+                run.outcome.method,
+                str(run.solution.iterations),
+                f"{run.solution.cost:.4f}",
+                f"{np.median(run.outcome.measures()['average_m']):.3f}",
+            )
+            for run in content.nominal
+        ),
+    )
+    outcomes = [run.outcome for run in content.nominal]
+    return ReportSection(
+        heading="Nominal optimal control (7.2)",
+        tables=(solvers, _outcome_table(outcomes, "Errors; eight runs for the eight poses.")),
+        figures=embedded_figures(figures, "nominal"),
+    )
+
+
+def _neighbouring_section(content: TrackingContent, figures: FigureFiles) -> ReportSection | None:
+    """Return the section on thesis 7.3."""
+    if not content.neighbouring:
+        return None
+    stability = ReportTable(
+        caption="Theorem 7.4 and Lemma 7.3 along each nominal trajectory; all must be positive.",
+        header=("task", "decay of V in a period", "observability", "controllability"),
+        rows=tuple(
+            (task, f"{s.lyapunov_decay:.2e}", f"{s.observability:.2e}", f"{s.controllability:.2e}")
+            for task, s in content.stability.items()
+        ),
+    )
+    wheels = ReportTable(
+        caption="The thesis prints no wheel noise for 7.5.2; its effect on the lemniscate:",
+        header=("wheel noise [rad/s]", "average [m]", "90 % of the time [m]"),
+        rows=tuple(
+            (
+                f"{sigma:g}",
+                *(_both(outcome.measures()[m]) for m in ("average_m", "within_m_90_of_time")),
+            )
+            for sigma, outcome in content.wheel_noise
+        ),
+    )
+    return ReportSection(
+        heading="Neighbouring optimal control (7.3)",
+        tables=(
+            _outcome_table(content.neighbouring, "Median / 90 % over the runs."),
+            wheels,
+            stability,
+        ),
+        figures=embedded_figures(figures, "neighbouring"),
+    )
+
+
+def _slam_section(content: TrackingContent, figures: FigureFiles) -> ReportSection | None:
+    """Return the section on thesis 7.4."""
+    if not content.slam:
+        return None
+    rows = tuple(
+        tuple(f"{v:.4g}" for v in slam_row(sigma, record)) for sigma, record in content.slam
+    )
+    return ReportSection(
+        heading="EKF SLAM (7.4, 7.7)",
+        paragraphs=(
+            (
+                "With the printed sensor noise (1.5 m, 0.9 rad) SLAM is hardly better than dead "
+                "reckoning; it is consistent, and it does not fail at ten times the wheel noise."
+            ),
+        ),
+        tables=(
+            ReportTable(
+                caption="Errors of the place, and NEES(3).", header=SLAM_COLUMNS, rows=rows
+            ),
+        ),
+        figures=embedded_figures(figures, "slam"),
+    )
+
+
+def _room_section(content: TrackingContent, figures: FigureFiles) -> ReportSection | None:
+    """Return the section on RSS from the room solver."""
+    if not content.room:
+        return None
+    track, study = content.settings.track, content.settings.study
+    room = [outcome for runs in content.room for outcome in runs.outcomes]
+    frequencies = study.radio.frequencies_hz
+    channels = (
+        "on one carrier"
+        if len(frequencies) == 1
+        else f"averaged in power over {len(frequencies)} channels"
+    )
+    return ReportSection(
+        heading="RSS from the room solver",
+        paragraphs=(
+            (
+                f"The field is the coherent sum of paths of up to {study.solver.max_reflections} "
+                f"reflections at the robot's true place, {channels}, read every "
+                f"{track.room_reading_every_s:g} s with {track.room_noise_db:g} dB of noise."
+            ),
+            (
+                "A law of distance and a map of local means do not help: between concrete walls "
+                "the mean level hardly depends on the place. The fades, some centimetres wide, do. "
+                "A filter that has the computed map of the fades follows the trajectory until it "
+                "mistakes one fade for another. This happens to the unscented filter more often "
+                "than to the particle filter; the list below counts the runs. The map comes from "
+                "the same solver as the field: in a real room the plan of the room must be right "
+                "to a centimetre or two. The wrong map has brick walls, and tags 2 cm off in x "
+                "and y."
+            ),
+        ),
+        points=tuple(fact for runs in content.room for fact in runs.facts),
+        tables=(_outcome_table(room, "The lemniscate; median / 90 % over the runs."),),
+        figures=embedded_figures(figures, "room"),
+    )
+
+
+def _cost_section(content: TrackingContent, figures: FigureFiles) -> ReportSection | None:
+    """Return the section on Table 8.1."""
+    if not content.costs:
+        return None
+    rows = tuple(
+        (
+            row.method,
+            row.claimed,
+            "–" if row.offline_s is None else f"{row.offline_s:.2f}",
+            f"{row.step_us:.0f}",
+            row.line_m,
+            row.lemniscate_m,
+            "yes" if row.knows_tags else "no",
+        )
+        for row in content.costs
+    )
+    return ReportSection(
+        heading="Table 8.1, measured",
+        paragraphs=(
+            (
+                "Times were measured on the machine that made this report, one robot at a time. "
+                "They differ from run to run and are stored in costs.csv only. With less than some "
+                "tens of tags the function calls cost more than the arithmetic, so that the "
+                "measured exponents lie below one."
+            ),
+        ),
+        tables=(
+            ReportTable(
+                caption="Cost and average error of each controller.",
+                header=(
+                    "controller",
+                    "thesis",
+                    "offline [s]",
+                    "control step [µs]",
+                    "line [m]",
+                    "lemniscate [m]",
+                    "must know the tags",
+                ),
+                rows=rows,
+                words=True,
+            ),
+        ),
+        figures=embedded_figures(figures, "costs"),
+    )
+
+
+def _study_section(content: TrackingContent) -> ReportSection:
+    """Return the section on the study itself."""
+    found = "; ".join(f"{n.removesuffix('_version')} {v}" for n, v in versions().items())
+    return ReportSection(
+        heading="The study",
+        paragraphs=(f"Seed {content.settings.study.seed}; versions: {found}.",),
+        folded=(("The study with every default resolved (study.toml)", content.study_toml),),
     )

@@ -1,15 +1,14 @@
-"""The results file of a tracking study, and its tables."""
+"""What a tracking study stores: the runs of each method in each task, and its tables."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from octant.navigation.estimators.ekf_slam import SlamRecord
-from octant.reader_design.experiments.tracking.chapter7 import NominalRun
-from octant.reader_design.experiments.tracking.costs import CostRow
-from octant.reader_design.experiments.tracking.outcomes import Outcome
+from octant.navigation.tracking.closed_loop import TrackingRecord
 from octant.reader_design.showing.netcdf import dataset, variable
 
 if TYPE_CHECKING:
@@ -17,22 +16,21 @@ if TYPE_CHECKING:
 
 FloatArray = npt.NDArray[np.float64]
 
-MEASURE_UNITS = {
-    "average_m": ("m", "distance to the desired place, averaged over time"),
-    "within_m_90_of_time": ("m", "distance not exceeded for 90 % of the time"),
-    "final_m": ("m", "distance to the desired place at the end"),
-    "final_heading_deg": ("degree", "size of the heading error at the end"),
-}
-COST_COLUMNS = (
+COLUMNS = (
+    "chapter",
+    "task",
     "method",
-    "claimed",
-    "offline_s",
-    "step_us",
-    "line_m",
-    "lemniscate_m",
-    "knows_tags",
+    "runs",
+    "average_m_median",
+    "average_m_90",
+    "within_m_90_of_time_median",
+    "within_m_90_of_time_90",
+    "final_m_median",
+    "final_m_90",
+    "final_heading_deg_median",
+    "final_heading_deg_90",
 )
-"""Columns of costs.csv [s, µs, m]."""
+"""Columns of tracking.csv: medians and 90 % quantiles over the runs [m, deg]."""
 SLAM_COLUMNS = (
     "wheel_sigma_rad_per_s",
     "runs",
@@ -43,6 +41,79 @@ SLAM_COLUMNS = (
     "diverged",
 )
 """Columns of slam.csv [rad/s, m]."""
+MEASURE_UNITS = {
+    "average_m": ("m", "distance to the desired place, averaged over time"),
+    "within_m_90_of_time": ("m", "distance not exceeded for 90 % of the time"),
+    "final_m": ("m", "distance to the desired place at the end"),
+    "final_heading_deg": ("degree", "size of the heading error at the end"),
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Outcome:
+    """The runs of one method in one task.
+
+    Parameters
+    ----------
+    chapter : str
+        ``feedback``, ``nominal``, ``neighbouring`` or ``room``.
+    task : str
+        Name of the trajectory, or of the tags.
+    method : str
+        Controller and estimator.
+    runs : TrackingRecord
+        Poses [m, rad] and wheel rates [rad/s]; figures show run 0.
+    """
+
+    chapter: str
+    task: str
+    method: str
+    runs: TrackingRecord
+
+    def measures(self) -> dict[str, FloatArray]:
+        """Return the measures of every run, (r,) each.
+
+        Returns
+        -------
+        dict of str to (r,) float64
+            ``average_m`` of (3.11), ``within_m_90_of_time``, ``final_m`` [m], and
+            ``final_heading_deg`` [deg].
+        """
+        return {
+            "average_m": self.runs.average_error_m,
+            "within_m_90_of_time": self.runs.share_within_m(0.9),
+            "final_m": self.runs.final_error_m,
+            "final_heading_deg": np.degrees(self.runs.final_heading_error_rad),
+        }
+
+    def row(self) -> tuple[object, ...]:
+        """Return the row of tracking.csv, as `COLUMNS` [m, deg]."""
+        numbers: list[float] = []
+        for values in self.measures().values():
+            numbers += [float(np.median(values)), float(np.quantile(values, 0.9))]
+        return self.chapter, self.task, self.method, len(self.runs.poses), *numbers
+
+
+def slam_row(sigma: float, record: SlamRecord) -> tuple[object, ...]:
+    """Return a row of slam.csv, as `SLAM_COLUMNS` [rad/s, m].
+
+    Parameters
+    ----------
+    sigma : float
+        Noise of the wheels [rad/s].
+    record : SlamRecord
+        The runs.
+    """
+    error = record.final_error_m
+    return (
+        sigma,
+        len(error),
+        float(np.median(error)),
+        float(np.quantile(error, 0.9)),
+        float(np.median(record.reckoned_error_m)),
+        float(record.nees.mean()),
+        int(record.diverged.sum()),
+    )
 
 
 def tracking_dataset(
@@ -82,18 +153,19 @@ def tracking_dataset(
             variables[key] = variable(
                 ["outcome", "run"], _padded(rows), units=unit, long_name=words
             )
+        runs = [o.runs for o in outcomes]
         steps = {
-            "time_s": ("s", "time", [o.desired.time_s for o in outcomes]),
-            "desired_x_m": ("m", "desired x", [o.desired.poses[:, 0] for o in outcomes]),
-            "desired_y_m": ("m", "desired y", [o.desired.poses[:, 1] for o in outcomes]),
-            "x_m": ("m", "x of run 0", [o.poses[0, :, 0] for o in outcomes]),
-            "y_m": ("m", "y of run 0", [o.poses[0, :, 1] for o in outcomes]),
-            "heading_rad": ("rad", "heading of run 0", [o.poses[0, :, 2] for o in outcomes]),
-            "right_rad_per_s": ("rad/s", "right wheel", [o.example_rates[:, 0] for o in outcomes]),
-            "left_rad_per_s": ("rad/s", "left wheel", [o.example_rates[:, 1] for o in outcomes]),
+            "time_s": ("s", "time", [r.desired.time_s for r in runs]),
+            "desired_x_m": ("m", "desired x", [r.desired.poses[:, 0] for r in runs]),
+            "desired_y_m": ("m", "desired y", [r.desired.poses[:, 1] for r in runs]),
+            "x_m": ("m", "x of run 0", [r.poses[0, :, 0] for r in runs]),
+            "y_m": ("m", "y of run 0", [r.poses[0, :, 1] for r in runs]),
+            "heading_rad": ("rad", "heading of run 0", [r.poses[0, :, 2] for r in runs]),
+            "right_rad_per_s": ("rad/s", "right wheel", [r.wheel_rates[0, :, 0] for r in runs]),
+            "left_rad_per_s": ("rad/s", "left wheel", [r.wheel_rates[0, :, 1] for r in runs]),
         }
         for key, (unit, words, rows) in steps.items():
-            length = max(len(o.desired.time_s) for o in outcomes)
+            length = max(len(r.desired.time_s) for r in runs)
             table = _padded(rows, length)
             variables[key] = variable(["outcome", "step"], table, units=unit, long_name=words)
     if slam:
@@ -125,58 +197,3 @@ def _padded(rows: Sequence[FloatArray], length: int | None = None) -> FloatArray
     for line, row in zip(table, rows, strict=True):
         line[: len(row)] = row
     return table
-
-
-def slam_row(sigma: float, record: SlamRecord) -> tuple[object, ...]:
-    """Return a row of slam.csv, as `SLAM_COLUMNS` [rad/s, m].
-
-    Parameters
-    ----------
-    sigma : float
-        Noise of the wheels [rad/s].
-    record : SlamRecord
-        The runs.
-    """
-    error = record.final_error_m
-    return (
-        sigma,
-        len(error),
-        float(np.median(error)),
-        float(np.quantile(error, 0.9)),
-        float(np.median(record.reckoned_error_m)),
-        float(record.nees.mean()),
-        int(record.diverged.sum()),
-    )
-
-
-def cost_row(row: CostRow) -> tuple[object, ...]:
-    """Return a row of costs.csv, as `COST_COLUMNS` [s, µs, m].
-
-    Parameters
-    ----------
-    row : CostRow
-        One method.
-    """
-    offline = "" if row.offline_s is None else row.offline_s
-    known = "yes" if row.knows_tags else "no"
-    return row.method, row.claimed, offline, row.step_us, row.line_m, row.lemniscate_m, known
-
-
-def solver_rows(runs: Sequence[NominalRun]) -> tuple[tuple[object, ...], ...]:
-    """Return task, method, iterations, cost and average error [m] of nominal solutions.
-
-    Parameters
-    ----------
-    runs : sequence of NominalRun
-        The solutions.
-    """
-    return tuple(
-        (
-            run.outcome.task,
-            run.outcome.method,
-            run.solution.iterations,
-            run.solution.cost,
-            float(np.median(run.outcome.measures()["average_m"])),
-        )
-        for run in runs
-    )

@@ -1,4 +1,4 @@
-"""Tracking with RSS from the room solver: what is known of the field decides how well it works."""
+"""Tracking with RSS from the room solver, by estimators that know more or less of the field."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -31,8 +31,8 @@ from octant.navigation.sensing.rss_models import (
 )
 from octant.navigation.tracking import shapes
 from octant.navigation.tracking.closed_loop import drive, run_seeds
-from octant.reader_design.experiments.tracking.chapter7 import neighbouring_setup
-from octant.reader_design.experiments.tracking.outcomes import Outcome, outcome_of
+from octant.reader_design.experiments.tracking.chapters import neighbouring_setup
+from octant.reader_design.experiments.tracking.results import Outcome
 from octant.reader_design.experiments.tracking.settings import LEMNISCATE_START, Settings
 from octant.reader_design.setting.bodies import study_materials
 from octant.reader_design.setting.scene import build_study_scene
@@ -46,7 +46,7 @@ TRACE_SPACING_M = 0.25
 SURVEY_SPACING_M = 0.2
 """Grid of a site survey by hand, on which laws and local means are fitted [m]."""
 KEPT_M = 0.15
-"""A run whose average error is at most this kept the way [m]."""
+"""A run whose average error is at most this stayed on the trajectory [m]."""
 FADED_FLOOR_DBM = -150.0
 """RSS in a field's zero [dBm]."""
 MISPLACED_M = 0.02
@@ -61,7 +61,7 @@ WRONG_MAP = "particle filter, map that is wrong"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FieldRss:
-    """Return the RSS of the room solver at any place, coherent: an `RssModel`.
+    """The RSS of the room solver at any place, coherent: an `RssModel`.
 
     Parameters
     ----------
@@ -89,19 +89,19 @@ class FieldRss:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RoomResults:
-    """Return the room solver's part.
+class RoomRuns:
+    """The lemniscate tracked with RSS of the room solver, with one mesh of tags.
 
     Parameters
     ----------
     outcomes : tuple of Outcome
-        The lemniscate with both meshes and every estimator.
+        One for each estimator.
     facts : tuple of str
-        What was computed and what the field is like [m, dB].
+        What the field is like, and how many runs were near the trajectory [m, dB].
     map_x_m : (nx,) float64
         Grid of the map below [m].
     map_dbm : (nx, nx) float64
-        RSS of the middle tag of the first mesh [dBm].
+        RSS of the middle tag [dBm].
     """
 
     outcomes: tuple[Outcome, ...]
@@ -123,54 +123,55 @@ class _Knowledge:
     wrong: RssMap | None
 
 
-def room_results(settings: Settings) -> RoomResults:
+MESHES = (0, 1)
+"""Numbers of the meshes of tags: that of chapter 6 and that of chapter 7."""
+
+
+def room_runs(settings: Settings, mesh: int) -> RoomRuns:
     """Return the lemniscate tracked from RSS of the room solver, by every estimator.
 
     Parameters
     ----------
     settings : Settings
         Everything; the room and its materials are the study's.
+    mesh : int
+        One of `MESHES`; only the first is tracked with a wrong map too.
     """
     track = settings.track
-    meshes = (
+    side, spacing = (
         (track.feedback_tags, track.tag_spacing_m),
         (track.tags, track.room_tag_spacing_m),
-    )
+    )[mesh]
     setup = neighbouring_setup(settings, shapes.lemniscate(), LEMNISCATE_START)
     seeds = run_seeds(settings.study.seed, track.runs)
-    every = max(round(track.room_reading_every_s / track.period_s), 1)
-    outcomes, facts, shown = [], [], None
-    for number, (side, spacing) in enumerate(meshes):
-        field, tags_m = _field(settings, side, spacing)
-        known = _known(settings, field, tags_m, imagine_wrong=number == 0)
-        shown = shown or known.computed
-        world = settings.world(
-            FieldRss(field=field),
-            noise=RssNoise(mean_db=0.0, sigma_db=track.room_noise_db),
-            reading_every=every,
+    field, tags_m = _field(settings, side, spacing)
+    known = _known(settings, field, tags_m, imagine_wrong=mesh == 0)
+    world = settings.world(
+        FieldRss(field=field),
+        noise=RssNoise(mean_db=0.0, sigma_db=track.room_noise_db),
+        reading_every=max(round(track.room_reading_every_s / track.period_s), 1),
+    )
+    task = f"{side * side} tags"
+    departs = (
+        f"{task}: the coherent field departs from its local mean by {known.mean_rms_db:.1f} dB "
+        f"(rms) and from the log-distance law by {known.law_rms_db:.1f} dB, whose exponent is "
+        f"{known.law.exponent:.2f}"
+    )
+    facts = [departs]
+    outcomes = []
+    for method, estimator in _estimators(settings, known):
+        record = drive(
+            setup.control, estimator, world, setup.desired, start=setup.start, seeds=seeds
         )
-        task = f"{side * side} tags"
-        facts.append(
-            f"{task}: the coherent field departs from its local mean by {known.mean_rms_db:.1f} dB "
-            f"(rms) and from the log-distance law by {known.law_rms_db:.1f} dB, whose exponent is "
-            f"{known.law.exponent:.2f}"
-        )
-        for method, estimator in _estimators(settings, known):
-            record = drive(
-                setup.control, estimator, world, setup.desired, start=setup.start, seeds=seeds
-            )
-            outcomes.append(outcome_of(record, chapter="room", task=task, method=method))
-            kept = int((record.average_error_m <= KEPT_M).sum())
-            facts.append(
-                f"{task}, {method}: {kept} of {len(seeds)} runs average {KEPT_M:g} m or less"
-            )
-    assert shown is not None  # noqa: S101  there are two meshes
-    middle = shown.rss.shape[2] // 2
-    return RoomResults(
+        outcomes.append(Outcome(chapter="room", task=task, method=method, runs=record))
+        kept = int((record.average_error_m <= KEPT_M).sum())
+        facts.append(f"{task}, {method}: {kept} of {len(seeds)} runs average {KEPT_M:g} m or less")
+    middle = known.computed.rss.shape[2] // 2
+    return RoomRuns(
         outcomes=tuple(outcomes),
         facts=tuple(facts),
-        map_x_m=shown.x_m,
-        map_dbm=shown.rss[:, :, middle],
+        map_x_m=known.computed.x_m,
+        map_dbm=known.computed.rss[:, :, middle],
     )
 
 

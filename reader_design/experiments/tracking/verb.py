@@ -25,8 +25,8 @@ def track(*, study: Path | None, out: Path, force: bool, quiet: bool) -> None:
     and neighbouring optimal control, EKF SLAM, and the same with RSS from the room solver. Leaves
     results.nc, tracking.csv, costs.csv, slam.csv, figures, study.toml and report.html in --out.
     """
+    from octant.reader_design.experiments.tracking.compute import run_tracking
     from octant.reader_design.experiments.tracking.page import summary_lines
-    from octant.reader_design.experiments.tracking.run import run_tracking
     from octant.reader_design.study_file.loading import load_study
 
     loaded = load_study(study, built_in="track_study")

@@ -4,11 +4,11 @@ import msgspec
 import numpy as np
 import pytest
 
-from octant.reader_design.experiments.tracking import chapter6, room
+from octant.reader_design.experiments.tracking import chapters, room
+from octant.reader_design.experiments.tracking.compute import TrackingContent
 from octant.reader_design.experiments.tracking.costs import CostScaling, cost_rows
-from octant.reader_design.experiments.tracking.run import TrackingContent
+from octant.reader_design.experiments.tracking.figures import tracking_figures
 from octant.reader_design.experiments.tracking.settings import settings_of
-from octant.reader_design.experiments.tracking.study_figures import tracking_figures
 from octant.reader_design.study_file.loading import load_study
 
 
@@ -50,7 +50,7 @@ def test_the_true_field_is_coherent_and_finer_than_the_map(in_the_room):
 
 def test_feedback_outcomes_do_not_depend_on_the_number_of_runs():
     few, more = (
-        chapter6.feedback_outcomes(small(runs=runs, training_iterations=40, training_records=2))
+        chapters.feedback_outcomes(small(runs=runs, training_iterations=40, training_records=2))
         for runs in (1, 2)
     )
     assert len(few) == len(more) == 7
