@@ -28,9 +28,10 @@ duration_s = 30.0
 ROOM = '[room]\nbox_m = [12.0, 12.0, 3.0]\norigin_m = [-6.0, -6.0, 0.0]\nmaterial = "concrete"\n'
 
 
+@pytest.mark.slow
 def test_a_small_study_leaves_tables_figures_and_a_report(octant, study_file, tmp_path):
     study, out = study_file(SMALL), tmp_path / "out"
-    done = octant("track", study, "--out", out, "-q")
+    done = octant("track", study, "--out", out, "-q", "--workers", "1")
     assert done.code == 0, done.err
     assert "lemniscate, average error" in done.out
     assert "NEES(3)" in done.out
@@ -53,7 +54,44 @@ def test_a_small_study_leaves_tables_figures_and_a_report(octant, study_file, tm
     assert report.count("data:image/png;base64") == 5
     assert "Theorem 7.4" in report
     assert load_study(out / "study.toml") == load_study(study)
-    assert "--force" in octant("track", study, "--out", out, "-q").refused()
+    before = {p: p.read_bytes() for p in out.rglob("*") if p.is_file()}
+    again = octant("track", study, "--out", out)
+    assert again.code == 0
+    assert "complete already" in again.err
+    assert again.out == done.out
+    assert {p: p.read_bytes() for p in out.rglob("*") if p.is_file()} == before
+    other = study_file(
+        SMALL.replace('chapters = ["rss", "neighbouring", "slam"]', 'chapters = ["slam"]')
+    )
+    assert "another study" in octant("track", other, "--out", out, "-q").refused()
+    changed = octant("track", other, "--out", out, "--force")
+    assert changed.code == 0
+    assert "parts" not in changed.err  # all of them were kept
+    assert set(read_dataset(out / "results.nc").dims) == {"slam", "slam_run"}
+
+
+def test_a_killed_study_goes_on_where_it_stopped_with_the_same_bits(
+    octant, study_file, tmp_path, monkeypatch
+):
+    from octant.reader_design.experiments.tracking import compute
+
+    text = SMALL.replace('["rss", "neighbouring", "slam"]', '["rss", "slam"]')
+    study, out = study_file(text), tmp_path / "out"
+    assert octant("track", study, "--out", tmp_path / "whole", "-q", "--workers", "1").code == 0
+    with monkeypatch.context() as patch:
+        patch.setitem(compute._CHAPTERS, "slam", interrupted)
+        stopped = octant("track", study, "--out", out, "-q", "--workers", "1")
+    assert stopped.code == 130
+    assert not (out / "report.html").exists()
+    assert len(list((out / "cases").iterdir())) == 1
+    assert octant("track", study, "--out", out, "-q", "--workers", "1").code == 0
+    whole, resumed = (read_dataset(f / "results.nc") for f in (tmp_path / "whole", out))
+    assert whole.equals(resumed)
+
+
+def interrupted(settings, part):
+    del settings, part
+    raise KeyboardInterrupt
 
 
 def test_the_built_in_study_is_a_round_trip_with_every_default_written(tmp_path):

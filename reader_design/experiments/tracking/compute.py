@@ -41,12 +41,13 @@ from octant.reader_design.experiments.tracking.results import (
     slam_row,
     tracking_dataset,
 )
-from octant.reader_design.experiments.tracking.room import MESHES, RoomRuns, room_runs
+from octant.reader_design.experiments.tracking.room import MESHES, RoomRuns, check_room, room_runs
 from octant.reader_design.experiments.tracking.settings import (
     RESERVED_NAMES,
     Settings,
     settings_of,
 )
+from octant.reader_design.keeping.finished import begin_results, finish_results
 from octant.reader_design.keeping.keeper import RecordCodec, map_cases
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.showing.netcdf import write_dataset
@@ -294,30 +295,58 @@ def _joined(outcomes: Sequence[Outcome]) -> Outcome:
     return Outcome(chapter=first.chapter, task=first.task, method=first.method, runs=runs)
 
 
-def compute_tracking(
+def run_tracking(
     study: Study,
     out_dir: Path,
     *,
     workers: int | None = 1,
     cluster: str | None = None,
+    force: bool = False,
     progress: Progress | None = None,
 ) -> TrackingContent:
-    """Return the content of a tracking study; parts that the folder holds are read.
+    """Return the content of a tracking study and write its files, unless they are there already.
 
     Parameters
     ----------
     study : Study
         With a table ``[track]``.
     out_dir : Path
-        Folder of the results; made when missing.
+        Folder of the results; made when missing. Parts that it holds are not computed again.
     workers : int or None
         Processes that share the parts; None: one for each core.
     cluster : str or None
         Address of a dask scheduler in their place.
+    force : bool
+        Replace results that are there.
     progress : Progress, optional
         Shows how many parts are done.
     """
+    progress = progress or Progress()
     settings = settings_of(study)
+    if "room" in settings.track.chapters:
+        check_room(settings)
+    text = to_toml(study, relative_to=out_dir)
+    complete = begin_results(out_dir, ["track", text], files=FILES, force=force)
+    content = _computed(
+        settings, text, out_dir, workers=workers, cluster=cluster, progress=progress
+    )
+    if complete:
+        progress.say(f"{out_dir} is complete already; nothing was written.")
+    else:
+        finish_results(out_dir, publish(content, out_dir, progress))
+    return content
+
+
+def _computed(
+    settings: Settings,
+    text: str,
+    out_dir: Path,
+    *,
+    workers: int | None,
+    cluster: str | None,
+    progress: Progress,
+) -> TrackingContent:
+    study = settings.study
     parts = list(parts_of(settings))
     records = map_cases(
         compute_part,
@@ -347,12 +376,11 @@ def compute_tracking(
             raises=(OctantError,),
         )
         found.append((timed, kept.value))
-    text = to_toml(study, relative_to=out_dir)
     return TrackingContent(settings=settings, study_toml=text, parts=tuple(found))
 
 
-def publish(content: TrackingContent, out_dir: Path, progress: Progress) -> None:
-    """Write the files of a tracking study, and its figures.
+def publish(content: TrackingContent, out_dir: Path, progress: Progress) -> list[Path]:
+    """Return the files of a tracking study, once written.
 
     Parameters
     ----------
@@ -376,6 +404,7 @@ def publish(content: TrackingContent, out_dir: Path, progress: Progress) -> None
         seed=study.seed,
         name=study.name,
     )
+    written = [out_dir / name for name in FILES]
     write_dataset(data, out_dir / "results.nc", force=True)
     tables = {
         "tracking.csv": (COLUMNS, [o.row() for o in content.outcomes]),
@@ -385,10 +414,13 @@ def publish(content: TrackingContent, out_dir: Path, progress: Progress) -> None
     for name, (header, rows) in tables.items():
         if rows or name == "tracking.csv":
             put_table(str(out_dir / name), header, iter(rows), force=True)
+            written.append(out_dir / name)
     entries: dict[str, list[tuple[str, str, Path]]] = {}
     for one in progress.track(tracking_figures(content), label="figures"):
         path = out_dir / "figures" / one.file
         save_figure(one.figure, path)
         entries.setdefault(one.section, []).append((one.title, one.caption, path))
+        written.append(path)
     write_text(out_dir / "study.toml", content.study_toml)
     write_text(out_dir / "report.html", render_report(tracking_report(content, entries)))
+    return written

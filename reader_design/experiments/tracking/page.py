@@ -95,11 +95,11 @@ def summary_lines(content: TrackingContent) -> Iterator[str]:
             text = _pair(outcome.measures()["average_m"])
             yield f"{outcome.chapter:<13} {words:<44} {text} m"
     if content.fits is not None:
-        fit, published = content.fits.exponential, content.fits.noisy_share
+        fit, share = content.fits.exponential, content.fits.noisy_share
         yield (
             f"rss           fit of Table 6.1: {fit.alpha_dbm:.2f} dBm, {fit.beta_per_m:.4f} 1/m "
             "(thesis: -35.5, 0.1071); the printed noisy fit (-60, 0.2) is as far away as "
-            f"{published:.1%} of the fits to noisy records"
+            f"{share:.1%} of the fits to noisy records"
         )
     for sigma, record in content.slam:
         error = record.final_error_m

@@ -35,7 +35,7 @@ from octant.reader_design.experiments.tracking.chapters import neighbouring_setu
 from octant.reader_design.experiments.tracking.results import Outcome
 from octant.reader_design.experiments.tracking.settings import LEMNISCATE_START, Settings
 from octant.reader_design.setting.bodies import study_materials
-from octant.reader_design.setting.scene import build_study_scene
+from octant.reader_design.setting.scene import StudyScene, build_study_scene
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -138,20 +138,16 @@ def room_runs(settings: Settings, mesh: int) -> RoomRuns:
         One of `MESHES`; only the first is tracked with a wrong map too.
     """
     track = settings.track
-    side, spacing = (
-        (track.feedback_tags, track.tag_spacing_m),
-        (track.tags, track.room_tag_spacing_m),
-    )[mesh]
     setup = neighbouring_setup(settings, shapes.lemniscate(), LEMNISCATE_START)
     seeds = run_seeds(settings.study.seed, track.runs)
-    field, tags_m = _field(settings, side, spacing)
+    field, tags_m = _field(settings, mesh)
     known = _known(settings, field, tags_m, imagine_wrong=mesh == 0)
     world = settings.world(
         FieldRss(field=field),
         noise=RssNoise(mean_db=0.0, sigma_db=track.room_noise_db),
         reading_every=max(round(track.room_reading_every_s / track.period_s), 1),
     )
-    task = f"{side * side} tags"
+    task = f"{len(tags_m)} tags"
     departs = (
         f"{task}: the coherent field departs from its local mean by {known.mean_rms_db:.1f} dB "
         f"(rms) and from the log-distance law by {known.law_rms_db:.1f} dB, whose exponent is "
@@ -175,24 +171,45 @@ def room_runs(settings: Settings, mesh: int) -> RoomRuns:
     )
 
 
-def _field(
-    settings: Settings, side: int, spacing_m: float, *, wrong: bool = False
-) -> tuple[ImageField, FloatArray]:
-    """Return the tags' fields and the tags' places (s, 3), heights above the antenna [m]."""
-    study = settings.study
-    built = build_study_scene(study)
-    z_m = built.map_z_m
+def check_room(settings: Settings) -> None:
+    """Refuse a room that does not hold the mapped square and the tags.
+
+    Parameters
+    ----------
+    settings : Settings
+        The study [m].
+    """
+    built = build_study_scene(settings.study)
+    for mesh in MESHES:
+        _tags(settings, built, mesh)
+
+
+def _tags(settings: Settings, built: StudyScene, mesh: int) -> FloatArray:
+    """Return the tags' places (s, 3), heights above the antenna [m]."""
+    track, standoff_m = settings.track, settings.study.solver.standoff_m
+    side, spacing_m = (
+        (track.feedback_tags, track.tag_spacing_m),
+        (track.tags, track.room_tag_spacing_m),
+    )[mesh]
     low, high = built.scene.bounds_m
-    top = float(high[2]) - study.solver.standoff_m
-    tags = tag_grid(side, spacing_m=spacing_m, height_m=top - z_m)
-    wanted = max(REACH_M, float(np.abs(tags[:, :2]).max()) + study.solver.standoff_m)
+    height_m = float(high[2]) - standoff_m - built.map_z_m
+    tags = tag_grid(side, spacing_m=spacing_m, height_m=height_m)
+    wanted = max(REACH_M, float(np.abs(tags[:, :2]).max()) + standoff_m)
     if (low[:2] > -wanted).any() or (high[:2] < wanted).any():
         msg = (
-            f"the room spans {low[:2].tolist()} to {high[:2].tolist()} m, but the part 'room' of "
-            f"[track] needs x and y from {-wanted:g} to {wanted:g} m; take a larger room, or leave "
-            "that chapter out."
+            f"the room spans {low[:2].tolist()} to {high[:2].tolist()} m, but the chapter 'room' "
+            f"of [track] needs x and y from {-wanted:g} to {wanted:g} m; take a larger room, or "
+            "leave that chapter out."
         )
         raise ConfigError(msg)
+    return tags
+
+
+def _field(settings: Settings, mesh: int, *, wrong: bool = False) -> tuple[ImageField, FloatArray]:
+    """Return the tags' fields and places (s, 3), heights above the antenna [m]."""
+    study = settings.study
+    built = build_study_scene(study)
+    tags, z_m = _tags(settings, built, mesh), built.map_z_m
     carrier = study.radio.frequency_hz
     materials = study_materials(study)
     if wrong:
@@ -243,8 +260,7 @@ def _known(
     law, rms = fit_log_distance(distance.ravel(), coherent.ravel())
     wrong = None
     if imagine_wrong:
-        side = round(len(tags_m) ** 0.5)
-        other, _ = _field(settings, side, settings.track.tag_spacing_m, wrong=True)
+        other, _ = _field(settings, 0, wrong=True)
         wrong = _computed_map(settings, other)
     return _Knowledge(
         computed=_computed_map(settings, field),
