@@ -76,7 +76,10 @@ def test_failed_designs_give_exit_code_3(octant, study_file, tmp_path):
 def test_interrupted_studies_keep_what_was_computed(study_file, tmp_path):
     out = tmp_path / "out"
     text = SMALL.replace("[0.05, 0.10]", str([0.05 + 0.0005 * i for i in range(100)]))
-    command = "from octant.reader_design.cli import main; main()"
+    command = (
+        "import signal; signal.signal(signal.SIGINT, signal.default_int_handler);"  # under nohup too
+        "from octant.reader_design.cli import main; main()"
+    )
     with subprocess.Popen(
         [sys.executable, "-c", command, "study", study_file(text), "--out", out],
         stdout=subprocess.PIPE,
