@@ -150,7 +150,7 @@ def test_physics_warnings_are_shown_once_each(octant, monkeypatch):
 @pytest.mark.skipif(os.name == "nt", reason="signals differ")
 def test_ctrl_c_ends_a_process_with_130():
     code = (
-        "import signal; signal.signal(signal.SIGINT, signal.default_int_handler);"  # under nohup too
+        "import signal; signal.signal(signal.SIGINT, signal.default_int_handler);"  # nohup
         "import time, click; from octant.reader_design import cli;"
         "cmd = click.Command('x', callback=lambda: (print('up', flush=True), time.sleep(60)));"
         "cli.VerbGroup.get_command = lambda *a: cmd; import sys; sys.argv = ['octant', 'x'];"

@@ -77,7 +77,7 @@ def test_interrupted_studies_keep_what_was_computed(study_file, tmp_path):
     out = tmp_path / "out"
     text = SMALL.replace("[0.05, 0.10]", str([0.05 + 0.0005 * i for i in range(100)]))
     command = (
-        "import signal; signal.signal(signal.SIGINT, signal.default_int_handler);"  # under nohup too
+        "import signal; signal.signal(signal.SIGINT, signal.default_int_handler);"  # nohup
         "from octant.reader_design.cli import main; main()"
     )
     with subprocess.Popen(

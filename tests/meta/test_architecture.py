@@ -320,3 +320,38 @@ def test_the_picture_of_the_house_shows_every_package():
     titles = "\n".join(element.text for element in drawn.findall(".//{*}title"))
     packages = {m.package for m in house.modules() if m.path.stem != "__init__"}
     complain((p for p in packages if f"{p}: " not in titles), "not in the picture")
+
+
+# What stands beside the house ---------------------------------------------------------------------
+
+
+def names_of(module):
+    """Return the names at the top of a module; None if it makes them when they are asked for."""
+    names = set()
+    for node in ast.walk(module.tree):
+        if isinstance(node, ast.ClassDef | ast.FunctionDef):
+            names.add(node.name)
+        elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+            names.add(node.id)
+        elif isinstance(node, ast.Import | ast.ImportFrom):
+            names |= {alias.asname or alias.name for alias in node.names}
+    return None if "__getattr__" in names else names
+
+
+@pytest.mark.parametrize("folder", ["benchmarks", "examples", "tests/regression", "tests/support"])
+def test_what_scripts_import_is_there(folder):
+    known = {f"octant.{m.name}".replace("octant.octant", "octant"): m for m in house.modules()}
+    missing = []
+    for path in sorted((house.ROOT / folder).rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if not isinstance(node, ast.ImportFrom) or not (node.module or "").startswith("octant"):
+                continue
+            names = names_of(known[node.module]) if node.module in known else set()
+            missing += [
+                f"{path.name}:{node.lineno}: {node.module}.{alias.name}"
+                for alias in node.names
+                if names is not None
+                and alias.name not in names
+                and f"{node.module}.{alias.name}" not in known
+            ]
+    complain(missing, "imported, but not there")
