@@ -183,6 +183,7 @@ def test_second_run_computes_and_writes_nothing(done, monkeypatch):
     assert before == {p: p.stat().st_mtime_ns for p in before}
 
 
+@pytest.mark.slow
 def test_lost_outputs_are_written_again_from_what_was_kept(done, monkeypatch):
     monkeypatch.setattr(sweep, "compute_cell", never)
     monkeypatch.setattr(mission_stage, "drive_missions", never)
@@ -207,6 +208,7 @@ def test_results_without_a_study_file_are_not_overwritten(tmp_path):
     assert (tmp_path / "report.html").read_text() == "precious"
 
 
+@pytest.mark.slow
 def test_interrupted_study_goes_on_where_it_stopped(tmp_path, monkeypatch):
     def interrupted(*_, **__):
         raise KeyboardInterrupt
@@ -222,6 +224,7 @@ def test_interrupted_study_goes_on_where_it_stopped(tmp_path, monkeypatch):
     assert outcome.report.exists()
 
 
+@pytest.mark.slow
 def test_forced_run_replaces_another_studys_results(tmp_path):
     text = TEXT[: TEXT.index("[[layout]]")]
     run_study(small(), tmp_path, quick=True)
@@ -230,6 +233,7 @@ def test_forced_run_replaces_another_studys_results(tmp_path):
     assert load_study(tmp_path / "study.toml") == small(text)
 
 
+@pytest.mark.slow
 def test_mission_that_cannot_be_driven_is_a_result_with_its_reason(tmp_path, monkeypatch):
     def refused(*_, **__):
         raise NavigationError("all antennas receive the same.")
@@ -241,6 +245,7 @@ def test_mission_that_cannot_be_driven_is_a_result_with_its_reason(tmp_path, mon
     assert outcome.report.exists()
 
 
+@pytest.mark.slow
 def test_failed_design_is_told_and_does_not_stop_the_study(tmp_path):
     text = TEXT.replace("[0.05, 0.10]", '[0.002, 0.10]\nantenna = ["monopole"]')
     outcome = run_study(small(text[: text.index("[mission]")]), tmp_path, quick=True)
@@ -265,6 +270,7 @@ def test_quick_look_says_that_it_is_one(done):
     assert "quick look" in done.report.read_text("utf-8")
 
 
+@pytest.mark.slow
 def test_free_space_study_runs_without_room_scores(tmp_path):
     start, end = TEXT.index("box_m"), TEXT.index("[[tag]]")
     text = TEXT[:start] + "free_space = true\n" + TEXT[end : TEXT.index("[[layout]]")]
@@ -274,6 +280,7 @@ def test_free_space_study_runs_without_room_scores(tmp_path):
     assert np.isnan(data["right_share"].values[:, 1]).all()
 
 
+@pytest.mark.slow
 def test_layouts_whose_names_give_one_file_name_are_kept_apart(tmp_path):
     layouts = '[[layout]]\nname = "a b"\n[[layout]]\nname = "A-B"\n'
     outcome = run_study(small(TEXT[: TEXT.index("[[layout]]")] + layouts), tmp_path, quick=True)
@@ -301,6 +308,7 @@ spacing_m = 2.0
 """
 
 
+@pytest.mark.slow
 def test_full_wave_study_says_how_far_the_approximations_are_off(tmp_path):
     outcome = run_study(small(FULLWAVE), tmp_path / "out", quick=True)
     off = {e.model: e for e in outcome.content.approximations}
@@ -316,6 +324,7 @@ def test_full_wave_study_says_how_far_the_approximations_are_off(tmp_path):
     assert {e["model"] for e in json.loads(stored["approximations"])} == {"rays", "isolated"}
 
 
+@pytest.mark.slow
 def test_design_that_the_full_wave_model_refuses_is_a_failed_cell_with_its_reason(tmp_path):
     text = FULLWAVE.replace("[0.08]", "[0.08, 0.001]").replace(
         "plate_height_m = 0.0", "plate_height_m = 0.05"
@@ -330,6 +339,7 @@ def test_approximate_study_is_not_compared(done):
     assert done.content.approximations == ()
 
 
+@pytest.mark.slow
 def test_design_of_another_height_and_number_of_antennas_is_driven_as_it_was_scored(tmp_path):
     text = TEXT.replace(
         "antenna_radius_m = [0.05, 0.10]", "antennas = [6, 8]\nheight_m = [0.2, 0.4]"
