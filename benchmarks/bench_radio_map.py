@@ -23,6 +23,7 @@ from octant.em.antennas.kinds import make_antenna
 from octant.em.power.radio_map import map_reader
 from octant.em.power.received_power import antenna_power, reader_link
 from octant.em.reader.response import sector_response
+from octant.em.search.candidates import Candidates, SolverSettings
 from octant.em.search.image_search import search_images
 
 WORKLOAD = WORKLOADS["W1-200"]
@@ -39,7 +40,7 @@ def reader(scene, radio):
         tag_power_w=1.0,
         response=sector_response(np.arange(8) * np.pi / 4, frequency_hz=FREQUENCY_HZ),
         reader_height_m=RECEIVER_Z_M,
-        max_reflections=WORKLOAD.order,
+        solver=SolverSettings(max_reflections=WORKLOAD.order),
     )
     x, y = WORKLOAD.axes_m
     eight, _ = best_of(REPETITIONS, lambda: map_reader(link, x_m=x, y_m=y, heading_rad=0.3))
@@ -61,7 +62,7 @@ def threads(scene, radio):
             def work(pool=pool):
                 return antenna_power(
                     radio,
-                    tree,
+                    Candidates(images=tree),
                     WORKLOAD.receivers_m,
                     transmitter=make_antenna("dipole", FREQUENCY_HZ),
                     receiver=make_antenna("isotropic_theta", FREQUENCY_HZ),

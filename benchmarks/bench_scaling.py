@@ -22,6 +22,7 @@ from workloads import (
 
 from octant.em.antennas.kinds import make_antenna
 from octant.em.power.received_power import antenna_power
+from octant.em.search.candidates import Candidates
 from octant.em.search.image_search import search_images
 
 COUNTS = (1_000, 3_162, 10_000, 31_623, 100_000, 316_228, 1_000_000)
@@ -52,7 +53,7 @@ def measure(name, repetitions):
         def work(receivers=receivers):
             return antenna_power(
                 radio,
-                tree,
+                Candidates(images=tree),
                 receivers,
                 transmitter=make_antenna("dipole", FREQUENCY_HZ),
                 receiver=make_antenna("isotropic_theta", FREQUENCY_HZ),

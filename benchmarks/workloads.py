@@ -17,6 +17,7 @@ from octant.em.medium.materials import material
 from octant.em.medium.radio_scene import radio_scene
 from octant.em.paths.tracing import trace_paths
 from octant.em.power.radio_map import map_antenna
+from octant.em.search.candidates import Candidates
 from octant.em.search.image_search import search_images
 from octant.geometries.mesh_files import load_bodies
 from octant.geometries.scene import build_scene
@@ -138,7 +139,7 @@ def octant_map(workload, scene, radio):
     x, y = workload.axes_m
     return map_antenna(
         radio,
-        search_images(scene, SOURCE_M, workload.order),
+        Candidates(images=search_images(scene, SOURCE_M, workload.order)),
         x_m=x,
         y_m=y,
         z_m=RECEIVER_Z_M,
@@ -151,7 +152,7 @@ def octant_map(workload, scene, radio):
 def octant_paths(workload, scene, radio):
     """Return receiver, length [m] and complex gain of every path."""
     tree = search_images(scene, SOURCE_M, workload.order)
-    paths = trace_paths(radio, tree, workload.receivers_m)
+    paths = trace_paths(radio, Candidates(images=tree), workload.receivers_m)
     gains = path_gains(
         radio,
         paths,

@@ -18,7 +18,8 @@ from octant.em.records import (
     SceneArrays,
     TreeArrays,
 )
-from octant.em.search.edge_search import EdgeTree, no_edges, wedge_frames
+from octant.em.search.candidates import Candidates
+from octant.em.search.edge_search import no_edges, wedge_frames
 from octant.em.search.image_tree import ImageTree
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import GeometryError
@@ -115,80 +116,62 @@ def checked_receivers(tree: ImageTree, receivers_m: npt.ArrayLike) -> FloatArray
     return receivers
 
 
-def tree_arrays(radio: RadioScene, tree: ImageTree) -> TreeArrays:
-    """Return the images as the path kernels take them [m], if they are complete for the scene.
+def path_arrays(
+    radio: RadioScene, candidates: Candidates
+) -> tuple[SceneArrays, TreeArrays, EdgeTreeArrays]:
+    """Return scene, images and edge images as the path kernels take them, lengths in [m].
 
     Parameters
     ----------
     radio : RadioScene
-        Scene that the tree was searched in.
-    tree : ImageTree
-        Images of the source.
+        Scene that the candidates were searched in.
+    candidates : Candidates
+        Of one source.
 
     Raises
     ------
     GeometryError
-        When the search counted on facets that let waves through here.
+        When the search counted on facets that let waves through here, or on wedges that the scene
+        does not have, or when images and edge images are not of one source.
     """
+    tree, edges = candidates.images, candidates.edges
     if bool((tree.opaque_facets & radio.facet_transmits).any()):
         msg = (
             "the images were searched as if every facet were opaque, but some let waves through; "
             "give search_images opaque_facets = radio.opaque_facets."
         )
         raise GeometryError(msg)
-    return tree.kernel_arrays()
-
-
-def edge_arrays(radio: RadioScene, tree: ImageTree, edges: EdgeTree | None) -> EdgeTreeArrays:
-    """Return the ways over edges as the path kernels take them, lengths in metres [m].
-
-    Parameters
-    ----------
-    radio : RadioScene
-        Scene whose wedges the search was given.
-    tree : ImageTree
-        Images of the source.
-    edges : EdgeTree or None
-        Ways over the edges; None: nothing diffracts.
-
-    Raises
-    ------
-    GeometryError
-        When the ways are not those of this source, or the scene has no wedges.
-    """
+    images = tree.kernel_arrays()
     if edges is None:
-        return no_edges().kernel_arrays(1)
+        return scene_arrays(radio), images, no_edges().kernel_arrays(1)
     if len(radio.wedges) <= int(edges.wedge.max(initial=-1)):
         msg = (
-            "the ways over edges belong to wedges that this radio scene does not have; give "
+            "the candidates' edges belong to wedges that this radio scene does not have; give "
             "radio_scene the wedges that search_edges was given."
         )
         raise GeometryError(msg)
     if len(tree.image_m) <= int(edges.leaf.max(initial=-1)):
-        msg = "the ways over edges belong to another image tree; search them with this one."
+        msg = "the candidates' edges belong to another image tree; search them with this one."
         raise GeometryError(msg)
-    return edges.kernel_arrays(tree.kernel_arrays().ways if radio.transmits else 1)
+    ways = edges.kernel_arrays(images.ways if radio.transmits else 1)
+    return scene_arrays(radio), images, ways
 
 
 def trace_paths(
     radio: RadioScene,
-    tree: ImageTree,
+    candidates: Candidates,
     receivers_m: npt.ArrayLike,
-    *,
-    edges: EdgeTree | None = None,
 ) -> PathSet:
     """Return every path to each receiver: over walls, through sheets, over edges.
 
     Parameters
     ----------
     radio : RadioScene
-        Scene that the tree was searched in.
-    tree : ImageTree
-        Images of the source.
+        Scene that the candidates were searched in.
+    candidates : Candidates
+        Of one source.
     receivers_m : (m, 3) float
         Places of the receivers [m].
-    edges : EdgeTree, optional
-        Ways over edges, from :func:`octant.em.search.edge_search.search_edges`. Default: none.
 
     Returns
     -------
@@ -211,9 +194,9 @@ def trace_paths(
     that edge, and on a sheet rounding decides which side's diffracted field is taken;
     ``Scene.stand_off`` moves receivers off. A source on a surface is refused by the search.
     """
+    tree = candidates.images
     receivers = checked_receivers(tree, receivers_m)
-    arrays, images = scene_arrays(radio), tree_arrays(radio, tree)
-    ways = edge_arrays(radio, tree, edges)
+    arrays = path_arrays(radio, candidates)
     counts = np.zeros(len(receivers), dtype=np.int64)
     width = tree.max_order
     room_for = 0
@@ -223,7 +206,7 @@ def trace_paths(
         vertices = np.zeros((room_for, width + 2, 3))
         codes = np.zeros((room_for, width), dtype=np.int64)
         longest = _tracing_kernels.record_paths(
-            arrays, images, ways, receivers, start, number, vertices, codes, counts
+            *arrays, receivers, start, number, vertices, codes, counts
         )
         if room_for == int(counts.sum()):
             break

@@ -12,8 +12,7 @@ from octant.em.blocks import Progress, run_blocks
 from octant.em.fields.gains import PathGains, path_gains
 from octant.em.medium.radio_scene import RadioScene
 from octant.em.paths.tracing import checked_receivers, trace_paths
-from octant.em.search.edge_search import EdgeTree
-from octant.em.search.image_tree import ImageTree
+from octant.em.search.candidates import Candidates
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import AntennaError
 
@@ -54,12 +53,11 @@ class ChannelSpreads:
 
 def channel_spreads(
     radio: RadioScene,
-    tree: ImageTree,
+    candidates: Candidates,
     places_m: npt.ArrayLike,
     *,
     transmitter: Antenna,
     receiver: Antenna,
-    edges: EdgeTree | None = None,
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> ChannelSpreads:
@@ -68,19 +66,17 @@ def channel_spreads(
     Parameters
     ----------
     radio : RadioScene
-        Scene that the tree was searched in.
-    tree : ImageTree
-        Images of the transmitter.
+        Scene that the candidates were searched in.
+    candidates : Candidates
+        Of the transmitter.
     places_m : (m, 3) float
         Places of the receiver [m].
     transmitter, receiver : Antenna
         Antennas in the room's frame; their patterns weigh the paths.
-    edges : EdgeTree, optional
-        Ways over edges. Default: none diffract.
     executor : Executor, optional
         Runs the blocks, sharing memory; by default one thread per core.
     progress : callable, optional
-        Told about finished blocks.
+        Called after every block.
 
     Returns
     -------
@@ -107,12 +103,12 @@ def channel_spreads(
     .. [3] B. H. Fleury, "First- and second-order characterization of direction dispersion and space
        selectivity in the radio channel", IEEE Trans. Inf. Theory 46 (2000) 2027-2044.
     """
-    places = checked_receivers(tree, places_m)
+    places = checked_receivers(candidates.images, places_m)
     m = len(places)
     delay, azimuth, direction = (np.full(m, np.nan) for _ in range(3))
 
     def work(begin: int, end: int) -> None:
-        found = trace_paths(radio, tree, places[begin:end], edges=edges)
+        found = trace_paths(radio, candidates, places[begin:end])
         gains = path_gains(radio, found, transmitter=transmitter, receiver=receiver)
         rows = slice(begin, end)
         delay[rows], azimuth[rows], direction[rows] = _spreads(found.receiver, gains, end - begin)

@@ -6,7 +6,7 @@ coarse grid and interpolated, and the phases are exact: fading is resolved to an
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -18,10 +18,9 @@ from octant.em.fields.gains import path_gains
 from octant.em.medium.radio_scene import RadioScene
 from octant.em.paths.tracing import trace_paths
 from octant.em.power import _image_field_kernels
-from octant.em.search.image_search import search_images
+from octant.em.search.candidates import SolverSettings, search_candidates
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import GeometryError, MaterialRangeError
-from octant.geometries.scene import Scene
 from octant.geometries.tolerances import LENGTHS
 
 FloatArray = npt.NDArray[np.float64]
@@ -31,7 +30,7 @@ _SERIAL_PLACES = 256
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ImageField:
-    """Return the fields of several tags over a rectangle of the floor.
+    """The fields of several tags over a rectangle of the floor.
 
     Parameters
     ----------
@@ -106,7 +105,7 @@ class ImageField:
 
     @property
     def tags(self) -> int:
-        """Return the number of tags."""
+        """Number of tags."""
         return len(self.first_image) - 1
 
     def coherent_w(self, places_m: npt.ArrayLike) -> FloatArray:
@@ -180,7 +179,6 @@ class ImageField:
 
 
 def trace_image_field(
-    scene: Scene,
     radio: RadioScene,
     tags: Sequence[tuple[npt.ArrayLike, Antenna]],
     *,
@@ -188,7 +186,7 @@ def trace_image_field(
     x_m: npt.ArrayLike,
     y_m: npt.ArrayLike,
     z_m: float,
-    max_reflections: int,
+    solver: SolverSettings,
     channels_hz: npt.ArrayLike,
     power_w: float,
 ) -> ImageField:
@@ -196,10 +194,8 @@ def trace_image_field(
 
     Parameters
     ----------
-    scene : Scene
-        The room.
     radio : RadioScene
-        The room's materials at the carrier.
+        The room at the carrier.
     tags : sequence of ((3,) float64, Antenna)
         Place [m] and antenna of each tag.
     receiver : Antenna
@@ -208,8 +204,8 @@ def trace_image_field(
         Evenly spaced, at least two each [m].
     z_m : float
         Height of the receiver [m].
-    max_reflections : int
-        Highest order of a path.
+    solver : SolverSettings
+        How paths are searched.
     channels_hz : (c,) float64
         Frequencies over which power is averaged [Hz].
     power_w : float
@@ -235,8 +231,8 @@ def trace_image_field(
     wavenumber = 2.0 * np.pi / radio.wavelength_m
     parts, images, first = [], [], [0]
     for position, antenna in tags:
-        tree = search_images(scene, position, max_reflections, opaque_facets=radio.opaque_facets)
-        found = trace_paths(radio, tree, places)
+        candidates = search_candidates(radio, position, replace(solver, diffraction=False))
+        found = trace_paths(radio, candidates, places)
         if len(found) == 0:
             msg = (
                 f"no path of the tag at {np.asarray(position).tolist()} m arrives on the grid: "

@@ -3,7 +3,7 @@
 import math
 import warnings
 from collections.abc import Sequence
-from typing import Any, Literal, NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -12,7 +12,7 @@ from octant.em.antennas.embedded import ReaderResponse, response_arrays
 from octant.em.antennas.kinds import Antenna, antenna_channels
 from octant.em.blocks import Progress, run_blocks
 from octant.em.medium.radio_scene import RadioScene
-from octant.em.paths.tracing import checked_receivers, edge_arrays, scene_arrays, tree_arrays
+from octant.em.paths.tracing import checked_receivers, path_arrays, scene_arrays
 from octant.em.power import _power_kernels
 from octant.em.records import (
     AntennaChannels,
@@ -23,7 +23,7 @@ from octant.em.records import (
     SceneArrays,
     TreeArrays,
 )
-from octant.em.search.candidates import search_candidates
+from octant.em.search.candidates import SolverSettings, search_candidates
 from octant.em.search.edge_search import wedge_frames
 from octant.em.search.image_tree import ImageTree
 from octant.geometries.errors import AntennaError, GeometryError, PhysicsWarning
@@ -79,7 +79,7 @@ class LinkBand(NamedTuple):
         rows : tuple
             Coherent gains, their local means (both [-]), numbers of paths.
         progress : callable or None
-            Told about finished blocks.
+            Called after every block.
 
         Raises
         ------
@@ -192,11 +192,7 @@ def check_clearance(clearance_m: float, tag_m: FloatArray, channels: Sequence[Ch
 def link_bands(
     channels: Sequence[Channel],
     source_m: FloatArray,
-    *,
-    max_reflections: int,
-    max_diffractions: int,
-    search: Literal["complete", "rays"],
-    rays: int,
+    solver: SolverSettings,
 ) -> tuple[LinkBand, ...]:
     """Return the channels of a link in bands, in as few as their paths allow: nearly always one.
 
@@ -206,14 +202,8 @@ def link_bands(
         Frequencies in one room.
     source_m : (3,) float64
         Place of the tag [m].
-    max_reflections : int
-        Greatest order of the room's paths.
-    max_diffractions : int
-        Diffractions of a path, 1 or 2, where the scenes have wedges.
-    search : str
-        ``complete`` or ``rays``.
-    rays : int
-        Rays launched by ``rays``.
+    solver : SolverSettings
+        How paths are searched.
 
     Returns
     -------
@@ -227,25 +217,19 @@ def link_bands(
     bands = []
     for group in groups.values():
         radio = group[0].radio
-        found = search_candidates(
-            radio,
-            source_m,
-            max_reflections,
-            max_diffractions=max_diffractions,
-            search=search,
-            rays=rays,
-        )
+        found = search_candidates(radio, source_m, solver)
+        scene, images, ways = path_arrays(radio, found)
         scenes = [scene_arrays(channel.radio) for channel in group]
         bands.append(
             LinkBand(
-                scene=_own(scenes[0]),
+                scene=_own(scene),
                 walls=ChannelArrays(
                     wavelength=np.array([scene.wavelength for scene in scenes]),
                     layer_permittivity=np.stack([scene.layer_permittivity for scene in scenes]),
                     layer_thickness=np.stack([scene.layer_thickness for scene in scenes]),
                 ),
-                images=_own(tree_arrays(radio, found.images)),
-                ways=_own(edge_arrays(radio, found.images, found.edges)),
+                images=_own(images),
+                ways=_own(ways),
                 tag=antenna_channels([channel.tag for channel in group]),
                 response=response_arrays(tuple(channel.response for channel in group)),
                 tree=found.images,

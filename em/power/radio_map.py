@@ -10,8 +10,7 @@ from octant.em.antennas.kinds import Antenna
 from octant.em.blocks import Progress
 from octant.em.medium.radio_scene import RadioScene
 from octant.em.power.received_power import ReaderLink, ReceivedPower, antenna_power
-from octant.em.search.edge_search import EdgeTree
-from octant.em.search.image_tree import ImageTree
+from octant.em.search.candidates import Candidates
 from octant.geometries._arrays import frozen_array
 
 FloatArray = npt.NDArray[np.float64]
@@ -77,7 +76,7 @@ def _as_map(x: FloatArray, y: FloatArray, z_m: float, power: ReceivedPower) -> R
 
 def map_antenna(
     radio: RadioScene,
-    tree: ImageTree,
+    candidates: Candidates,
     *,
     x_m: npt.ArrayLike,
     y_m: npt.ArrayLike,
@@ -85,7 +84,6 @@ def map_antenna(
     transmitter: Antenna,
     receiver: Antenna,
     power_w: float,
-    edges: EdgeTree | None = None,
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> RadioMap:
@@ -94,9 +92,9 @@ def map_antenna(
     Parameters
     ----------
     radio : RadioScene
-        Scene that the tree was searched in.
-    tree : ImageTree
-        Images of the transmitter.
+        Scene that the candidates were searched in.
+    candidates : Candidates
+        Of the transmitter.
     x_m, y_m : (nx,), (ny,) float
         Coordinates of the grid [m].
     z_m : float
@@ -105,12 +103,10 @@ def map_antenna(
         Antennas in the room's frame.
     power_w : float
         Transmitted power [W].
-    edges : EdgeTree, optional
-        Ways over edges. Default: none diffract.
     executor : Executor, optional
         Runs the blocks, sharing memory; by default one thread per core.
     progress : callable, optional
-        Told about finished blocks.
+        Called after every block.
 
     Returns
     -------
@@ -125,12 +121,11 @@ def map_antenna(
     x, y, places = _map(x_m, y_m, z_m)
     power = antenna_power(
         radio,
-        tree,
+        candidates,
         places,
         transmitter=transmitter,
         receiver=receiver,
         power_w=power_w,
-        edges=edges,
         executor=executor,
         progress=progress,
     )
@@ -156,7 +151,7 @@ def map_reader(
     heading_rad : float
         Heading of the robot [rad].
     progress : callable, optional
-        Told about finished blocks.
+        Called after every block.
 
     Returns
     -------

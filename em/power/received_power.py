@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -13,12 +13,10 @@ from octant.em.antennas.embedded import ReaderResponse
 from octant.em.antennas.kinds import Antenna
 from octant.em.blocks import Progress, run_blocks
 from octant.em.medium.radio_scene import RadioScene
-from octant.em.paths.tracing import checked_receivers, edge_arrays, scene_arrays, tree_arrays
+from octant.em.paths.tracing import checked_receivers, path_arrays
 from octant.em.power import _power_kernels
 from octant.em.power.link_bands import LinkBand, check_clearance, link_bands, link_channels
-from octant.em.search.edge_search import EdgeTree
-from octant.em.search.image_tree import ImageTree
-from octant.em.search.ray_search import DEFAULT_RAYS
+from octant.em.search.candidates import Candidates, SolverSettings
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import AntennaError
 
@@ -36,13 +34,12 @@ class ReceivedPower(NamedTuple):
 
 def antenna_power(
     radio: RadioScene,
-    tree: ImageTree,
+    candidates: Candidates,
     places_m: npt.ArrayLike,
     *,
     transmitter: Antenna,
     receiver: Antenna,
     power_w: float,
-    edges: EdgeTree | None = None,
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> ReceivedPower:
@@ -51,21 +48,19 @@ def antenna_power(
     Parameters
     ----------
     radio : RadioScene
-        Scene that the tree was searched in.
-    tree : ImageTree
-        Images of the transmitter.
+        Scene that the candidates were searched in.
+    candidates : Candidates
+        Of the transmitter.
     places_m : (m, 3) float
         Places of the receiver [m].
     transmitter, receiver : Antenna
         Antennas in the room's frame.
     power_w : float
         Transmitted power [W].
-    edges : EdgeTree, optional
-        Ways over edges. Default: none diffract.
     executor : Executor, optional
         Runs the blocks, sharing memory; by default one thread per core.
     progress : callable, optional
-        Told about finished blocks.
+        Called after every block.
 
     Returns
     -------
@@ -78,20 +73,17 @@ def antenna_power(
     GeometryError
         For a place outside the region that the images were searched for.
     """
-    places = checked_receivers(tree, places_m)
+    places = checked_receivers(candidates.images, places_m)
     m = len(places)
     coherent, mean, count = np.zeros(m), np.zeros(m), np.zeros(m, dtype=np.int64)
-    scene, images, ways = (
-        scene_arrays(radio),
-        tree_arrays(radio, tree),
-        edge_arrays(radio, tree, edges),
+    arrays = (
+        *path_arrays(radio, candidates),
+        transmitter.kernel_arrays(),
+        receiver.kernel_arrays(),
     )
-    sender, taker = transmitter.kernel_arrays(), receiver.kernel_arrays()
 
     def work(begin: int, end: int) -> None:
-        _power_kernels.antenna_power(
-            scene, images, ways, sender, taker, places, begin, end, coherent, mean, count
-        )
+        _power_kernels.antenna_power(*arrays, places, begin, end, coherent, mean, count)
 
     run_blocks(work, m, executor=executor, progress=progress)
     return ReceivedPower(power_w * coherent, power_w * mean, count)
@@ -140,7 +132,7 @@ class ReaderLink:
             x [m], y [m] and heading [rad] of the robot. A robot of heading h carries antenna i at
             room azimuth h - pi/2 + delta_i.
         progress : callable, optional
-            Told about finished blocks.
+            Called after every block.
 
         Returns
         -------
@@ -172,7 +164,7 @@ class ReaderLink:
         headings_rad : (h,) float
             Headings of the robot [rad], the same at all places.
         progress : callable, optional
-            Told about finished blocks of places.
+            Called after every block.
 
         Returns
         -------
@@ -275,10 +267,7 @@ def reader_link(
     tag_power_w: float,
     response: ReaderResponse | Sequence[ReaderResponse],
     reader_height_m: float,
-    max_reflections: int,
-    max_diffractions: int = 1,
-    search: Literal["complete", "rays"] = "complete",
-    rays: int = DEFAULT_RAYS,
+    solver: SolverSettings,
 ) -> ReaderLink:
     """Return the link from a tag to a reader in a room, at one frequency or averaged over several.
 
@@ -297,15 +286,8 @@ def reader_link(
         The reader, at each frequency.
     reader_height_m : float
         Height of the reader's ground plane above the floor [m].
-    max_reflections : int
-        Greatest order of the room's paths.
-    max_diffractions : int
-        Diffractions of a path, 1 or 2, at the radio scene's wedges; without any it counts for
-        nothing.
-    search : str
-        How paths are searched: ``complete``, or ``rays`` for meshes of very many triangles.
-    rays : int
-        Rays launched by ``rays``.
+    solver : SolverSettings
+        How paths are searched; edges diffract where the radio scene has wedges too.
 
     Returns
     -------
@@ -334,59 +316,10 @@ def reader_link(
     tag = frozen_array(tag_position_m, name="tag_position_m", shape=(3,))
     reader_z_m = first.radio.scene.floor_height_m + reader_height_m
     check_clearance(abs(float(tag[2]) - reader_z_m), tag, channels)
-    bands = link_bands(
-        channels,
-        tag,
-        max_reflections=max_reflections,
-        max_diffractions=max_diffractions,
-        search=search,
-        rays=rays,
-    )
     return ReaderLink(
-        bands=bands,
+        bands=link_bands(channels, tag, solver),
         azimuths_rad=first.response.azimuths_rad,
         tag_position_m=tag,
         tag_power_w=tag_power_w,
         reader_z_m=reader_z_m,
-    )
-
-
-def channel_average(links: Sequence[ReaderLink]) -> ReaderLink:
-    """Return one link whose RSS is the mean in power over the frequencies of several.
-
-    Parameters
-    ----------
-    links : sequence of ReaderLink
-        The same tag, reader and room at different frequencies.
-
-    Returns
-    -------
-    ReaderLink
-        Link with all their channels.
-
-    Raises
-    ------
-    AntennaError
-        When there is none, or they differ in more than their frequency.
-    """
-    if not links:
-        msg = "an average over channels needs at least one frequency, but none was given."
-        raise AntennaError(msg)
-    first = links[0]
-    for link in links[1:]:
-        same = (
-            np.array_equal(link.tag_position_m, first.tag_position_m)
-            and np.array_equal(link.azimuths_rad, first.azimuths_rad)
-            and link.reader_z_m == first.reader_z_m
-            and link.tag_power_w == first.tag_power_w
-        )
-        if not same:
-            msg = "links of different tags, readers or heights cannot be averaged over channels."
-            raise AntennaError(msg)
-    return ReaderLink(
-        bands=tuple(band for link in links for band in link.bands),
-        azimuths_rad=first.azimuths_rad,
-        tag_position_m=first.tag_position_m,
-        tag_power_w=first.tag_power_w,
-        reader_z_m=first.reader_z_m,
     )

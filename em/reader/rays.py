@@ -14,11 +14,12 @@ import numpy.typing as npt
 from octant.em.antennas.kinds import Antenna, make_antenna
 from octant.em.blocks import run_blocks
 from octant.em.medium.radio_scene import RadioScene, radio_scene
-from octant.em.paths.tracing import edge_arrays, scene_arrays, tree_arrays
+from octant.em.paths.tracing import path_arrays
 from octant.em.reader import _ray_kernels
 from octant.em.reader._panels import Panels, cut_into_panels
 from octant.em.reader.fullwave._symmetry import turned_vertices
 from octant.em.reader.fullwave.far_field import CurrentSamples
+from octant.em.search.candidates import Candidates
 from octant.em.search.edge_search import search_edges
 from octant.em.search.image_search import search_images
 from octant.geometries.bodies import Body
@@ -210,12 +211,12 @@ def _field_jump(
     tree = search_images(radio.scene, place_m, max(max_reflections, MAX_BENDS))
     near = search_images(radio.scene, place_m, MAX_BENDS)
     edges = search_edges(radio.scene, radio.wedges, near)
-    scene, images = scene_arrays(radio), tree_arrays(radio, tree)
-    ways, element = edge_arrays(radio, tree, edges), dipole.kernel_arrays()
+    arrays = path_arrays(radio, Candidates(images=tree, edges=edges))
+    element = dipole.kernel_arrays()
     total = np.zeros(places.shape, dtype=np.complex128)
 
     def work(begin: int, end: int) -> None:
-        _ray_kernels.sum_magnetic_fields(scene, images, ways, element, places, begin, end, total)
+        _ray_kernels.sum_magnetic_fields(*arrays, element, places, begin, end, total)
 
     run_blocks(work, len(places))
     # The kernel's field is F lambda / (4 pi L); H is j k / (4 pi L) of a moment across the ray.

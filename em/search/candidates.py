@@ -1,15 +1,50 @@
-"""Candidates for paths from one source: images over walls, ways over edges."""
+"""Candidates for paths from one source: images over walls and over edges, as a solver is set."""
 
+from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy.typing as npt
 
 from octant.em.blocks import Progress
-from octant.em.medium.radio_scene import RadioScene
+from octant.em.medium.materials import Material
+from octant.em.medium.radio_scene import RadioScene, radio_scene
 from octant.em.search.edge_search import EdgeTree, search_edges
+from octant.em.search.image_search import search_images
 from octant.em.search.image_tree import ImageTree
-from octant.em.search.ray_search import DEFAULT_RAYS, find_images
+from octant.em.search.ray_search import DEFAULT_RAYS, ray_search
+from octant.geometries.errors import GeometryError
+from octant.geometries.scene import Scene
+from octant.geometries.wedges import find_wedges
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SolverSettings:
+    """What a room's radio model includes.
+
+    Parameters
+    ----------
+    max_reflections : int
+        Greatest number of bends of a path: reflections, and diffractions where there are any.
+    diffraction : bool
+        Whether edges diffract.
+    max_diffractions : int
+        Diffractions of a path: 1, or 2 for those over both edges of one face as well.
+    transmission : bool
+        Whether sheets with a thickness let waves through.
+    search : str
+        ``complete`` finds every path; ``rays`` launches rays, for meshes of very many triangles.
+    rays : int
+        Rays launched by ``rays``.
+    """
+
+    max_reflections: int
+    diffraction: bool = False
+    max_diffractions: int = 1
+    transmission: bool = False
+    search: Literal["complete", "rays"] = "complete"
+    rays: int = DEFAULT_RAYS
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -21,66 +56,96 @@ class Candidates:
     images : ImageTree
         Images of the source.
     edges : EdgeTree or None
-        Ways over edges; None where nothing diffracts.
+        Its images over edges; None where nothing diffracts.
     """
 
     images: ImageTree
-    edges: EdgeTree | None
+    edges: EdgeTree | None = None
+
+
+def radio_scenes(
+    scene: Scene,
+    frequencies_hz: Sequence[float],
+    solver: SolverSettings,
+    materials: Mapping[str, Material] | None = None,
+) -> tuple[RadioScene, ...]:
+    """Return a scene at each frequency [Hz], with the wedges and sheets that the solver asks for.
+
+    Parameters
+    ----------
+    scene : Scene
+        Geometry with material labels.
+    frequencies_hz : sequence of float
+        Frequencies [Hz].
+    solver : SolverSettings
+        Says whether edges diffract and sheets let waves through.
+    materials : mapping of str to Material, optional
+        Meaning of labels; the others are looked up in the P.2040 table.
+    """
+    wedges = find_wedges(scene) if solver.diffraction else None
+    return tuple(
+        radio_scene(scene, f, materials, transmission=solver.transmission, wedges=wedges)
+        for f in frequencies_hz
+    )
 
 
 def search_candidates(
     radio: RadioScene,
     source_m: npt.ArrayLike,
-    max_reflections: int,
+    solver: SolverSettings,
     *,
-    max_diffractions: int = 1,
-    search: Literal["complete", "rays"] = "complete",
-    rays: int = DEFAULT_RAYS,
     region_m: npt.ArrayLike | None = None,
+    executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> Candidates:
-    """Return the candidates of one source, as the radio scene's walls and wedges ask for.
+    """Return the candidates of one source.
 
     Parameters
     ----------
     radio : RadioScene
         Scene; it says which facets let waves through and which wedges diffract.
     source_m : (3,) float
-        Place of the source [m].
-    max_reflections : int
-        Greatest number of bends of a path: reflections and diffractions.
-    max_diffractions : int
-        Diffractions of a path, 1 or 2, where the scene has wedges.
-    search : str
-        ``complete``, or ``rays``: what launched rays find, for meshes of very many triangles.
-    rays : int
-        Rays launched by ``rays``.
+        Place of the source [m], off every facet.
+    solver : SolverSettings
+        Greatest order, kind of search, and whether the scene's wedges count.
     region_m : (2, 3) float, optional
-        Box [m] that all receivers lie in.
+        Box [m] that all receivers lie in; for the complete search.
+    executor : Executor, optional
+        Runs the blocks of work, sharing memory.
     progress : callable, optional
-        Told (images done, images in all) of each order.
-
-    Returns
-    -------
-    Candidates
-        Images and ways over edges.
+        Called with (done, in all) as the search goes on.
 
     Raises
     ------
     GeometryError
         For a bad source or order, an unknown search, or more candidates than memory takes.
     """
-    images = find_images(
-        radio.scene,
-        source_m,
-        max_reflections,
-        search=search,
-        rays=rays,
-        region_m=region_m,
-        opaque_facets=radio.opaque_facets,
-        progress=progress,
+    if solver.search == "complete":
+        images = search_images(
+            radio.scene,
+            source_m,
+            solver.max_reflections,
+            region_m=region_m,
+            opaque_facets=radio.opaque_facets,
+            executor=executor,
+            progress=progress,
+        )
+    elif solver.search == "rays":
+        images = ray_search(
+            radio.scene,
+            source_m,
+            solver.max_reflections,
+            rays=solver.rays,
+            opaque_facets=radio.opaque_facets,
+            executor=executor,
+            progress=progress,
+        ).tree
+    else:
+        msg = f"search = {solver.search!r} is unknown; it is 'complete' or 'rays'."
+        raise GeometryError(msg)
+    if not (solver.diffraction and len(radio.wedges)):
+        return Candidates(images=images)
+    edges = search_edges(
+        radio.scene, radio.wedges, images, max_diffractions=solver.max_diffractions
     )
-    if len(radio.wedges) == 0:
-        return Candidates(images=images, edges=None)
-    edges = search_edges(radio.scene, radio.wedges, images, max_diffractions=max_diffractions)
     return Candidates(images=images, edges=edges)

@@ -9,14 +9,13 @@ met is missing. Two independent sets of rays say how much that may be.
 import math
 from concurrent.futures import Executor
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from octant.em.blocks import Progress, run_blocks
 from octant.em.search import _ray_search_kernels
-from octant.em.search.image_search import checked_source, opaque_mask, search_images
+from octant.em.search.image_search import checked_source, opaque_mask
 from octant.em.search.image_tree import ImageTree, TreeBuilder
 from octant.geometries._arrays import frozen_array
 from octant.geometries._plane_geometry import row_numbers
@@ -186,76 +185,6 @@ def ray_search(
         met_once=np.array([(m.sum(axis=1) == 1).sum() for m in by_order]),
         met_twice=np.array([(m.sum(axis=1) == 2).sum() for m in by_order]),
     )
-
-
-def find_images(
-    scene: Scene,
-    source_m: npt.ArrayLike,
-    max_reflections: int,
-    *,
-    search: Literal["complete", "rays"] = "complete",
-    rays: int = DEFAULT_RAYS,
-    region_m: npt.ArrayLike | None = None,
-    opaque_facets: npt.ArrayLike | None = None,
-    executor: Executor | None = None,
-    progress: Progress | None = None,
-) -> ImageTree:
-    """Return the images of a source, by the search that the caller chose.
-
-    Parameters
-    ----------
-    scene : Scene
-        Geometry.
-    source_m : (3,) float
-        Place of the antenna [m], off every facet.
-    max_reflections : int
-        Greatest order, >= 0.
-    search : str
-        "complete" for `octant.em.search.image_search.search_images`, "rays" for `ray_search`.
-    rays : int
-        Rays to launch; "rays" only.
-    region_m : (2, 3) float, optional
-        Box [m] that all receivers lie in; "complete" only.
-    opaque_facets : (f,) bool, optional
-        Facets that let nothing through [-]; default all.
-    executor : Executor, optional
-        Runs the blocks of work, sharing memory.
-    progress : callable, optional
-        Told how far the search is.
-
-    Returns
-    -------
-    ImageTree
-        Images, complete or not as chosen.
-
-    Raises
-    ------
-    GeometryError
-        For a search of another name, and as the two searches say.
-    """
-    if search == "complete":
-        return search_images(
-            scene,
-            source_m,
-            max_reflections,
-            region_m=region_m,
-            opaque_facets=opaque_facets,
-            executor=executor,
-            progress=progress,
-        )
-    if search == "rays":
-        found = ray_search(
-            scene,
-            source_m,
-            max_reflections,
-            rays=rays,
-            opaque_facets=opaque_facets,
-            executor=executor,
-            progress=progress,
-        )
-        return found.tree
-    msg = f"search = {search!r} is unknown; it is 'complete' or 'rays'."
-    raise GeometryError(msg)
 
 
 def launch_directions(begin: int, end: int, count: int) -> FloatArray:

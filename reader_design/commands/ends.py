@@ -18,8 +18,7 @@ from octant.reader_design.options import POINT
 if TYPE_CHECKING:
     from octant.em.antennas.kinds import Antenna
     from octant.em.medium.radio_scene import RadioScene
-    from octant.em.search.edge_search import EdgeTree
-    from octant.em.search.image_tree import ImageTree
+    from octant.em.search.candidates import Candidates
     from octant.geometries.scene import Scene
 
 Decorated = TypeVar("Decorated", bound=Callable[..., Any])
@@ -149,10 +148,8 @@ class PathLink:
     ----------
     radio : RadioScene
         Scene and materials at the study's carrier.
-    tree : ImageTree
-        Images of the transmitter.
-    edges : EdgeTree or None
-        Ways over edges; None where nothing diffracts.
+    candidates : Candidates
+        Of the transmitter.
     receivers_m : (m, 3) float64
         Places of the receivers, after the stand-off [m].
     transmitter, receiver : Antenna
@@ -160,8 +157,7 @@ class PathLink:
     """
 
     radio: "RadioScene"
-    tree: "ImageTree"
-    edges: "EdgeTree | None"
+    candidates: "Candidates"
     receivers_m: FloatArray
     transmitter: "Antenna"
     receiver: "Antenna"
@@ -230,8 +226,7 @@ def study_link(
     )
     return PathLink(
         radio=radio,
-        tree=found.images,
-        edges=found.edges,
+        candidates=found,
         receivers_m=receivers,
         transmitter=antennas[0].made(frequency_hz),
         receiver=antennas[1].made(frequency_hz),

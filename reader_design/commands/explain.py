@@ -88,7 +88,7 @@ def explain(
         max_reflections=max_reflections,
         progress=Progress(quiet=quiet),
     )
-    found = trace_paths(link.radio, link.tree, link.receivers_m, edges=link.edges)
+    found = trace_paths(link.radio, link.candidates, link.receivers_m)
     ends = {"transmitter": link.transmitter, "receiver": link.receiver}
     gains = path_gains(link.radio, found, **ends)
     chosen = _chosen(gains.gain, number)

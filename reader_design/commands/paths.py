@@ -107,7 +107,7 @@ def _traced(link: PathLink, sums: FloatArray) -> "Iterator[tuple[int, PathSet, P
 
     for first in range(0, len(link.receivers_m), RECEIVERS_PER_BLOCK):
         block = link.receivers_m[first : first + RECEIVERS_PER_BLOCK]
-        found = trace_paths(link.radio, link.tree, block, edges=link.edges)
+        found = trace_paths(link.radio, link.candidates, block)
         gains = path_gains(link.radio, found, transmitter=link.transmitter, receiver=link.receiver)
         field = np.zeros(len(block), dtype=np.complex128)
         np.add.at(field, found.receiver, gains.gain)
@@ -155,17 +155,17 @@ def _summary(link: PathLink, sums: FloatArray, *, shorten: bool) -> Iterator[str
     if shown < len(sums):
         yield f"   ... and {len(sums) - shown} more receivers: see the CSV."
     yield f"{int(sums[:, 0].sum())} paths to {len(sums)} receiver{'' if len(sums) == 1 else 's'}."
-    tree = link.tree
+    tree, edges = link.candidates.images, link.candidates.edges
     for order in range(tree.max_order + 1):
         yield (
             f"order {order}: {tree.considered[order]} sequences considered, "
             f"{tree.pruned[order]} pruned, {tree.merged[order]} merged, "
             f"{tree.kept[order]} images kept."
         )
-    if link.edges is not None:
+    if edges is not None:
         yield (
-            f"edges: {link.edges.considered} ways over {len(link.radio.wedges)} wedges considered, "
-            f"{link.edges.considered - link.edges.kept} pruned, {link.edges.kept} kept."
+            f"edges: {edges.considered} ways over {len(link.radio.wedges)} wedges considered, "
+            f"{edges.considered - edges.kept} pruned, {edges.kept} kept."
         )
 
 

@@ -78,7 +78,7 @@ def arriving_paths(
     """
     places = np.column_stack([places_m, np.full(len(places_m), built.reader_z_m)])
     found = candidates_from(study, built.radios[0], tag.position_m)
-    paths = trace_paths(built.radios[0], found.images, places, edges=found.edges)
+    paths = trace_paths(built.radios[0], found, places)
     fields = []
     for radio, antenna in zip(built.radios, tag.antennas, strict=True):
         ends = (

@@ -14,6 +14,7 @@ import numpy.typing as npt
 from octant.em.antennas.embedded import ReaderResponse
 from octant.em.medium.radio_scene import radio_scene
 from octant.em.power.received_power import ReaderLink, reader_link
+from octant.em.search.candidates import SolverSettings
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import ConfigError, OctantError, PhysicsWarning, SweepStateError
 from octant.geometries.scene import free_space_scene
@@ -288,7 +289,7 @@ def free_link(
         tag_power_w=study.radio.tag_power_w,
         response=responses,
         reader_height_m=study.reader.height_m,
-        max_reflections=0,
+        solver=SolverSettings(max_reflections=0),
     )
 
 

@@ -10,7 +10,12 @@ from octant.em.power.received_power import ReaderLink, reader_link
 from octant.geometries.errors import ConfigError, PhysicsWarning
 from octant.navigation.sensing.pattern_match import PowerTable, power_table
 from octant.reader_design.setting.design import design_of, design_responses
-from octant.reader_design.setting.scene import PlacedTag, StudyScene, build_study_scene
+from octant.reader_design.setting.scene import (
+    PlacedTag,
+    StudyScene,
+    build_study_scene,
+    solver_settings,
+)
 from octant.reader_design.study_file.mission import Mission as MissionTable
 from octant.reader_design.study_file.room import Room
 from octant.reader_design.study_file.schema import Study
@@ -83,10 +88,7 @@ def tag_link(
         tag_power_w=study.radio.tag_power_w,
         response=responses,
         reader_height_m=study.reader.height_m if height_m is None else height_m,
-        max_reflections=study.solver.max_reflections,
-        max_diffractions=study.solver.max_diffractions,
-        search=study.solver.search,
-        rays=study.solver.rays,
+        solver=solver_settings(study),
     )
 
 

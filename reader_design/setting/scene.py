@@ -1,18 +1,17 @@
 """From a study to what the radio model computes with: scene, materials, tags in their places."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from octant.em.antennas.kinds import Antenna
 from octant.em.medium.radio_scene import RadioScene, radio_scene
-from octant.em.search.candidates import Candidates, search_candidates
+from octant.em.search.candidates import Candidates, SolverSettings, radio_scenes, search_candidates
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import ConfigError, OctantError
 from octant.geometries.scene import Scene, build_scene
 from octant.geometries.tolerances import LENGTHS
-from octant.geometries.wedges import find_wedges
 from octant.reader_design.setting.antennas import named_antenna
 from octant.reader_design.setting.bodies import object_bodies, room_bodies, study_materials
 from octant.reader_design.study_file.checks import rooms_of
@@ -147,12 +146,8 @@ def build_study_scene(study: Study, layout: Layout | None = None) -> StudyScene:
     )
     try:
         materials = study_materials(study)
-        wedges = find_wedges(scene) if study.solver.diffraction else None
-        through = study.solver.transmission
-        radios = tuple(
-            radio_scene(scene, f, materials, transmission=through, wedges=wedges)
-            for f in study.radio.frequencies_hz
-        )
+        frequencies_hz = study.radio.frequencies_hz
+        radios = radio_scenes(scene, frequencies_hz, solver_settings(study), materials)
         tags, notes = place_tags(study, scene)
         reader_z_m = scene.floor_height_m + study.reader.height_m
         map_z_m = scene.floor_height_m + (study.map.height_m or study.reader.height_m)
@@ -229,17 +224,30 @@ def candidates_from(
     Returns
     -------
     Candidates
-        Images and ways over edges.
+        Images, and images over edges.
+    """
+    solver = solver_settings(study)
+    if max_reflections is not None:
+        solver = replace(solver, max_reflections=max_reflections)
+    return search_candidates(radio, source_m, solver, region_m=region_m)
+
+
+def solver_settings(study: Study) -> SolverSettings:
+    """Return what the radio model of a study's rooms includes: its table ``[solver]``.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
     """
     solver = study.solver
-    return search_candidates(
-        radio,
-        source_m,
-        solver.max_reflections if max_reflections is None else max_reflections,
+    return SolverSettings(
+        max_reflections=solver.max_reflections,
+        diffraction=solver.diffraction,
         max_diffractions=solver.max_diffractions,
+        transmission=solver.transmission,
         search=solver.search,
         rays=solver.rays,
-        region_m=region_m,
     )
 
 

@@ -9,7 +9,7 @@ from octant.em.fields.gains import path_gains
 from octant.em.medium.radio_scene import radio_scene
 from octant.em.paths.tracing import trace_paths
 from octant.em.records import DIFFRACTION
-from octant.em.search.candidates import search_candidates
+from octant.em.search.candidates import SolverSettings, search_candidates
 from octant.geometries.wedges import Wedges, find_wedges
 
 F = 2.4e9
@@ -42,7 +42,12 @@ def link(
     if edges is not None:
         wedges = only(wedges, edges)
     radio = radio_scene(scene, F, materials, transmission=transmission, wedges=wedges)
-    found = search_candidates(radio, source, order, max_diffractions=diffractions, region_m=region)
+    found = search_candidates(
+        radio,
+        source,
+        SolverSettings(max_reflections=order, diffraction=True, max_diffractions=diffractions),
+        region_m=region,
+    )
     return Link(radio, found, np.asarray(source, float))
 
 
@@ -52,7 +57,7 @@ def only(wedges, rows):
 
 
 def trace(link, places):
-    return trace_paths(link.radio, link.candidates.images, places, edges=link.candidates.edges)
+    return trace_paths(link.radio, link.candidates, places)
 
 
 def signatures(link, places, letters="RT"):

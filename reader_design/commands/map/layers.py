@@ -107,14 +107,13 @@ def tag_map(
     maps = [
         map_antenna(
             radio,
-            found.images,
+            found,
             x_m=x_m,
             y_m=y_m,
             z_m=built.map_z_m,
             transmitter=sender,
             receiver=make_antenna("isotropic_theta", radio.frequency_hz),
             power_w=study.radio.tag_power_w,
-            edges=found.edges,
             progress=rows_done,
         )
         for radio, sender in zip(built.radios, tag.antennas, strict=True)
@@ -163,12 +162,11 @@ def disc_map(
             parts = [
                 antenna_power(
                     radio,
-                    found.images,
+                    found,
                     at,
                     transmitter=sender,
                     receiver=make_antenna("isotropic_theta", radio.frequency_hz),
                     power_w=study.radio.tag_power_w,
-                    edges=found.edges,
                 ).coherent_w
                 for radio, sender in zip(built.radios, tag.antennas, strict=True)
             ]
@@ -208,9 +206,8 @@ def spread_map(
     found = candidates_from(study, radio, tag.position_m)
     return channel_spreads(
         radio,
-        found.images,
+        found,
         _places(axes, built),
-        edges=found.edges,
         transmitter=tag.antennas[0],
         receiver=make_antenna("isotropic_theta", radio.frequency_hz),
         progress=lambda rows, _: told(rows),

@@ -148,7 +148,7 @@ def _paths(
         max_reflections=max_reflections,
         progress=Progress(quiet=quiet),
     )
-    found = trace_paths(link.radio, link.tree, link.receivers_m, edges=link.edges)
+    found = trace_paths(link.radio, link.candidates, link.receivers_m)
     gains = path_gains(link.radio, found, transmitter=link.transmitter, receiver=link.receiver)
     gain_db = decibels(np.abs(gains.gain) ** 2)
     chosen = np.argsort(-gain_db, kind="stable")[:most]

@@ -35,7 +35,7 @@ from octant.reader_design.experiments.tracking.chapters import neighbouring_setu
 from octant.reader_design.experiments.tracking.results import Outcome
 from octant.reader_design.experiments.tracking.settings import LEMNISCATE_START, Settings
 from octant.reader_design.setting.bodies import study_materials
-from octant.reader_design.setting.scene import StudyScene, build_study_scene
+from octant.reader_design.setting.scene import StudyScene, build_study_scene, solver_settings
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -218,14 +218,13 @@ def _field(settings: Settings, mesh: int, *, wrong: bool = False) -> tuple[Image
         tags = tags + rng.normal(0.0, MISPLACED_M, tags.shape) * (1.0, 1.0, 0.0)
     axis = grid_axis_m(-REACH_M - 0.5, REACH_M + 0.5, spacing_m=TRACE_SPACING_M)
     field = trace_image_field(
-        built.scene,
         radio_scene(built.scene, carrier, materials, transmission=study.solver.transmission),
         [((*tag[:2], tag[2] + z_m), make_antenna("dipole", carrier)) for tag in tags],
         receiver=make_antenna("isotropic_theta", carrier),
         x_m=axis,
         y_m=axis,
         z_m=z_m,
-        max_reflections=study.solver.max_reflections,
+        solver=solver_settings(study),
         channels_hz=np.array(study.radio.frequencies_hz),
         power_w=study.radio.tag_power_w,
     )

@@ -11,7 +11,7 @@ from octant.em.fields.gains import path_gains
 from octant.em.medium.materials import material
 from octant.em.medium.radio_scene import radio_scene
 from octant.em.paths.tracing import trace_paths
-from octant.em.search.candidates import search_candidates
+from octant.em.search.candidates import Candidates, SolverSettings, search_candidates
 from octant.em.search.image_search import search_images
 from octant.geometries.bodies import Body
 from octant.geometries.errors import GeometryError
@@ -42,7 +42,7 @@ def radio():
 
 @pytest.fixture(scope="module")
 def traced(radio):
-    return trace_paths(radio, search_images(radio.scene, SOURCE, 3), PLACES)
+    return trace_paths(radio, Candidates(images=search_images(radio.scene, SOURCE, 3)), PLACES)
 
 
 def circular():
@@ -118,12 +118,15 @@ def test_budgets_over_edges_and_through_sheets_add_up(sender):
         transmission=True,
         wedges=find_wedges(scene),
     )
-    candidates = search_candidates(radio, (0.4, 0.7, 0.9), 2, max_diffractions=2)
+    candidates = search_candidates(
+        radio,
+        (0.4, 0.7, 0.9),
+        SolverSettings(max_reflections=2, diffraction=True, max_diffractions=2),
+    )
     paths = trace_paths(
         radio,
-        candidates.images,
+        candidates,
         [(3.3, 2.2, 1.6), (0.5, 2.3, 0.7), (1.5, 1.6, 1.2)],
-        edges=candidates.edges,
     )
     ends = {"transmitter": ANTENNAS[sender], "receiver": ANTENNAS["tilted"]}
     gains = path_gains(radio, paths, **ends)
@@ -162,7 +165,7 @@ def test_losses_lie_between_those_of_te_and_tm(radio, traced):
 def test_line_of_sight_is_friis():
     radio = radio_scene(build_scene(()), F)
     tree = search_images(radio.scene, (0, 0, 2), 0, region_m=[(-9, -9, -9), (9, 9, 9)])
-    paths = trace_paths(radio, tree, [(3.0, 4.0, 2.0)])
+    paths = trace_paths(radio, Candidates(images=tree), [(3.0, 4.0, 2.0)])
     ends = {"transmitter": ANTENNAS["dipole"], "receiver": ANTENNAS["dipole"]}
     lines = {line.step: line.change_db for line in explain_path(radio, paths, 0, **ends).lines}
     assert lines == {
@@ -176,7 +179,7 @@ def test_line_of_sight_is_friis():
 def test_crossed_dipoles_lose_everything_in_polarisation():
     radio = radio_scene(build_scene(()), F)
     tree = search_images(radio.scene, (0, 0, 2), 0, region_m=[(-9, -9, -9), (9, 9, 9)])
-    paths = trace_paths(radio, tree, [(4.0, 0.0, 2.0)])
+    paths = trace_paths(radio, Candidates(images=tree), [(4.0, 0.0, 2.0)])
     across = make_antenna("dipole", F, axis=(0, 1, 0))
     budget = explain_path(radio, paths, 0, transmitter=ANTENNAS["dipole"], receiver=across)
     lines = {line.step: line.change_db for line in budget.lines}
@@ -191,7 +194,7 @@ def test_crossed_dipoles_lose_everything_in_polarisation():
 def test_a_null_of_the_transmitter_is_minus_infinity_and_nothing_else_is(radio):
     """Straight below a vertical dipole nothing is sent; nor straight up to the ceiling."""
     tree = search_images(radio.scene, SOURCE, 1)
-    paths = trace_paths(radio, tree, [(3.5, 2.0, 0.4)])
+    paths = trace_paths(radio, Candidates(images=tree), [(3.5, 2.0, 0.4)])
     ceiling = [
         p
         for p in range(len(paths))

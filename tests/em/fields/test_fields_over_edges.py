@@ -25,7 +25,7 @@ from octant.em.medium.materials import material
 from octant.em.medium.radio_scene import radio_scene
 from octant.em.paths.tracing import trace_paths
 from octant.em.power.received_power import antenna_power
-from octant.em.search.candidates import search_candidates
+from octant.em.search.candidates import SolverSettings, search_candidates
 from octant.geometries.bodies import Body
 from octant.geometries.furniture import box
 from octant.geometries.rooms import box_room
@@ -250,8 +250,13 @@ def test_half_plane_and_corner_are_exact_beyond_a_wavelength(n, kind):
         places = 1.3 * (
             np.cos(phi)[:, None] * one.tangent[0] + np.sin(phi)[:, None] * one.normal[0]
         )
-        found = search_candidates(radio, source, 1, region_m=[(-70,) * 3, (70,) * 3])
-        paths = trace_paths(radio, found.images, places, edges=found.edges)
+        found = search_candidates(
+            radio,
+            source,
+            SolverSettings(max_reflections=1, diffraction=True),
+            region_m=[(-70,) * 3, (70,) * 3],
+        )
+        paths = trace_paths(radio, found, places)
         axis = one.axis[0] * sign
         ours = _scalar(radio, paths, axis, kind, len(places))
         exact = np.array(
@@ -298,10 +303,10 @@ def test_a_conducting_inner_corner_is_its_images():
     radio = radio_scene(scene, F, wedges=find_wedges(scene))
     assert not scene.inside_room(_middles(radio.wedges) + _into(radio.wedges)).any()
     source, near = (0.7, 0.4, 4.5), (np.hypot(0.7, 0.4), np.arctan2(0.4, 0.7), 0.0)
-    found = search_candidates(radio, source, 2)
+    found = search_candidates(radio, source, SolverSettings(max_reflections=2, diffraction=True))
     phi = np.linspace(0.1, 1.4, 9)
     places = np.column_stack((1.9 * np.cos(phi), 1.9 * np.sin(phi), np.full(9, 4.5)))
-    paths = trace_paths(radio, found.images, places, edges=found.edges)
+    paths = trace_paths(radio, found, places)
     planes = radio.scene.facets
     place = planes.plane_offset_m[planes.facet_plane]
     side = np.abs(planes.plane_normal[planes.facet_plane][:, 2]) < 0.5
@@ -347,15 +352,18 @@ PLACES = np.array([(0.6, 0.7, 0.9), (3.1, 2.4, 1.7), (3.3, 0.5, 0.6), (0.5, 2.5,
 
 def powers(scene, source, places, *, axes, order=2, diffractions=2):
     radio = radio_scene(scene, F, wedges=find_wedges(scene))
-    found = search_candidates(radio, source, order, max_diffractions=diffractions)
+    found = search_candidates(
+        radio,
+        source,
+        SolverSettings(max_reflections=order, diffraction=True, max_diffractions=diffractions),
+    )
     return antenna_power(
         radio,
-        found.images,
+        found,
         places,
         transmitter=make_antenna("dipole", F, axis=axes[0]),
         receiver=make_antenna("dipole", F, axis=axes[1]),
         power_w=1.0,
-        edges=found.edges,
     )
 
 

@@ -14,7 +14,7 @@ from octant.em.medium.materials import Material, material
 from octant.em.medium.radio_scene import radio_scene
 from octant.em.medium.reflection import wall_coefficients
 from octant.em.paths.tracing import trace_paths
-from octant.em.search.candidates import search_candidates
+from octant.em.search.candidates import Candidates, SolverSettings, search_candidates
 from octant.geometries.bodies import Body
 from octant.geometries.furniture import box
 from octant.geometries.rooms import box_room
@@ -57,8 +57,10 @@ def sheet(normal, offset, label, name):
 def direct(sheets, source, receiver, taker, *, sender=None):
     """Return the radio scene, its one path without reflections, and the gain."""
     radio = radio_scene(build_scene((), objects=sheets), F, MATERIALS, transmission=True)
-    images = search_candidates(radio, source, 0, region_m=SPACE).images
-    paths = trace_paths(radio, images, [receiver])
+    images = search_candidates(
+        radio, source, SolverSettings(max_reflections=0, diffraction=True), region_m=SPACE
+    ).images
+    paths = trace_paths(radio, Candidates(images=images), [receiver])
     assert len(paths) == 1
     ends = {"transmitter": sender or make_antenna("dipole", F, axis=(1, 2, 3)), "receiver": taker}
     return radio, paths, path_gains(radio, paths, **ends).gain[0], ends
@@ -155,8 +157,10 @@ def test_no_path_through_walls_is_stronger_than_free_space(layers, angle, back):
     source, receiver = (-1.0, 0.0, 0.0), (1.5, 2.5 * np.tan(angle) / 3.0, 0.3)
     if back:
         source, receiver = receiver, source
-    images = search_candidates(radio, source, 1, region_m=SPACE).images
-    paths = trace_paths(radio, images, [receiver])
+    images = search_candidates(
+        radio, source, SolverSettings(max_reflections=1, diffraction=True), region_m=SPACE
+    ).images
+    paths = trace_paths(radio, Candidates(images=images), [receiver])
     antenna = make_antenna("isotropic_theta", F)
     gain = np.abs(path_gains(radio, paths, transmitter=antenna, receiver=antenna).gain)
     assert (gain <= WAVELENGTH / (4.0 * np.pi * paths.length_m) * (1.0 + 1e-9)).all()
@@ -191,8 +195,10 @@ def rooms(seed):
 def test_paths_through_sheets_are_those_of_a_brute_force_search(seed):
     scene, (source, receiver) = rooms(seed)
     radio = radio_scene(scene, F, transmission=True)
-    images = search_candidates(radio, source, 2).images
-    paths = trace_paths(radio, images, [receiver])
+    images = search_candidates(
+        radio, source, SolverSettings(max_reflections=2, diffraction=True)
+    ).images
+    paths = trace_paths(radio, Candidates(images=images), [receiver])
     planes = scene.facets.facet_plane
     ours = sorted(
         (
@@ -214,8 +220,10 @@ def test_several_paths_of_one_image_are_there_once_each():
     """Two doors of one plane, one after the other: parallel sheets give equal images."""
     a, b = sheet((1, 0, 0), 0.0, PLASTERBOARD, "a"), sheet((0, 1, 0), 0.0, PLASTERBOARD, "b")
     radio = radio_scene(build_scene((), objects=(a, b)), F, transmission=True)
-    images = search_candidates(radio, (1.0, 0.6, 0.0), 2, region_m=SPACE).images
-    paths = trace_paths(radio, images, [(0.7, 1.3, 0.4)])
+    images = search_candidates(
+        radio, (1.0, 0.6, 0.0), SolverSettings(max_reflections=2, diffraction=True), region_m=SPACE
+    ).images
+    paths = trace_paths(radio, Candidates(images=images), [(0.7, 1.3, 0.4)])
     words = ["".join(paths.letters_of(k)) for k in range(len(paths))]
     theirs = through_sheets(
         radio.scene, np.array([1.0, 0.6, 0.0]), np.array([0.7, 1.3, 0.4]), 2, radio.facet_transmits
@@ -230,8 +238,10 @@ def test_without_transmission_sheets_block_as_before(seed):
     found = []
     for options in ({}, {"transmission": False}):
         radio = radio_scene(scene, F, **options)
-        images = search_candidates(radio, source, 2).images
-        paths = trace_paths(radio, images, [receiver])
+        images = search_candidates(
+            radio, source, SolverSettings(max_reflections=2, diffraction=True)
+        ).images
+        paths = trace_paths(radio, Candidates(images=images), [receiver])
         found.append(path_gains(radio, paths, transmitter=antenna, receiver=antenna).gain)
     assert np.array_equal(*found)
     assert not any("T" in paths.letters_of(k) for k in range(len(paths)))

@@ -6,6 +6,7 @@ import slow_edges
 
 from octant.em.medium.radio_scene import radio_scene
 from octant.em.paths.tracing import trace_paths
+from octant.em.search.candidates import Candidates
 from octant.em.search.edge_search import search_edges
 from octant.em.search.image_search import search_images
 from octant.geometries.bodies import Body
@@ -32,7 +33,9 @@ def traced(scene, source, receivers, order, diffractions=1):
     wedges = find_wedges(scene)
     tree = search_images(scene, source, order)
     edges = search_edges(scene, wedges, tree, max_diffractions=diffractions)
-    return trace_paths(radio_scene(scene, F, wedges=wedges), tree, receivers, edges=edges)
+    return trace_paths(
+        radio_scene(scene, F, wedges=wedges), Candidates(images=tree, edges=edges), receivers
+    )
 
 
 def over_edges(paths, letters="D"):

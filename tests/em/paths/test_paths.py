@@ -10,6 +10,7 @@ from octant.em.fields.gains import path_gains
 from octant.em.medium.materials import material
 from octant.em.medium.radio_scene import radio_scene
 from octant.em.paths.tracing import trace_paths
+from octant.em.search.candidates import Candidates
 from octant.em.search.image_search import search_images
 from octant.geometries.bodies import Body, place
 from octant.geometries.furniture import cabinet
@@ -38,7 +39,7 @@ def subdivided(body, times, seed):
 def gains(scene, source, receivers, order, antenna, materials=None):
     radio = radio_scene(scene, F, materials)
     tree = search_images(scene, source, order)
-    paths = trace_paths(radio, tree, receivers)
+    paths = trace_paths(radio, Candidates(images=tree), receivers)
     return paths, path_gains(radio, paths, transmitter=antenna, receiver=antenna)
 
 
@@ -46,7 +47,7 @@ def test_lengths_in_a_box_are_the_image_distances(box_scene):
     """The closed form of the lattice of images, order by order."""
     receiver = np.array([1.3, 4.1, 0.4])
     tree = search_images(box_scene, TX, 5)
-    paths = trace_paths(radio_scene(box_scene, F), tree, [receiver])
+    paths = trace_paths(radio_scene(box_scene, F), Candidates(images=tree), [receiver])
     size, expected = np.array([5.0, 5.0, 3.0]), []
     for index in np.ndindex(11, 11, 11):
         n = np.array(index) - 5
@@ -93,7 +94,7 @@ def test_swapping_the_ends_changes_nothing(a, b):
     upright = make_antenna("monopole", F)
     total = []
     for source, receiver, sender, taker in ((a, b, tilted, upright), (b, a, upright, tilted)):
-        paths = trace_paths(radio, search_images(scene, source, 3), [receiver])
+        paths = trace_paths(radio, Candidates(images=search_images(scene, source, 3)), [receiver])
         g = path_gains(radio, paths, transmitter=sender, receiver=taker)
         total.append((len(paths), g.gain.sum(), np.abs(g.gain).max(initial=0.0)))
     assert total[0][0] == total[1][0]
@@ -102,7 +103,7 @@ def test_swapping_the_ends_changes_nothing(a, b):
 
 def test_every_bounce_obeys_the_law_of_reflection(box_scene):
     tree = search_images(box_scene, TX, 4)
-    paths = trace_paths(radio_scene(box_scene, F), tree, [(0.9, 3.3, 0.7)])
+    paths = trace_paths(radio_scene(box_scene, F), Candidates(images=tree), [(0.9, 3.3, 0.7)])
     f = box_scene.facets
     for k in range(len(paths)):
         v = paths.vertices_of(k)
@@ -169,7 +170,7 @@ def test_two_ray_model_over_a_perfect_floor_equals_the_closed_form():
     for kind, values in expected.items():
         antenna = make_antenna(kind, f)
         for distance, value in zip((2.0, 5.0, 10.0), values, strict=True):
-            paths = trace_paths(radio, tree, [(distance, 0.0, 1.0)])
+            paths = trace_paths(radio, Candidates(images=tree), [(distance, 0.0, 1.0)])
             g = path_gains(radio, paths, transmitter=antenna, receiver=antenna)
             assert len(paths) == 2
             assert 20.0 * np.log10(abs(g.gain.sum())) == pytest.approx(value, abs=5e-5)

@@ -10,6 +10,7 @@ from octant.em.fields.gains import PathGains, path_gains
 from octant.em.medium.radio_scene import radio_scene
 from octant.em.paths.tracing import trace_paths
 from octant.em.power.channel_spreads import _spreads, channel_spreads
+from octant.em.search.candidates import Candidates
 from octant.em.search.image_search import search_images
 from octant.geometries.bodies import Body
 from octant.geometries.rooms import box_room
@@ -87,7 +88,7 @@ def test_delay_spread_over_a_mirror_is_that_of_its_two_rays():
     region = [(-50, -50, -1), (50, 50, 9)]
     tree = search_images(radio.scene, (0.0, 0.0, 2.0), 1, region_m=region)
     ends = {name: make_antenna("isotropic_theta", F) for name in ("transmitter", "receiver")}
-    found = channel_spreads(radio, tree, [(6.0, 0.0, 1.5)], **ends)
+    found = channel_spreads(radio, Candidates(images=tree), [(6.0, 0.0, 1.5)], **ends)
     lengths = np.array([math.hypot(6.0, 0.5), math.hypot(6.0, 3.5)])
     share = lengths**-2 / (lengths**-2).sum()
     expected = math.sqrt(share[0] * share[1]) * (lengths[1] - lengths[0]) / C
@@ -101,22 +102,26 @@ def test_blocks_and_threads_do_not_change_a_bit_and_silence_is_not_a_number():
     rng = np.random.default_rng(2)
     places = rng.uniform((0.1, 0.1, 0.1), (4.9, 4.9, 2.0), (600, 3))
     ends = {"transmitter": make_antenna("dipole", F), "receiver": make_antenna("dipole", F)}
-    every = channel_spreads(radio, tree, places, **ends)
+    every = channel_spreads(radio, Candidates(images=tree), places, **ends)
     for i in (0, 255, 256, 599):
-        one = channel_spreads(radio, tree, places[i : i + 1], **ends)
+        one = channel_spreads(radio, Candidates(images=tree), places[i : i + 1], **ends)
         assert one.delay_spread_s[0] == every.delay_spread_s[i]
         assert one.direction_spread_rad[0] == every.direction_spread_rad[i]
-        paths = trace_paths(radio, tree, places[i : i + 1])
+        paths = trace_paths(radio, Candidates(images=tree), places[i : i + 1])
         gain = path_gains(radio, paths, **ends)
         power = np.abs(gain.gain) ** 2
         mean = np.average(gain.delay_s, weights=power)
         rms = math.sqrt(np.average((gain.delay_s - mean) ** 2, weights=power))
         assert one.delay_spread_s[0] == pytest.approx(rms, rel=1e-12)
-    beside = channel_spreads(radio, tree, [(3.5, 2.0, 1.0)], transmitter=ends["transmitter"],
-                             receiver=make_antenna("patch", F, axis=(0, 0, -1)))  # fmt: skip
+    patch = make_antenna("patch", F, axis=(0, 0, -1))
+    beside = channel_spreads(
+        radio, Candidates(images=tree), [(3.5, 2.0, 1.0)], **(ends | {"receiver": patch})
+    )
     assert np.isfinite(beside.delay_spread_s[0])
     none = search_images(radio.scene, (3.5, 2.0, 2.9), 0)
-    silent = channel_spreads(radio, none, [(3.5, 2.0, 1.0)], **ends)  # below a dipole
+    silent = channel_spreads(
+        radio, Candidates(images=none), [(3.5, 2.0, 1.0)], **ends
+    )  # below a dipole
     assert np.isnan(silent.delay_spread_s[0])
     assert np.isnan(silent.azimuth_spread_rad[0])
     assert np.isnan(silent.direction_spread_rad[0])

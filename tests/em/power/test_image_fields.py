@@ -7,6 +7,7 @@ from octant.em.antennas.kinds import make_antenna
 from octant.em.medium.radio_scene import radio_scene
 from octant.em.power.image_fields import trace_image_field
 from octant.em.power.received_power import antenna_power
+from octant.em.search.candidates import Candidates, SolverSettings
 from octant.em.search.image_search import search_images
 from octant.geometries.errors import GeometryError, MaterialRangeError
 from octant.geometries.rooms import box_room
@@ -26,14 +27,13 @@ def scene():
 
 def field_of(scene, *, channels_hz=(CARRIER_HZ,), tags=TAGS, axis=AXIS, order=2):
     return trace_image_field(
-        scene,
         radio_scene(scene, CARRIER_HZ),
         [(tag, DIPOLE) for tag in tags],
         receiver=PROBE,
         x_m=axis,
         y_m=axis,
         z_m=0.3,
-        max_reflections=order,
+        solver=SolverSettings(max_reflections=order),
         channels_hz=channels_hz,
         power_w=0.5,
     )
@@ -42,7 +42,7 @@ def field_of(scene, *, channels_hz=(CARRIER_HZ,), tags=TAGS, axis=AXIS, order=2)
 def exact_w(scene, tag, places, frequency_hz=CARRIER_HZ, order=2):
     return antenna_power(
         radio_scene(scene, frequency_hz),
-        search_images(scene, tag, order),
+        Candidates(images=search_images(scene, tag, order)),
         np.column_stack([places, np.full(len(places), 0.3)]),
         transmitter=make_antenna("dipole", frequency_hz, length_m=DIPOLE.length_m),
         receiver=make_antenna("isotropic_theta", frequency_hz),

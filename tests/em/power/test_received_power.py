@@ -13,8 +13,9 @@ from octant.em.medium.materials import material
 from octant.em.medium.radio_scene import radio_scene
 from octant.em.paths.tracing import trace_paths
 from octant.em.power.radio_map import grid_axis_m, map_antenna, map_reader
-from octant.em.power.received_power import antenna_power, channel_average, reader_link
+from octant.em.power.received_power import antenna_power, reader_link
 from octant.em.reader.response import reader_response, sector_response
+from octant.em.search.candidates import Candidates, SolverSettings
 from octant.em.search.image_search import search_images
 from octant.geometries.errors import AntennaError, GeometryError, PhysicsWarning
 from octant.geometries.furniture import box
@@ -35,7 +36,7 @@ def link_in(scene, response, tag=TAG, order=3, frequency_hz=F, height=0.3):
         tag_power_w=1.0,
         response=response,
         reader_height_m=height,
-        max_reflections=order,
+        solver=SolverSettings(max_reflections=order),
     )
 
 
@@ -55,8 +56,10 @@ def test_antenna_power_equals_the_sum_of_its_recorded_paths(box_scene, dipole, i
     radio = radio_scene(box_scene, F)
     tree = search_images(box_scene, TAG, 3)
     places = np.random.default_rng(1).uniform((0.2, 0.2, 0.2), (4.8, 4.8, 2.8), (40, 3))
-    power = antenna_power(radio, tree, places, transmitter=dipole, receiver=isotropic, power_w=2.0)
-    paths = trace_paths(radio, tree, places)
+    power = antenna_power(
+        radio, Candidates(images=tree), places, transmitter=dipole, receiver=isotropic, power_w=2.0
+    )
+    paths = trace_paths(radio, Candidates(images=tree), places)
     gain = path_gains(radio, paths, transmitter=dipole, receiver=isotropic).gain
     for i in range(len(places)):
         mine = gain[paths.receiver == i]
@@ -71,10 +74,17 @@ def test_blocks_and_threads_change_no_bit(box_scene, dipole, isotropic):
     axis = grid_axis_m(0.0, 5.0, spacing_m=0.1)
     gx, gy = np.meshgrid(axis, axis, indexing="ij")
     places = np.column_stack((gx.ravel(), gy.ravel(), np.full(gx.size, 0.3)))
-    whole = antenna_power(radio, tree, places, transmitter=dipole, receiver=isotropic, power_w=1.0)
+    whole = antenna_power(
+        radio, Candidates(images=tree), places, transmitter=dipole, receiver=isotropic, power_w=1.0
+    )
     for row in range(0, len(places), 137):
         one = antenna_power(
-            radio, tree, places[row : row + 1], transmitter=dipole, receiver=isotropic, power_w=1.0
+            radio,
+            Candidates(images=tree),
+            places[row : row + 1],
+            transmitter=dipole,
+            receiver=isotropic,
+            power_w=1.0,
         )
         assert one.coherent_w[0] == whole.coherent_w[row]
         assert one.local_mean_w[0] == whole.local_mean_w[row]
@@ -137,7 +147,9 @@ def test_reader_in_a_room_equals_isotropic_reference_path_by_path(box_scene, iso
     pose = (1.2, 3.4, 0.4)
     power = link.power([pose])
     radio = radio_scene(box_scene, F)
-    paths = trace_paths(radio, search_images(box_scene, TAG, 3), [(1.2, 3.4, 0.3)])
+    paths = trace_paths(
+        radio, Candidates(images=search_images(box_scene, TAG, 3)), [(1.2, 3.4, 0.3)]
+    )
     vertical = path_gains(
         radio, paths, transmitter=dipole, receiver=make_antenna("isotropic_theta", F)
     )
@@ -154,13 +166,11 @@ def test_reader_in_a_room_equals_isotropic_reference_path_by_path(box_scene, iso
 
 
 def test_channels_are_averaged_in_power(box_scene):
-    links = []
-    for frequency in (2.402e9, 2.441e9, 2.480e9):
-        response = sector_response(np.arange(8) * np.pi / 4, frequency_hz=frequency)
-        links.append(link_in(box_scene, response, frequency_hz=frequency))
+    radios = [radio_scene(box_scene, f) for f in CHANNELS_HZ]
+    average, links = channel_links(radios, tag_antennas("dipole"), list(map(sector, CHANNELS_HZ)))
     pose = [(1.0, 1.0, 0.0)]
     mean = np.mean([link.rss_w(pose) for link in links], axis=0)
-    assert channel_average(links).rss_w(pose) == pytest.approx(mean, rel=1e-12)
+    assert average.rss_w(pose) == pytest.approx(mean, rel=1e-12)
     assert np.ptp([link.rss_w(pose)[0, 0] for link in links]) > 0.0
 
 
@@ -226,7 +236,7 @@ def channel_links(radios, tags, responses):
             tag_power_w=0.7,
             response=response,
             reader_height_m=0.3,
-            max_reflections=2,
+            solver=SolverSettings(max_reflections=2, diffraction=True),
         )
 
     together = link(radios, tags, responses)
@@ -246,7 +256,8 @@ def test_channels_traced_together_have_the_bits_of_channels_traced_alone(kind, w
     responses = [sector(f) for f in CHANNELS_HZ]
     together, alone = channel_links(radios, tag_antennas(kind), responses)
     poses = np.random.default_rng(5).uniform((0.2, 0.2, -4.0), (4.8, 3.8, 4.0), (40, 3))
-    expected, found = channel_average(alone).power(poses), together.power(poses)
+    apart = replace(alone[0], bands=tuple(band for link in alone for band in link.bands))
+    expected, found = apart.power(poses), together.power(poses)
     assert len(together.bands) == 1
     for wanted, given in zip(expected, found, strict=True):
         assert (wanted == given).all()
@@ -304,7 +315,7 @@ def test_a_link_in_another_process_uses_the_same_compiled_kernels(isolated, diff
         tag_power_w=1.0,
         response=isolated,
         reader_height_m=0.3,
-        max_reflections=1,
+        solver=SolverSettings(max_reflections=1, diffraction=diffract),
     )
     there = pickle.loads(pickle.dumps(link))  # noqa: S301  our own
     mine, theirs = (arrays_in(one.bands[0][:-1]) for one in (link, there))
@@ -339,11 +350,23 @@ def test_maps_are_the_powers_at_their_cells(box_scene, isolated, dipole, isotrop
     assert x.tolist() == [0.5, 1.5, 2.5, 3.5, 4.5]
     radio, tree = radio_scene(box_scene, F), search_images(box_scene, TAG, 2)
     field = map_antenna(
-        radio, tree, x_m=x, y_m=y, z_m=0.3, transmitter=dipole, receiver=isotropic, power_w=1.0
+        radio,
+        Candidates(images=tree),
+        x_m=x,
+        y_m=y,
+        z_m=0.3,
+        transmitter=dipole,
+        receiver=isotropic,
+        power_w=1.0,
     )
     assert field.coherent_w.shape == (5, 4)
     one = antenna_power(
-        radio, tree, [(x[3], y[1], 0.3)], transmitter=dipole, receiver=isotropic, power_w=1.0
+        radio,
+        Candidates(images=tree),
+        [(x[3], y[1], 0.3)],
+        transmitter=dipole,
+        receiver=isotropic,
+        power_w=1.0,
     )
     assert field.coherent_w[3, 1] == one.coherent_w[0]
     link = link_in(box_scene, isolated, order=2)

@@ -20,7 +20,7 @@ from octant.em.medium.radio_scene import radio_scene
 from octant.em.paths.tracing import trace_paths
 from octant.em.power.received_power import antenna_power
 from octant.em.records import DIFFRACTION, PathSet
-from octant.em.search.candidates import search_candidates
+from octant.em.search.candidates import SolverSettings, search_candidates
 from octant.geometries.bodies import Body
 from octant.geometries.errors import GeometryError, OctantError
 from octant.geometries.furniture import box
@@ -66,16 +66,17 @@ def answer(scene, model, source_m, receiver_m, antenna="isotropic_theta"):
         found = search_candidates(
             radio,
             source_m,
-            model.reflections,
-            max_diffractions=max(model.diffractions, 1),
+            SolverSettings(
+                max_reflections=model.reflections,
+                diffraction=True,
+                max_diffractions=max(model.diffractions, 1),
+            ),
             region_m=EVERYWHERE_M,
         )
-        paths = trace_paths(radio, found.images, [receiver_m], edges=found.edges)
+        paths = trace_paths(radio, found, [receiver_m])
         ends = dict.fromkeys(("transmitter", "receiver"), make_antenna(antenna, model.frequency_hz))
         gains = path_gains(radio, paths, **ends)
-        power = antenna_power(
-            radio, found.images, [receiver_m], power_w=1.0, edges=found.edges, **ends
-        )
+        power = antenna_power(radio, found, [receiver_m], power_w=1.0, **ends)
     return Answer(
         paths=paths,
         gain=gains.gain,

@@ -8,6 +8,7 @@ from scipy.special import h2vp, hankel2, jv, jvp
 
 from octant.em.medium.radio_scene import radio_scene
 from octant.em.paths.tracing import trace_paths
+from octant.em.search.candidates import Candidates
 from octant.em.search.image_search import search_images
 from octant.geometries.furniture import cylinder, sphere
 from octant.geometries.scene import build_scene
@@ -58,7 +59,9 @@ def smooth_power(bearing, source, receiver, radius, *, curved_both_ways):
 def single_bounces(body, source, receivers):
     """Receiver and power gain between isotropic ends of each reflection off a PEC body's panels."""
     scene = build_scene((), objects=(body,))
-    paths = trace_paths(radio_scene(scene, F), search_images(scene, source, 1), receivers)
+    paths = trace_paths(
+        radio_scene(scene, F), Candidates(images=search_images(scene, source, 1)), receivers
+    )
     bounced = paths.order == 1
     return paths.receiver[bounced], (WAVELENGTH / (4 * np.pi * paths.length_m[bounced])) ** 2
 

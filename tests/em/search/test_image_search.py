@@ -11,6 +11,7 @@ from slow_images import sequences as slow_sequences
 from octant.em.medium.radio_scene import radio_scene
 from octant.em.paths.tracing import trace_paths
 from octant.em.search import image_search
+from octant.em.search.candidates import Candidates
 from octant.em.search.image_search import search_images
 from octant.geometries.bodies import Body
 from octant.geometries.errors import GeometryError
@@ -90,7 +91,7 @@ def test_no_path_of_the_brute_force_search_is_missed(seed):
     source = rng.uniform((0.1, 0.1, 0.1), (2.2, 1.7, 2.4))
     tree = search_images(scene, source, 2)
     for receiver in rng.uniform((0.1, 0.1, 0.1), (2.2, 1.7, 2.4), (6, 3)):
-        ours = trace_paths(radio, tree, [receiver])
+        ours = trace_paths(radio, Candidates(images=tree), [receiver])
         expected = slow_paths(scene, source, receiver, 2)
         assert sorted(ours.order.tolist()) == [p[0] for p in expected]
         lengths = sorted(zip(ours.order.tolist(), ours.length_m.tolist(), strict=True))
@@ -103,7 +104,7 @@ def test_no_path_is_missed_at_third_order_in_a_furnished_room():
     source = np.array([3.1, 2.3, 1.9])
     tree = search_images(scene, source, 3)
     for receiver in rng.uniform((0.1, 0.1, 0.1), (3.9, 2.9, 2.4), (2, 3)):
-        ours = trace_paths(radio, tree, [receiver])
+        ours = trace_paths(radio, Candidates(images=tree), [receiver])
         expected = slow_paths(scene, source, receiver, 3)
         assert sorted(ours.length_m.tolist()) == pytest.approx(
             sorted(p[1] for p in expected), abs=1e-9
@@ -118,7 +119,7 @@ def test_every_interior_pair_of_a_box_has_63_paths(box_scene, place, source):
     """Also where paths run exactly through edges and corners: shared hits count once."""
     assume(place != source)  # a receiver at the source is refused
     tree = search_images(box_scene, source, 3)
-    paths = trace_paths(radio_scene(box_scene, 2.4e9), tree, [place])
+    paths = trace_paths(radio_scene(box_scene, 2.4e9), Candidates(images=tree), [place])
     assert len(paths) == 63
 
 
@@ -135,7 +136,7 @@ def test_paths_through_edges_and_corners_count_once(box_scene, source, receiver)
     radio = radio_scene(box_scene, 2.4e9)
     for order, count in ((3, 63), (5, 231)):
         tree = search_images(box_scene, source, order)
-        assert len(trace_paths(radio, tree, [receiver])) == count
+        assert len(trace_paths(radio, Candidates(images=tree), [receiver])) == count
 
 
 def test_bad_searches_are_refused(box_scene):
@@ -145,7 +146,7 @@ def test_bad_searches_are_refused(box_scene):
         search_images(box_scene, (np.nan, 0, 0), 1)
     tree = search_images(box_scene, TX, 1)
     with pytest.raises(GeometryError, match="outside the region"):
-        trace_paths(radio_scene(box_scene, 2.4e9), tree, [(6.0, 1.0, 1.0)])
+        trace_paths(radio_scene(box_scene, 2.4e9), Candidates(images=tree), [(6.0, 1.0, 1.0)])
 
 
 def _cluttered_scene(rng):

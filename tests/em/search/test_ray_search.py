@@ -1,15 +1,16 @@
 """Images found by launched rays, against the complete search."""
 
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
 
 from octant.em.medium.radio_scene import radio_scene
 from octant.em.paths.tracing import trace_paths
+from octant.em.search.candidates import Candidates, SolverSettings, search_candidates
 from octant.em.search.image_search import search_images
-from octant.em.search.ray_search import find_images, launch_directions, ray_search
+from octant.em.search.ray_search import launch_directions, ray_search
 from octant.geometries.bodies import Body
 from octant.geometries.errors import GeometryError
 from octant.geometries.furniture import cabinet, cylinder
@@ -62,7 +63,9 @@ def test_rays_find_every_image_of_an_empty_box(box_scene):
         np.unique(np.round(found.tree.image_m, 9), axis=0),
         np.unique(np.round(complete.image_m, 9), axis=0),
     )
-    paths = trace_paths(radio_scene(box_scene, 2.4e9), found.tree, [(1.2, 3.4, 0.3)])
+    paths = trace_paths(
+        radio_scene(box_scene, 2.4e9), Candidates(images=found.tree), [(1.2, 3.4, 0.3)]
+    )
     assert len(paths) == 63
 
 
@@ -78,9 +81,13 @@ def test_what_rays_find_is_part_of_the_complete_search(furnished):
 def test_more_rays_miss_fewer_paths_and_none_in_the_end(furnished):
     radio = radio_scene(furnished, 2.4e9)
     receivers = np.random.default_rng(4).uniform((0.1, 0.1, 0.1), (4.9, 2.1, 2.9), (40, 3))
-    full = len(trace_paths(radio, search_images(furnished, TX, 2), receivers))
+    full = len(trace_paths(radio, Candidates(images=search_images(furnished, TX, 2)), receivers))
     counts = [
-        len(trace_paths(radio, ray_search(furnished, TX, 2, rays=n).tree, receivers))
+        len(
+            trace_paths(
+                radio, Candidates(images=ray_search(furnished, TX, 2, rays=n).tree), receivers
+            )
+        )
         for n in (300, 3_000, 300_000)
     ]
     assert counts[0] < counts[1] < counts[2] == full
@@ -147,15 +154,15 @@ def test_the_images_do_not_depend_on_the_number_of_threads(furnished):
 
 
 def test_the_caller_chooses_the_search(furnished):
-    told = []
-    complete = find_images(furnished, TX, 1)
-    rays = find_images(
-        furnished, TX, 1, search="rays", rays=500, progress=lambda *t: told.append(t)
-    )
+    steps = []
+    radio, solver = radio_scene(furnished, 2.4e9), SolverSettings(max_reflections=1, rays=500)
+    complete = search_candidates(radio, TX, solver).images
+    solver = replace(solver, search="rays")
+    rays = search_candidates(radio, TX, solver, progress=lambda *t: steps.append(t)).images
     assert complete.kept[1] >= rays.kept[1] > 0
-    assert told[-1] == (500, 500)
+    assert steps[-1] == (500, 500)
     with pytest.raises(GeometryError, match="'luck' is unknown"):
-        find_images(furnished, TX, 1, search="luck")
+        search_candidates(radio, TX, replace(solver, search="luck"))
 
 
 def test_little_is_no_error():

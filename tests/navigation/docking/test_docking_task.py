@@ -5,8 +5,9 @@ import pytest
 
 from octant.em.antennas.kinds import make_antenna
 from octant.em.medium.radio_scene import radio_scene
-from octant.em.power.received_power import channel_average, reader_link
+from octant.em.power.received_power import reader_link
 from octant.em.reader.response import sector_response
+from octant.em.search.candidates import SolverSettings
 from octant.geometries.errors import NavigationError
 from octant.geometries.furniture import box
 from octant.geometries.rooms import box_room
@@ -28,25 +29,20 @@ CAMERA = LandmarkSensor(detection_probability=0.95, false_probability=0.02)
 
 
 def station(scene, task=TASK, *, channels=(2.402e9, 2.441e9, 2.480e9)):
-    links = [
-        reader_link(
-            radio_scene(scene, f),
-            tag_position_m=(4.0, 2.5, 3.05),
-            tag_antenna=make_antenna("dipole", f),
-            tag_power_w=1.0,
-            response=sector_response(AZIMUTHS, frequency_hz=f),
-            reader_height_m=0.3,
-            max_reflections=3,
-        )
-        for f in channels
-    ]
+    link = reader_link(
+        [radio_scene(scene, f) for f in channels],
+        tag_position_m=(4.0, 2.5, 3.05),
+        tag_antenna=[make_antenna("dipole", f) for f in channels],
+        tag_power_w=1.0,
+        response=[sector_response(AZIMUTHS, frequency_hz=f) for f in channels],
+        reader_height_m=0.3,
+        solver=SolverSettings(max_reflections=3),
+    )
     robot = footprint(scene, radius_m=0.2, height_m=0.8)
     return DockingJob(
         task=task,
         setting=DockingSetting(
-            reader=FieldSensor(
-                links={"dock": channel_average(links)}, azimuths_rad=AZIMUTHS, noise_db=1.0
-            ),
+            reader=FieldSensor(links={"dock": link}, azimuths_rad=AZIMUTHS, noise_db=1.0),
             camera=replace(CAMERA, scene=scene),
             robot=DifferentialDrive(),
             blocked=robot,

@@ -8,6 +8,7 @@ from octant.em.antennas.kinds import make_antenna
 from octant.em.medium.radio_scene import radio_scene
 from octant.em.power.received_power import reader_link
 from octant.em.reader.response import sector_response
+from octant.em.search.candidates import SolverSettings
 from octant.geometries.scene import free_space_scene
 from octant.navigation.control.controllers import FuzzyController
 from octant.navigation.missions.layouts import thesis_mission, thesis_tags
@@ -32,7 +33,7 @@ def links():
             tag_power_w=1.0,
             response=response,
             reader_height_m=0.3,
-            max_reflections=0,
+            solver=SolverSettings(max_reflections=0),
         )
         for tag in thesis_tags()
     }

@@ -60,7 +60,7 @@ def by_single_paths(study, built, place, antenna):
     tag, radio = built.tags[0], built.radios[0]
     towards = math.atan2(*(tag.position_m[:2] - place)[::-1])
     found = candidates_from(study, radio, tag.position_m)
-    paths = trace_paths(radio, found.images, [[*place, built.reader_z_m]], edges=found.edges)
+    paths = trace_paths(radio, found, [[*place, built.reader_z_m]])
     receiver = turned(READER, antenna, towards - ELEMENTS[antenna])
     gains = path_gains(radio, paths, transmitter=tag.antennas[0], receiver=receiver).gain
     power = np.abs(gains) ** 2

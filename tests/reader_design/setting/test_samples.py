@@ -9,6 +9,7 @@ from octant.em.antennas.kinds import make_antenna
 from octant.em.medium.radio_scene import radio_scene
 from octant.em.power.received_power import reader_link
 from octant.em.reader.response import sector_response
+from octant.em.search.candidates import SolverSettings
 from octant.geometries.errors import ConfigError
 from octant.geometries.furniture import box
 from octant.geometries.rooms import Doorway, box_room, prism_room
@@ -162,7 +163,7 @@ def test_a_link_and_a_stand_in_give_the_same_samples():
         tag_power_w=1.0,
         response=sector_response(np.arange(8) * np.pi / 4, frequency_hz=F),
         reader_height_m=0.3,
-        max_reflections=1,
+        solver=SolverSettings(max_reflections=1),
     )
 
     class StandIn:
@@ -185,7 +186,7 @@ def test_ideal_sector_reader_is_right_in_every_direction_of_free_space():
         tag_power_w=1.0,
         response=sector_response(elements, frequency_hz=F, exponent=2.0),
         reader_height_m=0.3,
-        max_reflections=0,
+        solver=SolverSettings(max_reflections=0),
     )
     azimuths = grid_azimuths_rad(8, 6)
     points = free_points_m(Sampling().distances_m())

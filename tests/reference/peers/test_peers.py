@@ -11,6 +11,7 @@ from octant.em.fields.gains import path_gains
 from octant.em.medium.materials import material
 from octant.em.medium.radio_scene import radio_scene
 from octant.em.paths.tracing import trace_paths
+from octant.em.search.candidates import Candidates
 from octant.em.search.image_search import search_images
 from octant.geometries.mesh_files import load_bodies
 from octant.geometries.scene import build_scene
@@ -56,7 +57,7 @@ def grid(n):
 )
 def test_path_counts_are_exact(scenes, workload, by_order):
     scene, tree = scenes[workload]
-    paths = trace_paths(radio_scene(scene, F), tree, grid(50))
+    paths = trace_paths(radio_scene(scene, F), Candidates(images=tree), grid(50))
     assert np.bincount(paths.order).tolist() == by_order
 
 
@@ -71,7 +72,7 @@ def test_powers_equal_the_reference(scenes, row):
             name: material({"name": name, "thickness_m": 0.1}) for name in ("concrete", "metal")
         }
     radio = radio_scene(scene, F, materials)
-    paths = trace_paths(radio, tree, [[float(row[axis]) for axis in "xyz"]])
+    paths = trace_paths(radio, Candidates(images=tree), [[float(row[axis]) for axis in "xyz"]])
     exact = row["peer"] == "exact"
     if exact:
         assert len(paths) == int(row["n_paths"])
@@ -99,7 +100,7 @@ def w5_paths(coordinate_bits):
     scene = build_scene(room, objects=(*metal, *wood), coordinate_bits=coordinate_bits)
     tree = search_images(scene, TX, 2)
     points = [(x, y, 0.3) for x, y in W5_POINTS]
-    return scene, trace_paths(radio_scene(scene, F), tree, points)
+    return scene, trace_paths(radio_scene(scene, F), Candidates(images=tree), points)
 
 
 def test_counts_among_ten_thousand_triangles_are_those_of_the_faces_as_stored():
