@@ -8,6 +8,7 @@ from xml.etree import ElementTree as ET
 
 import draw_house
 import house
+import networkx as nx
 import pytest
 
 PUBLIC = [m for m in house.modules() if not m.path.stem.startswith("_")]
@@ -93,6 +94,19 @@ def test_what_experiments_share_does_not_know_them(package, unknown):
         ),
         f"{package} must not know {', '.join(unknown)}",
     )
+
+
+@pytest.mark.parametrize("layer", ["geometries", "em", "navigation"])
+def test_no_packages_import_each_other_in_a_circle(layer):
+    graph = house.package_graph()
+    graph = graph.subgraph(package for package in graph if below(package, layer))
+    lines = []
+    for circle in nx.strongly_connected_components(graph):
+        edges = sorted(graph.subgraph(circle).edges(data="why"))
+        if edges:
+            lines.append(f"circle: {', '.join(sorted(circle))}")
+        lines += [f"    {reason}" for _, _, why in edges for reason in why]
+    assert not lines, "\n".join(lines)
 
 
 def test_numba_is_imported_by_kernel_modules_only():
