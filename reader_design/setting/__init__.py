@@ -1,1 +1,1 @@
-"""A study's rooms: bodies, scene, tags, map grid and plan view."""
+"""A study in computable form: scene, tags, the reader and its response, links, samples, scores."""

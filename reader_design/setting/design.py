@@ -15,7 +15,7 @@ from octant.em.reader.response import reader_response
 from octant.geometries.bodies import Body
 from octant.geometries.build_errors import BuildErrors
 from octant.geometries.reader_body import GroundPlaneShape, ReaderBody, reader_body
-from octant.reader_design.setting.bodies import object_bodies
+from octant.reader_design.study_file.bodies import object_bodies
 from octant.reader_design.study_file.schema import Reader, Study
 
 FULLWAVE = "fullwave"

@@ -30,8 +30,12 @@ from octant.reader_design.setting.samples import (
     sample_rss_w,
 )
 from octant.reader_design.setting.scene import PlacedTag, StudyScene
-from octant.reader_design.setting.scores import USABLE_DBM, Scores, score_rss
+from octant.reader_design.setting.scores import (
+    USABLE_DBM,
+    score_rss,
+)
 from octant.reader_design.study_file.schema import Study
+from octant.reader_design.study_file.scores import Scores
 
 FloatArray = npt.NDArray[np.float64]
 

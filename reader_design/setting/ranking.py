@@ -1,7 +1,7 @@
 """Which of the scored designs to build: constraints, ordered criteria, Pareto front.
 
 The rules are data of the study (table ``[choice]``);
-:mod:`octant.reader_design.experiments.choice.reasons` says them, and the outcome, in words.
+:mod:`octant.reader_design.setting.reasons` says them, and the outcome, in words.
 """
 
 import math
@@ -12,7 +12,8 @@ import numpy as np
 
 from octant.geometries.errors import SweepStateError
 from octant.geometries.tolerances import LENGTHS
-from octant.reader_design.experiments.choice.reasons import (
+from octant.reader_design.setting.pareto import pareto_front
+from octant.reader_design.setting.reasons import (
     ONLY_ONE,
     ORDER,
     SIZE,
@@ -22,10 +23,13 @@ from octant.reader_design.experiments.choice.reasons import (
     criterion_name,
     model_sentence,
 )
-from octant.reader_design.setting.pareto import pareto_front
-from octant.reader_design.setting.scores import Scores, higher_is_better, score_unit
 from octant.reader_design.study_file.choice import Choice as Rules
 from octant.reader_design.study_file.choice import Criterion
+from octant.reader_design.study_file.scores import (
+    Scores,
+    higher_is_better,
+    score_unit,
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -10,7 +10,6 @@ import msgspec
 from octant.em.antennas.kinds import AntennaKind
 from octant.geometries.errors import ConfigError, InfeasibleDesignError
 from octant.geometries.tolerances import LENGTHS
-from octant.reader_design.setting.scores import SCORE_NAMES, higher_is_better, score_unit
 from octant.reader_design.study_file.choice import Choice, Scoring
 from octant.reader_design.study_file.dock import Dock
 from octant.reader_design.study_file.errors import unknown_name
@@ -27,6 +26,11 @@ from octant.reader_design.study_file.room import (
 from octant.reader_design.study_file.room_checks import check_rooms
 from octant.reader_design.study_file.rules import mission_rules
 from octant.reader_design.study_file.schema import Layout, Reader, Study, Tag
+from octant.reader_design.study_file.scores import (
+    SCORE_NAMES,
+    higher_is_better,
+    score_unit,
+)
 from octant.reader_design.study_file.sensor import Sensor
 
 TAG_ANTENNAS = get_args(AntennaKind)

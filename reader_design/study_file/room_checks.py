@@ -139,7 +139,7 @@ def _check_surfaces(path: str, material: RoomMaterial, *, parametric: bool) -> N
 
 
 def _check_shape(path: str, room: Room) -> None:
-    from octant.reader_design.setting.bodies import room_bodies
+    from octant.reader_design.study_file.bodies import room_bodies
 
     try:
         room_bodies(room)

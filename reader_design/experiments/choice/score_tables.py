@@ -3,10 +3,13 @@
 import math
 from collections.abc import Sequence
 
-from octant.reader_design.experiments.choice.reasons import criterion_name, score_text
 from octant.reader_design.setting.ranking import Candidate, Choice
-from octant.reader_design.setting.scores import Scores
+from octant.reader_design.setting.reasons import (
+    criterion_name,
+    score_text,
+)
 from octant.reader_design.showing.pages import ReportTable
+from octant.reader_design.study_file.scores import Scores
 
 DEGREE = math.degrees(1.0)
 

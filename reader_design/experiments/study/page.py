@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from octant.em.reader.comparison import ResponseDifference
-from octant.reader_design.experiments.choice.reasons import rule_sentences
 from octant.reader_design.experiments.choice.score_tables import (
     SCORE_MEANINGS,
     merit_table,
@@ -29,6 +28,7 @@ from octant.reader_design.keeping.versions import versions
 from octant.reader_design.setting.design import FULLWAVE
 from octant.reader_design.setting.evaluation import Cell, SweepContext
 from octant.reader_design.setting.ranking import Candidate, Choice
+from octant.reader_design.setting.reasons import rule_sentences
 from octant.reader_design.showing.pages import (
     Report,
     ReportFigure,

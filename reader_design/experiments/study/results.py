@@ -17,8 +17,8 @@ from octant.reader_design.experiments.sweep.cell_files import (
 )
 from octant.reader_design.setting.design import canonical_json
 from octant.reader_design.setting.samples import grid_azimuths_rad
-from octant.reader_design.setting.scores import SCORE_NAMES
 from octant.reader_design.showing.netcdf import dataset, variable
+from octant.reader_design.study_file.scores import SCORE_NAMES
 
 if TYPE_CHECKING:
     import xarray as xr

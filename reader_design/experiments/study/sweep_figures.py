@@ -7,7 +7,6 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from octant.reader_design.experiments.choice.reasons import criterion_name
 from octant.reader_design.experiments.study.choice_plots import (
     ParallelAxis,
     ParetoScore,
@@ -24,9 +23,13 @@ from octant.reader_design.experiments.study.sweep_plots import (
 from octant.reader_design.setting.design import ReaderDesign
 from octant.reader_design.setting.evaluation import Cell
 from octant.reader_design.setting.ranking import Candidate, Choice, better_is_more
-from octant.reader_design.setting.scores import Scores, score_unit
+from octant.reader_design.setting.reasons import criterion_name
 from octant.reader_design.showing.style import NamedFigure
 from octant.reader_design.study_file.choice import Criterion
+from octant.reader_design.study_file.scores import (
+    Scores,
+    score_unit,
+)
 
 FloatArray = npt.NDArray[np.float64]
 

@@ -15,9 +15,13 @@ from octant.reader_design.keeping.versions import versions
 from octant.reader_design.setting.design import ReaderDesign, canonical_json
 from octant.reader_design.setting.evaluation import Cell, SweepContext
 from octant.reader_design.setting.samples import grid_azimuths_rad
-from octant.reader_design.setting.scores import SCORE_NAMES, Scores, score_unit
 from octant.reader_design.showing.netcdf import variable
 from octant.reader_design.study_file.loading import to_toml
+from octant.reader_design.study_file.scores import (
+    SCORE_NAMES,
+    Scores,
+    score_unit,
+)
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -27,9 +27,12 @@ from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.keeping.small_netcdf import Stored, netcdf_bytes, read_netcdf
 from octant.reader_design.keeping.versions import versions
 from octant.reader_design.setting.evaluation import Cell
-from octant.reader_design.setting.scores import SCORE_NAMES, Scores
 from octant.reader_design.showing.tables import csv_text
 from octant.reader_design.study_file.schema import Study
+from octant.reader_design.study_file.scores import (
+    SCORE_NAMES,
+    Scores,
+)
 from octant.reader_design.study_file.sweep import parameter_unit
 
 TABLE_FILE = "sweep.nc"

@@ -30,8 +30,9 @@ from octant.reader_design.setting.evaluation import (
 )
 from octant.reader_design.setting.samples import free_points_m, grid_azimuths_rad, sample_rss_w
 from octant.reader_design.setting.scene import StudyScene, build_study_scene
-from octant.reader_design.setting.scores import Scores, score_rss
+from octant.reader_design.setting.scores import score_rss
 from octant.reader_design.study_file.schema import Radio, Study
+from octant.reader_design.study_file.scores import Scores
 
 FloatArray = npt.NDArray[np.float64]
 

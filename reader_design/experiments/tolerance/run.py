@@ -26,7 +26,7 @@ from octant.reader_design.experiments.tolerance.cases import (
 )
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.setting.keys import scene_fingerprint
-from octant.reader_design.setting.scores import Scores
+from octant.reader_design.study_file.scores import Scores
 
 
 def case_path(folder: Path, key: str) -> Path:

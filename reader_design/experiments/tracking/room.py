@@ -34,8 +34,8 @@ from octant.navigation.tracking.closed_loop import drive, run_seeds
 from octant.reader_design.experiments.tracking.chapters import neighbouring_setup
 from octant.reader_design.experiments.tracking.results import Outcome
 from octant.reader_design.experiments.tracking.settings import LEMNISCATE_START, Settings
-from octant.reader_design.setting.bodies import study_materials
 from octant.reader_design.setting.scene import StudyScene, build_study_scene, solver_settings
+from octant.reader_design.study_file.bodies import study_materials
 
 FloatArray = npt.NDArray[np.float64]
 

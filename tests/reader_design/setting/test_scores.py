@@ -15,7 +15,12 @@ from octant.reader_design.setting.measures import (
     steering_signal,
     vector_sum_bearing_rad,
 )
-from octant.reader_design.setting.scores import SCORE_NAMES, Scores, score_rss, score_unit
+from octant.reader_design.setting.scores import score_rss
+from octant.reader_design.study_file.scores import (
+    SCORE_NAMES,
+    Scores,
+    score_unit,
+)
 
 N = 8
 ELEMENTS = np.arange(N) * 2 * np.pi / N

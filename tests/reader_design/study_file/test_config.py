@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from octant.geometries.errors import ConfigError
-from octant.reader_design.setting.bodies import study_materials
 from octant.reader_design.setting.design import design_of
+from octant.reader_design.study_file.bodies import study_materials
 from octant.reader_design.study_file.loading import load_study, parse_study, to_toml
 from octant.reader_design.study_file.materials import material_label
 

@@ -6,10 +6,18 @@ import numpy as np
 import pytest
 
 from octant.geometries.errors import SweepStateError
-from octant.reader_design.experiments.choice.reasons import rule_sentences, score_phrase, score_text
 from octant.reader_design.setting.ranking import Candidate, choose, criterion_value, merit
-from octant.reader_design.setting.scores import SCORE_NAMES, higher_is_better, score_rss
+from octant.reader_design.setting.reasons import (
+    rule_sentences,
+    score_phrase,
+    score_text,
+)
+from octant.reader_design.setting.scores import score_rss
 from octant.reader_design.study_file.choice import CRITERIA, Choice, Criterion
+from octant.reader_design.study_file.scores import (
+    SCORE_NAMES,
+    higher_is_better,
+)
 
 ELEMENTS = np.arange(8) * np.pi / 4
 AZIMUTHS = np.arange(48) * np.pi / 24

@@ -14,7 +14,10 @@ from octant.reader_design.experiments.choice.thesis_claims import (
 from octant.reader_design.setting.design import ReaderDesign
 from octant.reader_design.setting.evaluation import Cell
 from octant.reader_design.setting.ranking import Candidate, choose
-from octant.reader_design.setting.scores import SCORE_NAMES, Scores
+from octant.reader_design.study_file.scores import (
+    SCORE_NAMES,
+    Scores,
+)
 
 GOOD = {"right_share": 0.9, "vector_rms_rad": 0.1, "margin_worst_db": 1.0, "usable_share": 1.0}
 BAD = {"right_share": 0.3, "vector_rms_rad": 1.2, "margin_worst_db": -2.0, "usable_share": 1.0}

@@ -13,9 +13,9 @@ from octant.reader_design.experiments.study import publish
 from octant.reader_design.experiments.study import run as study
 from octant.reader_design.experiments.study.run import run_study
 from octant.reader_design.experiments.sweep import run as sweep
-from octant.reader_design.setting.scores import SCORE_NAMES
 from octant.reader_design.showing.netcdf import read_dataset
 from octant.reader_design.study_file.loading import load_study, parse_study
+from octant.reader_design.study_file.scores import SCORE_NAMES
 
 TEXT = """
 name = "tiny <study>"

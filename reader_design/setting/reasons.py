@@ -3,9 +3,13 @@
 import math
 from typing import TYPE_CHECKING
 
-from octant.reader_design.setting.scores import Scores, higher_is_better, score_unit
 from octant.reader_design.study_file.choice import Choice as Rules
 from octant.reader_design.study_file.choice import Criterion
+from octant.reader_design.study_file.scores import (
+    Scores,
+    higher_is_better,
+    score_unit,
+)
 
 if TYPE_CHECKING:
     from octant.reader_design.setting.ranking import Candidate, Merit
