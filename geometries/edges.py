@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 
 from octant.geometries._arrays import frozen_array
 from octant.geometries._plane_geometry import FloatArray, IntArray, weld
@@ -48,12 +47,6 @@ class Edges:
         ):
             value = frozen_array(getattr(self, name), name=name, shape=shape, dtype=dtype)
             object.__setattr__(self, name, value)
-
-    @property
-    def is_free(self) -> npt.NDArray[np.bool_]:
-        """Whether a sheet ends at each edge [-], (e,)."""
-        free: npt.NDArray[np.bool_] = np.diff(self.facet_start) == 1
-        return free
 
     @property
     def length_m(self) -> FloatArray:

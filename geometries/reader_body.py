@@ -115,11 +115,6 @@ class ReaderBody:
         return feet
 
     @property
-    def antenna_spacing_m(self) -> float:
-        """Distance between neighbouring antennas, 2 r_a sin(pi / n) [m]."""
-        return 2.0 * self.antenna_radius_m * math.sin(math.pi / self.antennas)
-
-    @property
     def fitted_monopole_plane_m(self) -> float:
         """Side of the square plane that fits under each monopole [m].
 

@@ -6,7 +6,6 @@ material. Normals point into the room. The meshes of the three fit corner to cor
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
@@ -24,8 +23,6 @@ from octant.geometries.errors import GeometryError
 
 PARTS = ("walls", "floor", "ceiling")
 """Names of a room's bodies, in the order in which they are returned."""
-
-NotchCorner = Literal["+x+y", "-x+y", "-x-y", "+x-y"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -205,108 +202,6 @@ def box_room(
     return prism_room(
         [(0.0, 0.0), (lx, 0.0), (lx, ly), (0.0, ly)],
         lz,
-        origin_m=origin_m,
-        material=material,
-        materials=materials,
-        doorways=doorways,
-    )
-
-
-def l_shaped_room(
-    size_m: Sequence[float],
-    notch_m: Sequence[float],
-    *,
-    notch_corner: NotchCorner = "+x+y",
-    origin_m: Sequence[float] = (0.0, 0.0, 0.0),
-    material: str = "concrete",
-    materials: Mapping[str, str] | None = None,
-    doorways: Sequence[Doorway] = (),
-) -> tuple[Body, ...]:
-    """Return an L-shaped room: a box from which one corner is missing over the whole height.
-
-    "walls", "floor", "ceiling"; normals point into the room.
-
-    Parameters
-    ----------
-    size_m : (3,) sequence of float
-        Length of the surrounding box in x, y and z [m].
-    notch_m : (2,) sequence of float
-        Length of the missing corner in x and y, each less than the box's [m].
-    notch_corner : str
-        Which corner is missing: "+x+y", "-x+y", "-x-y" or "+x-y".
-    origin_m : (3,) sequence of float
-        Lowest corner of the surrounding box [m].
-    material : str
-        Label of every part that `materials` does not name.
-    materials : mapping or None
-        Labels of "walls", "floor" and "ceiling".
-    doorways : sequence of Doorway
-        Openings. For the notch at "+x+y" wall 0 is at the lowest y and runs towards +x, and 1 to 5
-        follow counter-clockwise; for the other corners the whole plan is mirrored in x, y or both.
-    """
-    lx, ly, lz = _lengths(size_m, names=("x", "y", "z"), of="the room's size_m")
-    nx, ny = _lengths(notch_m, names=("x", "y"), of="notch_m")
-    if nx >= lx or ny >= ly:
-        msg = (
-            f"notch_m is {nx:g} x {ny:g} m, but it must be smaller than the room of {lx:g} x "
-            f"{ly:g} m in both directions."
-        )
-        raise GeometryError(msg)
-    mirrors = {"+x+y": (False, False), "-x+y": (True, False), "-x-y": (True, True)}
-    mirrors["+x-y"] = (False, True)
-    if notch_corner not in mirrors:
-        listed = ", ".join(repr(c) for c in mirrors)
-        msg = f"notch_corner is {notch_corner!r}, but it must be one of {listed}."
-        raise GeometryError(msg)
-    outline = [(0.0, 0.0), (lx, 0.0), (lx, ly - ny), (lx - nx, ly - ny), (lx - nx, ly), (0.0, ly)]
-    in_x, in_y = mirrors[notch_corner]
-    return prism_room(
-        [(lx - x if in_x else x, ly - y if in_y else y) for x, y in outline],
-        lz,
-        origin_m=origin_m,
-        material=material,
-        materials=materials,
-        doorways=doorways,
-    )
-
-
-def corridor(
-    *,
-    length_m: float,
-    width_m: float,
-    height_m: float,
-    origin_m: Sequence[float] = (0.0, 0.0, 0.0),
-    material: str = "concrete",
-    materials: Mapping[str, str] | None = None,
-    doorways: Sequence[Doorway] = (),
-) -> tuple[Body, ...]:
-    """Return a straight corridor along x, closed at both ends.
-
-    "walls", "floor", "ceiling"; normals point into the corridor.
-
-    Parameters
-    ----------
-    length_m : float
-        Length in x [m].
-    width_m : float
-        Length in y [m].
-    height_m : float
-        Length in z [m].
-    origin_m : (3,) sequence of float
-        Lowest corner [m].
-    material : str
-        Label of every part that `materials` does not name.
-    materials : mapping or None
-        Labels of "walls", "floor" and "ceiling".
-    doorways : sequence of Doorway
-        Openings, as in `box_room`: walls 0 and 2 are the long ones, 1 and 3 the ends.
-    """
-    return box_room(
-        (
-            positive_number(length_m, name="length_m of the corridor"),
-            positive_number(width_m, name="width_m of the corridor"),
-            positive_number(height_m, name="height_m of the corridor"),
-        ),
         origin_m=origin_m,
         material=material,
         materials=materials,

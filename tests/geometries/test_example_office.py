@@ -87,5 +87,5 @@ def test_the_office_is_open_and_unevenly_meshed():
     audit = audit_mesh(OFFICE)
     assert {f.kind for f in audit.findings} == {"free_edges", "t_junctions"}
     assert audit.t_junctions > 100
-    assert not audit.watertight
+    assert audit.free_edges > 0
     assert audit.edge_lengths_m[2] > 20 * audit.edge_lengths_m[0]

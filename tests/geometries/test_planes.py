@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from rooms import l_shaped_room
 from slow_facets import facet_outlines
 
 from octant.geometries._plane_geometry import weld
@@ -12,7 +13,7 @@ from octant.geometries.errors import GeometryError
 from octant.geometries.facets import build_facets
 from octant.geometries.furniture import box, cylinder
 from octant.geometries.planes import group_planes, rounding_m
-from octant.geometries.rooms import Doorway, box_room, l_shaped_room
+from octant.geometries.rooms import Doorway, box_room
 from octant.geometries.scene import build_scene
 
 

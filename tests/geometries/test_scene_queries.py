@@ -4,12 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from rooms import l_shaped_room
 from slow_images import inside, polygons
 
 from octant.geometries.closed_parts import inside_parts
 from octant.geometries.furniture import box, cylinder
 from octant.geometries.occlusion import winding_numbers
-from octant.geometries.rooms import box_room, l_shaped_room
+from octant.geometries.rooms import box_room
 from octant.geometries.scene import build_scene
 
 

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from rooms import l_shaped_room
 from slow_images import paths as slow_paths
 from slow_images import sequences as slow_sequences
 
@@ -16,7 +17,7 @@ from octant.em.search.image_search import search_images
 from octant.geometries.bodies import Body
 from octant.geometries.errors import GeometryError
 from octant.geometries.furniture import box, cylinder
-from octant.geometries.rooms import box_room, l_shaped_room
+from octant.geometries.rooms import box_room
 from octant.geometries.scene import build_scene, free_space_scene
 
 TX = (3.5, 2.0, 2.9)
