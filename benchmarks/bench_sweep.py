@@ -8,16 +8,15 @@ import argparse
 import tempfile
 import time
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 
-from octant.reader_design.experiments.sweep.cell_files import cell_bytes
-from octant.reader_design.experiments.sweep.job import study_plan
+from octant.reader_design.experiments.sweep.cells import CellCodec
+from octant.reader_design.experiments.sweep.compute import study_plan
 from octant.reader_design.experiments.sweep.results import open_sweep
 from octant.reader_design.experiments.sweep.table import CELLS_FOLDER, known_rows, write_table
-from octant.reader_design.keeping.folder import cell_path
+from octant.reader_design.keeping.folder import case_path, write_case
 from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.setting.evaluation import compute_cell
+from octant.reader_design.setting.evaluation import scored_cell
 from octant.reader_design.study_file.loading import parse_study, to_toml
 
 STUDY = """
@@ -55,16 +54,16 @@ def main() -> None:
     )
     plan = timed("planning", lambda: study_plan(study), count)
     first = plan.cells[0]
-    cell = compute_cell(first.context, first.design, first.key)
+    cell = scored_cell(first.context, first.design)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         (folder / CELLS_FOLDER).mkdir()
 
         def write() -> None:
             for planned in plan.cells:
-                one = replace(cell, key=planned.key, design=planned.design)
-                path = cell_path(folder / CELLS_FOLDER, planned.key)
-                path.write_bytes(cell_bytes(one, planned.context))
+                path = case_path(folder / CELLS_FOLDER, planned.key, ".nc")
+                content = CellCodec().encode(cell, planned)
+                write_case(path, content, {"key": planned.key, "seconds": 0.0})
 
         timed("writing the cells", write, count)
         quiet = Progress()

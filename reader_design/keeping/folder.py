@@ -164,19 +164,3 @@ def _digest(content: bytes, facts: Mapping[str, Any]) -> str:
     digest = hashlib.sha256(json.dumps(facts, sort_keys=True).encode())
     digest.update(content)
     return digest.hexdigest()
-
-
-def cell_path(folder: Path, key: str) -> Path:
-    """Return where a sweep cell's file lies.
-
-    Parameters
-    ----------
-    folder : Path
-        Folder of the cells.
-    key : str
-        Key of the cell.
-    """
-    return case_path(folder, key, ".nc")
-
-
-sweep_folder = claimed

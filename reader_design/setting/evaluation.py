@@ -3,10 +3,8 @@
 `keys` names cells; `experiments.sweep` runs many of them and keeps them.
 """
 
-import time
-import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -16,7 +14,7 @@ from octant.em.medium.radio_scene import radio_scene
 from octant.em.power.received_power import ReaderLink, reader_link
 from octant.em.search.candidates import SolverSettings
 from octant.geometries._arrays import frozen_array
-from octant.geometries.errors import ConfigError, OctantError, PhysicsWarning, SweepStateError
+from octant.geometries.errors import ConfigError, SweepStateError
 from octant.geometries.scene import free_space_scene
 from octant.reader_design.setting.capture import captured_share
 from octant.reader_design.setting.design import ReaderDesign, design_responses
@@ -74,7 +72,7 @@ class Cell:
     Attributes
     ----------
     key : str
-        Hash of its full input.
+        Its key; empty until it is kept.
     design : ReaderDesign
         The design.
     reason : str
@@ -101,7 +99,7 @@ class Cell:
         Human name, with every swept parameter; by default the design's own.
     """
 
-    key: str
+    key: str = ""
     design: ReaderDesign
     reason: str = ""
     free: Scores | None = None
@@ -154,43 +152,6 @@ def reference_tag(study: Study, built: StudyScene) -> PlacedTag:
     return built.tags[0] if study.mission is None else built.tag(study.mission.tags[0])
 
 
-def compute_cell(context: SweepContext, design: ReaderDesign, key: str) -> Cell:
-    """Return the scores and RSS of one design; a design that cannot be built gives its reason.
-
-    Parameters
-    ----------
-    context : SweepContext
-        Study, room and sampling.
-    design : ReaderDesign
-        The design.
-    key : str
-        From :func:`octant.reader_design.setting.keys.cell_key`.
-
-    Returns
-    -------
-    Cell
-        With ``reason`` set when an error of Octant stopped it.
-
-    Notes
-    -----
-    Free space uses :func:`reference_tag` at its height, without the room; the room uses every tag
-    and every place of the floor on which the reader fits. RSS is coherent.
-    """
-    from threadpoolctl import threadpool_limits
-
-    began = time.perf_counter()
-    try:
-        # Sums and factors of BLAS and LAPACK depend on the number of threads in their last bits;
-        # what a cell holds must not depend on who computed it.
-        with threadpool_limits(limits=1, user_api="blas"), warnings.catch_warnings():
-            # The responses carry the same warnings, and the report prints them.
-            warnings.simplefilter("ignore", PhysicsWarning)
-            cell = _scored(context, design, key)
-    except OctantError as exc:
-        cell = failed_cell(design, key, str(exc))
-    return replace(cell, seconds=time.perf_counter() - began)
-
-
 def failed_cell(design: ReaderDesign, key: str, reason: str, *, unexpected: bool = False) -> Cell:
     """Return a cell without numbers.
 
@@ -222,7 +183,26 @@ def failed_cell(design: ReaderDesign, key: str, reason: str, *, unexpected: bool
     )
 
 
-def _scored(context: SweepContext, design: ReaderDesign, key: str) -> Cell:
+def scored_cell(context: SweepContext, design: ReaderDesign) -> Cell:
+    """Return the scores and RSS of one design.
+
+    Parameters
+    ----------
+    context : SweepContext
+        Study, room and sampling.
+    design : ReaderDesign
+        The design.
+
+    Raises
+    ------
+    OctantError
+        When the design cannot be built or scored.
+
+    Notes
+    -----
+    Free space uses :func:`reference_tag` at its height, without the room; the room uses every tag
+    and every place of the floor on which the reader fits. RSS is coherent.
+    """
     study, built, sampling = context.study, context.built, context.sampling
     responses = design_responses(study, design)
     elements = np.asarray(responses[0].azimuths_rad, dtype=np.float64)
@@ -246,7 +226,6 @@ def _scored(context: SweepContext, design: ReaderDesign, key: str) -> Cell:
             captured_share=captured_share(study, built, sampling, responses),
         )
     return Cell(
-        key=key,
         design=design,
         free=score_rss(
             free,

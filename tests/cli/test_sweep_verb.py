@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from octant.geometries.errors import ConfigError
-from octant.reader_design.experiments.sweep import run
+from octant.reader_design.experiments.sweep import plan
 from octant.reader_design.experiments.sweep.results import open_sweep
 from octant.reader_design.showing.netcdf import read_dataset
 
@@ -37,10 +37,10 @@ def rows_of(folder):
 @pytest.fixture
 def never(monkeypatch):
     def stop():
-        def compute_cell(*_):
+        def scored_cell(*_):
             raise AssertionError
 
-        monkeypatch.setattr(run, "compute_cell", compute_cell)
+        monkeypatch.setattr(plan, "scored_cell", scored_cell)
 
     return stop
 
@@ -78,6 +78,7 @@ def test_sweep_leaves_a_table_and_computes_nothing_twice(octant, study_file, tmp
     never()
     again = octant("sweep", study, "--out", out)
     assert (again.code, again.out) == (0, call.out)
+    assert "is complete already" in again.err
     (out / "sweep.nc").write_bytes(b"damaged")
     assert octant("sweep", study, "--out", out).code == 0
     assert {path.name: path.read_bytes() for path in out.rglob("*.*") if path.is_file()} == before
@@ -147,14 +148,14 @@ def test_a_value_with_which_no_reader_can_be_built_is_a_cell_with_that_result(
 
 
 def test_unexpected_failures_are_in_the_table_and_pass(octant, study_file, tmp_path, monkeypatch):
-    real = run.compute_cell
+    real = plan.scored_cell
 
-    def broken(context, design, key):
+    def broken(context, design):
         if design.antenna == "monopole":
             raise MemoryError
-        return real(context, design, key)
+        return real(context, design)
 
-    monkeypatch.setattr(run, "compute_cell", broken)
+    monkeypatch.setattr(plan, "scored_cell", broken)
     study, out = study_file(STUDY), tmp_path / "out"
     call = octant("sweep", study, "--out", out, "--workers", "1")
     assert (call.code, call.out.splitlines()[0]) == (3, "8 cells: 4 done, 4 failed.")
@@ -164,15 +165,15 @@ def test_unexpected_failures_are_in_the_table_and_pass(octant, study_file, tmp_p
 
 
 def test_interruption_keeps_the_table_of_what_is_there(octant, study_file, tmp_path, monkeypatch):
-    real, done = run.compute_cell, []
+    real, done = plan.scored_cell, []
 
-    def interrupted(context, design, key):
+    def interrupted(context, design):
         if len(done) == 3:
             raise KeyboardInterrupt
-        done.append(key)
-        return real(context, design, key)
+        done.append(design)
+        return real(context, design)
 
-    monkeypatch.setattr(run, "compute_cell", interrupted)
+    monkeypatch.setattr(plan, "scored_cell", interrupted)
     study, out = study_file(STUDY), tmp_path / "out"
     call = octant("sweep", study, "--out", out, "--workers", "1", "--quiet")
     assert call.code == 130
@@ -208,8 +209,8 @@ def test_folder_of_another_sweep_is_taken_by_force_only(octant, study_file, tmp_
     wider = study_file(STUDY.replace("[0.005, 0.01]", "[0.005, 0.01, 0.02]"), "wider.toml")
     assert "--force" in octant("sweep", wider, "--out", out).refused()
     computed = []
-    real = run.compute_cell
-    monkeypatch.setattr(run, "compute_cell", lambda *a: computed.append(a) or real(*a))
+    real = plan.scored_cell
+    monkeypatch.setattr(plan, "scored_cell", lambda *a: computed.append(a) or real(*a))
     assert octant("sweep", wider, "--out", out, "--workers", "1", "--force").code == 0
     assert len(computed) == 4
     assert len(rows_of(out)) == 12

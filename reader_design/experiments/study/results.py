@@ -10,7 +10,7 @@ import numpy.typing as npt
 from octant.reader_design.experiments.missions.mission_stage import RoomMission
 from octant.reader_design.experiments.study.map_stage import RoomMap
 from octant.reader_design.experiments.study.page import StudyContent
-from octant.reader_design.experiments.sweep.cell_files import (
+from octant.reader_design.experiments.sweep.cells import (
     as_variables,
     stored_scores,
     stored_surroundings,

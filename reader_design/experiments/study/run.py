@@ -8,7 +8,6 @@ where the last run stopped, however that ended.
 import re
 import time
 from collections.abc import Iterator, Sequence
-from concurrent.futures import Executor
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -26,12 +25,15 @@ from octant.reader_design.experiments.study.page import StudyContent
 from octant.reader_design.experiments.study.publish import publish
 from octant.reader_design.experiments.study.shortlist import candidates_of, drive_shortlist
 from octant.reader_design.experiments.study.tolerance_stage import tolerance_stage
+from octant.reader_design.experiments.sweep.cells import run_sweep
 from octant.reader_design.experiments.sweep.cost import cell_cost
-from octant.reader_design.experiments.sweep.dry_run import plan_lines as sweep_lines
+from octant.reader_design.experiments.sweep.cost import plan_lines as sweep_lines
 from octant.reader_design.experiments.sweep.plan import SweepPlan, plan_sweep
-from octant.reader_design.experiments.sweep.run import run_sweep
-from octant.reader_design.experiments.sweep.table import known_rows
-from octant.reader_design.keeping.folder import cell_path
+from octant.reader_design.experiments.sweep.table import (
+    CELLS_FOLDER,
+    known_rows,
+    missing_cells,
+)
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.keeping.results import refuse_another
 from octant.reader_design.keeping.workers import open_crew
@@ -142,7 +144,6 @@ def run_study(
     quick: bool = False,
     force: bool = False,
     progress: Progress | None = None,
-    executor: Executor | None = None,
     workers: int | None = 1,
     cluster: str | None = None,
 ) -> StudyOutcome:
@@ -160,10 +161,8 @@ def run_study(
         Replace the results of another study in that folder.
     progress : Progress, optional
         Told what happens.
-    executor : concurrent.futures.Executor, optional
-        Computes the sweep's cells; see :func:`run_sweep`.
     workers : int or None
-        Processes of this machine that compute them instead; 1: this one; None: one for each
+        Processes of this machine that compute; 1: this one; None: one for each
         core where the sweep is long enough to gain from it. A script that starts processes must
         guard its main part with ``if __name__ == "__main__"``.
     cluster : str or None
@@ -194,9 +193,7 @@ def run_study(
             progress.say(note)
         write_text(out_dir / "study.toml", text)
         plan = plan_sweep(context)
-        cells = _swept(
-            plan, out_dir, executor=executor, workers=workers, cluster=cluster, progress=progress
-        )
+        cells = _swept(plan, out_dir, workers=workers, cluster=cluster, progress=progress)
         scored = [c for c in cells if c.free is not None]
         _refuse_nothing_scored(cells)
         candidates = candidates_of(study, cells)
@@ -234,7 +231,6 @@ def run_study(
                 folder=out_dir / "tolerance",
                 progress=progress,
                 workers=workers,
-                executor=executor,
             )
         rooms = setting(chosen)[1]
         for mission in driven[0].missions:
@@ -260,22 +256,18 @@ def _swept(
     plan: SweepPlan,
     out_dir: Path,
     *,
-    executor: Executor | None,
     workers: int | None,
     cluster: str | None,
     progress: Progress,
 ) -> tuple[Cell, ...]:
     """Return the cells of the sweep, computed by whoever was asked for."""
-    folder = out_dir / "cells"
-    if executor is not None:
-        return run_sweep(plan, folder, executor=executor, progress=progress)
-    missing = [p for p in plan.cells if not cell_path(folder, p.key).exists()]
+    missing = missing_cells(plan, known_rows(plan, out_dir, progress=Progress()))
     if workers is None:
         long = sum(cell_cost(p).seconds for p in missing) > WORTH_PROCESSES_S
         workers = cores() if long else 1
     workers = min(workers, max(1, len(missing)))
     with open_crew(workers=workers, cluster=cluster if missing else None) as crew:
-        return run_sweep(plan, folder, crew=crew, progress=progress)
+        return run_sweep(plan, out_dir / CELLS_FOLDER, crew=crew, progress=progress)
 
 
 def _context(study: Study, *, quick: bool) -> SweepContext:

@@ -1,6 +1,5 @@
 """The chosen reader and the next best as built, where a study asks for tolerances."""
 
-from concurrent.futures import Executor
 from pathlib import Path
 
 from octant.em.blocks import cores
@@ -19,7 +18,6 @@ def tolerance_stage(
     folder: Path,
     progress: Progress,
     workers: int | None = None,
-    executor: Executor | None = None,
 ) -> ReportSection | None:
     """Return the section of the report on tolerances; lengths in [mm], angles in [deg].
 
@@ -35,8 +33,6 @@ def tolerance_stage(
         Told about readers.
     workers : int or None
         Processes; None: one for each core.
-    executor : concurrent.futures.Executor, optional
-        Solves the readers in place of own processes.
 
     Returns
     -------
@@ -55,7 +51,6 @@ def tolerance_stage(
         folder / "cases",
         rivals=() if second is None else ((f"the next best, {second.label}", second.design),),
         workers=cores() if workers is None else workers,
-        executor=executor,
         progress=progress,
     )
     return write_results(result, folder)

@@ -1,4 +1,4 @@
-"""What a cell will take, before anything is meshed: unknowns, memory and time.
+"""What a sweep will take, before anything is meshed: cells, unknowns, memory and time.
 
 The figures are rough on purpose, a third off in unknowns and a factor of two in time on a machine
 of 2024, and are scaled by the cells that a folder holds already.
@@ -6,15 +6,17 @@ of 2024, and are scaled by the cells that a folder holds already.
 
 import math
 import statistics
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from octant.em.blocks import cores
 from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
 from octant.em.reader.fullwave.band import NODES
-from octant.reader_design.experiments.sweep.plan import PlannedCell
-from octant.reader_design.experiments.sweep.table import DONE, CellRow
+from octant.reader_design.experiments.sweep.plan import PlannedCell, SweepPlan
+from octant.reader_design.experiments.sweep.table import DONE, CellRow, missing_cells
 from octant.reader_design.setting.design import FULLWAVE, ReaderDesign
 from octant.reader_design.setting.evaluation import SweepContext
 
@@ -37,6 +39,10 @@ APPROXIMATE_S = {"rays": 1.5, "isolated": 0.05, "files": 1.0}
 """Time [s] of the responses that need no solution."""
 FREE_S, SAMPLE_S = 0.05, 4e-7
 """Time [s] of the scores in free space, and of one path to one place of the room."""
+
+
+MOST_LINES = 40
+"""Cells that are listed one by one at most [-]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -165,3 +171,79 @@ def time_scale(cells: Sequence[PlannedCell], rows: Mapping[str, CellRow]) -> flo
         if (row := rows.get(cell.key)) is not None and row.status == DONE
     ]
     return statistics.median(ratios) if ratios else None
+
+
+def plan_lines(
+    plan: SweepPlan, rows: Mapping[str, CellRow], *, workers: int | None = None
+) -> tuple[str, ...]:
+    """Return what a sweep would do: its cells, what is there, time [s] and memory [GB].
+
+    Parameters
+    ----------
+    plan : SweepPlan
+        What the sweep consists of.
+    rows : mapping of str to CellRow
+        What is there, by key.
+    workers : int or None
+        Processes; None: one for each core.
+
+    Returns
+    -------
+    tuple of str
+        A summary, then one line for each cell, at most ``MOST_LINES``.
+    """
+    missing = missing_cells(plan, rows)
+    scale = time_scale(plan.cells, rows) or 1.0
+    costs = [cell_cost(cell) for cell in missing]
+    seconds = [scale * cost.seconds for cost in costs]
+    memory = sorted((cost.memory_bytes for cost in costs), reverse=True)
+    count = max(1, min(cores() if workers is None else workers, len(missing)))
+    known = Counter(row.status for row in rows.values())
+    there = ", ".join(f"{number} {status}" for status, number in known.items()) or "none"
+    refused = sum(bool(cell.reason) for cell in missing)
+    scaled = f"scaled by {known[DONE]} cells of the folder" if known[DONE] else "expected"
+    whole, largest = sum(memory[:count]), max(memory, default=0.0)
+    longest = _duration(max(seconds, default=0.0))
+    source = f"{scaled}; less where full-wave solutions are kept from before"
+    summary = (
+        f"{len(plan.cells)} cells: {_sizes(plan)}",
+        f"computed already: {there}",
+        f"to compute: {len(missing)}, of them {refused} that cannot be built",
+        f"time: {_duration(sum(seconds) / count)} with {count} workers ({source})",
+        f"the longest cell: {longest}",
+        f"memory: {_gigabytes(whole)} in all, {_gigabytes(largest)} for the largest cell",
+    )
+    cells = [_cell_line(cell, rows, scale) for cell in plan.cells[:MOST_LINES]]
+    if len(plan.cells) > MOST_LINES:
+        cells.append(f"  ... and {len(plan.cells) - MOST_LINES} more")
+    return (*summary, *cells)
+
+
+def _sizes(plan: SweepPlan) -> str:
+    lists = plan.context.study.sweep
+    sizes = [f"{name} ({len({repr(cell.values[name]) for cell in plan.cells})})" for name in lists]
+    return " x ".join(sizes) or "the reader as it stands"
+
+
+def _cell_line(cell: PlannedCell, rows: Mapping[str, CellRow], scale: float) -> str:
+    row = rows.get(cell.key)
+    if row is not None:
+        return f"  {cell.label}: {row.status}"
+    if cell.reason:
+        return f"  {cell.label}: {cell.reason}"
+    cost = cell_cost(cell)
+    unknowns = f"{cost.unknowns} unknowns, " if cost.unknowns else ""
+    size = _gigabytes(cost.memory_bytes)
+    return f"  {cell.label}: {unknowns}{_duration(scale * cost.seconds)}, {size}"
+
+
+def _gigabytes(memory_bytes: float) -> str:
+    return f"{memory_bytes / 1e9:.2g} GB"
+
+
+def _duration(seconds: float) -> str:
+    """Return a time as people say it."""
+    for size, unit in ((86400.0, "days"), (3600.0, "h"), (60.0, "min")):
+        if seconds >= 2.0 * size:
+            return f"{seconds / size:.1f} {unit}"
+    return f"{seconds:.2g} s"

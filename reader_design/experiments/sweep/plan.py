@@ -12,10 +12,10 @@ from typing import Any
 
 import msgspec
 
-from octant.geometries.errors import OctantError
+from octant.geometries.errors import InfeasibleDesignError, OctantError
+from octant.reader_design.keeping.keys import case_keys
 from octant.reader_design.setting.design import ReaderDesign, design_of
-from octant.reader_design.setting.evaluation import SweepContext
-from octant.reader_design.setting.keys import cell_key, refused_key, scene_fingerprint
+from octant.reader_design.setting.evaluation import Cell, SweepContext, reference_tag, scored_cell
 from octant.reader_design.setting.scene import StudyScene, build_study_scene
 from octant.reader_design.study_file.loading import study_variant
 from octant.reader_design.study_file.schema import Study
@@ -31,6 +31,25 @@ IN_EVERY_LABEL = ("antenna", "antenna_radius_m", "plate_height_m")
 
 SHOWN = {"m": (100.0, "cm"), "Hz": (1e-9, "GHz")}
 """Factor and unit in which labels show a reader's lengths, and frequencies."""
+
+
+LEFT_OUT = (
+    "PlannedCell.values",
+    "PlannedCell.label",
+    "PlannedCell.key",
+    "StudyScene.name",
+    "StudyScene.notes",
+    "StudyScene.map_z_m",
+    *(
+        f"Study.{table}"
+        for table in (
+            "name", "sweep", "choice", "map", "mission", "sensor", "track", "dock", "optimise",
+            "tolerance", "layouts",
+        )
+    ),
+)  # fmt: skip
+"""What cannot change a cell, so that its key does not contain it. Of the mission only the first tag
+matters: it is ``PlannedCell.reference``."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -49,15 +68,18 @@ class PlannedCell:
         The reader.
     context : SweepContext
         Study, room and sampling; those of the whole sweep when the cell was refused.
+    reference : str
+        Id of the tag that the scores in free space use; empty without one.
     reason : str
         Why these values cannot be together; empty when they can.
     """
 
     values: Mapping[str, Any]
     label: str
-    key: str
+    key: str = ""
     design: ReaderDesign
     context: SweepContext
+    reference: str = ""
     reason: str = ""
 
 
@@ -135,35 +157,55 @@ def plan_sweep(context: SweepContext) -> SweepPlan:
     SweepPlan
         Nothing is computed yet.
     """
-    rooms: dict[bytes, tuple[StudyScene, str] | OctantError] = {}
-    rooms[_room_inputs(context.study)] = context.built, scene_fingerprint(context.built)
-    cells = tuple(_planned(context, values, rooms) for values in combinations(context.study))
-    return SweepPlan(context=context, cells=cells)
+    rooms: dict[bytes, StudyScene | OctantError] = {}
+    rooms[_room_inputs(context.study)] = context.built
+    cells = [_planned(context, values, rooms) for values in combinations(context.study)]
+    keys = case_keys(compute_cell, cells, context=None, leave_out=LEFT_OUT)
+    named = (replace(cell, key=key) for cell, key in zip(cells, keys, strict=True))
+    return SweepPlan(context=context, cells=tuple(named))
+
+
+def compute_cell(_context: None, planned: PlannedCell) -> Cell:
+    """Return the scores and RSS [W] of a planned cell.
+
+    Parameters
+    ----------
+    _context : None
+        Cells share nothing: a sweep may vary the room too.
+    planned : PlannedCell
+        The cell.
+
+    Raises
+    ------
+    OctantError
+        When its values cannot be together, or the design cannot be built.
+    """
+    if planned.reason:
+        raise InfeasibleDesignError(planned.reason)
+    return scored_cell(planned.context, planned.design)
 
 
 def _planned(
     context: SweepContext,
     values: dict[str, Any],
-    rooms: dict[bytes, tuple[StudyScene, str] | OctantError],
+    rooms: dict[bytes, StudyScene | OctantError],
 ) -> PlannedCell:
     design = _design(context.study, values)
     label = cell_label(design, values)
     try:
         study = study_variant(context.study, values, shapes=False) if values else context.study
-        built, fingerprint = _built(study, rooms)
+        built = _built(study, rooms)
     except OctantError as exc:
-        refused = msgspec.convert(put(context.study, values), Study)
         return PlannedCell(
-            values=values,
-            label=label,
-            key=refused_key(refused),
-            design=design,
-            context=context,
-            reason=str(exc),
+            values=values, label=label, design=design, context=context, reason=str(exc)
         )
-    own = replace(context, study=study, built=built)
-    key = cell_key(own, design, fingerprint=fingerprint)
-    return PlannedCell(values=values, label=label, key=key, design=design, context=own)
+    return PlannedCell(
+        values=values,
+        label=label,
+        design=design,
+        context=replace(context, study=study, built=built),
+        reference=reference_tag(study, built).id if built.tags else "",
+    )
 
 
 def _design(study: Study, values: dict[str, Any]) -> ReaderDesign:
@@ -175,16 +217,13 @@ def _room_inputs(study: Study) -> bytes:
     return msgspec.json.encode([study.radio, study.room, study.tags, study.solver, heights_m])
 
 
-def _built(
-    study: Study, rooms: dict[bytes, tuple[StudyScene, str] | OctantError]
-) -> tuple[StudyScene, str]:
-    """Return a study's room and its fingerprint, built once for all cells that share it."""
+def _built(study: Study, rooms: dict[bytes, StudyScene | OctantError]) -> StudyScene:
+    """Return a study's room, built once for all cells that share it."""
     inputs = _room_inputs(study)
     if inputs not in rooms:
         try:
             # Where a mission starts does not matter to scores.
-            built = build_study_scene(msgspec.structs.replace(study, mission=None))
-            rooms[inputs] = built, scene_fingerprint(built)
+            rooms[inputs] = build_study_scene(msgspec.structs.replace(study, mission=None))
         except OctantError as exc:
             rooms[inputs] = exc
     known = rooms[inputs]

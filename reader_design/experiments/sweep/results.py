@@ -10,8 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.geometries.errors import ConfigError
+from octant.reader_design.experiments.sweep.cells import SUFFIX
 from octant.reader_design.experiments.sweep.table import CELLS_FOLDER, TABLE_FILE, parameter_text
-from octant.reader_design.keeping.folder import cell_path
+from octant.reader_design.keeping.folder import case_path
 from octant.reader_design.showing.netcdf import read_dataset
 from octant.reader_design.study_file.errors import unknown_name
 
@@ -86,7 +87,7 @@ class SweepResults:
             self.table["cell_key"].values, self.table["status"].values, strict=True
         ):
             if status == "done":
-                yield read_dataset(cell_path(self.folder / CELLS_FOLDER, str(key)))
+                yield read_dataset(case_path(self.folder / CELLS_FOLDER, str(key), SUFFIX))
 
 
 def _fulfils(values: npt.NDArray[Any], wanted: Any) -> npt.NDArray[np.bool_]:  # noqa: ANN401

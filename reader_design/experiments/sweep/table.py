@@ -4,7 +4,6 @@ The table is also the index of the folder: it holds the hash of every cell's fil
 run knows a file for whole, and its scores, without opening it.
 """
 
-import hashlib
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -14,19 +13,23 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from octant.geometries.errors import SweepStateError
-from octant.reader_design.experiments.sweep.cell_files import (
-    cell_of_bytes,
-    put_bytes,
+from octant.reader_design.experiments.sweep.cells import (
+    BothScores,
+    ScoreCodec,
     stored_scores,
     stored_surroundings,
 )
-from octant.reader_design.experiments.sweep.plan import PlannedCell, SweepPlan
-from octant.reader_design.keeping.folder import cell_path
+from octant.reader_design.experiments.sweep.plan import (
+    LEFT_OUT,
+    PlannedCell,
+    SweepPlan,
+    compute_cell,
+)
+from octant.reader_design.keeping.folder import put_bytes
+from octant.reader_design.keeping.keeper import Kept, kept_cases
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.keeping.small_netcdf import Stored, netcdf_bytes, read_netcdf
 from octant.reader_design.keeping.versions import versions
-from octant.reader_design.setting.evaluation import Cell
 from octant.reader_design.showing.tables import csv_text
 from octant.reader_design.study_file.schema import Study
 from octant.reader_design.study_file.scores import (
@@ -72,30 +75,22 @@ class CellRow:
     sha256: str = ""
 
 
-def row_of(cell: Cell, sha256: str) -> CellRow:
-    """Return the row of a cell; scores keep their units ([rad], [dB], [W],).
+def row_of(planned: PlannedCell, kept: Kept[tuple[str, BothScores]]) -> CellRow:
+    """Return the row of a cell; scores keep their units.
 
     Parameters
     ----------
-    cell : Cell
+    planned : PlannedCell
         The cell.
-    sha256 : str
-        Hash of its file's content.
-
-    Returns
-    -------
-    CellRow
-        Without the RSS.
+    kept : Kept
+        What became of it, read with a `ScoreCodec`.
     """
-    status = DONE if not cell.reason else FAILED if cell.unexpected else INFEASIBLE
+    if kept.record is None:
+        status = FAILED if kept.unexpected else INFEASIBLE
+        return CellRow(key=planned.key, status=status, reason=kept.reason, seconds=kept.seconds)
+    sha256, (free, room) = kept.record
     return CellRow(
-        key=cell.key,
-        status=status,
-        reason=cell.reason,
-        seconds=cell.seconds,
-        free=cell.free,
-        room=cell.room,
-        sha256=sha256,
+        key=planned.key, status=DONE, seconds=kept.seconds, free=free, room=room, sha256=sha256
     )
 
 
@@ -109,34 +104,35 @@ def known_rows(plan: SweepPlan, folder: Path, *, progress: Progress) -> dict[str
     folder : Path
         Folder of the sweep.
     progress : Progress
-        Told about files that are damaged.
+        Shows which files are damaged.
 
     Returns
     -------
     dict of str to CellRow
         Every file is read; only those that the table does not know by their hash are opened.
     """
-    index = _index(folder / TABLE_FILE)
-    rows: dict[str, CellRow] = {}
-    for planned in plan.cells:
-        path = cell_path(folder / CELLS_FOLDER, planned.key)
-        try:
-            content = path.read_bytes()
-        except FileNotFoundError:
-            continue
-        except OSError as exc:
-            progress.say(f"the cell file {path} cannot be read ({exc}). It is computed again.")
-            continue
-        sha256 = hashlib.sha256(content).hexdigest()
-        row = index.get(planned.key)
-        if row is None or row.sha256 != sha256:
-            try:
-                row = row_of(cell_of_bytes(content, path, planned.design, planned.key), sha256)
-            except SweepStateError as exc:
-                progress.say(f"{exc} It is computed again.")
-                continue
-        rows[planned.key] = row
-    return rows
+    kept = kept_cases(
+        compute_cell,
+        plan.cells,
+        context=None,
+        folder=folder / CELLS_FOLDER,
+        codec=score_codec(folder),
+        leave_out=LEFT_OUT,
+        progress=progress,
+    )
+    pairs = zip(plan.cells, kept, strict=True)
+    return {planned.key: row_of(planned, one) for planned, one in pairs if one is not None}
+
+
+def score_codec(folder: Path) -> ScoreCodec:
+    """Return a codec that knows the files in a sweep's table.
+
+    Parameters
+    ----------
+    folder : Path
+        Folder of the sweep.
+    """
+    return ScoreCodec(_index(folder / TABLE_FILE))
 
 
 def missing_cells(plan: SweepPlan, rows: Mapping[str, CellRow]) -> list[PlannedCell]:
@@ -158,24 +154,19 @@ def missing_cells(plan: SweepPlan, rows: Mapping[str, CellRow]) -> list[PlannedC
     return [cell for cell in plan.cells if cell.key not in there]
 
 
-def _index(path: Path) -> dict[str, CellRow]:
-    """Return the rows of a table by key; none where there is no table, or a damaged one."""
+def _index(path: Path) -> dict[str, BothScores]:
+    """Return the scores in a table by hash; none where there is no table, or a damaged one."""
     try:
         arrays, _ = read_netcdf(path.read_bytes())
         scores = np.stack([arrays[name] for name in SCORE_NAMES], axis=-1)
-        names = ("cell_key", "status", "failed_because", "file_sha256")
-        keys, status, reasons, hashes = (arrays[name].tolist() for name in names)
+        there = arrays["scored"]
         return {
-            key: CellRow(
-                key=key,
-                status=status[i],
-                reason=reasons[i],
-                seconds=float(arrays["seconds"][i]),
-                free=_scores(scores[i, 0], there=bool(arrays["scored"][i, 0])),
-                room=_scores(scores[i, 1], there=bool(arrays["scored"][i, 1])),
-                sha256=hashes[i],
+            sha256: (
+                _scores(scores[i, 0], there=bool(there[i, 0])),
+                _scores(scores[i, 1], there=bool(there[i, 1])),
             )
-            for i, key in enumerate(keys)
+            for i, sha256 in enumerate(arrays["file_sha256"].tolist())
+            if sha256
         }
     except (OSError, KeyError, ValueError, TypeError, RuntimeError, IndexError):
         return {}
@@ -185,8 +176,8 @@ def _scores(values: npt.NDArray[np.float64], *, there: bool) -> Scores | None:
     return Scores(**dict(zip(SCORE_NAMES, values.tolist(), strict=True))) if there else None
 
 
-def write_table(plan: SweepPlan, rows: Mapping[str, CellRow], folder: Path, toml: str) -> None:
-    """Return nothing; write ``sweep.nc`` and ``sweep.csv`` of a sweep, unless they say just this.
+def write_table(plan: SweepPlan, rows: Mapping[str, CellRow], folder: Path, toml: str) -> bool:
+    """Write ``sweep.nc`` and ``sweep.csv`` unless they say just this; return whether they changed.
 
     Parameters
     ----------
@@ -210,10 +201,13 @@ def write_table(plan: SweepPlan, rows: Mapping[str, CellRow], folder: Path, toml
         TABLE_FILE: _table_bytes(plan, ordered, toml),
         CSV_FILE: csv_text(header, lines).encode(),
     }
+    changed = False
     for name, content in contents.items():
         path = folder / name
         if not path.is_file() or path.read_bytes() != content:
             put_bytes(path, content)
+            changed = True
+    return changed
 
 
 def _table_bytes(plan: SweepPlan, rows: Sequence[CellRow], toml: str) -> bytes:

@@ -16,8 +16,8 @@ def sweep(*, study: Path, options: RunOptions, merge: bool) -> Ended:
     Leaves one small file a cell in --out/cells, sweep.nc and sweep.csv with all scores, and
     study.toml. However a run ends, the same command goes on where it stopped.
     """
-    from octant.reader_design.experiments.sweep.dry_run import plan_lines
-    from octant.reader_design.experiments.sweep.job import study_plan, sweep_study
+    from octant.reader_design.experiments.sweep.compute import study_plan, sweep_study
+    from octant.reader_design.experiments.sweep.cost import plan_lines
     from octant.reader_design.experiments.sweep.table import known_rows
     from octant.reader_design.study_file.loading import load_study
 

@@ -12,7 +12,7 @@ from octant.reader_design.experiments.missions import mission_stage
 from octant.reader_design.experiments.study import publish
 from octant.reader_design.experiments.study import run as study
 from octant.reader_design.experiments.study.run import run_study
-from octant.reader_design.experiments.sweep import run as sweep
+from octant.reader_design.experiments.sweep import plan as sweep
 from octant.reader_design.showing.netcdf import read_dataset
 from octant.reader_design.study_file.loading import load_study, parse_study
 from octant.reader_design.study_file.scores import SCORE_NAMES
@@ -172,7 +172,7 @@ def test_report_opens_with_the_chosen_design_and_escapes_the_studys_name(done):
 def test_second_run_computes_and_writes_nothing(done, monkeypatch):
     before = {p: p.stat().st_mtime_ns for p in done.folder.rglob("*.*") if p.name != "study.toml"}
     for module, name in (
-        (sweep, "compute_cell"),
+        (sweep, "scored_cell"),
         (mission_stage, "drive_missions"),
         (publish, "write_dataset"),
     ):
@@ -185,7 +185,7 @@ def test_second_run_computes_and_writes_nothing(done, monkeypatch):
 
 @pytest.mark.slow
 def test_lost_outputs_are_written_again_from_what_was_kept(done, monkeypatch):
-    monkeypatch.setattr(sweep, "compute_cell", never)
+    monkeypatch.setattr(sweep, "scored_cell", never)
     monkeypatch.setattr(mission_stage, "drive_missions", never)
     (done.folder / "report.html").unlink()
     run_study(small(), done.folder, quick=True)
@@ -219,7 +219,7 @@ def test_interrupted_study_goes_on_where_it_stopped(tmp_path, monkeypatch):
     monkeypatch.undo()
     assert len(list((tmp_path / "cells").iterdir())) == 2
     assert not (tmp_path / "report.html").exists()
-    monkeypatch.setattr(sweep, "compute_cell", never)
+    monkeypatch.setattr(sweep, "scored_cell", never)
     outcome = run_study(small(), tmp_path, quick=True)
     assert outcome.report.exists()
 

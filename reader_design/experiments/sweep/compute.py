@@ -7,10 +7,15 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from octant.em.blocks import cores
-from octant.geometries.errors import ConfigError, OctantError
+from octant.geometries.errors import OctantError
 from octant.geometries.files import write_text
-from octant.reader_design.experiments.sweep.plan import SweepPlan, plan_sweep
-from octant.reader_design.experiments.sweep.run import compute_missing
+from octant.reader_design.experiments.sweep.cells import label_of
+from octant.reader_design.experiments.sweep.plan import (
+    LEFT_OUT,
+    SweepPlan,
+    compute_cell,
+    plan_sweep,
+)
 from octant.reader_design.experiments.sweep.table import (
     CELLS_FOLDER,
     CSV_FILE,
@@ -20,10 +25,12 @@ from octant.reader_design.experiments.sweep.table import (
     known_rows,
     missing_cells,
     row_of,
+    score_codec,
     write_table,
 )
-from octant.reader_design.keeping.folder import sweep_folder
+from octant.reader_design.keeping.keeper import map_cases
 from octant.reader_design.keeping.progress import Progress
+from octant.reader_design.keeping.results import STUDY_FILE, complete_line, refuse_another
 from octant.reader_design.keeping.workers import open_crew
 from octant.reader_design.setting.evaluation import SweepContext
 from octant.reader_design.setting.samples import Sampling
@@ -31,7 +38,6 @@ from octant.reader_design.setting.scene import build_study_scene
 from octant.reader_design.study_file.loading import to_toml
 from octant.reader_design.study_file.schema import Study
 
-STUDY_FILE = "study.toml"
 MOST_LINES = 40
 """Cells that are listed one by one at most [-]."""
 
@@ -152,39 +158,38 @@ def sweep_study(
     """
     progress = progress or Progress()
     text = to_toml(study, relative_to=out_dir)
-    _refuse_another(out_dir, text, force=force)
+    refuse_another(out_dir, text, force=force)
     plan = study_plan(study)
     for note in plan.context.built.notes:
         progress.say(note)
-    rows = known_rows(plan, out_dir, progress=progress)
-    if rows:
-        progress.say(f"{len(rows)} of {len(plan.cells)} cells are computed already.")
-    missing = [] if merge_only else missing_cells(plan, rows)
-    at_most = min(cores() if workers is None else workers, max(1, len(missing)))
+    rows = known_rows(plan, out_dir, progress=Progress() if not merge_only else progress)
+    missing = 0 if merge_only else len(missing_cells(plan, rows))
+    at_most = min(cores() if workers is None else workers, max(1, missing))
     with open_crew(workers=at_most, cluster=cluster if missing else None) as crew:
         write_text(out_dir / STUDY_FILE, text)
-        with sweep_folder(out_dir / CELLS_FOLDER):
-            work = compute_missing(missing, out_dir / CELLS_FOLDER, crew=crew, progress=progress)
-            try:
-                for done in work:
-                    rows[done.planned.key] = row_of(done.cell, done.sha256)
-            except KeyboardInterrupt:
-                with suppress(OctantError):
-                    write_table(plan, rows, out_dir, text)
-                raise
-    write_table(plan, rows, out_dir, text)
+        try:
+            kept = (
+                ()
+                if merge_only
+                else map_cases(
+                    compute_cell,
+                    plan.cells,
+                    context=None,
+                    folder=out_dir / CELLS_FOLDER,
+                    codec=score_codec(out_dir),
+                    leave_out=LEFT_OUT,
+                    crew=crew,
+                    progress=progress,
+                    label="cells",
+                    name=label_of,
+                )
+            )
+        except KeyboardInterrupt:
+            with suppress(OctantError):
+                write_table(plan, known_rows(plan, out_dir, progress=Progress()), out_dir, text)
+            raise
+    pairs = zip(plan.cells, kept, strict=not merge_only)
+    rows |= {planned.key: row_of(planned, one) for planned, one in pairs}
+    if not write_table(plan, rows, out_dir, text) and not missing:
+        progress.say(complete_line(out_dir))
     return SweepOutcome(plan=plan, rows=rows, folder=out_dir)
-
-
-def _refuse_another(out_dir: Path, text: str, *, force: bool) -> None:
-    """Raise when the folder holds another sweep and nobody wants to go on in it."""
-    path = out_dir / STUDY_FILE
-    if out_dir.exists() and not out_dir.is_dir():
-        msg = f"{out_dir} is a file, but the results need a folder; give another --out."
-        raise ConfigError(msg)
-    if path.is_file() and path.read_text("utf-8") != text and not force:
-        msg = (
-            f"{out_dir} holds another sweep (or another version of this one); give another --out, "
-            "or --force to go on with this one: cells that both have are not computed again."
-        )
-        raise ConfigError(msg)
