@@ -10,11 +10,8 @@ import numpy.typing as npt
 from octant.reader_design.experiments.missions.mission_stage import RoomMission
 from octant.reader_design.experiments.study.map_stage import RoomMap
 from octant.reader_design.experiments.study.page import StudyContent
-from octant.reader_design.experiments.sweep.cells import (
-    as_variables,
-    stored_scores,
-    stored_surroundings,
-)
+from octant.reader_design.experiments.sweep.cells import stored_scores, stored_surroundings
+from octant.reader_design.keeping.small_netcdf import Stored
 from octant.reader_design.setting.design import canonical_json
 from octant.reader_design.setting.samples import grid_azimuths_rad
 from octant.reader_design.showing.netcdf import dataset, variable
@@ -149,7 +146,7 @@ def _sweep_coordinates(content: StudyContent) -> "dict[str, xr.Variable]":
     labels = [c.label for c in content.cells]
     return {
         "design": variable(["design"], labels, units="1", long_name="design"),
-        **as_variables({"surrounding": stored_surroundings()}),
+        **_variables({"surrounding": stored_surroundings()}),
         "distance": variable(
             ["distance"], cell.distances_m, units="m", long_name="horizontal distance to the tag"
         ),
@@ -218,7 +215,14 @@ def _sweep_variables(content: StudyContent) -> "dict[str, xr.Variable]":
             units="W",
             long_name="RSS in free space, antenna 1 towards the tag",
         ),
-        **as_variables(stored_scores([(c.free, c.room) for c in cells], dim="design")),
+        **_variables(stored_scores([(c.free, c.room) for c in cells], dim="design")),
+    }
+
+
+def _variables(stored: dict[str, Stored]) -> "dict[str, xr.Variable]":
+    return {
+        name: variable(dims, values, units=units, long_name=long_name)
+        for name, (dims, values, units, long_name) in stored.items()
     }
 
 
