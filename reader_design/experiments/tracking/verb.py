@@ -4,30 +4,12 @@ from pathlib import Path
 
 import click
 
-from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.options import common_options, worker_options
+from octant.reader_design.options import Ended, RunOptions, experiment
 
 
 @click.command()
-@click.argument("study", type=click.Path(path_type=Path), required=False)
-@click.option(
-    "--out",
-    type=click.Path(path_type=Path),
-    default=Path("octant-track"),
-    show_default=True,
-    help="Folder for results.",
-)
-@worker_options
-@common_options
-def track(
-    *,
-    study: Path | None,
-    out: Path,
-    workers: int | None,
-    cluster: str | None,
-    force: bool,
-    quiet: bool,
-) -> None:
+@experiment(out="octant-track", study=False)
+def track(*, study: Path | None, options: RunOptions) -> Ended:
     """Follow trajectories from the RSS of tags, by every controller and estimator.
 
     Without STUDY the built-in study of thesis chapters 6 and 7 runs: measurement feedback, nominal
@@ -35,14 +17,23 @@ def track(
     results.nc, tracking.csv, costs.csv, slam.csv, figures, study.toml and report.html to --out; the
     same command again goes on where the last one stopped.
     """
-    from octant.reader_design.experiments.tracking.compute import run_tracking
+    from octant.reader_design.experiments.tracking.compute import parts_of, run_tracking
     from octant.reader_design.experiments.tracking.page import summary_lines
+    from octant.reader_design.experiments.tracking.settings import settings_of
     from octant.reader_design.study_file.loading import load_study
 
     loaded = load_study(study, built_in="track_study")
+    if options.dry_run:
+        settings = settings_of(loaded)
+        chapters = ", ".join(settings.track.chapters)
+        return Ended(lines=(f"{len(parts_of(settings))} parts of the chapters {chapters}.",))
     content = run_tracking(
-        loaded, out, workers=workers, cluster=cluster, force=force, progress=Progress(quiet=quiet)
+        loaded,
+        options.out,
+        workers=options.workers,
+        cluster=options.cluster,
+        force=options.force,
+        progress=options.progress,
     )
-    for line in summary_lines(content):
-        click.echo(line)
-    click.echo(f"written: {out / 'report.html'}, results.nc, tables and figures")
+    written = f"written: {options.out / 'report.html'}, results.nc, tables and figures"
+    return Ended(lines=(*summary_lines(content), written))
