@@ -116,7 +116,7 @@ def load_bodies(
     unit : str or None
         Unit of the file's coordinates, such as "m" or "mm". It may be left out for GLB and
         GLTF, which are in metres by specification, for 3MF, which declares its unit, and for XML
-        scenes, which are in metres unless told otherwise.
+        scenes, which are in metres unless a unit is given.
     material : str or None
         Label for every body that `materials_by_name` does not name. Without it, GLB, GLTF and XML
         scenes keep the names of materials that they hold themselves.

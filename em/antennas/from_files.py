@@ -55,7 +55,7 @@ def reader_from_pattern_files(
         Where each antenna stands [m]. The tables' phase is moved there, which keeps them smooth;
         patterns without phase are centred there. The reader's centre where it is left out.
     load_ohm : float
-        Load [ohm], which turns gain into realised gain where a file tells the input impedance.
+        Load [ohm], which turns gain into realised gain where a file gives the input impedance.
     incident_power_w : float, optional
         Power [W] behind files that do not tell it; see `read_pattern`.
     step_deg : float
@@ -144,7 +144,7 @@ def antenna_from_pattern_file(
     -------
     Antenna
         Of kind ``pattern``, |F|^2 = gain of the kind that the file holds (realised gain into 50 ohm
-        where it tells the impedance), phase referred to the origin that the file names.
+        where it gives the impedance), phase referred to the origin that the file names.
 
     Raises
     ------
@@ -174,7 +174,9 @@ def _at_frequency(
 ) -> list[tuple[float, PatternTable]]:
     """Return the tables of a file that make its pattern at a frequency, with their weights."""
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", PhysicsWarning)  # the tables carry them; told once, below
+        warnings.simplefilter(
+            "ignore", PhysicsWarning
+        )  # the tables hold them; they are reported once, below
         tables = read_pattern(path, incident_power_w=incident_power_w)
     nameless = [table for table in tables if table.frequency_hz is None]
     known = [(table.frequency_hz, table) for table in tables if table.frequency_hz is not None]

@@ -31,7 +31,7 @@ ANTENNA_COLOURS = (
     "#44aa99",
     "#777777",
 )
-"""One colour for each antenna number, told apart also with colour-blind eyes; cycled beyond 8."""
+"""One colour for each antenna number, that colour-blind readers can tell apart; cycled beyond 8."""
 ANTENNA_DASHES = ("-", "--", "-.", ":")
 """Line styles by antenna: symmetric partners (2 and 8, 3 and 7, 4 and 6) differ in style."""
 

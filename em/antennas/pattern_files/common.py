@@ -61,7 +61,7 @@ class PatternTable:
     origin_m : (3,) float64
         Point [m] of the file's frame that the phase is referred to.
     impedance_ohm : complex or None
-        Input impedance [ohm] where the file tells it.
+        Input impedance [ohm] where the file gives it.
     warnings : tuple of str
         Doubts about the file's content.
     """

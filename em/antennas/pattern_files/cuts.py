@@ -162,7 +162,7 @@ def _grid(path: Path, names: Sequence[str], group: _Group) -> PatternTable:
         else:
             total = amplitude(grid[place["gain_db"]])
             pattern = np.stack((total, np.zeros_like(total))) + 0j
-            note = f"{source} tells no polarisation: all of its gain is taken as theta (vertical)"
+            note = f"{source} does not name the polarisation: all of its gain is taken as theta (vertical)"
             warnings = (*warnings, note)
     theta_rad, phi_rad, pattern = fold(
         path, group.line, theta_deg, phi_deg, pattern, signed=phase_known
@@ -191,7 +191,7 @@ def _two_cuts(path: Path, group: _Group) -> PatternTable:
     warnings = (
         NO_PHASE_WARNING.format(source=source),
         TWO_CUTS_WARNING.format(source=source),
-        f"{source} tells no polarisation: all of its gain is taken as theta (vertical)",
+        f"{source} does not name the polarisation: all of its gain is taken as theta (vertical)",
     )
     return _made(path, group, (theta_rad, phi_rad, pattern), False, warnings)
 

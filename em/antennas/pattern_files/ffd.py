@@ -3,7 +3,7 @@
 HFSS uses e^{+j w t} and peak values, r E in volts with e^{-jkr} taken out and the phase referred
 to the coordinate system's origin. The file says nothing of power: F is r E over that of an
 isotropic source fed with the incident power, |F|^2 = 2 pi |rE|^2 / (eta P). HFSS drives a port
-with 1 W unless told otherwise, and so F is realised gain.
+with 1 W unless another power is set, so F is realised gain.
 
 References
 ----------
@@ -108,7 +108,7 @@ def _blocks(
             frequency_hz = _frequency(path, line, tokens[1:])
             begin += 1
         elif announced or found:
-            what = "the grid has its fields already; a 'Frequency' line or the file's end is due."
+            what = "the grid has its fields already; a 'Frequency' line or the end of the file must follow."
             raise refusal(path, line, what)
         rows = lines[begin : begin + count]
         made = [_row(path, place, row) for place, row in rows]

@@ -2,7 +2,7 @@
 
 FEKO's time convention is e^{+j w t} and its fields are peak values of r E [V], phase referred to
 the block's origin. The gain columns [dB] give the absolute level; the field gives the phase. Where
-a block has fields but no gain columns, the incident power must be told.
+a block has fields but no gain columns, the incident power must be given.
 
 References
 ----------
@@ -273,7 +273,7 @@ def _amplitudes(
     if "theta" in parts and "phi" in parts:
         both = amplitude(np.stack((grid[parts["theta"]], grid[parts["phi"]])))
         total = amplitude(grid[parts["total"]]) if "total" in parts else np.hypot(*both)
-        # some programs fill only the total and leave noughts in the parts
+        # some programs fill only the total and leave zeros in the parts
         if both.any() and np.abs(np.hypot(*both) - total).max() < 0.05 * total.max():
             return both.astype(np.complex128), ()
     if "total" not in parts:
@@ -281,7 +281,7 @@ def _amplitudes(
             path, rows[0].line, "one polarisation's gain alone; export both or the total."
         )
     total = amplitude(grid[parts["total"]])
-    note = f"{path} tells no polarisation: all of its gain is taken as theta (vertical)"
+    note = f"{path} does not name the polarisation: all of its gain is taken as theta (vertical)"
     return np.stack((total, np.zeros_like(total))).astype(np.complex128), (note,)
 
 

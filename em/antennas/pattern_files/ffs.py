@@ -1,7 +1,7 @@
 """CST far-field sources (``.ffs``, version 3): complex r E with the powers it belongs to.
 
 CST uses e^{+j w t} and peak values, r E in volts, phase referred to the file's position. The header
-tells radiated, accepted and stimulated (incident) mean power per frequency; the last one makes F
+gives radiated, accepted and stimulated (incident) mean power per frequency; the last one makes F
 realised gain, |F|^2 = 2 pi |rE|^2 / (eta P_stimulated). Where powers are not known the file may
 hold -1 (the radiated power then follows by integration) or efficiencies with a minus sign.
 
@@ -176,7 +176,7 @@ def _stimulated(
         if not 0.8 < ratio < 1.25:
             text = (
                 f"{path}, line {power[0].line}: the field integrates to {ratio:.3g} times the "
-                "radiated power that the header tells: levels are in doubt"
+                "radiated power that the header gives: levels are in doubt"
             )
             warnings = (text,)
     elif radiated_w < 0.0:

@@ -167,5 +167,5 @@ def _polarisation(path: Path, content: _File) -> tuple[Sequence[float], tuple[st
         return (0.0, 1.0), ()
     if "45" in text:
         return (0.5**0.5, -(0.5**0.5) if text.startswith("-") else 0.5**0.5), ()
-    note = f"{path} tells no polarisation that is known: its gain is taken as theta (vertical)"
+    note = f"{path} names no known polarisation: its gain is taken as theta (vertical)"
     return (1.0, 0.0), (note,)

@@ -43,7 +43,7 @@ _THETA, _PHI, _TOTAL, _E_THETA, _E_PHI = 0, 1, 4, 7, 9
 
 @dataclass(slots=True)
 class _State:
-    """What the listing has told so far of the running frequency."""
+    """What the listing has given so far for the current frequency."""
 
     frequency_hz: float | None = None
     impedances: list[complex] = field(default_factory=list)
@@ -83,7 +83,7 @@ def read_nec(path: Path) -> tuple[PatternTable, ...]:
             value_hz = number(path, line, frequency.group(1)) * _UNITS_HZ[frequency.group(2)]
             state, section = _State(frequency_hz=value_hz), ""
         elif "ANTENNA INPUT PARAMETERS" in upper:
-            # a new run at the same frequency: what the last one told is void
+            # a new run at the same frequency: what the last run gave no longer holds
             section, state = "input", _State(frequency_hz=state.frequency_hz)
         elif "POWER BUDGET" in upper:
             section = "budget"
@@ -191,7 +191,7 @@ def _scale(path: Path, rows: Sequence[Row], power_w: float | None, spread: float
     elif power_w > 0.0:
         squared = 1.0 / (VOLT_PER_ROOT_WATT**2 * power_w)
     else:
-        what = f"the power budget tells {power_w:g} W; a pattern needs power above 0 W."
+        what = f"the power budget gives {power_w:g} W; a pattern needs power above 0 W."
         raise refusal(path, rows[0].line, what)
     off_db = np.abs(decibels(np.maximum(squared * square_v2, 1e-30)) - gain_db)
     wrong = np.flatnonzero(strong & (off_db > _AGREEMENT_DB))

@@ -1,4 +1,4 @@
-"""Pattern files of any known format, told apart by suffix or content."""
+"""Pattern files of any known format, recognised by suffix or content."""
 
 import re
 import warnings

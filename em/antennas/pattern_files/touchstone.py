@@ -144,7 +144,7 @@ def read_touchstone(path: str | Path) -> SMatrices:
     Parameters
     ----------
     path : str or Path
-        The file; its suffix ``.sNp`` tells the number of ports.
+        The file; its suffix ``.sNp`` gives the number of ports.
     """
     path = Path(path)
     suffix = re.fullmatch(r"\.s(\d{1,3})p", path.suffix.lower())
@@ -238,7 +238,7 @@ def _complex(
     first, second = pairs.T
     if form == "DB":
         if (np.abs(first) > 1000.0).any():
-            raise refusal(path, line, "an S-parameter beyond 1000 dB is none; correct it.")
+            raise refusal(path, line, "an S-parameter beyond 1000 dB is impossible; correct it.")
         first = 10.0 ** (first / 20.0)
     values: npt.NDArray[np.complex128] = first + 1j * second
     if form != "RI":

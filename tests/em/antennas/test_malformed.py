@@ -136,7 +136,7 @@ def test_a_missing_header_line_is_refused(form, pattern, write):
         ("ffd", "0 180 37", "0 180 99999999999", "no number of samples"),
         ("ffd", "0 180 37", "180 0 37", "no axis"),
         ("ffd", "Frequencies 1", "Frequencies 2", "announced"),
-        ("ffd", "0 180 37", "0 180 36", r"a 'Frequency' line or the file's end is due"),
+        ("ffd", "0 180 37", "0 180 36", r"a 'Frequency' line or the end of the file must follow"),
         ("ffs", "Farfield\n", "Multipoles\n", "only Farfield"),
         ("ffs", "1.0e+00 0.0e+00 0.0e+00", "0.0 1.0 0.0", "turned"),
         ("ffs", "37 37", "36 37", "announced"),

@@ -1,4 +1,4 @@
-"""reader.nc: what DESIGN promises outsiders, and back."""
+"""reader.nc: the layout that other programs read, and back."""
 
 import numpy as np
 import pytest
