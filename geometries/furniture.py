@@ -185,7 +185,9 @@ def sphere(
     """
     radius = positive_number(radius_m, name=f"radius_m of {name!r}")
     if not isinstance(subdivisions, int) or not 0 <= subdivisions <= 6:
-        msg = f"subdivisions of {name!r} is {subdivisions!r}, but it must be a whole number from 0 to 6."
+        msg = (
+            f"subdivisions of {name!r} is {subdivisions!r}, but 0 to 6 (a whole number) is allowed."
+        )
         raise GeometryError(msg)
     vertices, faces = _icosahedron()
     for _ in range(subdivisions):

@@ -41,6 +41,7 @@ from octant.geometries.files import write_text
 _COMPLEX = ("f_theta_re", "f_theta_im", "f_phi_re", "f_phi_im")
 _GAINS = ("gain_theta_db", "gain_phi_db")
 _ORIGIN = ("origin_x_m", "origin_y_m", "origin_z_m")
+_ALL_THETA = "{source} does not name the polarisation: all of its gain is taken as theta (vertical)"
 _TEXT = ("table", "name", "kind", "cut")
 _ANGLES = ("theta_deg", "phi_deg", "angle_deg")
 _KNOWN = (*_TEXT, "frequency_hz", *_ANGLES, "gain_db", *_COMPLEX, *_GAINS, *_ORIGIN)
@@ -162,8 +163,7 @@ def _grid(path: Path, names: Sequence[str], group: _Group) -> PatternTable:
         else:
             total = amplitude(grid[place["gain_db"]])
             pattern = np.stack((total, np.zeros_like(total))) + 0j
-            note = f"{source} does not name the polarisation: all of its gain is taken as theta (vertical)"
-            warnings = (*warnings, note)
+            warnings = (*warnings, _ALL_THETA.format(source=source))
     theta_rad, phi_rad, pattern = fold(
         path, group.line, theta_deg, phi_deg, pattern, signed=phase_known
     )
@@ -191,7 +191,7 @@ def _two_cuts(path: Path, group: _Group) -> PatternTable:
     warnings = (
         NO_PHASE_WARNING.format(source=source),
         TWO_CUTS_WARNING.format(source=source),
-        f"{source} does not name the polarisation: all of its gain is taken as theta (vertical)",
+        _ALL_THETA.format(source=source),
     )
     return _made(path, group, (theta_rad, phi_rad, pattern), False, warnings)
 

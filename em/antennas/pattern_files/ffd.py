@@ -108,7 +108,7 @@ def _blocks(
             frequency_hz = _frequency(path, line, tokens[1:])
             begin += 1
         elif announced or found:
-            what = "the grid has its fields already; a 'Frequency' line or the end of the file must follow."
+            what = "the grid is full; a 'Frequency' line or the end of the file must follow."
             raise refusal(path, line, what)
         rows = lines[begin : begin + count]
         made = [_row(path, place, row) for place, row in rows]
