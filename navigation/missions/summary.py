@@ -1,8 +1,8 @@
 """What many runs of a mission say together: shares and medians, each with how sure they are."""
 
 import math
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
@@ -11,119 +11,33 @@ import numpy.typing as npt
 from octant.geometries.errors import NavigationError
 from octant.navigation.csv_files import number_text, write_csv
 from octant.navigation.missions.metrics import MissionMetrics
+from octant.navigation.statistics import Interval, bootstrap_rng, quantiles, wilson
 
 FloatArray = npt.NDArray[np.float64]
 
 SUMMARY_COLUMNS = ("quantity", "unit", "runs", "value", "low", "high")
 """Columns of missions_summary.csv: the ends of the 95 % confidence interval are the last two."""
 
-_Z_95 = 1.959963984540054
-_RESAMPLES = 2000
-_SEED = 20_261_122
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Estimate:
-    """Return a number with its 95 % confidence interval.
+class Estimate(Interval):
+    """A named number with its 95 % confidence interval; NaN without values.
 
     Parameters
     ----------
+    value, low, high : float
+        As of `Interval` [its unit].
     quantity : str
         What it is.
     unit : str
         Its unit, "1" for a share.
     runs : int
         Number of values that it comes from.
-    value : float
-        The number [in its unit]; NaN without values.
-    low, high : float
-        Ends of the interval [in its unit].
     """
 
     quantity: str
     unit: str
     runs: int
-    value: float
-    low: float
-    high: float
-
-
-def wilson_interval(successes: int, trials: int) -> tuple[float, float]:
-    """Return the 95 % confidence interval of a probability.
-
-    Parameters
-    ----------
-    successes : int
-        Number of successes.
-    trials : int
-        Number of trials.
-
-    Returns
-    -------
-    tuple of float
-        Lower and upper end on [0, 1] [-].
-
-    Raises
-    ------
-    NavigationError
-        When there is no trial, or more successes than trials.
-
-    Notes
-    -----
-    Wilson's score interval (1927): (p + z²/2n ± z sqrt(p(1 - p)/n + z²/4n²)) / (1 + z²/n). Unlike
-    the normal approximation it is right for shares of 0 and 1: 100 of 100 gives 0.963 to 1.
-    """
-    if not (trials > 0 and 0 <= successes <= trials):
-        msg = (
-            f"{successes} successes of {trials} trials is no share: give one trial or more, and no "
-            "more successes than trials."
-        )
-        raise NavigationError(msg)
-    share, z2 = successes / trials, _Z_95**2
-    middle = share + z2 / (2.0 * trials)
-    half = _Z_95 * math.sqrt(share * (1.0 - share) / trials + z2 / (4.0 * trials**2))
-    scale = 1.0 + z2 / trials
-    return max(0.0, (middle - half) / scale), min(1.0, (middle + half) / scale)
-
-
-def bootstrap_interval(
-    values: npt.ArrayLike,
-    statistic: Callable[[FloatArray], FloatArray],
-    rng: np.random.Generator,
-) -> tuple[float, float]:
-    """Return the 95 % confidence interval of a statistic by the percentile bootstrap.
-
-    Parameters
-    ----------
-    values : (m,) float64
-        One value a run [in its unit].
-    statistic : callable
-        (..., m) values -> (...) numbers [in the same unit].
-    rng : numpy.random.Generator
-        Source of the 2000 resamples.
-
-    Returns
-    -------
-    tuple of float
-        2.5 % and 97.5 % percentile of the resampled statistic [in the unit]; too narrow below
-        about 15 values.
-
-    Raises
-    ------
-    NavigationError
-        When there are no values.
-
-    Notes
-    -----
-    Efron (1979).
-    """
-    given = np.asarray(values, dtype=np.float64)
-    if not given.size:
-        msg = "an interval needs values, but there are none: give one or more."
-        raise NavigationError(msg)
-    drawn = given[rng.integers(0, given.size, (_RESAMPLES, given.size))]
-    low, high = np.percentile(statistic(drawn), [2.5, 97.5])
-    return float(low), float(high)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -196,32 +110,21 @@ def summarise(metrics: Sequence[MissionMetrics]) -> MissionSummary:
         When there are no runs.
     """
     runs = len(metrics)
-    rng = np.random.default_rng(_SEED)
+    rng = bootstrap_rng()
+
+    def estimate(quantity: str, unit: str, runs: int, interval: Interval) -> Estimate:
+        return Estimate(quantity=quantity, unit=unit, runs=runs, **asdict(interval))
 
     def share(quantity: str, flags: Sequence[bool]) -> Estimate:
-        low, high = wilson_interval(sum(flags), runs)
-        return Estimate(
-            quantity=quantity, unit="1", runs=runs, value=sum(flags) / runs, low=low, high=high
-        )
+        return estimate(quantity, "1", runs, wilson(sum(flags), runs))
 
-    def percentile(quantity: str, unit: str, values: FloatArray, percent: float) -> Estimate:
+    def quantile(quantity: str, unit: str, values: FloatArray, probability: float) -> Estimate:
         kept = values[np.isfinite(values)]
         if not kept.size:
-            nan = math.nan
-            return Estimate(quantity=quantity, unit=unit, runs=0, value=nan, low=nan, high=nan)
-
-        def statistic(drawn: FloatArray) -> FloatArray:
-            return np.asarray(np.percentile(drawn, percent, axis=-1))
-
-        low, high = bootstrap_interval(kept, statistic, rng)
-        return Estimate(
-            quantity=quantity,
-            unit=unit,
-            runs=len(kept),
-            value=float(statistic(kept)),
-            low=low,
-            high=high,
-        )
+            nowhere = Interval(value=math.nan, low=math.nan, high=math.nan)
+            return estimate(quantity, unit, 0, nowhere)
+        (interval,) = quantiles(kept, (probability,), rng)
+        return estimate(quantity, unit, len(kept), interval)
 
     shares = tuple(
         share(name, [bool(getattr(m, name)) for m in metrics])
@@ -240,12 +143,12 @@ def summarise(metrics: Sequence[MissionMetrics]) -> MissionSummary:
         runs=runs,
         shares=shares,
         medians=tuple(
-            percentile(f"{name}_{label}", unit, values, percent)
+            quantile(f"{name}_{label}", unit, values, probability)
             for name, unit, values in columns
-            for label, percent in (("median", 50.0), ("p90", 90.0))
+            for label, probability in (("median", 0.5), ("p90", 0.9))
         ),
         arrivals=tuple(
-            percentile(f"arrival_{k + 1}_median", "m", arrivals[:, k], 50.0)
+            quantile(f"arrival_{k + 1}_median", "m", arrivals[:, k], 0.5)
             for k in range(arrivals.shape[1])
         ),
         outcomes=tuple(sorted(((e, ends.count(e)) for e in dict.fromkeys(ends)), key=_by_count)),

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from octant.navigation.missions.summary import bootstrap_interval, wilson_interval
+from octant.navigation.statistics import bootstrap, bootstrap_rng, wilson
 from octant.reader_design.experiments.missions.comparison_cells import ComparisonCell
 from octant.reader_design.experiments.missions.mission_stage import RoomMission
 
@@ -40,8 +40,6 @@ COLUMNS = (
     "failed_because",
 )
 """Columns of compare.csv: 95 % intervals after Wilson (shares) and by the bootstrap (medians)."""
-
-_SEED = 20_261_122
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -140,7 +138,9 @@ def outcome_of(cell: ComparisonCell, mission: RoomMission) -> CellOutcome:
     successes, captured, collided = (
         int(data[name].values.sum()) for name in ("success", "captured", "collided")
     )
+    success = wilson(successes, runs)
     rmse = np.asarray(data["rmse_m"].values, dtype=np.float64)
+    (median,) = bootstrap(rmse, lambda drawn: np.median(drawn, axis=-1)[None], bootstrap_rng())
     return CellOutcome(
         cell=cell,
         mission=mission,
@@ -148,9 +148,9 @@ def outcome_of(cell: ComparisonCell, mission: RoomMission) -> CellOutcome:
         successes=successes,
         captured=captured,
         collided=collided,
-        success_interval=wilson_interval(successes, runs),
-        rmse_m=float(np.median(rmse)),
-        rmse_interval_m=bootstrap_interval(rmse, _median, np.random.default_rng(_SEED)),
+        success_interval=(success.low, success.high),
+        rmse_m=median.value,
+        rmse_interval_m=(median.low, median.high),
         arrival_m=_percentile(data, 50.0),
         arrival_p90_m=_percentile(data, 90.0),
         time_s=float(np.median(data["time_s"].values)),
@@ -170,10 +170,6 @@ def layouts_of(outcomes: Sequence[CellOutcome]) -> dict[str, list[CellOutcome]]:
     for outcome in outcomes:
         found.setdefault(outcome.cell.layout, []).append(outcome)
     return found
-
-
-def _median(values: FloatArray) -> FloatArray:
-    return np.asarray(np.median(values, axis=-1))
 
 
 def _percentile(data: "xr.Dataset", percent: float) -> float:

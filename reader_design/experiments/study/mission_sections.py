@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from octant.navigation.statistics import wilson
 from octant.reader_design.experiments.missions.mission_stage import RoomMission
 from octant.reader_design.experiments.study.shortlist import DrivenDesign
 from octant.reader_design.setting.ranking import Candidate, Choice
@@ -188,10 +189,8 @@ def _driven_text(missions: Sequence[RoomMission], number: int) -> str:
     data = missions[number].data
     if data is None:
         return "could not be driven"
-    from scipy.stats import binomtest
-
     success = data["success"].values
-    interval = binomtest(int(success.sum()), success.size).proportion_ci(method="wilson")
+    interval = wilson(int(success.sum()), success.size)
     return (
         f"{int(success.sum())} of {success.size} ({interval.low:.0%} to {interval.high:.0%}), "
         f"RMSE {float(np.median(data['rmse_m'].values)):.2f} m"

@@ -1,7 +1,7 @@
 """What a tolerance study says: sentences, tables and a section of a report."""
 
+from octant.navigation.statistics import Interval
 from octant.reader_design.experiments.tolerance.ranking import confidence_sentence
-from octant.reader_design.experiments.tolerance.statistics import Interval
 from octant.reader_design.experiments.tolerance.study import (
     PLACE_RESAMPLES,
     BuiltDesign,

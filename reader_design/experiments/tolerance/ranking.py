@@ -7,8 +7,8 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.geometries.errors import SweepStateError
+from octant.navigation.statistics import Interval, wilson
 from octant.reader_design.experiments.tolerance.cases import CaseScores
-from octant.reader_design.experiments.tolerance.statistics import Interval, wilson
 from octant.reader_design.setting.ranking import Candidate, choose
 from octant.reader_design.setting.scores import score_rss
 from octant.reader_design.study_file.choice import Choice as Rules

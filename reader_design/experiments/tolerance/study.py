@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.geometries.errors import ConfigError
+from octant.navigation.statistics import Interval, quantiles, wilson
 from octant.reader_design.experiments.tolerance.cases import (
     Case,
     CaseScores,
@@ -31,13 +32,7 @@ from octant.reader_design.experiments.tolerance.sensitivity import (
     sensitivity_cases,
     slopes,
 )
-from octant.reader_design.experiments.tolerance.statistics import (
-    Explained,
-    Interval,
-    explained_variance,
-    quantiles,
-    wilson,
-)
+from octant.reader_design.experiments.tolerance.statistics import Explained, explained_variance
 from octant.reader_design.experiments.tolerance.views import View, meets, values_of, views
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.setting.design import FULLWAVE, ReaderDesign, design_of
@@ -296,9 +291,7 @@ def _built(
         nominal=nominal,
         samples=samples,
         values=values,
-        spreads=tuple(
-            quantiles(column, PROBABILITIES, random=random) for column in values[there].T
-        ),
+        spreads=tuple(quantiles(column, PROBABILITIES, random) for column in values[there].T),
         good=wilson(sum(meets(tolerance.limits, case) for case in samples), len(samples)),
         drawn_is_good=meets(tolerance.limits, nominal),
     )

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from octant.geometries.errors import SweepStateError
+from octant.navigation.statistics import Interval, wilson
 from octant.reader_design.experiments.tolerance.cases import CaseScores
 from octant.reader_design.experiments.tolerance.ranking import (
     RoomRss,
@@ -14,7 +15,6 @@ from octant.reader_design.experiments.tolerance.ranking import (
     wins_over_places,
 )
 from octant.reader_design.experiments.tolerance.sensitivity import Parameter, slopes
-from octant.reader_design.experiments.tolerance.statistics import Interval, wilson
 from octant.reader_design.experiments.tolerance.views import (
     View,
     limit_texts,
