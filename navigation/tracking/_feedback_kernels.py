@@ -1,5 +1,5 @@
 # mypy: allow-untyped-defs
-"""The output feedback loop u = K z of thesis chapter 6: its cost and its gradient, and training."""
+"""The output feedback loop u = K z of thesis chapter 6: its cost and its gradient."""
 
 import math
 
@@ -10,7 +10,6 @@ from octant.navigation.tracking._optimal_kernels import (
     _forward,
     _pull_back,
     _running_cost,
-    descend,
 )
 
 
@@ -83,8 +82,8 @@ def feedback_cost(
     return cost
 
 
-@njit(cache=True, error_model="numpy")
-def _mean_cost(
+@njit(cache=True, error_model="numpy", nogil=True)
+def mean_cost(
     gains,
     noise,
     tags,
@@ -134,76 +133,3 @@ def _mean_cost(
                 square[k] += read[k, j] * read[k, j] / records
     gradient /= records
     return cost / records
-
-
-@njit(cache=True, error_model="numpy", nogil=True)
-def train(
-    gains,
-    noise,
-    tags,
-    alpha,
-    beta,
-    start,
-    reference,
-    q_weight,
-    p_weight,
-    period_s,
-    radius,
-    axle,
-    limit,
-    momentum,
-    first_step,
-    tolerance,
-    costs,
-):
-    """Return the iterations done on noise records (R, n, s); ``gains`` become the best found."""
-    steps = gains.shape[0]
-    poses, rates = np.empty((steps + 1, 3)), np.empty((steps, 2))
-    read = np.empty((steps, gains.shape[2]))
-    gradient, kept = np.empty(gains.shape), np.empty(gains.shape)
-    square, kept_square = np.empty(steps), np.empty(steps)
-    best, previous = gains.copy(), gains.copy()
-    lowest, step = np.inf, first_step
-    done = 0
-    for i in range(costs.size):
-        cost = _mean_cost(
-            gains,
-            noise,
-            tags,
-            alpha,
-            beta,
-            start,
-            reference,
-            q_weight,
-            p_weight,
-            period_s,
-            radius,
-            axle,
-            limit,
-            poses,
-            rates,
-            read,
-            gradient,
-            square,
-        )
-        costs[i] = cost
-        done = i + 1
-        if cost <= tolerance or np.sum(gradient * gradient) <= tolerance:
-            if cost < lowest:
-                best[:] = gains
-            break
-        lowest, step = descend(
-            cost,
-            lowest,
-            step,
-            momentum,
-            gains,
-            best,
-            previous,
-            gradient,
-            kept,
-            square,
-            kept_square,
-        )
-    gains[:] = best
-    return done

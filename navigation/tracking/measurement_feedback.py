@@ -9,7 +9,7 @@ from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import NavigationError
 from octant.navigation.sensing.rss_models import LogExponentialLaw, RssNoise, TagMesh
 from octant.navigation.tracking import _feedback_kernels
-from octant.navigation.tracking.nominal import FIRST_GAIN
+from octant.navigation.tracking.descent import Descent
 from octant.navigation.tracking.problem import TrackingProblem
 
 FloatArray = npt.NDArray[np.float64]
@@ -122,8 +122,8 @@ def run_feedback(task: FeedbackTask, gains: FloatArray, noise_db: FloatArray) ->
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class FeedbackTraining:
-    """Return how a gain is trained: the five steps of thesis 6.4 with a step that converges.
+class FeedbackTraining(Descent):
+    """How a gain is trained: the five steps of thesis 6.4.
 
     Parameters
     ----------
@@ -131,36 +131,10 @@ class FeedbackTraining:
         At most so many.
     momentum : float
         λ, from 0 to below 1 [-].
-    first_step : float
-        ε before the first iteration [-].
-    tolerance : float
-        δ_1 and δ_2 of step 5 [-].
-
-    Raises
-    ------
-    NavigationError
-        When a number is out of its range.
-
-    Notes
-    -----
-    ε multiplies H_K T / |z|², so that it acts on the wheel rates and has no unit of its own, and it
-    adapts as in `octant.navigation.tracking.nominal.GainDescent`. The thesis asks for 0 < ε < 1
-    without dividing: that diverges for any ε above about 1e-9.
     """
 
     iterations: int = 4000
     momentum: float = 0.99
-    first_step: float = 0.01
-    tolerance: float = 1e-12
-
-    def __post_init__(self) -> None:
-        if not (self.iterations >= 1 and 0.0 <= self.momentum < 1.0 and self.first_step > 0.0):
-            msg = (
-                f"iterations is {self.iterations}, momentum {self.momentum} and first_step "
-                f"{self.first_step}, but they must be at least 1, from 0 to below 1 and positive: "
-                "correct the one that is not."
-            )
-            raise NavigationError(msg)
 
     def train(self, task: FeedbackTask, noise_db: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Return gains trained on noise records, and the mean cost after every iteration.
@@ -184,18 +158,18 @@ class FeedbackTraining:
             noise_db, name="noise_db", shape=(None, *task.record_shape), error=NavigationError
         )
         steps, tags = task.record_shape
-        gains = np.full((steps, 2, tags), FIRST_GAIN)
-        costs = np.empty(self.iterations)
-        done = _feedback_kernels.train(
-            gains,
-            records,
-            *_arguments(task),
-            self.momentum,
-            self.first_step,
-            self.tolerance,
-            costs,
-        )
-        return gains, costs[:done]
+        arguments = _arguments(task)
+        poses, rates = np.empty((steps + 1, 3)), np.empty((steps, 2))
+        read = np.empty((steps, tags))
+
+        def cost_of(gains: FloatArray) -> tuple[float, FloatArray, FloatArray]:
+            gradient, square = np.empty(gains.shape), np.empty(steps)
+            cost = _feedback_kernels.mean_cost(
+                gains, records, *arguments, poses, rates, read, gradient, square
+            )
+            return float(cost), gradient, square
+
+        return self.descend(cost_of, (steps, 2, tags))
 
 
 def replay_and_fresh_m(

@@ -9,12 +9,11 @@ import numpy.typing as npt
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import NavigationError
 from octant.navigation.tracking import _ilqr_kernels, _optimal_kernels
+from octant.navigation.tracking.descent import Descent
 from octant.navigation.tracking.problem import TrackingProblem
 
 FloatArray = npt.NDArray[np.float64]
 
-FIRST_GAIN = 1e-6
-"""Every entry of K before the first iteration, thesis 7.5.1 [rad/s per m, rad/s per rad]."""
 FIRST_RATES_RAD_PER_S = ((0.1, 0.1), (3.0, 3.0), (-3.0, -3.0), (1.0, -1.0), (-1.0, 1.0))
 """First guesses: standing, forwards, backwards, left and right [rad/s]."""
 
@@ -291,8 +290,8 @@ class InputSearch:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class GainDescent:
-    """Return the printed solver: gradient descent on the gains K with momentum, thesis 7.2.
+class GainDescent(Descent):
+    """The printed solver: gradient descent on the gains K with momentum, thesis 7.2.
 
     Parameters
     ----------
@@ -300,39 +299,14 @@ class GainDescent:
         At most so many.
     momentum : float
         λ of the update, from 0 to below 1 [-].
-    first_step : float
-        ε before the first iteration [-], of the unit-free step.
-    tolerance : float
-        δ_1 and δ_2 of step 5: stop at a cost, or a squared gradient, below it [-].
-
-    Raises
-    ------
-    NavigationError
-        When a number is out of its range.
 
     Notes
     -----
-    The five steps of thesis 7.2, with two changes. ΔK = -ε H_K with the printed "0 < ε < 1"
-    diverges: it converges only below about 1e-9 in its units; here ε multiplies H_K / |q|², where
-    |q|² is the mean over the interval, so that ε acts on the inputs. And ε is not constant: it
-    grows by 2 % after every iteration that lowers the cost, and after one that does not it is
-    halved and the descent goes on from the best gains without momentum: the cost never rises. It
-    still needs thousands of iterations where `BoundedIlqr` needs tens.
+    It needs thousands of iterations where `BoundedIlqr` needs tens.
     """
 
     iterations: int = 20000
     momentum: float = 0.98
-    first_step: float = 0.01
-    tolerance: float = 1e-12
-
-    def __post_init__(self) -> None:
-        if not (self.iterations >= 1 and 0.0 <= self.momentum < 1.0 and self.first_step > 0.0):
-            msg = (
-                f"iterations is {self.iterations}, momentum {self.momentum} and first_step "
-                f"{self.first_step}, but they must be at least 1, from 0 to below 1 and positive: "
-                "correct the one that is not."
-            )
-            raise NavigationError(msg)
 
     def solve(self, problem: TrackingProblem) -> NominalSolution:
         """Return the inputs of the best gains found.
@@ -353,23 +327,13 @@ class GainDescent:
                 "(7.2): move the start, or solve for the inputs."
             )
             raise NavigationError(msg)
-        gains = np.full((problem.intervals, 2, 3), FIRST_GAIN)
-        costs = np.empty(self.iterations)
-        done = _optimal_kernels.descend_gains(
-            gains,
-            problem.start,
-            problem.desired.poses,
-            problem.weights.state,
-            problem.weights.final,
-            problem.desired.period_s,
-            problem.substeps,
-            problem.robot.wheel_radius_m,
-            problem.robot.axle_length_m,
-            problem.robot.max_wheel_rate_rad_per_s,
-            self.momentum,
-            self.first_step,
-            self.tolerance,
-            costs,
-        )
+
+        def cost_of(gains: FloatArray) -> tuple[float, FloatArray, FloatArray]:
+            cost, gradient, poses, _ = gain_cost(problem, gains)
+            # Added up in the order of time: the last bit then depends on no library.
+            terms = (poses[:-1] ** 2 / problem.substeps).reshape(problem.intervals, -1)
+            return cost, gradient, np.cumsum(terms, axis=1)[:, -1]
+
+        gains, costs = self.descend(cost_of, (problem.intervals, 2, 3))
         cost, _, poses, rates = gain_cost(problem, gains)
-        return NominalSolution(wheel_rates=rates, poses=poses, cost=cost, costs=costs[:done])
+        return NominalSolution(wheel_rates=rates, poses=poses, cost=cost, costs=costs)
