@@ -2,34 +2,30 @@
 
 import csv
 import io
-import os
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+from octant.geometries.files import write_text
+
 
 def number_text(value: float) -> str:
-    """Return a number as text that reads back to the same bits.
+    """Return a number as the shortest text that reads back to the same bits.
 
     Parameters
     ----------
     value : float
         Any number, in the unit of its column [any].
-
-    Returns
-    -------
-    str
-        Shortest text.
     """
     return repr(float(value))
 
 
 def write_csv(path: Path, header: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
-    """Write a table; return nothing.
+    """Write a table whole.
 
     Parameters
     ----------
     path : Path
-        File to write; an existing one is replaced in one move, never left half written.
+        File to write; an existing one is replaced in one move.
     header : sequence of str
         Names of the columns, with their units.
     rows : iterable of sequence
@@ -39,11 +35,4 @@ def write_csv(path: Path, header: Sequence[str], rows: Iterable[Sequence[object]
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(header)
     writer.writerows(rows)
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        with part.open("w", encoding="utf-8", newline="") as file:
-            file.write(text.getvalue())
-        part.replace(path)
-    except BaseException:
-        part.unlink(missing_ok=True)
-        raise
+    write_text(path, text.getvalue())

@@ -41,12 +41,6 @@ class ClosedLoop:
         """Return the (t, 3) poses in the goal frame: x [m], y [m], heading in (-π, π] [rad]."""
         return pose_of_polar(self.polar)
 
-    @property
-    def inversions(self) -> int:
-        """Return how often the robot changes between forward and backward."""
-        signs = np.sign(self.twist[:, 0])
-        return int(np.count_nonzero(np.diff(signs[signs != 0.0])))
-
 
 def integrate(
     law: GoalLaw,

@@ -102,11 +102,6 @@ class DockingLaw:
         """Return the ends 2γ and γ(h + 1) of the region for k [1/s]; empty for h below 1."""
         return 2.0 * self.gamma_per_s, self.gamma_per_s * (self.h + 1.0)
 
-    @property
-    def angle_rates_per_s(self) -> npt.NDArray[np.complex128]:
-        """Return the (2,) roots of s² + k s + γ² h at which α and φ fall near the goal [1/s]."""
-        return np.roots([1.0, self.k_per_s, self.gamma_per_s**2 * self.h]).astype(np.complex128)
-
     def twist(self, polar: npt.ArrayLike) -> FloatArray:
         """Return the wanted speed [m/s] and turn rate [rad/s].
 
@@ -144,26 +139,6 @@ class DockingLaw:
         """
         e, alpha, phi = _errors(polar, self.approach)
         return np.asarray(0.5 * (weight_per_m2 * e**2 + alpha**2 + self.h * phi**2))
-
-    def lyapunov_rate(self, polar: npt.ArrayLike, *, weight_per_m2: float = 1.0) -> FloatArray:
-        """Return dV/dt under the unsaturated law [1/s].
-
-        Parameters
-        ----------
-        polar : (..., 3) array_like
-            e [m], α [rad], φ [rad].
-        weight_per_m2 : float
-            Weight λ of the distance [1/m²].
-
-        Returns
-        -------
-        (...) float64
-            -λ γ e² cos²α - k α² [1/s], nowhere positive.
-        """
-        e, alpha, _ = _errors(polar, self.approach)
-        return np.asarray(
-            -weight_per_m2 * self.gamma_per_s * (e * np.cos(alpha)) ** 2 - self.k_per_s * alpha**2
-        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

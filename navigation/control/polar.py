@@ -111,25 +111,3 @@ def pose_in_goal_frame(pose: npt.ArrayLike, goal: npt.ArrayLike) -> FloatArray:
     cos, sin = np.cos(there[..., 2]), np.sin(there[..., 2])
     heading = wrap_angle(here[..., 2] - there[..., 2])
     return np.stack([cos * dx + sin * dy, cos * dy - sin * dx, heading], axis=-1)
-
-
-def pose_in_room(pose: npt.ArrayLike, goal: npt.ArrayLike) -> FloatArray:
-    """Return a pose of the goal frame, seen in the room: the inverse of `pose_in_goal_frame`.
-
-    Parameters
-    ----------
-    pose : (..., 3) array_like
-        x [m], y [m], heading [rad] in the goal frame.
-    goal : (..., 3) array_like
-        x [m], y [m] of the goal, and the heading wanted there [rad], in the room.
-
-    Returns
-    -------
-    (..., 3) float64
-        x [m], y [m], heading in (-π, π] [rad] in the room.
-    """
-    here, there = np.asarray(pose, dtype=np.float64), np.asarray(goal, dtype=np.float64)
-    cos, sin = np.cos(there[..., 2]), np.sin(there[..., 2])
-    x = there[..., 0] + cos * here[..., 0] - sin * here[..., 1]
-    y = there[..., 1] + sin * here[..., 0] + cos * here[..., 1]
-    return np.stack(np.broadcast_arrays(x, y, wrap_angle(here[..., 2] + there[..., 2])), axis=-1)

@@ -110,56 +110,6 @@ def turn_sensitivity(
     )
 
 
-def attitude_observability() -> FloatArray:
-    """Return the observability matrix of ψ and s, [C; C A] of (7) [-]; its rank is two.
-
-    Returns
-    -------
-    (2, 2) float64
-        [[1, 0], [0, -1]].
-    """
-    output, generator = np.array([[1.0, 0.0]]), np.array([[0.0, -1.0], [0.0, 0.0]])
-    return np.vstack([output, output @ generator])
-
-
-def position_gramian(turn_rates_rad_per_s: npt.ArrayLike, periods_s: npt.ArrayLike) -> FloatArray:
-    """Return the observability Gramian of e_x, e_y and b over periods of constant turn rate.
-
-    Parameters
-    ----------
-    turn_rates_rad_per_s : (k,) array_like
-        Turn rate of each period [rad/s].
-    periods_s : (k,) array_like
-        Lengths of the periods [s].
-
-    Returns
-    -------
-    (3, 3) float64
-        ∫ Φᵀ Cᵀ C Φ dτ of (27), by Gauss quadrature of order 16 in each period [s, s², s³].
-
-    Raises
-    ------
-    NavigationError
-        When a period is not positive.
-
-    Notes
-    -----
-    Without turning it is [[Δ, 0, -Δ²/2], [0, Δ, 0], [-Δ²/2, 0, Δ³/3]]; the paper prints the
-    integrand's entries with a wrong sign instead. Regular, so e and b are observable, for any
-    motion that takes time.
-    """
-    rates = np.atleast_1d(np.asarray(turn_rates_rad_per_s, dtype=np.float64))
-    periods = np.atleast_1d(np.asarray(periods_s, dtype=np.float64))
-    checked_period(periods)
-    nodes, weights = np.polynomial.legendre.leggauss(16)
-    gramian, before = np.zeros((3, 3)), np.eye(3)
-    for rate, period in zip(rates, periods, strict=True):
-        seen = position_transition(rate, 0.5 * period * (nodes + 1.0))[:, :2] @ before
-        gramian += 0.5 * period * np.einsum("k,kij,kil->jl", weights, seen, seen)
-        before = position_transition(rate, period) @ before
-    return gramian
-
-
 def checked_period(period_s: npt.ArrayLike) -> FloatArray:
     """Return a sample time, or many, once they are known to be positive [s].
 

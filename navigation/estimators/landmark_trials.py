@@ -7,7 +7,6 @@ import numpy.typing as npt
 
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import NavigationError
-from octant.navigation.angles import wrap_angle
 from octant.navigation.estimators.landmark_filters import (
     ATTITUDE,
     PLACE,
@@ -258,21 +257,6 @@ class Estimates:
             Distance in the body frame [m].
         """
         return np.asarray(np.linalg.norm((self.mean - drives.truth)[..., PLACE], axis=-1))
-
-    def attitude_error_rad(self, drives: Drives) -> FloatArray:
-        """Return the (n, s) errors of the attitude, in (-π, π] [rad].
-
-        Parameters
-        ----------
-        drives : Drives
-            What the estimates are of.
-
-        Returns
-        -------
-        (n, s) float64
-            Estimate less truth [rad].
-        """
-        return wrap_angle((self.mean - drives.truth)[..., ATTITUDE])
 
 
 def estimate(

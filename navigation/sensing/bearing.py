@@ -96,25 +96,6 @@ def checked_azimuths(azimuths_rad: npt.ArrayLike) -> npt.NDArray[np.float64]:
     return azimuths
 
 
-def front_antenna(azimuths_rad: npt.ArrayLike) -> int:
-    """Return the index of the antenna nearest to the robot's front (90° in the reader frame).
-
-    Parameters
-    ----------
-    azimuths_rad : (n,) float64
-        Azimuths of the antennas in the reader frame [rad].
-
-    Returns
-    -------
-    int
-        Index from 0: 2, which is antenna 3, for the thesis' eight. For n evenly spaced antennas
-        that are not a multiple of four none stands exactly in front; of two that are equally near
-        the one with the lower index is taken.
-    """
-    away = np.abs(wrap_angle(np.asarray(azimuths_rad) - FRONT_AZIMUTH_RAD))
-    return int(np.flatnonzero(away <= away.min() + _SAME_DIRECTION_RAD)[0])
-
-
 def steering_pair(azimuths_rad: npt.ArrayLike) -> tuple[int, int]:
     """Return the indices of the two antennas whose difference steers: right one, left one.
 
@@ -253,26 +234,6 @@ def turn_towards(bearing_rad: npt.ArrayLike) -> npt.NDArray[np.float64]:
     -------
     (...) float64
         wrap(γ - 90°) in (-π, π], counter-clockwise positive [rad].
-    """
-    return wrap_angle(np.asarray(bearing_rad, dtype=np.float64) - FRONT_AZIMUTH_RAD)
-
-
-def rotated_heading(
-    heading_rad: npt.ArrayLike, bearing_rad: npt.ArrayLike
-) -> npt.NDArray[np.float64]:
-    """Return the heading after the rotation towards a bearing [rad].
-
-    Parameters
-    ----------
-    heading_rad : (...) float64
-        Heading θ before [rad].
-    bearing_rad : (...) float64
-        Bearing γ in the reader frame [rad].
-
-    Returns
-    -------
-    (...) float64
-        wrap(θ + wrap(γ - 90°)) in (-π, π] [rad].
 
     Notes
     -----
@@ -281,4 +242,4 @@ def rotated_heading(
     the second branch turns by the same amount again, so the robot ends up at -270° instead of
     -135° while its stored heading counts one turn only.
     """
-    return wrap_angle(np.asarray(heading_rad, dtype=np.float64) + turn_towards(bearing_rad))
+    return wrap_angle(np.asarray(bearing_rad, dtype=np.float64) - FRONT_AZIMUTH_RAD)

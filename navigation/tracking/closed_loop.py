@@ -133,13 +133,6 @@ class TrackingRecord:
         """Return the (r,) sizes of the last heading errors [rad]."""
         return np.abs(wrap_angle(self.poses[:, -1, 2] - self.desired.poses[-1, 2]))
 
-    @property
-    def estimation_errors_m(self) -> FloatArray:
-        """Return the (r, k + 1) distances of the estimated from the true place [m]."""
-        offset = self.poses[..., :2] - self.estimates[..., :2]
-        errors: FloatArray = np.linalg.norm(offset, axis=-1)
-        return errors
-
     def share_within_m(self, share: float) -> FloatArray:
         """Return the (r,) errors that are not exceeded for a share of the time [m].
 

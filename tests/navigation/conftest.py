@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from thesis_robot import THESIS_POINTS_M, thesis_mission
 
-from octant.navigation.missions.layouts import thesis_mission, thesis_tags
 from octant.navigation.navigators.arrival import arrival_tests
 from octant.navigation.sensing.sensor import FieldSensor
 
@@ -62,7 +62,7 @@ def free_space_link():
 @pytest.fixture
 def thesis_links(free_space_link):
     def make(**options):
-        return {tag.tag_id: free_space_link(tuple(tag.point_m), **options) for tag in thesis_tags()}
+        return {tag: free_space_link(point, **options) for tag, point in THESIS_POINTS_M.items()}
 
     return make
 
@@ -73,12 +73,8 @@ def thesis_setup(thesis_links):
 
     def make(*, noise_db=0.0, antennas=8, radius_m=0.20, cruise_step_m=0.09, **options):
         links = thesis_links(antennas=antennas, **options)
-        tags = thesis_tags()
         tests = arrival_tests(
-            links,
-            [tag.tag_id for tag in tags],
-            [tag.point_m for tag in tags],
-            radius_m=radius_m,
+            links, list(THESIS_POINTS_M), list(THESIS_POINTS_M.values()), radius_m=radius_m
         )
         sensor = FieldSensor(
             links=links, azimuths_rad=np.array(even_azimuths(antennas)), noise_db=noise_db

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from octant.geometries.errors import NavigationError, PhysicsWarning
+from octant.navigation.angles import wrap_angle
 from octant.navigation.control.closed_loop import integrate
 from octant.navigation.control.docking_law import (
     DockingLaw,
@@ -44,14 +45,17 @@ def test_the_lyapunov_rate_is_the_derivative_along_the_closed_loop():
         rate = polar_rate(STATES, law.twist(STATES))
         step = 1e-6
         ahead, behind = law.lyapunov(STATES + step * rate), law.lyapunov(STATES - step * rate)
-        want = law.lyapunov_rate(STATES)
+        e, alpha, _ = STATES.T
+        if law.approach == "reverse":
+            alpha = wrap_angle(alpha + np.pi)
+        want = -law.gamma_per_s * (e * np.cos(alpha)) ** 2 - law.k_per_s * alpha**2
         np.testing.assert_allclose((ahead - behind) / (2 * step), want, rtol=1e-6, atol=1e-6)
         assert (want <= 0.0).all()
 
 
 def test_near_the_goal_distance_and_angles_fall_at_the_predicted_rates():
     law = DockingLaw(gamma_per_s=1.0, h=8.0, k_per_s=6.5)
-    slowest = np.sort(law.angle_rates_per_s.real)[-1]
+    slowest = np.roots([1.0, law.k_per_s, law.gamma_per_s**2 * law.h]).real.max()
     loop = integrate(law, pose_of_polar([1.0, 0.01, 0.01]), [4.0, 5.0])
     falls = np.diff(np.log(np.abs(loop.polar)), axis=0)[0]
     assert falls[0] == pytest.approx(-1.0, abs=1e-6)

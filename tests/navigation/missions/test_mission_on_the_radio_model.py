@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from thesis_robot import thesis_robot
+from thesis_robot import THESIS_POINTS_M, thesis_mission, thesis_robot
 
 from octant.em.antennas.kinds import make_antenna
 from octant.em.medium.radio_scene import radio_scene
@@ -11,7 +11,6 @@ from octant.em.reader.response import sector_response
 from octant.em.search.candidates import SolverSettings
 from octant.geometries.scene import free_space_scene
 from octant.navigation.control.controllers import FuzzyController
-from octant.navigation.missions.layouts import thesis_mission, thesis_tags
 from octant.navigation.missions.metrics import measure
 from octant.navigation.missions.run import run_missions
 from octant.navigation.navigators.arrival import arrival_tests
@@ -26,23 +25,23 @@ AZIMUTHS = 2.0 * np.pi * np.arange(8) / 8
 def links():
     radio, response = radio_scene(free_space_scene(), F), sector_response(AZIMUTHS, frequency_hz=F)
     return {
-        tag.tag_id: reader_link(
+        tag: reader_link(
             radio,
-            tag_position_m=(*tag.point_m, 2.95),
+            tag_position_m=(*point, 2.95),
             tag_antenna=make_antenna("dipole", F),
             tag_power_w=1.0,
             response=response,
             reader_height_m=0.3,
             solver=SolverSettings(max_reflections=0),
         )
-        for tag in thesis_tags()
+        for tag, point in THESIS_POINTS_M.items()
     }
 
 
 @pytest.mark.parametrize("steering_input", ["normalised", "nanowatt"])
 def test_all_tags_are_reached_in_100_of_100_noisy_runs_within_12_cm(links, steering_input):
-    tags = thesis_tags()
-    tests = arrival_tests(links, [t.tag_id for t in tags], [t.point_m for t in tags], radius_m=0.20)
+    points = list(THESIS_POINTS_M.values())
+    tests = arrival_tests(links, list(THESIS_POINTS_M), points, radius_m=0.20)
     mission = thesis_mission(tests)
     sensor = FieldSensor(links=links, azimuths_rad=AZIMUTHS, noise_db=1.0)
     results = run_missions(

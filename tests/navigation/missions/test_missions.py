@@ -9,7 +9,6 @@ from thesis_robot import thesis_robot
 
 from octant.geometries.errors import NavigationError, PhysicsWarning
 from octant.navigation.control.controllers import FuzzyController, VectorSumController
-from octant.navigation.missions.layouts import THESIS_HEADING_RAD, THESIS_START_M, thesis_tags
 from octant.navigation.missions.metrics import measure
 from octant.navigation.missions.run import Mission, run_mission, run_missions
 from octant.navigation.navigators.arrival import ArrivalTest
@@ -350,35 +349,3 @@ def test_campaigns_that_cannot_be_are_refused(thesis_setup):
                 ROBOT,
                 **({"runs": 1, "seed": 0} | option),
             )
-
-
-def test_thesis_mission_is_the_published_one(thesis_setup):
-    mission, _ = thesis_setup()
-    assert mission.tag_ids == ("0xFFF9", "0xFFF2", "0xFFF5", "0xFFF4")
-    assert mission.waypoints_m.tolist() == [[0, 0], [2, 0.5], [3.5, 2], [2, 3.5], [4, 3.5]]
-    assert [tag.position_m[2] for tag in thesis_tags()] == [3.0] * 4
-    assert (THESIS_START_M, mission.sample_time_s) == ((0.0, 0.0), 1.0)
-    assert np.degrees(THESIS_HEADING_RAD) == pytest.approx(90.0)
-
-
-def test_readings_in_turn_are_taken_on_the_way_just_driven(thesis_setup):
-    mission, sensor = thesis_setup()
-    mission = replace(mission, motion="arc")
-    seen = []
-
-    class Recorder:
-        antennas, azimuths_rad, tag_ids = sensor.antennas, sensor.azimuths_rad, sensor.tag_ids
-
-        def read(self, pose, tag_id, rng, *, motion=AT_REST):
-            seen.append((np.array(pose), motion))
-            return sensor.read(pose, tag_id, rng, motion=motion)
-
-    result = run(mission, Recorder())
-    moving = [(pose, motion) for pose, motion in seen if not motion.rests]
-    assert len(moving) > 20
-    for pose, motion in moving:
-        before = motion.poses(pose, np.array([-mission.sample_time_s]))[0]
-        near = np.linalg.norm(result.poses[:, :2] - before[:2], axis=1)
-        assert near.min() < 1e-12
-    # After an arrival the next tag is read by the robot at rest.
-    assert sum(motion.rests for _, motion in seen) >= len(mission.tag_ids)

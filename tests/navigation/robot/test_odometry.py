@@ -5,12 +5,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from dead_reckoning import dead_reckon
 from hypothesis import given
 from hypothesis import strategies as st
 
 from octant.geometries.errors import NavigationError
 from octant.navigation.robot.drive import DifferentialDrive
-from octant.navigation.robot.odometry import dead_reckon, encoder_increments, move, wheel_travel
+from octant.navigation.robot.odometry import counted_rotation, move, wheel_travel
 from octant.navigation.tracking.shapes import lemniscate
 from octant.navigation.tracking.trajectories import desired_trajectory
 
@@ -80,9 +81,10 @@ def test_the_exact_step_is_the_robots_own_arc():
 
 def test_an_encoder_loses_less_than_one_count_over_any_time():
     rates = np.random.default_rng(1).normal(0.0, 5.0, (500, 2))
-    counted = encoder_increments(rates, period_s=0.1, tick_rad=0.05)
+    turned = np.cumsum(0.1 * rates, axis=0)
+    counted = counted_rotation(turned, tick_rad=0.05)
     assert np.allclose(np.round(counted / 0.05), counted / 0.05, atol=1e-9)
-    off = np.cumsum(0.1 * rates - counted, axis=0)
+    off = turned - counted
     assert (off > -1e-9).all()
     assert (off < 0.05 + 1e-9).all()
 
@@ -91,4 +93,4 @@ def test_a_wrong_method_or_tick_is_one_sentence():
     with pytest.raises(NavigationError, match="must be one of"):
         move([0, 0, 0], distance_m=1.0, turn_rad=0.0, method="heun")
     with pytest.raises(NavigationError, match="tick_rad is 0"):
-        encoder_increments(np.ones((1, 2)), period_s=0.1, tick_rad=0.0)
+        counted_rotation(np.ones((1, 2)), tick_rad=0.0)

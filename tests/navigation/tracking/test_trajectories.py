@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from dead_reckoning import dead_reckon
 
 from octant.geometries.errors import NavigationError
 from octant.navigation.robot.drive import DifferentialDrive
-from octant.navigation.robot.odometry import dead_reckon
 from octant.navigation.tracking import shapes
 from octant.navigation.tracking.trajectories import Curve, check_feasible, desired_trajectory
 
