@@ -5,17 +5,12 @@ import numpy.typing as npt
 
 
 def wrap_angle(angle_rad: npt.ArrayLike) -> npt.NDArray[np.float64]:
-    """Return angles moved into (-π, π] [rad].
+    """Return angles moved into (-π, π] [rad]; -π becomes π: half a turn is counter-clockwise.
 
     Parameters
     ----------
     angle_rad : (...) float64
         Angles [rad].
-
-    Returns
-    -------
-    (...) float64
-        The same directions [rad]; -π becomes π, so that half a turn is counter-clockwise.
     """
     angle = np.asarray(angle_rad, dtype=np.float64)
     return np.asarray(np.pi - np.mod(np.pi - angle, 2.0 * np.pi))

@@ -8,7 +8,7 @@ from octant.geometries.errors import NavigationError
 
 
 def check_positive(value: float, *, name: str, unit: str, allow_zero: bool = False) -> None:
-    """Return nothing; refuse a value that is not positive and finite.
+    """Refuse a value that is not positive and finite.
 
     Parameters
     ----------
@@ -20,11 +20,6 @@ def check_positive(value: float, *, name: str, unit: str, allow_zero: bool = Fal
         Unit in the message.
     allow_zero : bool
         Accept zero too.
-
-    Raises
-    ------
-    NavigationError
-        When it is negative, zero (unless allowed), infinite or NaN.
     """
     if not np.isfinite(value) or value < 0.0 or (value == 0.0 and not allow_zero):
         allowed = "zero or positive" if allow_zero else "positive"
@@ -33,7 +28,7 @@ def check_positive(value: float, *, name: str, unit: str, allow_zero: bool = Fal
 
 
 def check_choice(value: str, allowed: Sequence[str], *, name: str) -> None:
-    """Return nothing; refuse a name that is not among the allowed ones.
+    """Refuse a name that is not among the allowed ones.
 
     Parameters
     ----------
@@ -43,11 +38,6 @@ def check_choice(value: str, allowed: Sequence[str], *, name: str) -> None:
         The names there are.
     name : str
         Name in the message.
-
-    Raises
-    ------
-    NavigationError
-        When it is none of them.
     """
     if value not in allowed:
         msg = f"{name} is {value!r}, but it must be one of {list(allowed)}: choose one."

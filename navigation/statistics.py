@@ -43,7 +43,7 @@ def bootstrap_rng() -> np.random.Generator:
 
 
 def wilson(successes: float, trials: int) -> Interval:
-    """Return a share and its 95 % interval after Wilson [-].
+    """Return a share and its 95 % interval after Wilson, within 0 and 1 [-].
 
     Parameters
     ----------
@@ -51,16 +51,6 @@ def wilson(successes: float, trials: int) -> Interval:
         Number of successes [-]; a tie may count one half.
     trials : int
         Number of independent trials.
-
-    Returns
-    -------
-    Interval
-        Never below 0 or above 1.
-
-    Raises
-    ------
-    NavigationError
-        When there is no trial, or more successes than trials.
 
     Notes
     -----
@@ -110,11 +100,6 @@ def bootstrap(
     -------
     tuple of Interval
         One for each of the k statistics; too narrow below about 15 values.
-
-    Raises
-    ------
-    NavigationError
-        When there are no values.
 
     References
     ----------

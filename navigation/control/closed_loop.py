@@ -15,7 +15,7 @@ FloatArray = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ClosedLoop:
-    """Return one run of a law in the goal frame, one row a time.
+    """One run of a law in the goal frame, one row a time.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ def integrate(
     slips: tuple[float, float] = (0.0, 0.0),
     tolerance: float = 1e-12,
 ) -> ClosedLoop:
-    """Return the run of a law from a pose, with continuous feedback of the true state.
+    """Return state and command at the wanted times, under continuous feedback of the true state.
 
     Parameters
     ----------
@@ -67,17 +67,6 @@ def integrate(
         What the robot adds to every command: b [m/s], s [rad/s].
     tolerance : float
         Relative tolerance of the integrator (eighth order, Dormand and Prince) [-].
-
-    Returns
-    -------
-    ClosedLoop
-        State and command at the wanted times.
-
-    Raises
-    ------
-    NavigationError
-        When the start is the goal, the times do not ascend from zero, or the run reaches e = 0
-        before the last time (as it does where a slip drives the robot through the goal).
 
     Notes
     -----

@@ -57,7 +57,7 @@ class Controller(Protocol):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FuzzyController:
-    """Return the thesis' fuzzy controller, with either input.
+    """The thesis' fuzzy controller, with either input.
 
     Parameters
     ----------
@@ -68,11 +68,6 @@ class FuzzyController:
         Full scale of the "nanowatt" input [W].
     rules : RuleBase
         One input on [-1, 1], two outputs on [0, 1]: right and left wheel.
-
-    Raises
-    ------
-    NavigationError
-        When the input is unknown, the full scale is not positive, or the rules lack two outputs.
 
     Notes
     -----
@@ -141,31 +136,14 @@ class FuzzyController:
         cruise_speed_m_per_s: float,
         robot: DifferentialDrive,
     ) -> npt.NDArray[np.float64]:
-        """Return the rates of the right and the left wheel for the next period [rad/s].
-
-        Parameters
-        ----------
-        rss_w : (n,) float64
-            One reading with a signal [W].
-        azimuths_rad : (n,) float64
-            Azimuths of the antennas in the reader frame [rad].
-        cruise_speed_m_per_s : float
-            Speed of straight driving [m/s].
-        robot : DifferentialDrive
-            Wheels and axle.
-
-        Returns
-        -------
-        (2,) float64
-            Right and left [rad/s], not saturated.
-        """
+        """Return the rates of the right and the left wheel for the next period [rad/s]."""
         normalised = self.rules.infer(self.steering(rss_w, azimuths_rad))
         return 2.0 * cruise_speed_m_per_s / robot.wheel_radius_m * normalised
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VectorSumController:
-    """Return a proportional law on the vector-sum bearing: the simple alternative.
+    """A proportional law on the vector-sum bearing: the simple alternative.
 
     Parameters
     ----------
@@ -174,11 +152,6 @@ class VectorSumController:
         gain T up to 1 and not at all above 2.
     noise_db : float
         Noise of the readings that the law reckons with [dB]; 0: none.
-
-    Raises
-    ------
-    NavigationError
-        When the gain is not positive and finite, or the noise is negative.
 
     Notes
     -----
@@ -202,24 +175,7 @@ class VectorSumController:
         cruise_speed_m_per_s: float,
         robot: DifferentialDrive,
     ) -> npt.NDArray[np.float64]:
-        """Return the rates of the right and the left wheel for the next period [rad/s].
-
-        Parameters
-        ----------
-        rss_w : (n,) float64
-            One reading with a signal [W].
-        azimuths_rad : (n,) float64
-            Azimuths of the antennas in the reader frame [rad].
-        cruise_speed_m_per_s : float
-            Speed of straight driving [m/s].
-        robot : DifferentialDrive
-            Wheels and axle.
-
-        Returns
-        -------
-        (2,) float64
-            Right and left [rad/s], not saturated.
-        """
+        """Return the rates of the right and the left wheel for the next period [rad/s]."""
         variance = float(vector_sum_variance(rss_w, azimuths_rad, noise_db=self.noise_db))
         return proportional_rates(
             float(turn_towards(vector_sum_bearing(rss_w, azimuths_rad))),
@@ -231,7 +187,7 @@ class VectorSumController:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PatternController:
-    """Return the same proportional law on the bearing that best explains all RSS values.
+    """The same proportional law on the bearing that best explains all RSS values.
 
     Parameters
     ----------
@@ -239,11 +195,6 @@ class PatternController:
         Patterns of the reader, and the errors that readings have.
     gain_per_s : float
         Turn rate per bearing error [1/s].
-
-    Raises
-    ------
-    NavigationError
-        When the gain is not positive and finite.
     """
 
     matcher: PatternMatcher
@@ -260,24 +211,7 @@ class PatternController:
         cruise_speed_m_per_s: float,
         robot: DifferentialDrive,
     ) -> npt.NDArray[np.float64]:
-        """Return the rates of the right and the left wheel for the next period [rad/s].
-
-        Parameters
-        ----------
-        rss_w : (n,) float64
-            One reading with a signal [W].
-        azimuths_rad : (n,) float64
-            Not used: the patterns know where the antennas stand [rad].
-        cruise_speed_m_per_s : float
-            Speed of straight driving [m/s].
-        robot : DifferentialDrive
-            Wheels and axle.
-
-        Returns
-        -------
-        (2,) float64
-            Right and left [rad/s], not saturated.
-        """
+        """Return the rates of the right and the left wheel for the next period [rad/s]."""
         bearing_rad, variance = self.matcher.bearing(rss_w)
         return proportional_rates(
             bearing_rad,

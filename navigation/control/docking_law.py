@@ -24,24 +24,19 @@ class GoalLaw(Protocol):
     """A feedback law that drives a robot to the origin of the goal frame."""
 
     def twist(self, polar: npt.ArrayLike) -> FloatArray:
-        """Return the wanted speed [m/s] and turn rate [rad/s].
+        """Return the wanted speed v [m/s] and turn rate ω [rad/s], (..., 2).
 
         Parameters
         ----------
         polar : (..., 3) array_like
             e [m], α [rad], φ [rad] of `polar.polar_state`.
-
-        Returns
-        -------
-        (..., 2) float64
-            Forward speed v [m/s], turn rate ω [rad/s].
         """
         ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DockingLaw:
-    """Return the docking law; the defaults are the gains of the paper's experiment.
+    """The docking law; the defaults are the gains of the paper's experiment.
 
     Parameters
     ----------
@@ -53,11 +48,6 @@ class DockingLaw:
         Gain k of the turn [1/s].
     approach : {"forward", "reverse"}
         "reverse" comes to the same pose backwards: the goal [0, ±π, ±π] of the paper.
-
-    Raises
-    ------
-    NavigationError
-        When a gain is not positive and finite, or the approach is unknown.
 
     Warns
     -----
@@ -103,18 +93,7 @@ class DockingLaw:
         return 2.0 * self.gamma_per_s, self.gamma_per_s * (self.h + 1.0)
 
     def twist(self, polar: npt.ArrayLike) -> FloatArray:
-        """Return the wanted speed [m/s] and turn rate [rad/s].
-
-        Parameters
-        ----------
-        polar : (..., 3) array_like
-            e [m], α [rad], φ [rad].
-
-        Returns
-        -------
-        (..., 2) float64
-            v [m/s], negative where the goal lies behind the end that comes first; ω [rad/s].
-        """
+        """Return the wanted speed [m/s] and turn rate [rad/s]."""
         e, alpha, phi = _errors(polar, self.approach)
         speed = self.gamma_per_s * e * np.cos(alpha)
         # sinc keeps sin α / α defined on the straight line to the goal.
@@ -123,7 +102,7 @@ class DockingLaw:
         return np.stack([-speed if self.approach == "reverse" else speed, turn_rate], axis=-1)
 
     def lyapunov(self, polar: npt.ArrayLike, *, weight_per_m2: float = 1.0) -> FloatArray:
-        """Return the Lyapunov function V of (31) [-], which never rises along an ideal run.
+        """Return V = (λ e² + α² + h φ²)/2 of (31) [-], which never rises along an ideal run.
 
         Parameters
         ----------
@@ -131,11 +110,6 @@ class DockingLaw:
             e [m], α [rad], φ [rad].
         weight_per_m2 : float
             Weight λ of the distance [1/m²].
-
-        Returns
-        -------
-        (...) float64
-            (λ e² + α² + h φ²)/2 [-].
         """
         e, alpha, phi = _errors(polar, self.approach)
         return np.asarray(0.5 * (weight_per_m2 * e**2 + alpha**2 + self.h * phi**2))
@@ -143,7 +117,7 @@ class DockingLaw:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TwistLimits:
-    """Return the limits of a command and the manner of keeping them.
+    """The limits of a command and the manner of keeping them.
 
     Parameters
     ----------
@@ -154,11 +128,6 @@ class TwistLimits:
     saturation : {"clip", "curvature"}
         "clip" cuts each on its own, as the paper's experiment; "curvature" scales both by one
         factor, so that the path keeps its shape and only takes longer.
-
-    Raises
-    ------
-    NavigationError
-        When a limit is not positive and finite, or the manner is unknown.
     """
 
     max_speed_m_per_s: float = 0.2
@@ -171,17 +140,12 @@ class TwistLimits:
         check_choice(self.saturation, get_args(Saturation), name="saturation")
 
     def apply(self, twist: npt.ArrayLike) -> FloatArray:
-        """Return a command within the limits.
+        """Return a command v [m/s], ω [rad/s] within the limits.
 
         Parameters
         ----------
         twist : (..., 2) array_like
             Wanted v [m/s] and ω [rad/s].
-
-        Returns
-        -------
-        (..., 2) float64
-            v [m/s] and ω [rad/s].
         """
         wanted = np.asarray(twist, dtype=np.float64)
         limits = np.array([self.max_speed_m_per_s, self.max_turn_rate_rad_per_s])
@@ -192,7 +156,7 @@ class TwistLimits:
 
 
 def slip_compensated(twist: npt.ArrayLike, slips: npt.ArrayLike) -> FloatArray:
-    """Return the command that makes a slipping robot move as wanted.
+    """Return the command v - b̂ [m/s], ω - ŝ [rad/s] that makes a slipping robot move as wanted.
 
     Parameters
     ----------
@@ -200,11 +164,6 @@ def slip_compensated(twist: npt.ArrayLike, slips: npt.ArrayLike) -> FloatArray:
         Wanted v [m/s] and ω [rad/s].
     slips : (..., 2) array_like
         Estimated slips b̂ [m/s] and ŝ [rad/s]: the robot moves with v + b, ω + s.
-
-    Returns
-    -------
-    (..., 2) float64
-        v - b̂ [m/s], ω - ŝ [rad/s].
 
     Notes
     -----
@@ -215,7 +174,7 @@ def slip_compensated(twist: npt.ArrayLike, slips: npt.ArrayLike) -> FloatArray:
 
 
 def stall_distance_m(law: DockingLaw, linear_slip_m_per_s: float) -> float:
-    """Return the distance from the goal at which an uncompensated slip stops the robot [m].
+    """Return the distance from the goal at which an uncompensated slip stops the robot, |b|/γ [m].
 
     Parameters
     ----------
@@ -223,11 +182,6 @@ def stall_distance_m(law: DockingLaw, linear_slip_m_per_s: float) -> float:
         Gains.
     linear_slip_m_per_s : float
         Slip b against the motion [m/s].
-
-    Returns
-    -------
-    float
-        |b|/γ [m].
     """
     return abs(linear_slip_m_per_s) / law.gamma_per_s
 

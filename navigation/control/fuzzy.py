@@ -19,7 +19,7 @@ from octant.navigation.control._fuzzy_kernels import mamdani_centroid, mamdani_c
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Term:
-    """Return one linguistic term: a trapezoid over its variable.
+    """One linguistic term: a trapezoid over its variable.
 
     Parameters
     ----------
@@ -29,11 +29,6 @@ class Term:
         Where the membership leaves 0, reaches 1, leaves 1 and reaches 0 again [in the variable's
         unit]. Ordered; the two middle ones are equal for a triangle, the first two (last two) are
         equal for a term that starts (ends) with a step.
-
-    Raises
-    ------
-    NavigationError
-        When the corners are not ordered, or enclose no area.
     """
 
     name: str
@@ -52,17 +47,12 @@ class Term:
         object.__setattr__(self, "corners", corners)
 
     def membership(self, value: npt.ArrayLike) -> npt.NDArray[np.float64]:
-        """Return how far values belong to the term.
+        """Return how far values belong to the term, from 0 to 1 [-]; NaN for NaN.
 
         Parameters
         ----------
         value : (...) float64
             Where to evaluate [in the variable's unit].
-
-        Returns
-        -------
-        (...) float64
-            Membership 0..1 [-]; NaN for NaN.
         """
         x = np.asarray(value, dtype=np.float64)
         a, b, c, d = self.corners
@@ -74,7 +64,7 @@ class Term:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FuzzyVariable:
-    """Return a variable with the terms that cover its universe.
+    """A variable with the terms that cover its universe.
 
     Parameters
     ----------
@@ -87,12 +77,6 @@ class FuzzyVariable:
     terms : tuple of Term
         Ordered from left to right by the middle of their cores, inside the universe, together
         covering all of it with a membership above zero.
-
-    Raises
-    ------
-    NavigationError
-        When a term leaves the universe, the terms are not ordered or have equal names, or a part
-        of the universe belongs to no term.
     """
 
     name: str
@@ -151,24 +135,19 @@ class FuzzyVariable:
         return tuple(term.name for term in self.terms)
 
     def memberships(self, value: npt.ArrayLike) -> npt.NDArray[np.float64]:
-        """Return how far values belong to each term.
+        """Return how far values belong to each term, (..., terms), from 0 to 1 [-].
 
         Parameters
         ----------
         value : (...) float64
             Where to evaluate [in the variable's unit].
-
-        Returns
-        -------
-        (..., terms) float64
-            Membership 0..1 [-].
         """
         return np.stack([term.membership(value) for term in self.terms], axis=-1)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Rule:
-    """Return one rule: if the input is `when`, then each output is its term in `then`.
+    """One rule: if the input is `when`, then each output is its term in `then`.
 
     Parameters
     ----------
@@ -184,7 +163,7 @@ class Rule:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RuleBase:
-    """Return a complete Mamdani rule base with one input.
+    """A complete Mamdani rule base with one input.
 
     Parameters
     ----------
@@ -194,11 +173,6 @@ class RuleBase:
         The outputs.
     rules : tuple of Rule
         Exactly one for each term of the input.
-
-    Raises
-    ------
-    NavigationError
-        When a term of the input has no rule or two, or a rule names a term that does not exist.
 
     Notes
     -----
@@ -256,17 +230,12 @@ class RuleBase:
                 raise NavigationError(msg)
 
     def infer(self, value: npt.ArrayLike) -> npt.NDArray[np.float64]:
-        """Return the crisp outputs for input values.
+        """Return each output's centroid, (..., outputs) [in its variable's unit]; NaN for NaN.
 
         Parameters
         ----------
         value : (...) float64
             Input [in its variable's unit]; moved into the universe first.
-
-        Returns
-        -------
-        (..., outputs) float64
-            Centroid of each output's aggregated set [in its variable's unit]; NaN for NaN.
 
         Notes
         -----
@@ -318,16 +287,6 @@ def variable_from_table(
         Lower and upper end [in the variable's unit].
     table : iterable of (str, (4,) or (3,) array_like)
         Name of each term with its four corners, or three for a triangle [in the variable's unit].
-
-    Returns
-    -------
-    FuzzyVariable
-        The checked variable.
-
-    Raises
-    ------
-    NavigationError
-        When the rows do not make a valid variable.
     """
     terms = []
     for term_name, row in table:

@@ -14,7 +14,7 @@ FloatArray = npt.NDArray[np.float64]
 
 
 def polar_state(pose: npt.ArrayLike, *, previous: npt.ArrayLike | None = None) -> FloatArray:
-    """Return e, α and φ of a pose in the goal frame.
+    """Return e [m], α [rad] and φ [rad] of a pose in the goal frame.
 
     Parameters
     ----------
@@ -23,11 +23,6 @@ def polar_state(pose: npt.ArrayLike, *, previous: npt.ArrayLike | None = None) -
     previous : (..., 3) array_like or None
         Polar state a moment before [m], [rad]: α and φ are then continued from it by less than
         half a turn. None: both in (-π, π].
-
-    Returns
-    -------
-    (..., 3) float64
-        e [m], α [rad], φ [rad].
 
     Notes
     -----
@@ -48,17 +43,12 @@ def polar_state(pose: npt.ArrayLike, *, previous: npt.ArrayLike | None = None) -
 
 
 def pose_of_polar(polar: npt.ArrayLike) -> FloatArray:
-    """Return the pose in the goal frame of a polar state.
+    """Return x [m], y [m], heading in (-π, π] [rad] in the goal frame of a polar state.
 
     Parameters
     ----------
     polar : (..., 3) array_like
         e [m], α [rad], φ [rad].
-
-    Returns
-    -------
-    (..., 3) float64
-        x [m], y [m], heading in (-π, π] [rad].
     """
     state = np.asarray(polar, dtype=np.float64)
     e, alpha, phi = state[..., 0], state[..., 1], state[..., 2]
@@ -66,7 +56,7 @@ def pose_of_polar(polar: npt.ArrayLike) -> FloatArray:
 
 
 def polar_rate(polar: npt.ArrayLike, twist: npt.ArrayLike) -> FloatArray:
-    """Return the time derivative of a polar state.
+    """Return ė = -v cos α [m/s], α̇ = -ω + v sin α / e [rad/s] and φ̇ = v sin α / e [rad/s].
 
     Parameters
     ----------
@@ -74,11 +64,6 @@ def polar_rate(polar: npt.ArrayLike, twist: npt.ArrayLike) -> FloatArray:
         e [m], α [rad], φ [rad]; e above zero.
     twist : (..., 2) array_like
         Forward speed v [m/s], turn rate ω [rad/s].
-
-    Returns
-    -------
-    (..., 3) float64
-        ė = -v cos α [m/s], α̇ = -ω + v sin α / e [rad/s], φ̇ = v sin α / e [rad/s].
 
     Notes
     -----
@@ -92,7 +77,7 @@ def polar_rate(polar: npt.ArrayLike, twist: npt.ArrayLike) -> FloatArray:
 
 
 def pose_in_goal_frame(pose: npt.ArrayLike, goal: npt.ArrayLike) -> FloatArray:
-    """Return a pose of the room, seen from a goal.
+    """Return a pose of the room, seen from a goal: x [m], y [m], heading in (-π, π] [rad].
 
     Parameters
     ----------
@@ -100,11 +85,6 @@ def pose_in_goal_frame(pose: npt.ArrayLike, goal: npt.ArrayLike) -> FloatArray:
         x [m], y [m], heading [rad] in the room.
     goal : (..., 3) array_like
         x [m], y [m] of the goal, and the heading wanted there [rad], in the room.
-
-    Returns
-    -------
-    (..., 3) float64
-        x [m], y [m], heading in (-π, π] [rad] in the goal frame.
     """
     here, there = np.asarray(pose, dtype=np.float64), np.asarray(goal, dtype=np.float64)
     dx, dy = here[..., 0] - there[..., 0], here[..., 1] - there[..., 1]

@@ -13,7 +13,7 @@ FloatArray = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CartesianRegulator:
-    """Return the textbook's Cartesian regulator: to the goal point, with any heading.
+    """The textbook's Cartesian regulator: to the goal point, with any heading.
 
     Parameters
     ----------
@@ -21,11 +21,6 @@ class CartesianRegulator:
         Gain of the speed [1/s].
     k2_per_s : float
         Gain of the turn [1/s].
-
-    Raises
-    ------
-    NavigationError
-        When a gain is not positive and finite.
 
     Notes
     -----
@@ -41,18 +36,7 @@ class CartesianRegulator:
         check_positive(self.k2_per_s, name="k2_per_s", unit="1/s")
 
     def twist(self, polar: npt.ArrayLike) -> FloatArray:
-        """Return the wanted speed [m/s] and turn rate [rad/s].
-
-        Parameters
-        ----------
-        polar : (..., 3) array_like
-            e [m], α [rad], φ [rad]; φ has no influence.
-
-        Returns
-        -------
-        (..., 2) float64
-            v [m/s], ω [rad/s].
-        """
+        """Return the wanted speed [m/s] and turn rate [rad/s]."""
         state = np.asarray(polar, dtype=np.float64)
         e, alpha = state[..., 0], state[..., 1]
         return np.stack([self.k1_per_s * e * np.cos(alpha), self.k2_per_s * alpha], axis=-1)
@@ -77,11 +61,6 @@ def posture_regulator(
     DockingLaw
         With γ = k₁, k = k₂, h = k₃.
 
-    Raises
-    ------
-    NavigationError
-        When a gain is not positive and finite.
-
     Notes
     -----
     Textbook (11.81), (11.82): v = k₁ ρ cos γ, ω = k₂ γ + k₁ (sin γ cos γ / γ)(γ + k₃ δ). With ρ, γ,
@@ -92,7 +71,7 @@ def posture_regulator(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GracefulLaw:
-    """Return the graceful docking law of Park and Kuipers: a path first, then a comfortable speed.
+    """The graceful docking law of Park and Kuipers: a path first, then a comfortable speed.
 
     Parameters
     ----------
@@ -108,11 +87,6 @@ class GracefulLaw:
         Speed on the straight [m/s].
     slowing_radius_m : float
         Distance from the goal within which the speed falls in proportion to it [m].
-
-    Raises
-    ------
-    NavigationError
-        When a value is not positive and finite.
 
     Notes
     -----
@@ -144,17 +118,12 @@ class GracefulLaw:
             check_positive(getattr(self, name), name=name, unit=unit)
 
     def curvature_per_m(self, polar: npt.ArrayLike) -> FloatArray:
-        """Return the curvature of the wanted path [1/m].
+        """Return the curvature κ of the wanted path, counter-clockwise positive [1/m].
 
         Parameters
         ----------
         polar : (..., 3) array_like
             e [m], α [rad], φ [rad].
-
-        Returns
-        -------
-        (...) float64
-            κ, counter-clockwise positive [1/m].
         """
         state = np.asarray(polar, dtype=np.float64)
         e, alpha, phi = state[..., 0], state[..., 1], state[..., 2]
@@ -163,18 +132,7 @@ class GracefulLaw:
         return np.asarray((settle + (1.0 + self.k1 / (1.0 + lead**2)) * np.sin(alpha)) / e)
 
     def twist(self, polar: npt.ArrayLike) -> FloatArray:
-        """Return the wanted speed [m/s] and turn rate [rad/s].
-
-        Parameters
-        ----------
-        polar : (..., 3) array_like
-            e [m], α [rad], φ [rad].
-
-        Returns
-        -------
-        (..., 2) float64
-            v [m/s], never negative; ω [rad/s].
-        """
+        """Return the wanted speed [m/s] and turn rate [rad/s]."""
         curvature = self.curvature_per_m(polar)
         e = np.asarray(polar, dtype=np.float64)[..., 0]
         comfort = 1.0 / (1.0 + self.beta * np.abs(curvature) ** self.exponent)

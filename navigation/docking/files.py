@@ -46,7 +46,7 @@ TRAJECTORY_COLUMNS = (
 
 
 def write_docking_csv(path: str | Path, results: Mapping[str, Sequence[DockingResult]]) -> None:
-    """Write one row for each run; return nothing.
+    """Write one row for each run.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ def write_docking_csv(path: str | Path, results: Mapping[str, Sequence[DockingRe
 
 
 def write_docking_trajectory_csv(path: str | Path, result: DockingResult) -> None:
-    """Write one row for each sample of a run; return nothing.
+    """Write one row for each sample of a run.
 
     Parameters
     ----------

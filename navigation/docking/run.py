@@ -16,7 +16,7 @@ from octant.navigation.sensing.sensor import unknown_tag
 def run_docking(
     task: DockingTask, setting: DockingSetting, start: npt.ArrayLike, rng: np.random.Generator
 ) -> DockingResult:
-    """Return the record of one docking mission.
+    """Return the record of one docking mission, also of one that fails.
 
     Parameters
     ----------
@@ -28,16 +28,6 @@ def run_docking(
         x [m], y [m], heading [rad] in the room; the robot does not know them.
     rng : numpy.random.Generator
         Source of every random number of the run.
-
-    Returns
-    -------
-    DockingResult
-        Also when the robot fails: that is a result.
-
-    Raises
-    ------
-    NavigationError
-        When the reader does not know the tag or the start is blocked.
     """
     pose = np.array(start, dtype=np.float64)
     if setting.reader is not None and task.tag_id not in setting.reader.tag_ids:
@@ -52,7 +42,7 @@ def run_docking(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DockingJob:
-    """Return what makes one docking mission from its seed, for `batches.run_seeded`.
+    """What makes one docking mission from its seed, for `batches.run_seeded`.
 
     Parameters
     ----------
@@ -75,11 +65,6 @@ class DockingJob:
         ----------
         seed : numpy.random.SeedSequence
             Its start and all its noise come from it.
-
-        Returns
-        -------
-        DockingResult
-            The run.
         """
         rng = np.random.default_rng(seed)
         return run_docking(self.task, self.setting, self.starts.draw(rng), rng)

@@ -145,7 +145,7 @@ class DockingDrive:
                 return
 
     def result(self, outcome: DockingOutcome, reason: str, *, tries: int) -> DockingResult:
-        """Return the record of the run.
+        """Return the record of the run, with one more row: where the robot stands now.
 
         Parameters
         ----------
@@ -155,11 +155,6 @@ class DockingDrive:
             The same in a sentence.
         tries : int
             Tries begun.
-
-        Returns
-        -------
-        DockingResult
-            With one more row: where the robot stands now.
         """
         if self.worn_out:
             outcome, reason = "collision", f"{reason}; it touched things {self.contacts} times"
@@ -211,7 +206,7 @@ class CoarseDrive:
     drive : DockingDrive
         The robot.
     rng : numpy.random.Generator
-        Source of the reader's noise and of the ways around obstacles.
+        Source of the reader's noise and of the detours around obstacles.
     """
 
     def __init__(
@@ -328,13 +323,7 @@ class FineDrive:
         self._task, self._camera, self._drive, self._rng = task, camera, drive, rng
 
     def search(self) -> LandmarkTrack | None:
-        """Return the landmark on which detections agree, turning on the spot; None without.
-
-        Returns
-        -------
-        LandmarkTrack or None
-            First belief.
-        """
+        """Return a first belief of the landmark on which detections agree; None without one."""
         fine = self._task.fine
         twist = np.array([0.0, fine.search_rate_rad_per_s])
         for _ in range(int(np.ceil(_FULL_TURN_RAD / twist[1] / fine.period_s))):

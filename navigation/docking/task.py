@@ -47,7 +47,7 @@ Failure = tuple[DockingOutcome, str]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CoarseStage:
-    """Return how the robot drives to the staging place under the tag.
+    """How the robot drives to the staging place under the tag.
 
     Parameters
     ----------
@@ -63,11 +63,6 @@ class CoarseStage:
         Greatest spread of the estimate at which the robot trusts it [m].
     max_time_s : float
         Time after which a try gives up [s].
-
-    Raises
-    ------
-    NavigationError
-        When a value is not positive and finite.
     """
 
     place_filter: TagPlaceFilter = field(default_factory=TagPlaceFilter)
@@ -116,7 +111,7 @@ def task_filter(*, position_sd_m: float = 0.1, attitude_sd_rad: float = 0.1) -> 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FineStage:
-    """Return how the robot finds the landmark and docks.
+    """How the robot finds the landmark and docks.
 
     Parameters
     ----------
@@ -146,12 +141,6 @@ class FineStage:
         Time after which a try gives up [s].
     stall_s : float
         A robot that comes no nearer for so long has stalled [s].
-
-    Raises
-    ------
-    NavigationError
-        When a value is not positive and finite, or the law is one for driving backwards: the camera
-        looks ahead.
     """
 
     law: DockingLaw = field(default_factory=DockingLaw)
@@ -191,7 +180,7 @@ class FineStage:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DockingTask:
-    """Return a docking mission.
+    """A docking mission.
 
     Parameters
     ----------
@@ -217,11 +206,6 @@ class DockingTask:
         Docking.
     slip : WheelSlip
         How the robot slips.
-
-    Raises
-    ------
-    NavigationError
-        When a value is out of range.
     """
 
     tag_id: str
@@ -286,7 +270,7 @@ class DockingSetting:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DockingResult:
-    """Return the record of one docking mission, one row a sample.
+    """The record of one docking mission, one row a sample.
 
     Parameters
     ----------

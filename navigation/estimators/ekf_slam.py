@@ -81,7 +81,7 @@ def tag_innovation(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SlamTask:
-    """Return a SLAM experiment: constant wheel rates among tags; the defaults are thesis 7.7.
+    """A SLAM experiment: constant wheel rates among tags; the defaults are thesis 7.7.
 
     Parameters
     ----------
@@ -99,11 +99,6 @@ class SlamTask:
         Standard deviation of the first guess of each coordinate of a tag [m].
     range_sigma_m, bearing_sigma_rad : float
         Of each measurement [m], [rad].
-
-    Raises
-    ------
-    NavigationError
-        When a covariance would be zero, or shapes do not fit.
     """
 
     motion: WheelMotion
@@ -143,7 +138,7 @@ class SlamTask:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SlamRecord:
-    """Return what a set of SLAM runs did.
+    """What a set of SLAM runs did.
 
     Parameters
     ----------
@@ -200,11 +195,6 @@ def run_slam(task: SlamTask, seeds: Sequence[np.random.SeedSequence]) -> SlamRec
         The experiment.
     seeds : sequence of numpy.random.SeedSequence
         One for each run.
-
-    Returns
-    -------
-    SlamRecord
-        Errors, deviations and consistency.
 
     Notes
     -----

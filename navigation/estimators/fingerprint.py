@@ -17,7 +17,7 @@ FloatArray = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FingerprintFilter:
-    """Return a filter whose measurement is the mean of the k most similar surveyed places.
+    """A filter whose measurement is the mean of the k most similar surveyed places.
 
     Parameters
     ----------
@@ -29,11 +29,6 @@ class FingerprintFilter:
         Standard deviation of each coordinate of such a fix [m]; measure it at known places.
     neighbours : int
         How many places k are averaged.
-
-    Raises
-    ------
-    NavigationError
-        When the deviation is not positive or there are fewer places than neighbours.
     """
 
     motion: WheelMotion
@@ -71,17 +66,7 @@ class FingerprintFilter:
     def begin(
         self, poses: FloatArray, covariance: FloatArray, rngs: Sequence[np.random.Generator]
     ) -> Gaussian:
-        """Return what is believed at the start.
-
-        Parameters
-        ----------
-        poses : (r, 3) float64
-            x [m], y [m], heading [rad].
-        covariance : (3, 3) float64
-            Of the pose [m², rad²].
-        rngs : sequence of numpy.random.Generator
-            Not used.
-        """
+        """Return what is believed at the start."""
         del rngs
         return RssAssumptions(mean_sigma_db=0.0).begin(poses, covariance)
 
@@ -92,19 +77,7 @@ class FingerprintFilter:
         rss_dbm: FloatArray | None,
         rngs: Sequence[np.random.Generator],
     ) -> Gaussian:
-        """Return what is believed one period later.
-
-        Parameters
-        ----------
-        belief : Gaussian
-            Before.
-        wheel_rates : (r, 2) float64
-            Right and left [rad/s].
-        rss_dbm : (r, s) float64 or None
-            Readings at the period's end [dBm].
-        rngs : sequence of numpy.random.Generator
-            Not used.
-        """
+        """Return what is believed one period later."""
         del rngs
         moved = predict_motion(self.motion, belief, wheel_rates)
         if rss_dbm is None:
@@ -118,11 +91,5 @@ class FingerprintFilter:
         return update(moved, innovation)
 
     def poses(self, belief: Gaussian) -> FloatArray:
-        """Return the estimated poses, (r, 3) [m, rad].
-
-        Parameters
-        ----------
-        belief : Gaussian
-            What `step` returned.
-        """
+        """Return the estimated poses, (r, 3) [m, rad]."""
         return belief.mean

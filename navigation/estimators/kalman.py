@@ -18,7 +18,7 @@ _SYMMETRY = 1e-9
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Gaussian:
-    """Return a belief: mean and covariance, or a batch of them.
+    """A belief: mean and covariance, or a batch of them.
 
     Parameters
     ----------
@@ -26,11 +26,6 @@ class Gaussian:
         Mean [unit of each state].
     covariance : (..., n, n) float64
         Covariance [product of the states' units].
-
-    Raises
-    ------
-    NavigationError
-        When the shapes do not belong together or a value is not finite.
     """
 
     mean: npt.NDArray[np.float64]
@@ -59,7 +54,7 @@ class Gaussian:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Innovation:
-    """Return what a measurement says that the belief did not.
+    """What a measurement says that the belief did not.
 
     Parameters
     ----------
@@ -87,7 +82,7 @@ class Innovation:
 def covariance_matrix(
     value: npt.ArrayLike, *, states: int, name: str, definite: bool = True
 ) -> npt.NDArray[np.float64]:
-    """Return a covariance as a checked read-only matrix.
+    """Return a covariance as a checked read-only matrix (n, n) [squared unit of the states].
 
     Parameters
     ----------
@@ -99,16 +94,6 @@ def covariance_matrix(
         Name that an error message uses.
     definite : bool
         Refuse singular matrices; otherwise zero variances are allowed.
-
-    Returns
-    -------
-    (n, n) float64
-        Symmetric, positive (semi)definite [squared unit of the states].
-
-    Raises
-    ------
-    NavigationError
-        When it is not.
     """
     given = np.asarray(value, dtype=np.float64)
     matrix = np.array(given if given.ndim == 2 else np.diag(np.broadcast_to(given, (states,))))
@@ -143,7 +128,7 @@ def predict(
     process_noise: npt.ArrayLike,
     moved_mean: npt.ArrayLike | None = None,
 ) -> Gaussian:
-    """Return the belief one step later.
+    """Return the belief one step later: mean as given, covariance Φ P Φᵀ + Q.
 
     Parameters
     ----------
@@ -156,11 +141,6 @@ def predict(
     moved_mean : (..., n) array_like or None
         Mean after the step, of an extended filter or of a linear one with an input [unit of each
         state]; None for Φ times the mean.
-
-    Returns
-    -------
-    Gaussian
-        Mean as given, covariance Φ P Φᵀ + Q.
 
     Notes
     -----
@@ -181,7 +161,7 @@ def innovate(
     predicted: npt.ArrayLike | None = None,
     angles: tuple[int, ...] = (),
 ) -> Innovation:
-    """Return the innovation of a measurement.
+    """Return the innovation of a measurement: residual and its covariance C P Cᵀ + R.
 
     Parameters
     ----------
@@ -198,11 +178,6 @@ def innovate(
         mean.
     angles : tuple of int
         Which measurements are angles [rad]; their residuals are wrapped.
-
-    Returns
-    -------
-    Innovation
-        Residual and its covariance C P Cᵀ + R.
     """
     c = np.asarray(observation, dtype=np.float64)
     expected = _apply(c, belief.mean) if predicted is None else np.asarray(predicted)
@@ -217,7 +192,7 @@ def innovate(
 
 
 def within_gate(innovation: Innovation, *, probability: float) -> npt.NDArray[np.bool_]:
-    """Return whether a measurement passes the chi-squared gate.
+    """Return whether the normalised innovation squared is at most the quantile of χ²(m), (...).
 
     Parameters
     ----------
@@ -225,16 +200,6 @@ def within_gate(innovation: Innovation, *, probability: float) -> npt.NDArray[np
         Of the measurement, (..., m).
     probability : float
         Share of true measurements that pass, in (0, 1) [-].
-
-    Returns
-    -------
-    (...) bool
-        True where the normalised innovation squared is at most the quantile of χ²(m).
-
-    Raises
-    ------
-    NavigationError
-        When the probability is outside (0, 1).
     """
     limit = chi_squared_quantile(probability, degrees=innovation.residual.shape[-1])
     return np.asarray(innovation.nis <= limit)
@@ -284,7 +249,7 @@ def update(
 def nees(
     belief: Gaussian, truth: npt.ArrayLike, *, angles: tuple[int, ...] = ()
 ) -> npt.NDArray[np.float64]:
-    """Return the normalised estimation error squared [-].
+    """Return the normalised estimation error squared (x̂ - x)ᵀ P⁻¹ (x̂ - x) [-]; n on average.
 
     Parameters
     ----------
@@ -294,11 +259,6 @@ def nees(
         True state [unit of each state].
     angles : tuple of int
         Which states are angles [rad]; their errors are wrapped.
-
-    Returns
-    -------
-    (...) float64
-        (x̂ - x)ᵀ P⁻¹ (x̂ - x) [-]; n on average for a consistent filter.
     """
     error = np.array(belief.mean - np.asarray(truth, dtype=np.float64))
     for row in angles:
@@ -309,7 +269,7 @@ def nees(
 def squared_mahalanobis(
     residual: npt.ArrayLike, covariance: npt.ArrayLike
 ) -> npt.NDArray[np.float64]:
-    """Return rᵀ S⁻¹ r [-].
+    """Return the squared Mahalanobis distance rᵀ S⁻¹ r [-].
 
     Parameters
     ----------
@@ -317,11 +277,6 @@ def squared_mahalanobis(
         Residual r [unit of each component].
     covariance : (..., m, m) array_like
         Its covariance S [product of the components' units].
-
-    Returns
-    -------
-    (...) float64
-        Squared Mahalanobis distance [-].
     """
     r = np.asarray(residual, dtype=np.float64)
     whitened = np.linalg.solve(np.asarray(covariance, dtype=np.float64), r[..., None])[..., 0]
@@ -337,16 +292,6 @@ def chi_squared_quantile(probability: float, *, degrees: int) -> float:
         In (0, 1) [-].
     degrees : int
         Degrees of freedom, at least 1.
-
-    Returns
-    -------
-    float
-        Value below which that share lies [-].
-
-    Raises
-    ------
-    NavigationError
-        When the probability is outside (0, 1) or there is no degree of freedom.
     """
     from scipy.special import chdtri
 
@@ -377,11 +322,6 @@ def consistency_band(
     -------
     low, high : float
         Quantiles of χ²(N n)/N [-].
-
-    Raises
-    ------
-    NavigationError
-        When a value is out of range.
 
     Notes
     -----

@@ -20,7 +20,7 @@ FloatArray = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class KalmanBucy(RssFilter):
-    """Return the continuous-time filter of thesis (7.43)-(7.45), readings held over a period.
+    """The continuous-time filter of thesis (7.43)-(7.45), readings held over a period.
 
     Parameters
     ----------

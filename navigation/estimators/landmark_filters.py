@@ -39,7 +39,7 @@ _OUTPUT = np.array([[1.0, 0, 0, 0, 0], [0, 1.0, 0, 0, 0], [0, 0, 0, 1.0, 0]])
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LandmarkNoise:
-    """Return the noise that a landmark filter assumes; the defaults are the paper's.
+    """The noise that a landmark filter assumes; the defaults are the paper's.
 
     Parameters
     ----------
@@ -59,11 +59,6 @@ class LandmarkNoise:
         Initial variances, P₀^x [m²], [m²/s²].
     initial_attitude_rad2, initial_angular_slip_rad2_per_s2 : float
         Initial variances, P₀^θ, of two rows and not of three as printed [rad²], [rad²/s²].
-
-    Raises
-    ------
-    NavigationError
-        When a measurement variance is not positive or another one is negative.
 
     Notes
     -----
@@ -121,7 +116,7 @@ class LandmarkNoise:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LandmarkTrack:
-    """Return what a landmark filter believes.
+    """What a landmark filter believes.
 
     Parameters
     ----------
@@ -153,24 +148,19 @@ class LandmarkTrack:
         return self.belief.mean[..., [SLIP, SPIN]]
 
     def nees(self, truth: npt.ArrayLike) -> FloatArray:
-        """Return the (...) normalised estimation error squared of all five states [-].
+        """Return the (...) normalised estimation error squared of the five states [-]; 5 on average.
 
         Parameters
         ----------
         truth : (..., 5) array_like
             True e_x, e_y [m], b [m/s], ψ [rad], s [rad/s].
-
-        Returns
-        -------
-        (...) float64
-            Five on average for a consistent filter [-].
         """
         return nees(self.belief, truth, angles=(ATTITUDE,))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LandmarkFilter:
-    """Return a filter of the landmark's pose in the body frame and of the robot's slips.
+    """A filter of the landmark's pose in the body frame and of the robot's slips.
 
     Parameters
     ----------
@@ -187,11 +177,6 @@ class LandmarkFilter:
     restart_after : int
         Detections rejected in a row after which the next is believed and the pose starts afresh
         from it: the robot was wrong from the start or was carried away.
-
-    Raises
-    ------
-    NavigationError
-        When a value is out of range.
     """
 
     noise: LandmarkNoise = LandmarkNoise()
@@ -212,21 +197,7 @@ class LandmarkFilter:
     def start(
         self, pose: npt.ArrayLike, *, covariance: npt.ArrayLike | None = None
     ) -> LandmarkTrack:
-        """Return the belief before the first measurement, slips zero.
-
-        Parameters
-        ----------
-        pose : (..., 3) array_like
-            First guess of e_x, e_y [m], ψ [rad].
-        covariance : (3, 3) array_like or None
-            Of that guess [m², rad²]; None: the assumed initial variances. A filter that starts from
-            a detection takes R.
-
-        Returns
-        -------
-        LandmarkTrack
-            Belief.
-        """
+        """Return the belief before the first measurement, slips zero."""
         guess = np.asarray(pose, dtype=np.float64)
         mean = np.zeros((*guess.shape[:-1], 5))
         mean[..., PLACE], mean[..., ATTITUDE] = guess[..., :2], wrap_angle(guess[..., 2])
@@ -247,27 +218,17 @@ class LandmarkFilter:
     def predict(
         self, track: LandmarkTrack, twist: npt.ArrayLike, *, period_s: npt.ArrayLike
     ) -> LandmarkTrack:
-        """Return the belief after a period of odometry.
+        """Return the belief after a period of odometry; attitude in (-π, π] [rad].
 
         Parameters
         ----------
         track : LandmarkTrack
             Belief before.
         twist : (..., 2) array_like
-            Commanded v [m/s] and ω [rad/s], constant over the period. A robot that is told to stand
+            Commanded v [m/s] and ω [rad/s], constant over the period. A robot that is commanded to stand
             still does so: it neither slips nor adds noise.
         period_s : (...) array_like
             Time that passed, any and each time another [s].
-
-        Returns
-        -------
-        LandmarkTrack
-            Belief after; attitude in (-π, π].
-
-        Raises
-        ------
-        NavigationError
-            When the period is not positive.
 
         Notes
         -----
@@ -312,11 +273,6 @@ class LandmarkFilter:
             Belief before.
         detection : (..., 3) array_like
             Measured e_x, e_y [m], ψ [rad]; NaN where nothing was detected.
-
-        Returns
-        -------
-        LandmarkTrack
-            Belief after.
         """
         measured = np.asarray(detection, dtype=np.float64)
         seen = np.asarray(np.isfinite(measured).all(axis=-1))

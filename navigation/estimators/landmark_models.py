@@ -16,17 +16,12 @@ _SMALL_RAD = 1e-4
 
 
 def attitude_transition(period_s: npt.ArrayLike) -> FloatArray:
-    """Return the transition matrix of ψ and s over one period.
+    """Return exp(A T) = [[1, -T], [0, 1]] of ψ and s over one period, (..., 2, 2) [rad per rad, s].
 
     Parameters
     ----------
     period_s : (...) array_like
         Period T [s].
-
-    Returns
-    -------
-    (..., 2, 2) float64
-        exp(A T) = [[1, -T], [0, 1]]; [rad per rad, s].
 
     Notes
     -----
@@ -117,16 +112,6 @@ def checked_period(period_s: npt.ArrayLike) -> FloatArray:
     ----------
     period_s : (...) array_like
         Sample times [s].
-
-    Returns
-    -------
-    (...) float64
-        The same [s].
-
-    Raises
-    ------
-    NavigationError
-        When one is zero, negative, infinite or NaN.
     """
     period = np.asarray(period_s, dtype=np.float64)
     if not (np.isfinite(period).all() and (period > 0.0).all()):

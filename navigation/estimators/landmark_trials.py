@@ -22,7 +22,7 @@ FloatArray = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Manoeuvre:
-    """Return a set drive past a landmark.
+    """A set drive past a landmark.
 
     Parameters
     ----------
@@ -36,11 +36,6 @@ class Manoeuvre:
         Mean sample time [s].
     jitter : float
         Sample times are uniform within this share of the mean about it [-], below 1.
-
-    Raises
-    ------
-    NavigationError
-        When a duration or the sample time is not positive, or the jitter outside [0, 1).
     """
 
     start: FloatArray
@@ -71,11 +66,6 @@ class Manoeuvre:
         ----------
         time_s : (k,) float64
             Times [s].
-
-        Returns
-        -------
-        (k, 2) float64
-            Of the leg that each time falls in.
         """
         ends = np.cumsum(self.legs[:, 0])
         leg = np.searchsorted(ends, time_s, side="right")
@@ -101,7 +91,7 @@ def paper_manoeuvre() -> Manoeuvre:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Drives:
-    """Return what happened in many repetitions of one manoeuvre, s of them in n steps.
+    """What happened in many repetitions of one manoeuvre, s of them in n steps.
 
     Parameters
     ----------
@@ -134,22 +124,12 @@ class Drives:
         return self.time_s[:, None] - np.maximum.accumulate(last, axis=0)
 
     def blackout_end(self, seconds_s: float) -> npt.NDArray[np.int64]:
-        """Return the (s,) first steps at which the landmark was unseen for so long [-].
+        """Return the (s,) first steps at which the landmark was unseen for so long.
 
         Parameters
         ----------
         seconds_s : float
             Length of the blackout [s].
-
-        Returns
-        -------
-        (s,) int64
-            Index of the step [-].
-
-        Raises
-        ------
-        NavigationError
-            When a repetition has no blackout of that length.
         """
         long = self.unseen_s >= seconds_s
         if not long.any(axis=0).all():
@@ -170,7 +150,7 @@ def drive(
     repetitions: int,
     seed: int,
 ) -> Drives:
-    """Return repetitions of a manoeuvre with slips and with the noise that a filter assumes.
+    """Return truth and measurements of a manoeuvre with slips and the noise that a filter assumes.
 
     Parameters
     ----------
@@ -186,16 +166,6 @@ def drive(
         How many.
     seed : int
         Seed; repetition i depends on it and on i only.
-
-    Returns
-    -------
-    Drives
-        Truth and measurements.
-
-    Raises
-    ------
-    NavigationError
-        When there is no repetition.
     """
     if repetitions < 1:
         msg = f"repetitions is {repetitions}, but at least one is needed: raise it."
@@ -224,7 +194,7 @@ def drive(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Estimates:
-    """Return what a filter made of repeated drives, s of them in n steps.
+    """What a filter made of repeated drives, s of them in n steps.
 
     Parameters
     ----------
@@ -250,11 +220,6 @@ class Estimates:
         ----------
         drives : Drives
             What the estimates are of.
-
-        Returns
-        -------
-        (n, s) float64
-            Distance in the body frame [m].
         """
         return np.asarray(np.linalg.norm((self.mean - drives.truth)[..., PLACE], axis=-1))
 
@@ -262,7 +227,7 @@ class Estimates:
 def estimate(
     drives: Drives, filter_: LandmarkFilter, *, start_error: npt.ArrayLike = (0.0, 0.0, 0.0)
 ) -> Estimates:
-    """Return what a filter estimates along repeated drives.
+    """Return what a filter estimates in every step of repeated drives.
 
     Parameters
     ----------
@@ -272,11 +237,6 @@ def estimate(
         The filter.
     start_error : (3,) or (s, 3) array_like
         First guess less truth of e_x, e_y [m], ψ [rad], at the end of the first step.
-
-    Returns
-    -------
-    Estimates
-        Of every step.
     """
     steps, repetitions = drives.truth.shape[:2]
     first = drives.truth[0][:, [0, 1, ATTITUDE]]

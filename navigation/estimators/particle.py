@@ -15,7 +15,7 @@ FloatArray = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Particles:
-    """Return what a particle filter believes.
+    """What a particle filter believes.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ class Particles:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ParticleFilter:
-    """Return a bootstrap particle filter with systematic resampling.
+    """A bootstrap particle filter with systematic resampling.
 
     Parameters
     ----------
@@ -60,11 +60,6 @@ class ParticleFilter:
         Number of particles.
     jitter_m, jitter_rad : float
         Spread added after resampling, so that equal particles part [m], [rad].
-
-    Raises
-    ------
-    NavigationError
-        When the readings' covariance is zero, or a number is out of range.
     """
 
     motion: WheelMotion
@@ -85,17 +80,7 @@ class ParticleFilter:
     def begin(
         self, poses: FloatArray, covariance: FloatArray, rngs: Sequence[np.random.Generator]
     ) -> Particles:
-        """Return particles spread around the assumed poses.
-
-        Parameters
-        ----------
-        poses : (r, 3) float64
-            x [m], y [m], heading [rad].
-        covariance : (3, 3) float64
-            Of the pose [m², rad²].
-        rngs : sequence of numpy.random.Generator
-            One for each run.
-        """
+        """Return particles spread around the assumed poses."""
         root = np.linalg.cholesky(covariance + 1e-18 * np.eye(3))
         spread = np.array([rng.normal(size=(self.particles, 3)) for rng in rngs]) @ root.T
         return Particles(
@@ -109,19 +94,7 @@ class ParticleFilter:
         rss_dbm: FloatArray | None,
         rngs: Sequence[np.random.Generator],
     ) -> Particles:
-        """Return the particles one period later.
-
-        Parameters
-        ----------
-        belief : Particles
-            Before.
-        wheel_rates : (r, 2) float64
-            Right and left [rad/s].
-        rss_dbm : (r, s) float64 or None
-            Readings at the period's end [dBm].
-        rngs : sequence of numpy.random.Generator
-            One for each run.
-        """
+        """Return the particles one period later."""
         sigma = self.motion.rate_sigma_rad_per_s
         slips = np.array([rng.normal(0.0, sigma, (self.particles, 2)) for rng in rngs])
         poses = self.motion.moved(belief.poses, wheel_rates[:, None] + slips)
@@ -152,11 +125,6 @@ class ParticleFilter:
 
     def poses(self, belief: Particles) -> FloatArray:
         """Return the weighted mean poses, (r, 3) [m, rad].
-
-        Parameters
-        ----------
-        belief : Particles
-            What `step` returned.
 
         Notes
         -----

@@ -97,7 +97,7 @@ class PoseEstimator(Protocol[Belief]):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WheelMotion:
-    """Return the motion model: odometry with noise on the wheel rates.
+    """The motion model: odometry with noise on the wheel rates.
 
     Parameters
     ----------
@@ -109,12 +109,6 @@ class WheelMotion:
         Standard deviation of each wheel's rate in a period [rad/s].
     method : {"euler", "rk2", "exact"}
         How a period is integrated.
-
-    Raises
-    ------
-    NavigationError
-        When the period or the deviation is not positive and finite: without noise on the wheels
-        a filter's covariance collapses and it stops listening.
     """
 
     robot: DifferentialDrive
@@ -180,7 +174,7 @@ class WheelMotion:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DeadReckoning:
-    """Return the estimator that only adds up the wheels' motion: what any other must beat.
+    """The estimator that only adds up the wheels' motion: what any other must beat.
 
     Parameters
     ----------
@@ -193,17 +187,7 @@ class DeadReckoning:
     def begin(
         self, poses: FloatArray, covariance: FloatArray, rngs: Sequence[np.random.Generator]
     ) -> FloatArray:
-        """Return the assumed poses, (r, 3) [m, rad].
-
-        Parameters
-        ----------
-        poses : (r, 3) float64
-            x [m], y [m], heading [rad].
-        covariance : (3, 3) float64
-            Not used [m², rad²].
-        rngs : sequence of numpy.random.Generator
-            Not used.
-        """
+        """Return the assumed poses, (r, 3) [m, rad]."""
         del covariance, rngs
         return poses
 
@@ -214,28 +198,10 @@ class DeadReckoning:
         rss_dbm: FloatArray | None,
         rngs: Sequence[np.random.Generator],
     ) -> FloatArray:
-        """Return the poses one period later, (r, 3) [m, rad].
-
-        Parameters
-        ----------
-        belief : (r, 3) float64
-            Before [m, rad].
-        wheel_rates : (r, 2) float64
-            Right and left [rad/s].
-        rss_dbm : (r, s) float64 or None
-            Not used [dBm].
-        rngs : sequence of numpy.random.Generator
-            Not used.
-        """
+        """Return the poses one period later, (r, 3) [m, rad]."""
         del rss_dbm, rngs
         return self.motion.moved(belief, wheel_rates)
 
     def poses(self, belief: FloatArray) -> FloatArray:
-        """Return the belief itself, (r, 3) [m, rad].
-
-        Parameters
-        ----------
-        belief : (r, 3) float64
-            What `step` returned [m, rad].
-        """
+        """Return the belief itself, (r, 3) [m, rad]."""
         return belief

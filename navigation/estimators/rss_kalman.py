@@ -15,7 +15,7 @@ FloatArray = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RssAssumptions:
-    """Return what a filter assumes of the noise on RSS readings.
+    """What a filter assumes of the noise on RSS readings.
 
     Parameters
     ----------
@@ -24,11 +24,6 @@ class RssAssumptions:
     mean_sigma_db : float
         How uncertain the noise's common mean is at the start [dB]; 0: it is taken for zero, as the
         thesis' filter does.
-
-    Raises
-    ------
-    NavigationError
-        When the covariance of the readings is zero, or a value is negative or not finite.
     """
 
     sigma_db: float = 50.0
@@ -84,7 +79,7 @@ def with_zero_rows(states: int, matrix: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RssFilter:
-    """Return what the Kalman filters on RSS share: motion, noise, first belief, pose.
+    """What the Kalman filters on RSS share: motion, noise, first belief, pose.
 
     Parameters
     ----------
@@ -127,7 +122,7 @@ class RssFilter:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ExtendedKalman(RssFilter):
-    """Return the discrete extended Kalman filter, in Joseph form, with a step of O(n² s).
+    """The discrete extended Kalman filter, in Joseph form, with a step of O(n² s).
 
     Parameters
     ----------
@@ -233,7 +228,7 @@ def expected_readings(sensor: SmoothRssModel, belief: Gaussian) -> tuple[FloatAr
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class UnscentedKalman(RssFilter):
-    """Return the unscented Kalman filter: sigma points in place of slopes.
+    """The unscented Kalman filter: sigma points in place of slopes.
 
     Parameters
     ----------

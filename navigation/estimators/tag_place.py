@@ -19,7 +19,7 @@ FloatArray = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TagPlaceBelief:
-    """Return what is known of a tag's place in the frame of the robot's odometry.
+    """What is known of a tag's place in the frame of the robot's odometry.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ class TagPlaceBelief:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TagPlaceFilter:
-    """Return an estimator of a tag's place from bearings.
+    """An estimator of a tag's place from bearings.
 
     Parameters
     ----------
@@ -82,11 +82,6 @@ class TagPlaceFilter:
     trust : float
         Power to which each likelihood is raised, in (0, 1] [-]: readings half a wavelength apart
         share their reflections and are not independent.
-
-    Raises
-    ------
-    NavigationError
-        When a value is out of range.
     """
 
     reach_m: float = 9.0
@@ -133,11 +128,6 @@ class TagPlaceFilter:
         bearing_rad : float
             Direction of the tag from the robot's front, counter-clockwise positive [rad]; NaN
             leaves the belief as it is.
-
-        Returns
-        -------
-        TagPlaceBelief
-            Belief after.
         """
         if not np.isfinite(bearing_rad):
             return belief

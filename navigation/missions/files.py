@@ -42,7 +42,7 @@ def write_missions_csv(
     *,
     success_radius_m: float | None = None,
 ) -> None:
-    """Write one row for each run; return nothing.
+    """Write one row for each run.
 
     Parameters
     ----------
@@ -52,11 +52,6 @@ def write_missions_csv(
         The runs, run 0 first.
     success_radius_m : float or None
         How far from a tag's point an arrival counts [m]; None for twice the arrival radius.
-
-    Raises
-    ------
-    NavigationError
-        When there is no run, or the success radius is not positive.
 
     Notes
     -----
@@ -94,7 +89,7 @@ def write_missions_csv(
 
 
 def write_trajectory_csv(path: str | Path, result: MissionResult) -> None:
-    """Write one row for each sample of a run; return nothing.
+    """Write one row for each sample of a run.
 
     Parameters
     ----------

@@ -50,7 +50,7 @@ def local_pose_error(pose: npt.ArrayLike, reference_pose: npt.ArrayLike) -> npt.
 def nearest_on_segment(
     points_m: npt.ArrayLike, starts_m: npt.ArrayLike, ends_m: npt.ArrayLike
 ) -> npt.NDArray[np.float64]:
-    """Return the nearest points of straight segments [m].
+    """Return the nearest points on straight segments, not beyond their ends, (..., 2) [m].
 
     Parameters
     ----------
@@ -60,11 +60,6 @@ def nearest_on_segment(
         Where the segments begin [m].
     ends_m : (..., 2) float64
         Where they end, not where they begin [m].
-
-    Returns
-    -------
-    (..., 2) float64
-        Nearest points, on the segments and not beyond their ends [m].
     """
     points, start = np.asarray(points_m, dtype=np.float64), np.asarray(starts_m, dtype=np.float64)
     along = np.asarray(ends_m, dtype=np.float64) - start
@@ -79,11 +74,6 @@ def root_mean_square(errors: npt.ArrayLike) -> float:
     ----------
     errors : (s,) float64
         One error a sample, at least one [m] or [rad].
-
-    Returns
-    -------
-    float
-        Root mean square [m] or [rad].
 
     Notes
     -----
@@ -118,7 +108,7 @@ def percentile_curve(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MissionMetrics:
-    """Return the metrics of one run; made by `measure`.
+    """The metrics of one run; made by `measure`.
 
     Parameters
     ----------
@@ -203,7 +193,7 @@ def pose_errors(result: MissionResult) -> npt.NDArray[np.float64]:
 
 
 def measure(result: MissionResult, *, success_radius_m: float | None = None) -> MissionMetrics:
-    """Return the metrics of one run.
+    """Return the metrics of one run: errors, percentiles, arrivals and flags.
 
     Parameters
     ----------
@@ -211,16 +201,6 @@ def measure(result: MissionResult, *, success_radius_m: float | None = None) -> 
         The run.
     success_radius_m : float or None
         How far from a tag's point an arrival counts [m]; None for twice the tag's arrival radius.
-
-    Returns
-    -------
-    MissionMetrics
-        Errors, percentiles, arrivals and flags.
-
-    Raises
-    ------
-    NavigationError
-        When the success radius is not positive.
 
     Notes
     -----

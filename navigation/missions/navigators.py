@@ -41,11 +41,6 @@ def thesis_navigator(
         Bearing of the rotation mode.
     rerotate_for_s : float
         How long on a leg it may rotate again [s].
-
-    Returns
-    -------
-    ThesisNavigator
-        For `run_mission`.
     """
     return ThesisNavigator(
         arrivals=mission.arrivals,

@@ -24,7 +24,7 @@ _ORBIT_STEPS = 0.8
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Mission:
-    """Return a mission: where the robot starts, which tags it visits, and in what manner.
+    """A mission: where the robot starts, which tags it visits, and in what manner.
 
     Parameters
     ----------
@@ -54,11 +54,6 @@ class Mission:
         Contacts on one leg after which a sliding robot counts as stuck.
     rolling : Rolling
         Slip of the wheels and resolution of their encoders.
-
-    Raises
-    ------
-    NavigationError
-        When a value is out of range, the lists differ in length, or two points of the way coincide.
 
     Warns
     -----
@@ -156,7 +151,7 @@ class Mission:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MissionResult:
-    """Return the record of one run, one row a period: the state at time kT and what was read then.
+    """The record of one run, one row a period: the state at time kT and what was read then.
 
     Parameters
     ----------

@@ -59,12 +59,6 @@ def run_mission(
         Also when the tags are out of reach, time runs out, something is in the way or the robot
         leaves the room: those are results.
 
-    Raises
-    ------
-    NavigationError
-        When the sensor lacks a tag, the cruise speed exceeds what the wheels can do, or the robot
-        cannot stand at the start.
-
     Notes
     -----
     A sensor that reads its antennas in turn does so on the last stretch of the way driven. After an
@@ -213,7 +207,7 @@ def run_missions(
     starts: Starts | None = None,
     progress: Callable[[int], object] | None = None,
 ) -> tuple[MissionResult, ...]:
-    """Return the records of many runs of one mission, in order, each with its own random numbers.
+    """Return the records of many runs of one mission, run 0 first, each with own random numbers.
 
     Parameters
     ----------
@@ -240,11 +234,6 @@ def run_missions(
         Start of each run in place of the mission's own.
     progress : callable or None
         Called in this process with the number of finished runs, whenever some have finished.
-
-    Returns
-    -------
-    tuple of MissionResult
-        Run 0 first.
 
     Raises
     ------

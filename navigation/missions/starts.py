@@ -20,34 +20,24 @@ class Starts(Protocol):
     """Gives each run its start, by the run's seed alone."""
 
     def start(self, seed: np.random.SeedSequence) -> FloatArray:
-        """Return the start of a run.
+        """Return the start of a run: x [m], y [m], heading [rad].
 
         Parameters
         ----------
         seed : numpy.random.SeedSequence
             The run's seed: a child of the campaign's.
-
-        Returns
-        -------
-        (3,) float64
-            x [m], y [m], heading [rad].
         """
         ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ListedStarts:
-    """Return starts that the runs take in turn.
+    """Starts that the runs take in turn.
 
     Parameters
     ----------
     poses : (k, 3) float64
         x [m], y [m], heading [rad].
-
-    Raises
-    ------
-    NavigationError
-        When there is none, or one is not finite.
     """
 
     poses: FloatArray
@@ -60,24 +50,13 @@ class ListedStarts:
         object.__setattr__(self, "poses", poses)
 
     def start(self, seed: np.random.SeedSequence) -> FloatArray:
-        """Return the start of a run.
-
-        Parameters
-        ----------
-        seed : numpy.random.SeedSequence
-            The run's seed; child number i takes the start i modulo k.
-
-        Returns
-        -------
-        (3,) float64
-            x [m], y [m], heading [rad].
-        """
+        """Return the start of a run."""
         return np.asarray(self.poses[seed.spawn_key[-1] % len(self.poses)])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RandomStarts:
-    """Return starts anywhere on the free floor of a rectangle, with any heading.
+    """Starts anywhere on the free floor of a rectangle, with any heading.
 
     Parameters
     ----------
@@ -85,11 +64,6 @@ class RandomStarts:
         Corners of the rectangle [m].
     fits : callable
         (m, 2) points [m] -> (m,) bool: where the robot can stand.
-
-    Raises
-    ------
-    NavigationError
-        When the rectangle is empty.
     """
 
     low_m: FloatArray
@@ -108,43 +82,17 @@ class RandomStarts:
             raise NavigationError(msg)
 
     def start(self, seed: np.random.SeedSequence) -> FloatArray:
-        """Return the start of a run.
-
-        Parameters
-        ----------
-        seed : numpy.random.SeedSequence
-            The run's seed; the start comes from a stream of its own beside the run's.
-
-        Returns
-        -------
-        (3,) float64
-            x [m], y [m], heading [rad], uniform over the free part of the rectangle.
-
-        Raises
-        ------
-        NavigationError
-            When the robot fits nowhere.
-        """
+        """Return the start of a run."""
         own = np.random.SeedSequence(seed.entropy, spawn_key=(*seed.spawn_key, _STREAM))
         return self.draw(np.random.default_rng(own))
 
     def draw(self, rng: np.random.Generator) -> FloatArray:
-        """Return a random start.
+        """Return a random start: x [m], y [m], heading [rad].
 
         Parameters
         ----------
         rng : numpy.random.Generator
             Source of the start.
-
-        Returns
-        -------
-        (3,) float64
-            x [m], y [m], heading [rad].
-
-        Raises
-        ------
-        NavigationError
-            When the robot fits nowhere.
         """
         for _ in range(_DRAWS):
             point = rng.uniform(self.low_m, self.high_m)

@@ -42,7 +42,7 @@ class Estimate(Interval):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MissionSummary:
-    """Return what many runs say together; made by `summarise`.
+    """What many runs say together; made by `summarise`.
 
     Parameters
     ----------
@@ -65,22 +65,12 @@ class MissionSummary:
     outcomes: tuple[tuple[str, int], ...]
 
     def named(self, quantity: str) -> Estimate:
-        """Return one of the estimates.
+        """Return the first estimate of a name.
 
         Parameters
         ----------
         quantity : str
             Its name.
-
-        Returns
-        -------
-        Estimate
-            The first one of that name.
-
-        Raises
-        ------
-        NavigationError
-            When there is none.
         """
         every = (*self.shares, *self.medians, *self.arrivals)
         for estimate in every:
@@ -91,23 +81,12 @@ class MissionSummary:
 
 
 def summarise(metrics: Sequence[MissionMetrics]) -> MissionSummary:
-    """Return what many runs of one mission say together.
+    """Return what many runs of one mission show together; the same bits for the same runs.
 
     Parameters
     ----------
     metrics : sequence of MissionMetrics
         Of every run.
-
-    Returns
-    -------
-    MissionSummary
-        Shares with Wilson's intervals, medians with the bootstrap's; the same bits for the same
-        runs.
-
-    Raises
-    ------
-    NavigationError
-        When there are no runs.
     """
     runs = len(metrics)
     rng = bootstrap_rng()
@@ -189,7 +168,7 @@ def summary_sentences(summary: MissionSummary) -> Iterator[str]:
 
 
 def write_summary_csv(path: str | Path, summary: MissionSummary) -> None:
-    """Write one row for each number of a summary; return nothing.
+    """Write one row for each number of a summary.
 
     Parameters
     ----------

@@ -40,18 +40,13 @@ def rss_spread_w(rss_w: npt.ArrayLike) -> npt.NDArray[np.float64]:
     ----------
     rss_w : (..., n) float64
         RSS of the antennas [W].
-
-    Returns
-    -------
-    (...) float64
-        Spread [W].
     """
     return np.asarray(np.ptp(np.asarray(rss_w, dtype=np.float64), axis=-1))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ArrivalTest:
-    """Return the arrival test of one tag.
+    """The arrival test of one tag.
 
     Parameters
     ----------
@@ -66,11 +61,6 @@ class ArrivalTest:
         How far a reading may lie above the law of equivalent distance [dB]. The default 16 leaves
         6 for a reflection as strong as the direct path and 10 for noise and for antennas that stand
         on a circle instead of in one point; a shadow entered beyond 2.5 R + a step is then seen.
-
-    Raises
-    ------
-    NavigationError
-        When a value is not positive and finite, or the arming ratio is not above 1.
 
     Notes
     -----
@@ -120,7 +110,7 @@ class ArrivalTest:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ArrivalState:
-    """Return what the arrival test remembers of the current leg; the defaults begin one.
+    """What the arrival test remembers of the current leg; the defaults begin one.
 
     Parameters
     ----------
@@ -163,13 +153,6 @@ def observe_spread(
         Distance driven since the previous reading [m].
     place_m : tuple of float
         Dead-reckoned place, in a frame whose origin is where the leg began [m].
-
-    Returns
-    -------
-    arrived : bool
-        True when the robot is at the tag.
-    state : ArrivalState
-        For the next reading.
     """
     state = replace(
         state,
@@ -195,7 +178,7 @@ def observe_spread(
 def arrival_threshold_w(
     link: PowerLink, tag_point_m: npt.ArrayLike, *, radius_m: float, azimuths: int = 36
 ) -> float:
-    """Return the spread of the RSS at the arrival radius, averaged over the directions [W].
+    """Return the mean of max z - min z over the directions, at the arrival radius [W].
 
     Parameters
     ----------
@@ -208,16 +191,6 @@ def arrival_threshold_w(
         Arrival radius [m].
     azimuths : int
         Number of directions from which the robot comes, heading for the tag.
-
-    Returns
-    -------
-    float
-        Mean of max z - min z [W].
-
-    Raises
-    ------
-    NavigationError
-        When the radius or the number of directions is not positive, or nothing is received there.
     """
     centre = frozen_array(tag_point_m, name="tag_point_m", shape=(2,), error=NavigationError)
     if not (np.isfinite(radius_m) and radius_m > 0.0 and azimuths > 0):
@@ -233,7 +206,7 @@ def arrival_threshold_w(
     if not threshold > 0.0:
         msg = (
             f"all antennas receive the same {radius_m} m from the point under the tag at "
-            f"({centre[0]:g}, {centre[1]:g}) m, so arrival cannot be told: check the reader's "
+            f"({centre[0]:g}, {centre[1]:g}) m, so arrival cannot be detected: check the reader's "
             "patterns and what stands in the way."
         )
         raise NavigationError(msg)
@@ -247,7 +220,7 @@ def arrival_tests(
     *,
     radius_m: float = 0.20,
 ) -> tuple[ArrivalTest, ...]:
-    """Return one arrival test for each tag of a mission, from its link at the arrival radius.
+    """Return one arrival test for each tag of a mission, in order, from its link.
 
     Parameters
     ----------
@@ -259,16 +232,6 @@ def arrival_tests(
         Points on the floor under them [m].
     radius_m : float
         Arrival radius [m].
-
-    Returns
-    -------
-    tuple of ArrivalTest
-        One for each tag, in order.
-
-    Raises
-    ------
-    NavigationError
-        When a tag has no link, or its link gives no spread at the radius.
     """
     points = frozen_array(
         tag_points_m, name="tag_points_m", shape=(len(tag_ids), 2), error=NavigationError

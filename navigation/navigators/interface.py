@@ -24,7 +24,7 @@ Memory = TypeVar("Memory")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Odometry:
-    """Return what the robot noticed of its own motion since the previous reading.
+    """What the robot noticed of its own motion since the previous reading.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ STILL = Odometry()
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Decision(Generic[Memory]):
-    """Return what a navigator makes of one reading.
+    """What a navigator makes of one reading.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ class Navigator(Protocol[Memory]):
     """Decides period by period; itself without a state, so that runs can share it."""
 
     def begin(self, target: int, before: Memory | None, *, heading_rad: float) -> Memory:
-        """Return what is remembered at the beginning of a leg.
+        """Return what is remembered for the first reading of a leg.
 
         Parameters
         ----------
@@ -90,12 +90,7 @@ class Navigator(Protocol[Memory]):
         before : Memory or None
             What was remembered at the end of the leg before; None at the start.
         heading_rad : float
-            Heading at the mission's start, which the robot is told [rad].
-
-        Returns
-        -------
-        Memory
-            For the first reading of the leg.
+            Heading at the mission's start, which the robot knows [rad].
         """
         ...
 
@@ -118,10 +113,5 @@ class Navigator(Protocol[Memory]):
             Motion since the previous reading.
         rng : numpy.random.Generator
             Source of whatever the navigator draws.
-
-        Returns
-        -------
-        Decision
-            Rates [rad/s], memory and verdict.
         """
         ...

@@ -31,7 +31,7 @@ _BLUR_DB = 0.7
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlaceBelief:
-    """Return what is believed of the tag's place.
+    """What is believed of the tag's place.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ class PlaceBelief:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlaceEstimate:
-    """Return the place on which most particles agree.
+    """The place on which most particles agree.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ class PlaceEstimate:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlaceFilter:
-    """Return an estimator of a tag's place from readings and odometry.
+    """An estimator of a tag's place from readings and odometry.
 
     Parameters
     ----------
@@ -130,11 +130,6 @@ class PlaceFilter:
         Standard deviation of odometry's error as a share of way and turn [-].
     heading_sd_rad : float
         The same for the turn of a period, added [rad].
-
-    Raises
-    ------
-    NavigationError
-        When a value is out of range.
 
     Notes
     -----
@@ -179,22 +174,7 @@ class PlaceFilter:
     def start(
         self, rng: np.random.Generator, *, heading_rad: float, heading_sd_rad: float
     ) -> PlaceBelief:
-        """Return the belief before the first reading: the tag is anywhere in reach.
-
-        Parameters
-        ----------
-        rng : numpy.random.Generator
-            Source of the particles.
-        heading_rad : float
-            Heading that the robot believes to have [rad].
-        heading_sd_rad : float
-            Its standard deviation [rad].
-
-        Returns
-        -------
-        PlaceBelief
-            More particles than later on: the first readings find out where they are needed.
-        """
+        """Return the belief before the first reading: the tag is anywhere in reach."""
         count = _FIRST_FACTOR * self.particles
         headings = rng.normal(heading_rad, heading_sd_rad, count)
         return PlaceBelief(

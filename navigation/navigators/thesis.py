@@ -33,7 +33,7 @@ _FRONT_SPACINGS = 1.5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ThesisMemory:
-    """Return what the navigator remembers between readings; the defaults begin a mission.
+    """What the navigator remembers between readings; the defaults begin a mission.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ class ThesisMemory:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ThesisNavigator:
-    """Return the fixed part of a navigator: its tags' arrival tests, its controller, its robot.
+    """The fixed part of a navigator: its tags' arrival tests, its controller, its robot.
 
     Parameters
     ----------
@@ -81,18 +81,13 @@ class ThesisNavigator:
         Bearing of the rotation mode: the strongest antenna, thesis (5.2), or the vector sum.
     rerotate_for_s : float
         For so long from the beginning of a leg the robot rotates again when the strongest antenna
-        is none of the front three [s]; 0, as in the thesis, for never. Under a dominant reflection
+        is not one of the front three [s]; 0, as in the thesis, for never. Under a dominant reflection
         it would rotate for ever, hence the end.
-
-    Raises
-    ------
-    NavigationError
-        When the rotation is unknown or a number is out of range.
 
     Notes
     -----
     Without a signal the robot waits in rotation mode and goes straight on at cruise speed in
-    navigation mode; who runs it decides when to give up. A rotation faster than the wheels allow
+    navigation mode; the mission decides when to give up. A rotation faster than the wheels allow
     goes on in the next periods without a new bearing; the Scout turns by up to 286° in 1 s, so
     there one period is always enough.
     """
@@ -119,27 +114,7 @@ class ThesisNavigator:
         *,
         heading_rad: float,  # noqa: ARG002
     ) -> ThesisMemory:
-        """Return what is remembered at the beginning of a leg: key step 5.
-
-        Parameters
-        ----------
-        target : int
-            Index of the tag to be reached, in the mission's order.
-        before : ThesisMemory or None
-            Not used: the thesis' robot keeps nothing.
-        heading_rad : float
-            Not used [rad].
-
-        Returns
-        -------
-        ThesisMemory
-            Rotation mode, with a fresh arrival test.
-
-        Raises
-        ------
-        NavigationError
-            When there is no arrival test for that tag.
-        """
+        """Return what is remembered at the beginning of a leg: key step 5."""
         if not 0 <= target < len(self.arrivals):
             msg = (
                 f"the mission has a tag number {target + 1}, but the navigator has "
@@ -155,24 +130,7 @@ class ThesisNavigator:
         odometry: Odometry,
         rng: np.random.Generator,  # noqa: ARG002
     ) -> Decision[ThesisMemory]:
-        """Return the command for the coming period, or that the tag is reached: steps 3 to 9.
-
-        Parameters
-        ----------
-        memory : ThesisMemory
-            What was remembered after the previous reading.
-        rss_w : (n,) float64
-            One reading of the current tag [W].
-        odometry : Odometry
-            Motion since the previous reading.
-        rng : numpy.random.Generator
-            Not used.
-
-        Returns
-        -------
-        Decision
-            Rates [rad/s], memory and verdict.
-        """
+        """Return the command for the coming period, or that the tag is reached: steps 3 to 9."""
         place = _moved(memory.place, odometry)
         strongest_w = float(rss_w.max())
         there, arrival = observe_spread(

@@ -25,7 +25,7 @@ _HEADING_SD_RAD = 0.05
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TrackerMemory:
-    """Return what the tracking navigator remembers between readings.
+    """What the tracking navigator remembers between readings.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ class TrackerMemory:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TrackerNavigator:
-    """Return a navigator that drives to where a particle filter believes the tag.
+    """A navigator that drives to where a particle filter believes the tag.
 
     Parameters
     ----------
@@ -75,18 +75,13 @@ class TrackerNavigator:
     patience : int
         After so many readings without arrival the belief begins anew.
 
-    Raises
-    ------
-    NavigationError
-        When a number is out of range.
-
     Notes
     -----
     It turns on the spot when the believed place is more than 0.6 rad off its front, and otherwise
     drives to it, a step at a time and no farther than the place. There but not sure, it drives on
     in an arc: readings from new places decide. After a contact it backs off, turns to one side and
     drives a little before it heads for the tag again. Where the tag is out of reach it goes on like
-    that; who runs it decides when to give up.
+    that; the mission decides when to give up.
     """
 
     filters: tuple[PlaceFilter, ...]
@@ -112,27 +107,7 @@ class TrackerNavigator:
     def begin(
         self, target: int, before: TrackerMemory | None, *, heading_rad: float
     ) -> TrackerMemory:
-        """Return what is remembered at the beginning of a leg.
-
-        Parameters
-        ----------
-        target : int
-            Index of the tag to be reached, in the mission's order.
-        before : TrackerMemory or None
-            Memory of the leg before, for the heading; None at the start.
-        heading_rad : float
-            Heading at the mission's start [rad].
-
-        Returns
-        -------
-        TrackerMemory
-            Without any belief.
-
-        Raises
-        ------
-        NavigationError
-            When there is no filter for that tag.
-        """
+        """Return what is remembered at the beginning of a leg."""
         if not 0 <= target < len(self.filters):
             msg = (
                 f"the mission has a tag number {target + 1}, but the navigator has "
@@ -152,24 +127,7 @@ class TrackerNavigator:
         odometry: Odometry,
         rng: np.random.Generator,
     ) -> Decision[TrackerMemory]:
-        """Return the command for the coming period, or that the tag is reached.
-
-        Parameters
-        ----------
-        memory : TrackerMemory
-            What was remembered after the previous reading.
-        rss_w : (n,) float64
-            One reading of the current tag [W].
-        odometry : Odometry
-            Motion since the previous reading.
-        rng : numpy.random.Generator
-            Source of the particles and of the side on which to pass an obstacle.
-
-        Returns
-        -------
-        Decision
-            Rates [rad/s], memory and verdict.
-        """
+        """Return the command for the coming period, or that the tag is reached."""
         place_filter, belief = self.filters[memory.target], memory.belief
         if belief is None:
             belief = place_filter.start(

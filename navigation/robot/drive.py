@@ -11,7 +11,7 @@ from octant.navigation.robot.motion import pose_on_arc
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DifferentialDrive:
-    """Return a two-wheeled robot; the defaults are the thesis' Scout.
+    """A two-wheeled robot; the defaults are the thesis' Scout.
 
     Parameters
     ----------
@@ -21,11 +21,6 @@ class DifferentialDrive:
         Distance l between the wheels [m].
     max_wheel_speed_m_per_s : float
         Highest speed of a wheel's rim [m/s].
-
-    Raises
-    ------
-    NavigationError
-        When a value is not positive and finite.
 
     Notes
     -----
@@ -81,18 +76,7 @@ class DifferentialDrive:
         return np.clip(np.asarray(wheel_rates_rad_per_s, dtype=np.float64), -limit, limit)
 
     def twist(self, wheel_rates_rad_per_s: npt.ArrayLike) -> npt.NDArray[np.float64]:
-        """Return the forward speed [m/s] and the turn rate [rad/s] that wheel rates produce.
-
-        Parameters
-        ----------
-        wheel_rates_rad_per_s : (..., 2) float64
-            Rates of the right and the left wheel [rad/s].
-
-        Returns
-        -------
-        (..., 2) float64
-            Forward speed [m/s] and turn rate, counter-clockwise positive [rad/s]; thesis (3.6).
-        """
+        """Return the forward speed [m/s] and the turn rate [rad/s] that wheel rates produce."""
         rates = np.asarray(wheel_rates_rad_per_s, dtype=np.float64)
         right, left = rates[..., 0], rates[..., 1]
         speed = 0.5 * self.wheel_radius_m * (right + left)
@@ -102,20 +86,7 @@ class DifferentialDrive:
     def wheel_rates(
         self, *, speed_m_per_s: npt.ArrayLike, turn_rate_rad_per_s: npt.ArrayLike
     ) -> npt.NDArray[np.float64]:
-        """Return the wheel rates for a forward speed and a turn rate [rad/s].
-
-        Parameters
-        ----------
-        speed_m_per_s : (...) float64
-            Forward speed [m/s].
-        turn_rate_rad_per_s : (...) float64
-            Turn rate, counter-clockwise positive [rad/s].
-
-        Returns
-        -------
-        (..., 2) float64
-            Rates of the right and the left wheel, not saturated [rad/s]: the inverse of `twist`.
-        """
+        """Return the wheel rates for a forward speed and a turn rate [rad/s]."""
         speed = np.asarray(speed_m_per_s, dtype=np.float64)
         half = 0.5 * self.axle_length_m * np.asarray(turn_rate_rad_per_s, dtype=np.float64)
         return np.stack([speed + half, speed - half], axis=-1) / self.wheel_radius_m
@@ -146,7 +117,7 @@ class DifferentialDrive:
     def step_euler(
         self, pose: npt.ArrayLike, wheel_rates_rad_per_s: npt.ArrayLike, *, period_s: float
     ) -> npt.NDArray[np.float64]:
-        """Return the pose one period later by the thesis' Euler step.
+        """Return the pose one Euler step later [m, rad], the heading not wrapped.
 
         Parameters
         ----------
@@ -156,11 +127,6 @@ class DifferentialDrive:
             Rates of the right and the left wheel, constant over the period [rad/s].
         period_s : float
             Sample period T [s].
-
-        Returns
-        -------
-        (..., 3) float64
-            x [m], y [m], heading [rad], the heading not wrapped.
 
         Notes
         -----
@@ -173,7 +139,7 @@ class DifferentialDrive:
     def step_arc(
         self, pose: npt.ArrayLike, wheel_rates_rad_per_s: npt.ArrayLike, *, period_s: float
     ) -> npt.NDArray[np.float64]:
-        """Return the pose one period later on the exact circular arc.
+        """Return the pose one period later on the exact arc [m, rad], the heading not wrapped.
 
         Parameters
         ----------
@@ -183,11 +149,6 @@ class DifferentialDrive:
             Rates of the right and the left wheel, constant over the period [rad/s].
         period_s : float
             Sample period T [s].
-
-        Returns
-        -------
-        (..., 3) float64
-            x [m], y [m], heading [rad], the heading not wrapped.
 
         Notes
         -----

@@ -48,11 +48,6 @@ class Footprint:
     radius_m : float
         Radius of the robot [m].
 
-    Raises
-    ------
-    NavigationError
-        When the radius is not positive.
-
     Notes
     -----
     The segments are where the scene's triangles, cut to the heights that the robot fills, end in
@@ -92,23 +87,18 @@ class Footprint:
         return np.asarray(np.sqrt(np.sum(gap**2, axis=2).min(axis=1)) - self.radius_m)
 
     def __call__(self, points_m: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
-        """Return at which points the robot touches something [-].
+        """Return at which points (m,) the robot overlaps an obstacle.
 
         Parameters
         ----------
         points_m : (m, 2) float64
             Places of its centre [m].
-
-        Returns
-        -------
-        (m,) bool
-            True where it overlaps an obstacle.
         """
         return np.asarray(self.clearance_m(points_m) < 0.0)
 
 
 def footprint(scene: Scene, *, radius_m: float, height_m: float) -> Footprint:
-    """Return a round robot among the walls and objects of a scene.
+    """Return the plan of everything between 1 cm above the floor and the robot's top.
 
     Parameters
     ----------
@@ -118,16 +108,6 @@ def footprint(scene: Scene, *, radius_m: float, height_m: float) -> Footprint:
         Radius of the robot [m].
     height_m : float
         Height of the robot [m]; what hangs higher does not touch it.
-
-    Returns
-    -------
-    Footprint
-        With the plan of everything between 1 cm above the floor and the robot's top.
-
-    Raises
-    ------
-    NavigationError
-        When radius or height is not positive.
     """
     check_positive(height_m, name="height_m", unit="m")
     low, high = scene.floor_height_m + _ABOVE_FLOOR_M, scene.floor_height_m + height_m
@@ -147,7 +127,7 @@ def footprint(scene: Scene, *, radius_m: float, height_m: float) -> Footprint:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobotSpace:
-    """Return where on the floor a robot can stand, large objects and the outside included.
+    """Where on the floor a robot can stand, large objects and the outside included.
 
     Parameters
     ----------
@@ -164,17 +144,12 @@ class RobotSpace:
     height_m: float
 
     def __call__(self, points_m: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
-        """Return at which points the robot can stand [-].
+        """Return at which points the robot is in the room, in no solid and clear of the edges.
 
         Parameters
         ----------
         points_m : (m, 2) float64
             Places of its centre [m].
-
-        Returns
-        -------
-        (m,) bool
-            True inside the room, outside every solid and clear of the obstacles' edges.
         """
         free = ~self.footprint(points_m)
         for share in _LEVELS:
@@ -206,11 +181,6 @@ def check_start(
         Its centre [m].
     blocked, outside : callable or None
         Where it touches something, and where it is no longer in the room; None: nowhere.
-
-    Raises
-    ------
-    NavigationError
-        When it cannot stand there.
     """
     point = np.asarray(start_m, dtype=np.float64).reshape(1, 2)
     for where, what in ((blocked, "inside an obstacle"), (outside, "outside the room")):
@@ -224,7 +194,7 @@ def check_start(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WheelSlip:
-    """Return how a robot's motion differs from its command, while it moves.
+    """How a robot's motion differs from its command, while it moves.
 
     Parameters
     ----------
@@ -236,11 +206,6 @@ class WheelSlip:
         Growth of the place's variance [m²/s].
     heading_rad2_per_s : float
         Growth of the heading's variance [rad²/s].
-
-    Raises
-    ------
-    NavigationError
-        When a value is not finite or a variance is negative.
     """
 
     linear_m_per_s: float = -0.01

@@ -15,7 +15,7 @@ def pose_on_arc(
     speed_m_per_s: npt.ArrayLike,
     turn_rate_rad_per_s: npt.ArrayLike,
 ) -> npt.NDArray[np.float64]:
-    """Return the pose some time later, or earlier, on the circular arc of constant speeds.
+    """Return the pose some time later, or earlier, on an arc [m, rad], the heading not wrapped.
 
     Parameters
     ----------
@@ -27,11 +27,6 @@ def pose_on_arc(
         Forward speed [m/s].
     turn_rate_rad_per_s : (...) float64
         Turn rate, counter-clockwise positive [rad/s].
-
-    Returns
-    -------
-    (..., 3) float64
-        x [m], y [m], heading [rad], the heading not wrapped.
 
     Notes
     -----
@@ -56,11 +51,6 @@ class Motion:
         Forward speed [m/s].
     turn_rate_rad_per_s : float
         Turn rate, counter-clockwise positive [rad/s].
-
-    Raises
-    ------
-    NavigationError
-        When a speed is not finite.
     """
 
     speed_m_per_s: float = 0.0
@@ -80,7 +70,7 @@ class Motion:
         return self.speed_m_per_s == 0.0 and self.turn_rate_rad_per_s == 0.0
 
     def poses(self, pose: npt.ArrayLike, time_s: npt.ArrayLike) -> npt.NDArray[np.float64]:
-        """Return where the robot is at times before (negative) and after it was at a pose.
+        """Return the poses (k, 3) before (negative times) and after a pose [m, rad], not wrapped.
 
         Parameters
         ----------
@@ -88,11 +78,6 @@ class Motion:
             x [m], y [m], heading [rad] at time zero.
         time_s : (k,) float64
             Times [s].
-
-        Returns
-        -------
-        (k, 3) float64
-            x [m], y [m], heading [rad], the heading not wrapped.
         """
         return pose_on_arc(
             np.asarray(pose, dtype=np.float64),

@@ -21,7 +21,7 @@ def move(
     turn_rad: npt.ArrayLike,
     method: Integration = "exact",
 ) -> FloatArray:
-    """Return the pose after one sample interval.
+    """Return the pose after one sample interval [m, rad], the heading not wrapped.
 
     Parameters
     ----------
@@ -33,16 +33,6 @@ def move(
         Turn Δθ = ω T, counter-clockwise positive [rad].
     method : {"euler", "rk2", "exact"}
         Straight along the old heading, along the mean heading, or on the circular arc.
-
-    Returns
-    -------
-    (..., 3) float64
-        x [m], y [m], heading [rad], the heading not wrapped.
-
-    Raises
-    ------
-    NavigationError
-        When the method is unknown.
 
     Notes
     -----
@@ -91,7 +81,7 @@ def wheel_travel(
 
 
 def counted_rotation(turned_rad: npt.ArrayLike, *, tick_rad: float) -> FloatArray:
-    """Return how far an incremental encoder says that a wheel has turned since it was zeroed.
+    """Return the whole counts of an incremental encoder since it was zeroed [rad].
 
     Parameters
     ----------
@@ -99,16 +89,6 @@ def counted_rotation(turned_rad: npt.ArrayLike, *, tick_rad: float) -> FloatArra
         How far it has turned [rad].
     tick_rad : float
         Rotation that one count stands for [rad].
-
-    Returns
-    -------
-    (...) float64
-        The whole counts [rad].
-
-    Raises
-    ------
-    NavigationError
-        When ``tick_rad`` is not positive and finite.
     """
     if not (np.isfinite(tick_rad) and tick_rad > 0.0):
         msg = f"tick_rad is {tick_rad} rad, but it must be positive and finite: give one count."

@@ -13,7 +13,7 @@ FloatArray = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Rolling:
-    """Return how wheels roll: shares of slip, and the encoders' resolution.
+    """How wheels roll: shares of slip, and the encoders' resolution.
 
     Parameters
     ----------
@@ -24,11 +24,6 @@ class Rolling:
         Standard deviation of the same, constant over a run: tyres, load, floor [-].
     tick_rad : float
         Rotation that one count of an encoder stands for [rad]; 0 for an exact one.
-
-    Raises
-    ------
-    NavigationError
-        When a value is negative or not finite.
 
     Notes
     -----
@@ -69,11 +64,6 @@ class RollingWheels:
         ----------
         rotations_rad : (2,) float64
             Rotations of the right and the left wheel in a period [rad].
-
-        Returns
-        -------
-        (2,) float64
-            Times scale and slip [rad].
         """
         share = self._scale
         if self._rolling.slip_sd > 0.0:
@@ -81,17 +71,12 @@ class RollingWheels:
         return np.asarray(rotations_rad * share)
 
     def count(self, rotations_rad: FloatArray) -> FloatArray:
-        """Return the rotations that the encoders report [rad].
+        """Return the whole ticks that the encoders report [rad]; what is less is counted later.
 
         Parameters
         ----------
         rotations_rad : (2,) float64
             Rotations of the right and the left wheel since the last call [rad].
-
-        Returns
-        -------
-        (2,) float64
-            Whole ticks; what is less is counted later [rad].
         """
         tick_rad = self._rolling.tick_rad
         before = self._turned_rad

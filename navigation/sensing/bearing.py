@@ -24,7 +24,7 @@ _SAME_DIRECTION_RAD = 1e-6
 def room_azimuth(
     heading_rad: npt.ArrayLike, reader_azimuth_rad: npt.ArrayLike
 ) -> npt.NDArray[np.float64]:
-    """Return the room azimuth of a direction given in the reader frame [rad].
+    """Return the room azimuth h - π/2 + δ of a direction in the reader frame, in (-π, π] [rad].
 
     Parameters
     ----------
@@ -32,11 +32,6 @@ def room_azimuth(
         Robot's heading h in the room [rad].
     reader_azimuth_rad : (...) float64
         Azimuth δ in the reader frame [rad].
-
-    Returns
-    -------
-    (...) float64
-        h - π/2 + δ, in (-π, π] [rad].
     """
     heading = np.asarray(heading_rad, dtype=np.float64)
     return wrap_angle(heading - FRONT_AZIMUTH_RAD + np.asarray(reader_azimuth_rad))
@@ -45,7 +40,7 @@ def room_azimuth(
 def reader_azimuth(
     heading_rad: npt.ArrayLike, room_azimuth_rad: npt.ArrayLike
 ) -> npt.NDArray[np.float64]:
-    """Return the reader azimuth of a direction given in the room [rad].
+    """Return the reader azimuth φ - h + π/2 of a direction in the room, in (-π, π] [rad].
 
     Parameters
     ----------
@@ -53,33 +48,18 @@ def reader_azimuth(
         Robot's heading h in the room [rad].
     room_azimuth_rad : (...) float64
         Azimuth φ in the room [rad].
-
-    Returns
-    -------
-    (...) float64
-        φ - h + π/2, in (-π, π] [rad]: the inverse of `room_azimuth`.
     """
     heading = np.asarray(heading_rad, dtype=np.float64)
     return wrap_angle(np.asarray(room_azimuth_rad) - heading + FRONT_AZIMUTH_RAD)
 
 
 def checked_azimuths(azimuths_rad: npt.ArrayLike) -> npt.NDArray[np.float64]:
-    """Return the antennas' azimuths as a read-only array, at least three and all different.
+    """Return the antennas' azimuths read-only, at least three and all different (n,) [rad].
 
     Parameters
     ----------
     azimuths_rad : (n,) float64
         Azimuths δ_i of the antennas in the reader frame [rad].
-
-    Returns
-    -------
-    (n,) float64
-        Read-only copy [rad].
-
-    Raises
-    ------
-    NavigationError
-        When there are fewer than three, or two stand in one direction.
     """
     azimuths = frozen_array(azimuths_rad, name="azimuths_rad", shape=(None,), error=NavigationError)
     if azimuths.size < 3:
@@ -223,17 +203,12 @@ def vector_sum_variance(
 
 
 def turn_towards(bearing_rad: npt.ArrayLike) -> npt.NDArray[np.float64]:
-    """Return the shorter turn that brings a bearing to the robot's front [rad].
+    """Return the shorter turn wrap(γ - 90°) to the robot's front, counter-clockwise positive [rad].
 
     Parameters
     ----------
     bearing_rad : (...) float64
         Bearing γ in the reader frame [rad].
-
-    Returns
-    -------
-    (...) float64
-        wrap(γ - 90°) in (-π, π], counter-clockwise positive [rad].
 
     Notes
     -----

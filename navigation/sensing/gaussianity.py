@@ -12,7 +12,7 @@ _LEAST_SAMPLES = 20
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Gaussianity:
-    """Return the moments of a sample and the probability that a Gaussian gives such.
+    """The moments of a sample and the probability that a Gaussian gives such.
 
     Parameters
     ----------
@@ -36,23 +36,13 @@ class Gaussianity:
 
 
 def gaussianity(sample: npt.ArrayLike) -> Gaussianity:
-    """Return the test of D'Agostino and Pearson on a sample.
+    """Return moments of a sample and the probability of D'Agostino and Pearson's test.
 
     Parameters
     ----------
     sample : (n,) array_like
         Independent errors [any unit], 20 or more. Errors of one filter at successive times are not
         independent: take one time of many runs.
-
-    Returns
-    -------
-    Gaussianity
-        Moments and probability.
-
-    Raises
-    ------
-    NavigationError
-        When there are too few values, one is not finite, or all are equal.
     """
     from scipy.stats import kurtosis, normaltest, skew
 

@@ -18,7 +18,7 @@ FloatArray = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Landmark:
-    """Return a landmark with a frame of its own.
+    """A landmark with a frame of its own.
 
     Parameters
     ----------
@@ -26,11 +26,6 @@ class Landmark:
         Place in the room [m].
     heading_rad : float
         Direction that a robot has when it faces the landmark squarely [rad]: into the landmark.
-
-    Raises
-    ------
-    NavigationError
-        When a value is not finite.
     """
 
     position_m: FloatArray
@@ -46,33 +41,23 @@ class Landmark:
             raise NavigationError(msg)
 
     def goal(self, stand_off_m: float) -> FloatArray:
-        """Return the pose in front of the landmark, facing it.
+        """Return the pose in front of the landmark, facing it: x [m], y [m], heading [rad].
 
         Parameters
         ----------
         stand_off_m : float
             Distance from the landmark [m].
-
-        Returns
-        -------
-        (3,) float64
-            x [m], y [m], heading [rad] in the room.
         """
         ahead = np.array([np.cos(self.heading_rad), np.sin(self.heading_rad)])
         return np.array([*(self.position_m[:2] - stand_off_m * ahead), self.heading_rad])
 
     def in_body(self, poses: npt.ArrayLike) -> FloatArray:
-        """Return the landmark as seen from robots.
+        """Return e_x, e_y [m], ψ in (-π, π] [rad] seen from robots, (13) of the docking paper.
 
         Parameters
         ----------
         poses : (..., 3) array_like
             x [m], y [m], heading [rad] of the robot in the room.
-
-        Returns
-        -------
-        (..., 3) float64
-            e_x, e_y [m] and ψ in (-π, π] [rad] in the body frame, (13) of the docking paper.
         """
         pose = np.asarray(poses, dtype=np.float64)
         dx, dy = self.position_m[0] - pose[..., 0], self.position_m[1] - pose[..., 1]
@@ -81,17 +66,12 @@ class Landmark:
         return np.stack([cos * dx + sin * dy, cos * dy - sin * dx, psi], axis=-1)
 
     def check(self, scene: Scene) -> None:
-        """Return nothing; refuse a landmark that no camera in the room can see.
+        """Refuse a landmark that no camera in the room can see.
 
         Parameters
         ----------
         scene : Scene
             Room and objects.
-
-        Raises
-        ------
-        NavigationError
-            When it is inside a wall or an object, or faces one.
         """
         front = np.array(self.position_m)
         front[:2] -= LENGTHS.step_m * np.array([np.cos(self.heading_rad), np.sin(self.heading_rad)])
@@ -108,7 +88,7 @@ class Landmark:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LandmarkSensor:
-    """Return an RGB-D camera with its landmark detector; the defaults are the paper's camera pose.
+    """An RGB-D camera with its landmark detector; the defaults are the paper's camera pose.
 
     Parameters
     ----------
@@ -136,11 +116,6 @@ class LandmarkSensor:
         Probability that something else in the field of view is reported in its stead [-].
     scene : Scene or None
         What can hide the landmark; None: nothing.
-
-    Raises
-    ------
-    NavigationError
-        When a value is out of range.
 
     Notes
     -----
@@ -229,7 +204,7 @@ class LandmarkSensor:
     def detect(
         self, poses: npt.ArrayLike, landmark: Landmark, rng: np.random.Generator
     ) -> FloatArray:
-        """Return what the detector reports.
+        """Return the measured e_x, e_y [m], ψ [rad] in the body frame, (n, 3); NaN for no report.
 
         Parameters
         ----------
@@ -239,11 +214,6 @@ class LandmarkSensor:
             What to look for.
         rng : numpy.random.Generator
             Source of the errors; the same number of draws for every pose.
-
-        Returns
-        -------
-        (n, 3) float64
-            Measured e_x, e_y [m] and ψ [rad] in the body frame; NaN where nothing is reported.
         """
         pose = np.asarray(poses, dtype=np.float64).reshape(-1, 3)
         n = len(pose)

@@ -29,7 +29,7 @@ deep a null is below that, no table knows."""
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PowerTable:
-    """Return the RSS of the antennas for relative places of a tag, free of reflections.
+    """The RSS of the antennas for relative places of a tag, free of reflections.
 
     Parameters
     ----------
@@ -38,11 +38,6 @@ class PowerTable:
     power_w : (r, b, s, n) float64
         RSS [W] of n antennas. Distance number i is reach (i/(r - 1))² [m]; bearing number j from
         the robot's front is 2πj/b; the robot stands to the side 2πk/s of the tag, in the room.
-
-    Raises
-    ------
-    NavigationError
-        When the reach or a power is not positive, or the table is too small.
 
     Notes
     -----
@@ -108,11 +103,6 @@ def power_table(
     -------
     PowerTable
         RSS [W], with a floor 150 dB below the strongest in place of zero.
-
-    Raises
-    ------
-    NavigationError
-        When nothing is received anywhere.
     """
     point = np.asarray(tag_point_m, dtype=np.float64)
     rho = reach_m * (np.arange(distances) / (distances - 1.0)) ** 2
@@ -132,7 +122,7 @@ def power_table(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PatternMatcher:
-    """Return a bearing estimator: least squares in decibels over the table of patterns.
+    """A bearing estimator: least squares in decibels over the table of patterns.
 
     Parameters
     ----------
@@ -141,11 +131,6 @@ class PatternMatcher:
     error_db : float
         Standard deviation of what the patterns do not explain of each RSS [dB]: noise of the
         device and reflections.
-
-    Raises
-    ------
-    NavigationError
-        When the error is not positive.
 
     Notes
     -----

@@ -16,7 +16,7 @@ REFERENCE_K = 290.0
 def log_normal_rss(
     rss_w: npt.ArrayLike, noise_db: float, rng: np.random.Generator
 ) -> npt.NDArray[np.float64]:
-    """Return RSS with an independent log-normal factor on every value [W].
+    """Return RSS times 10^(N(0, noise_db)/10), independent for every value [W].
 
     Parameters
     ----------
@@ -26,11 +26,6 @@ def log_normal_rss(
         Standard deviation of the factor in decibels [dB], zero for none.
     rng : numpy.random.Generator
         Source of the noise; as many numbers are drawn whatever `noise_db` is.
-
-    Returns
-    -------
-    (...) float64
-        RSS times 10^(N(0, noise_db)/10) [W].
 
     Notes
     -----
@@ -45,7 +40,7 @@ def log_normal_rss(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ThermalNoise:
-    """Return the thermal noise of a receiver that measures power.
+    """The thermal noise of a receiver that measures power.
 
     Parameters
     ----------
@@ -55,11 +50,6 @@ class ThermalNoise:
         Noise figure F [dB].
     samples : int
         Independent samples M that a reading averages in power.
-
-    Raises
-    ------
-    NavigationError
-        When the bandwidth or the number of samples is not positive, or the figure is negative.
 
     Notes
     -----
@@ -102,7 +92,7 @@ class ThermalNoise:
         return BOLTZMANN_J_PER_K * REFERENCE_K * self.bandwidth_hz * factor
 
     def reading_w(self, rss_w: npt.ArrayLike, rng: np.random.Generator) -> npt.NDArray[np.float64]:
-        """Return what the receiver measures of signals [W].
+        """Return the mean power of signal and noise over the samples [W].
 
         Parameters
         ----------
@@ -110,11 +100,6 @@ class ThermalNoise:
             Power of each signal [W].
         rng : numpy.random.Generator
             Source of the noise.
-
-        Returns
-        -------
-        (...) float64
-            Mean power of signal and noise over the samples [W].
 
         Notes
         -----
@@ -133,7 +118,7 @@ class ThermalNoise:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RssQuantiser:
-    """Return an RSS detector with evenly spaced codes in decibels.
+    """An RSS detector with evenly spaced codes in decibels.
 
     Parameters
     ----------
@@ -143,11 +128,6 @@ class RssQuantiser:
         Power of the lowest code [dBm]; more than half a step below it nothing is received.
     full_scale_dbm : float
         Power of the highest code [dBm]; what is stronger reads as this.
-
-    Raises
-    ------
-    NavigationError
-        When the code length or the range is not allowed.
 
     Notes
     -----
@@ -178,17 +158,12 @@ class RssQuantiser:
         return (self.full_scale_dbm - self.floor_dbm) / (codes - 1)
 
     def quantise(self, rss_w: npt.ArrayLike) -> npt.NDArray[np.float64]:
-        """Return RSS as the detector reports it [W].
+        """Return the power of the nearest code [W], zero below the lowest code.
 
         Parameters
         ----------
         rss_w : (...) float64
             Received power, not negative [W].
-
-        Returns
-        -------
-        (...) float64
-            The nearest code's power, zero below the lowest code [W].
         """
         rss = np.asarray(rss_w, dtype=np.float64)
         level_dbm = power_dbm(np.maximum(rss, np.finfo(np.float64).tiny))

@@ -14,7 +14,7 @@ FloatArray = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RssMap:
-    """Return the RSS of all tags on an evenly spaced grid of the floor.
+    """The RSS of all tags on an evenly spaced grid of the floor.
 
     Parameters
     ----------
@@ -22,11 +22,6 @@ class RssMap:
         Grid [m].
     rss : (nx, ny, s) float64
         RSS of every tag [dBm].
-
-    Raises
-    ------
-    NavigationError
-        When the grid has fewer than two lines or is not even.
     """
 
     x_m: FloatArray
@@ -51,13 +46,7 @@ class RssMap:
                 raise NavigationError(msg)
 
     def rss_dbm(self, places_m: FloatArray) -> FloatArray:
-        """Return the RSS of all tags at places, bilinear in decibels, (m, s) [dBm].
-
-        Parameters
-        ----------
-        places_m : (m, 2) float64
-            x, y [m]; beyond the map its edge goes on.
-        """
+        """Return the RSS of all tags at places, bilinear in decibels, (m, s) [dBm]."""
         places = np.ascontiguousarray(places_m, dtype=np.float64)
         out = np.empty((len(places), self.rss.shape[2]))
         _rss_map_kernels.interpolate(
@@ -66,13 +55,7 @@ class RssMap:
         return out
 
     def slopes_db_per_m(self, places_m: FloatArray) -> FloatArray:
-        """Return the slopes along x and y over one grid spacing, (m, s, 2) [dB/m].
-
-        Parameters
-        ----------
-        places_m : (m, 2) float64
-            x, y [m].
-        """
+        """Return the slopes along x and y over one grid spacing, (m, s, 2) [dB/m]."""
         slopes = []
         for axis, spacing in enumerate(self._spacing_m):
             step = np.zeros(2)

@@ -41,7 +41,7 @@ class DistanceLaw(Protocol):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LogExponentialLaw:
-    """Return the law alpha exp(beta d) of thesis (6.2).
+    """The law alpha exp(beta d) of thesis (6.2).
 
     Parameters
     ----------
@@ -49,11 +49,6 @@ class LogExponentialLaw:
         RSS at no distance [dBm], negative.
     beta_per_m : float
         Growth of its magnitude [1/m].
-
-    Raises
-    ------
-    NavigationError
-        When a value is not finite, or alpha is not negative.
 
     Notes
     -----
@@ -74,30 +69,18 @@ class LogExponentialLaw:
             raise NavigationError(msg)
 
     def rss_dbm(self, distance_m: FloatArray) -> FloatArray:
-        """Return the RSS at distances, any shape [dBm].
-
-        Parameters
-        ----------
-        distance_m : (...) float64
-            Distances [m].
-        """
+        """Return the RSS at distances, any shape [dBm]."""
         rss: FloatArray = self.alpha_dbm * np.exp(self.beta_per_m * np.asarray(distance_m))
         return rss
 
     def slope_db_per_m(self, distance_m: FloatArray) -> FloatArray:
-        """Return the derivative of the RSS with respect to distance [dB/m].
-
-        Parameters
-        ----------
-        distance_m : (...) float64
-            Distances [m].
-        """
+        """Return the derivative of the RSS with respect to distance [dB/m]."""
         return self.beta_per_m * self.rss_dbm(distance_m)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LogDistanceLaw:
-    """Return the law P_1 - 10 n log10(d / 1 m) of radio propagation.
+    """The law P_1 - 10 n log10(d / 1 m) of radio propagation.
 
     Parameters
     ----------
@@ -105,11 +88,6 @@ class LogDistanceLaw:
         RSS at 1 m [dBm].
     exponent : float
         Path-loss exponent n [-]; 2 in free space.
-
-    Raises
-    ------
-    NavigationError
-        When a value is not finite.
     """
 
     rss_1m_dbm: float
@@ -124,24 +102,12 @@ class LogDistanceLaw:
             raise NavigationError(msg)
 
     def rss_dbm(self, distance_m: FloatArray) -> FloatArray:
-        """Return the RSS at distances, any shape [dBm].
-
-        Parameters
-        ----------
-        distance_m : (...) float64
-            Distances [m], positive.
-        """
+        """Return the RSS at distances, any shape [dBm]."""
         rss: FloatArray = self.rss_1m_dbm - 10.0 * self.exponent * np.log10(distance_m)
         return rss
 
     def slope_db_per_m(self, distance_m: FloatArray) -> FloatArray:
-        """Return the derivative of the RSS with respect to distance [dB/m].
-
-        Parameters
-        ----------
-        distance_m : (...) float64
-            Distances [m], positive.
-        """
+        """Return the derivative of the RSS with respect to distance [dB/m]."""
         slope: FloatArray = -10.0 / np.log(10.0) * self.exponent / np.asarray(distance_m)
         return slope
 
@@ -164,11 +130,6 @@ def fit_log_exponential(
         The fit; alpha is below zero whatever the samples.
     rms_db : float
         Root mean square of the residuals [dB].
-
-    Raises
-    ------
-    NavigationError
-        When there are fewer than two samples, or they are not finite.
 
     Notes
     -----
@@ -220,11 +181,6 @@ def fit_log_distance(
         The fit.
     rms_db : float
         Root mean square of the residuals [dB].
-
-    Raises
-    ------
-    NavigationError
-        When there are fewer than two samples, or they are not finite.
     """
     distance, rss = _samples(distance_m, rss_dbm)
     slope, offset = np.polyfit(np.log10(distance), rss, 1)
@@ -246,7 +202,7 @@ def _samples(distance_m: npt.ArrayLike, rss_dbm: npt.ArrayLike) -> tuple[FloatAr
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RssNoise:
-    """Return Gaussian noise on every reading of every tag, thesis 6.5.1.
+    """Gaussian noise on every reading of every tag, thesis 6.5.1.
 
     Parameters
     ----------
@@ -254,12 +210,6 @@ class RssNoise:
         Mean, the same for all tags [dB]; the thesis has -30.
     sigma_db : float
         Standard deviation [dB]; the thesis has 50.
-
-    Raises
-    ------
-    NavigationError
-        When the mean is not finite or the deviation is not positive and finite: every filter
-        divides by this covariance.
     """
 
     mean_db: float = -30.0
@@ -289,7 +239,7 @@ class RssNoise:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TagMesh:
-    """Return the RSS of a mesh of tags that all follow one law of distance, thesis (6.1).
+    """The RSS of a mesh of tags that all follow one law of distance, thesis (6.1).
 
     Parameters
     ----------
@@ -297,11 +247,6 @@ class TagMesh:
         Places of the tags, heights above the robot's antenna [m].
     law : DistanceLaw
         RSS against distance.
-
-    Raises
-    ------
-    NavigationError
-        When there is no tag, or a tag lies in the antenna's plane.
     """
 
     tags_m: FloatArray
@@ -318,23 +263,11 @@ class TagMesh:
             raise NavigationError(msg)
 
     def rss_dbm(self, places_m: FloatArray) -> FloatArray:
-        """Return the RSS of all tags at places of the robot, (m, s) [dBm].
-
-        Parameters
-        ----------
-        places_m : (m, 2) float64
-            x, y [m].
-        """
+        """Return the RSS of all tags at places of the robot, (m, s) [dBm]."""
         return self.law.rss_dbm(self._offsets(places_m)[1])
 
     def slopes_db_per_m(self, places_m: FloatArray) -> FloatArray:
-        """Return the derivatives of the RSS along x and y, (m, s, 2) [dB/m].
-
-        Parameters
-        ----------
-        places_m : (m, 2) float64
-            x, y [m].
-        """
+        """Return the derivatives of the RSS along x and y, (m, s, 2) [dB/m]."""
         offset, distance = self._offsets(places_m)
         rate = self.law.slope_db_per_m(distance) / distance
         slopes: FloatArray = rate[..., None] * offset
@@ -357,11 +290,6 @@ def tag_grid(side: int, *, spacing_m: float, height_m: float) -> FloatArray:
         Distance of neighbours [m].
     height_m : float
         Height above the robot's antenna [m].
-
-    Raises
-    ------
-    NavigationError
-        When the side is below 1 or a length is not positive.
     """
     if side < 1 or not (spacing_m > 0.0 and height_m > 0.0):
         msg = (

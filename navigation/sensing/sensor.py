@@ -23,17 +23,12 @@ class PowerLink(Protocol):
     """The power that one tag delivers to the reader's antennas, free of noise."""
 
     def rss_w(self, poses: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-        """Return the received power of each antenna [W].
+        """Return the received power of each antenna, (m, n) [W]; zero where nothing arrives.
 
         Parameters
         ----------
         poses : (m, 3) float64
             x [m], y [m], heading [rad] of the robot in the room.
-
-        Returns
-        -------
-        (m, n) float64
-            Received power, zero where nothing arrives [W].
         """
         ...
 
@@ -64,7 +59,7 @@ class RssSensor(Protocol):
         *,
         motion: Motion = AT_REST,
     ) -> npt.NDArray[np.float64]:
-        """Return one reading of all antennas [W].
+        """Return one reading of all antennas, (n,) [W]; zero where nothing is received.
 
         Parameters
         ----------
@@ -78,18 +73,13 @@ class RssSensor(Protocol):
             How the robot has driven since its last reading: a reader that takes its antennas one
             after another read the first of them on that way. By default it has stood still. After
             an arrival the next tag is read at once and standing.
-
-        Returns
-        -------
-        (n,) float64
-            RSS, zero where nothing is received [W].
         """
         ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FieldSensor:
-    """Return a sensor that reads the radio model's field as a device does.
+    """A sensor that reads the radio model's field as a device does.
 
     Parameters
     ----------
@@ -111,11 +101,6 @@ class FieldSensor:
         Probability that an antenna's reading is lost, each by itself, and reads zero [-].
     read_probability : float
         Probability that a tag within reach answers at all; otherwise all antennas read zero [-].
-
-    Raises
-    ------
-    NavigationError
-        When there is no link, the antennas are too few, or a number is out of its range.
 
     Notes
     -----
@@ -173,7 +158,7 @@ class FieldSensor:
         *,
         motion: Motion = AT_REST,
     ) -> npt.NDArray[np.float64]:
-        """Return one reading of all antennas with the device's errors [W].
+        """Return one reading of all antennas with the device's errors, (n,) [W].
 
         Parameters
         ----------
@@ -185,19 +170,9 @@ class FieldSensor:
             Source of the errors.
         motion : Motion
             How the robot has driven since its last reading.
-
-        Returns
-        -------
-        (n,) float64
-            RSS, zero where nothing is received [W].
-
-        Raises
-        ------
-        NavigationError
-            When the sensor has no link to that tag, or the link has another number of antennas.
         """
         rss = self._field_w(np.asarray(pose, dtype=np.float64), tag_id, motion)
-        # Gamma variables, of which nobody knows how much they draw, come last.
+        # The thermal noise draws last: how many numbers its gamma variables take is not fixed.
         own = rng.spawn(1)[0]
         answers = float(own.random()) < self.read_probability
         arrives = own.random(rss.shape) >= self.drop_out_probability
@@ -229,7 +204,7 @@ class FieldSensor:
 
 
 def unknown_tag(tag_id: str, known: tuple[str, ...]) -> NavigationError:
-    """Return the error for a tag that nobody knows, naming the nearest one.
+    """Return the error for an unknown tag, naming the nearest known one.
 
     Parameters
     ----------
@@ -237,11 +212,6 @@ def unknown_tag(tag_id: str, known: tuple[str, ...]) -> NavigationError:
         The tag asked for.
     known : tuple of str
         The tags there are.
-
-    Returns
-    -------
-    NavigationError
-        To be raised by the caller.
     """
     near = nearest_name(tag_id, known)
     return NavigationError(

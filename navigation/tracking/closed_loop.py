@@ -22,7 +22,7 @@ FloatArray = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class World:
-    """Return what really happens: the robot, its disturbances and its readings.
+    """What really happens: the robot, its disturbances and its readings.
 
     Parameters
     ----------
@@ -41,13 +41,8 @@ class World:
     reading_every : int
         Periods from one reading of the tags to the next.
     encoder_tick_rad : float or None
-        The estimator is told what wheel encoders of this resolution count [rad]; None: what was
+        The estimator gets what wheel encoders of this resolution count [rad]; None: what was
         commanded, as in the thesis.
-
-    Raises
-    ------
-    NavigationError
-        When a number is out of range.
     """
 
     robot: DifferentialDrive
@@ -81,7 +76,7 @@ class World:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TrackingRecord:
-    """Return what a set of runs did.
+    """What a set of runs did.
 
     Parameters
     ----------
@@ -154,11 +149,6 @@ def run_seeds(seed: int, runs: int) -> list[np.random.SeedSequence]:
         Base seed, not negative.
     runs : int
         Number of runs, at least 1.
-
-    Raises
-    ------
-    NavigationError
-        When one is out of range.
     """
     if seed < 0 or runs < 1:
         msg = f"seed is {seed} and runs is {runs}, but they must be at least 0 and 1: raise them."
@@ -182,7 +172,7 @@ def drive(
     controller : TrackingController
         What decides.
     estimator : PoseEstimator
-        What it is told of the pose.
+        Gives it the pose.
     world : World
         What really happens.
     desired : DesiredTrajectory
@@ -191,16 +181,6 @@ def drive(
         True x [m], y [m], heading [rad] at the beginning of every run.
     seeds : sequence of numpy.random.SeedSequence
         One for each run, from `run_seeds`: what happens in a run depends on its seed alone.
-
-    Returns
-    -------
-    TrackingRecord
-        Of all runs.
-
-    Raises
-    ------
-    NavigationError
-        When the trajectory's period is not the world's.
 
     Notes
     -----
@@ -230,11 +210,11 @@ def drive(
         noise = np.array([rng.normal(0.0, world.rate_sigma_rad_per_s, 2) for rng in rngs])
         real = rates + noise
         true = world.robot.step_arc(true, real, period_s=world.period_s)
-        told, turned = _told(world, rates, real, turned)
+        counted, turned = _counted_rates(world, rates, real, turned)
         heard = (k + 1) % world.reading_every == 0
         if heard:
             rss = _read(world, true, rngs)
-        belief = estimator.step(belief, told, rss if heard else None, own)
+        belief = estimator.step(belief, counted, rss if heard else None, own)
         poses[:, k + 1], estimates[:, k + 1] = true, estimator.poses(belief)
         commanded[:, k] = rates
     return TrackingRecord(desired=desired, poses=poses, estimates=estimates, wheel_rates=commanded)
@@ -254,10 +234,10 @@ def _read(world: World, true: FloatArray, rngs: Sequence[np.random.Generator]) -
     return noisy
 
 
-def _told(
+def _counted_rates(
     world: World, commanded: FloatArray, real: FloatArray, turned: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the wheel rates that the estimator is told, and how far the wheels have turned."""
+    """Return the wheel rates that the estimator gets, and how far the wheels have turned."""
     if world.encoder_tick_rad is None:
         return commanded, turned
     after = turned + world.period_s * real

@@ -42,7 +42,7 @@ class TrackingController(Protocol):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OpenLoop:
-    """Return a controller that plays wheel rates and looks at nothing.
+    """A controller that plays wheel rates and looks at nothing.
 
     Parameters
     ----------
@@ -57,24 +57,14 @@ class OpenLoop:
         object.__setattr__(self, "rates", rates)
 
     def wheel_rates(self, step: int, poses: FloatArray, rss_dbm: FloatArray) -> FloatArray:
-        """Return the rates of a period, (r, 2) [rad/s].
-
-        Parameters
-        ----------
-        step : int
-            Number of the period.
-        poses : (r, 3) float64
-            Not looked at [m, rad].
-        rss_dbm : (r, s) float64
-            Not looked at [dBm].
-        """
+        """Return the rates of a period, (r, 2) [rad/s]."""
         del rss_dbm
         return np.tile(self.rates[step], (len(poses), 1))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NeighbouringControl:
-    """Return thesis (7.34): the nominal inputs less C times the deviation from the nominal pose.
+    """Thesis (7.34): the nominal inputs less C times the deviation from the nominal pose.
 
     Parameters
     ----------
@@ -101,17 +91,7 @@ class NeighbouringControl:
             object.__setattr__(self, name, array)
 
     def wheel_rates(self, step: int, poses: FloatArray, rss_dbm: FloatArray) -> FloatArray:
-        """Return the rates of a period, (r, 2) [rad/s].
-
-        Parameters
-        ----------
-        step : int
-            Number of the period.
-        poses : (r, 3) float64
-            Estimated pose; the heading's deviation is wrapped [m, rad].
-        rss_dbm : (r, s) float64
-            Not looked at [dBm].
-        """
+        """Return the rates of a period, (r, 2) [rad/s]."""
         del rss_dbm
         deviation = poses - self.nominal_poses[step]
         deviation[:, 2] = wrap_angle(deviation[:, 2])
@@ -123,7 +103,7 @@ class NeighbouringControl:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MeasurementFeedback:
-    """Return thesis (6.3): the wheel rates are a varying matrix times the RSS of all tags.
+    """Thesis (6.3): the wheel rates are a varying matrix times the RSS of all tags.
 
     Parameters
     ----------
@@ -138,17 +118,7 @@ class MeasurementFeedback:
         object.__setattr__(self, "gains", gains)
 
     def wheel_rates(self, step: int, poses: FloatArray, rss_dbm: FloatArray) -> FloatArray:
-        """Return the rates of a period, (r, 2) [rad/s].
-
-        Parameters
-        ----------
-        step : int
-            Number of the period.
-        poses : (r, 3) float64
-            Not looked at: the robot knows neither its place nor the tags' [m, rad].
-        rss_dbm : (r, s) float64
-            What was read [dBm].
-        """
+        """Return the rates of a period, (r, 2) [rad/s]."""
         del poses
         rates: FloatArray = np.sum(self.gains[step] * rss_dbm[:, None, :], axis=-1)
         return rates
@@ -156,7 +126,7 @@ class MeasurementFeedback:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PredictiveControl:
-    """Return model predictive control: bounded iLQR over a horizon, anew in every period.
+    """Model predictive control: bounded iLQR over a horizon, anew in every period.
 
     Parameters
     ----------
@@ -170,11 +140,6 @@ class PredictiveControl:
         Periods looked ahead.
     iterations : int
         iLQR iterations in each period.
-
-    Raises
-    ------
-    NavigationError
-        When horizon or iterations are below 1.
     """
 
     desired: DesiredTrajectory
@@ -192,17 +157,7 @@ class PredictiveControl:
             raise NavigationError(msg)
 
     def wheel_rates(self, step: int, poses: FloatArray, rss_dbm: FloatArray) -> FloatArray:
-        """Return the first rates of the best plan from each estimated pose, (r, 2) [rad/s].
-
-        Parameters
-        ----------
-        step : int
-            Number of the period.
-        poses : (r, 3) float64
-            Estimated poses, of any turn [m, rad].
-        rss_dbm : (r, s) float64
-            Not looked at [dBm].
-        """
+        """Return the first rates of the best plan from each estimated pose, (r, 2) [rad/s]."""
         del rss_dbm
         ahead = np.minimum(np.arange(step, step + self.horizon + 1), self.desired.steps)
         reference = self.desired.poses[ahead]

@@ -35,11 +35,6 @@ class Descent:
     tolerance : float
         δ_1 and δ_2 of step 5: stop at a cost, or a squared gradient, below it [-].
 
-    Raises
-    ------
-    NavigationError
-        When a number is out of its range.
-
     Notes
     -----
     ΔK = -ε H_K with the printed "0 < ε < 1" diverges: it converges only below about 1e-9 in its

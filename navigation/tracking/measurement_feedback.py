@@ -17,7 +17,7 @@ FloatArray = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FeedbackTask:
-    """Return what a feedback gain is trained for.
+    """What a feedback gain is trained for.
 
     Parameters
     ----------
@@ -28,11 +28,6 @@ class FeedbackTask:
         Places of the tags [m]; the robot does not know them.
     law : LogExponentialLaw
         RSS of the tags, (6.2).
-
-    Raises
-    ------
-    NavigationError
-        When the problem has substeps.
     """
 
     problem: TrackingProblem
@@ -57,7 +52,7 @@ class FeedbackTask:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FeedbackRun:
-    """Return one run of the feedback on one noise record.
+    """One run of the feedback on one noise record.
 
     Parameters
     ----------

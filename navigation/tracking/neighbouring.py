@@ -15,7 +15,7 @@ FloatArray = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RiccatiGains:
-    """Return the neighbouring control's gains and its costs-to-go.
+    """The neighbouring control's gains and its costs-to-go.
 
     Parameters
     ----------
@@ -84,7 +84,7 @@ def riccati_gains(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StabilityReport:
-    """Return what Theorem 7.4 and Lemma 7.3 ask for, computed along a trajectory.
+    """What Theorem 7.4 and Lemma 7.3 ask for, computed along a trajectory.
 
     Parameters
     ----------
@@ -126,11 +126,6 @@ def stability_report(
         Its weights.
     period_s : float
         Sample period T [s].
-
-    Returns
-    -------
-    StabilityReport
-        Decay, observability and controllability.
 
     Notes
     -----

@@ -20,7 +20,7 @@ FIRST_RATES_RAD_PER_S = ((0.1, 0.1), (3.0, 3.0), (-3.0, -3.0), (1.0, -1.0), (-1.
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NominalSolution:
-    """Return the nominal inputs and the way they make.
+    """The nominal inputs and the way they make.
 
     Parameters
     ----------
@@ -154,7 +154,7 @@ def gain_cost(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BoundedIlqr:
-    """Return the quickest solver: iterative LQR whose inputs keep within the wheels' limits.
+    """The quickest solver: iterative LQR whose inputs keep within the wheels' limits.
 
     Parameters
     ----------
@@ -179,13 +179,7 @@ class BoundedIlqr:
     first_rates_rad_per_s: tuple[tuple[float, float], ...] = FIRST_RATES_RAD_PER_S
 
     def solve(self, problem: TrackingProblem) -> NominalSolution:
-        """Return the best inputs found.
-
-        Parameters
-        ----------
-        problem : TrackingProblem
-            What to follow, from where, with which weights.
-        """
+        """Return the best inputs found."""
         found = [self._search(problem, np.array(first)) for first in self.first_rates_rad_per_s]
         return min(found, key=lambda solution: solution.cost)
 
@@ -221,7 +215,7 @@ class BoundedIlqr:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class InputSearch:
-    """Return a general-purpose solver: L-BFGS-B on the inputs with the adjoint gradient.
+    """A general-purpose solver: L-BFGS-B on the inputs with the adjoint gradient.
 
     Parameters
     ----------
@@ -241,13 +235,7 @@ class InputSearch:
     first_rates_rad_per_s: tuple[tuple[float, float], ...] = FIRST_RATES_RAD_PER_S
 
     def solve(self, problem: TrackingProblem) -> NominalSolution:
-        """Return the best inputs found.
-
-        Parameters
-        ----------
-        problem : TrackingProblem
-            What to follow, from where, with which weights.
-        """
+        """Return the best inputs found."""
         found = [self._search(problem, np.array(first)) for first in self.first_rates_rad_per_s]
         return min(found, key=lambda solution: solution.cost)
 
@@ -309,18 +297,7 @@ class GainDescent(Descent):
     momentum: float = 0.98
 
     def solve(self, problem: TrackingProblem) -> NominalSolution:
-        """Return the inputs of the best gains found.
-
-        Parameters
-        ----------
-        problem : TrackingProblem
-            What to follow, from where, with which weights.
-
-        Raises
-        ------
-        NavigationError
-            When the start is the zero pose: K q is zero there whatever K is, thesis (7.2).
-        """
+        """Return the inputs of the best gains found."""
         if not problem.start.any():
             msg = (
                 "the start is x = 0, y = 0, heading = 0, from where u = K q never moves, thesis "

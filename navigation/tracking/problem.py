@@ -24,11 +24,6 @@ def weight_matrix(value: npt.ArrayLike, *, name: str, size: int) -> FloatArray:
         What it is called in a message.
     size : int
         Number of rows.
-
-    Raises
-    ------
-    NavigationError
-        When it is not symmetric, or singular or indefinite: (6.5) needs a positive definite one.
     """
     rows = np.ndim(np.array(value, dtype=object))
     given = frozen_array(value, name=name, shape=(None,) * max(rows, 1), error=NavigationError)
@@ -56,7 +51,7 @@ def weight_matrix(value: npt.ArrayLike, *, name: str, size: int) -> FloatArray:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Weights:
-    """Return the weights of the cost: thesis (6.5) and (7.31).
+    """The weights of the cost: thesis (6.5) and (7.31).
 
     Parameters
     ----------
@@ -67,11 +62,6 @@ class Weights:
     inputs : (2, 2) float64
         R of the wheel rates' deviation from the nominal, or its diagonal [s²/rad²]; only the
         neighbouring control has it.
-
-    Raises
-    ------
-    NavigationError
-        When one is not symmetric and positive definite.
     """
 
     state: FloatArray
@@ -100,7 +90,7 @@ def stabilisation_weights() -> Weights:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TrackingProblem:
-    """Return a problem: follow a trajectory from a start, at the least cost (6.5).
+    """A problem: follow a trajectory from a start, at the least cost (6.5).
 
     Parameters
     ----------
@@ -114,11 +104,6 @@ class TrackingProblem:
         The robot and its limits.
     substeps : int
         Euler steps for which a wheel rate, or a gain, is held.
-
-    Raises
-    ------
-    NavigationError
-        When the substeps do not divide the trajectory's steps.
     """
 
     desired: DesiredTrajectory

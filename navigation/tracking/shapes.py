@@ -204,11 +204,6 @@ def u_shape(
         Radius of the corners [m]; a robot that does not stop cannot take a sharp one.
     duration_s : float
         How long it takes [s].
-
-    Raises
-    ------
-    NavigationError
-        When the radius is not positive or too large for the legs.
     """
     first, middle, last = legs_m
     if not (corner_radius_m > 0.0 and corner_radius_m <= min(first, 0.5 * middle, last)):
@@ -252,7 +247,7 @@ def _piece_chords(length: FloatArray, heading: FloatArray, turn: FloatArray) -> 
 def spline(
     waypoints_m: npt.ArrayLike, *, duration_s: float, closed: bool = False, name: str = "spline"
 ) -> Curve:
-    """Return a smooth curve through waypoints, passed in shares of time like their chords.
+    """Return a cubic spline in time through waypoints, passed in shares of time like their chords.
 
     Parameters
     ----------
@@ -264,17 +259,6 @@ def spline(
         Go back to the first point, without a kink there.
     name : str
         What it is called.
-
-    Returns
-    -------
-    Curve
-        A cubic spline in time, its acceleration continuous.
-
-    Raises
-    ------
-    NavigationError
-        When there are fewer than two waypoints (three of a closed curve) or two neighbours
-        coincide.
     """
     from scipy.interpolate import CubicSpline
 

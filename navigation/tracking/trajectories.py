@@ -17,7 +17,7 @@ _STILL_M_PER_S = 1e-9
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Curve:
-    """Return a way in the plane as a function of time.
+    """A way in the plane as a function of time.
 
     Parameters
     ----------
@@ -29,11 +29,6 @@ class Curve:
         Times (k,) [s] to (3, k, 2): place [m], velocity [m/s] and acceleration [m/s²].
     resting_heading_rad : float
         Heading of a curve that never moves [rad].
-
-    Raises
-    ------
-    NavigationError
-        When the duration is not positive and finite.
     """
 
     name: str
@@ -52,7 +47,7 @@ class Curve:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DesiredTrajectory:
-    """Return a desired trajectory at sample times, thesis 6.5.2.
+    """A desired trajectory at sample times, thesis 6.5.2.
 
     Parameters
     ----------
@@ -101,20 +96,14 @@ class DesiredTrajectory:
         return float(np.linalg.norm(np.diff(self.poses[:, :2], axis=0), axis=1).sum())
 
     def wheel_rates(self, robot: DifferentialDrive) -> FloatArray:
-        """Return the feed-forward of the wheels, (k, 2), right and left [rad/s].
-
-        Parameters
-        ----------
-        robot : DifferentialDrive
-            Wheels and axle.
-        """
+        """Return the feed-forward of the wheels, (k, 2), right and left [rad/s]."""
         return robot.wheel_rates(
             speed_m_per_s=self.speed_m_per_s, turn_rate_rad_per_s=self.turn_rate_rad_per_s
         )
 
 
 def desired_trajectory(curve: Curve, *, period_s: float) -> DesiredTrajectory:
-    """Return a curve sampled every period, with heading, speed and turn rate.
+    """Return a curve in duration / period + 1 samples, with heading, speed and turn rate.
 
     Parameters
     ----------
@@ -122,16 +111,6 @@ def desired_trajectory(curve: Curve, *, period_s: float) -> DesiredTrajectory:
         The way.
     period_s : float
         Sample period T [s]; the duration is a multiple of it.
-
-    Returns
-    -------
-    DesiredTrajectory
-        With duration / period + 1 samples.
-
-    Raises
-    ------
-    NavigationError
-        When the period does not divide the duration, or the curve is not finite there.
 
     Notes
     -----
@@ -167,7 +146,7 @@ def desired_trajectory(curve: Curve, *, period_s: float) -> DesiredTrajectory:
 
 
 def check_feasible(trajectory: DesiredTrajectory, robot: DifferentialDrive) -> None:
-    """Return nothing; refuse a trajectory that the wheels cannot follow.
+    """Refuse a trajectory that the wheels cannot follow.
 
     Parameters
     ----------
@@ -175,11 +154,6 @@ def check_feasible(trajectory: DesiredTrajectory, robot: DifferentialDrive) -> N
         The trajectory.
     robot : DifferentialDrive
         The robot and its limits.
-
-    Raises
-    ------
-    NavigationError
-        Where a wheel would have to turn faster than it can; the message has the worst place.
     """
     rates = np.abs(trajectory.wheel_rates(robot)).max(axis=1)
     worst = int(np.argmax(rates))

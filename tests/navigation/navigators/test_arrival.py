@@ -173,7 +173,7 @@ def test_thresholds_that_cannot_be_are_refused(link):
         def rss_w(self, poses):
             return np.zeros((len(poses), 8))
 
-    with pytest.raises(NavigationError, match="arrival cannot be told"):
+    with pytest.raises(NavigationError, match="arrival cannot be detected"):
         arrival_threshold_w(Dead(), (0.0, 0.0), radius_m=0.2)
     with pytest.raises(NavigationError, match=r"radius_m is -0\.2"):
         arrival_threshold_w(link, (0.0, 0.0), radius_m=-0.2)
