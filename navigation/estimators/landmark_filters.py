@@ -148,7 +148,7 @@ class LandmarkTrack:
         return self.belief.mean[..., [SLIP, SPIN]]
 
     def nees(self, truth: npt.ArrayLike) -> FloatArray:
-        """Return the (...) normalised estimation error squared of the five states [-]; 5 on average.
+        """Return the (...) normalised estimation error squared [-]; 5 on average.
 
         Parameters
         ----------
@@ -225,7 +225,7 @@ class LandmarkFilter:
         track : LandmarkTrack
             Belief before.
         twist : (..., 2) array_like
-            Commanded v [m/s] and ω [rad/s], constant over the period. A robot that is commanded to stand
+            Commanded v [m/s] and ω [rad/s], constant over the period. A robot commanded to stand
             still does so: it neither slips nor adds noise.
         period_s : (...) array_like
             Time that passed, any and each time another [s].
