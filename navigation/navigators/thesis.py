@@ -81,8 +81,8 @@ class ThesisNavigator:
         Bearing of the rotation mode: the strongest antenna, thesis (5.2), or the vector sum.
     rerotate_for_s : float
         For so long from the beginning of a leg the robot rotates again when the strongest antenna
-        is not one of the front three [s]; 0, as in the thesis, for never. Under a dominant reflection
-        it would rotate for ever, hence the end.
+        is not one of the front three [s]; 0, as in the thesis, for never. Under a dominant
+        reflection it would rotate for ever, hence the end.
 
     Notes
     -----
