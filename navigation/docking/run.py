@@ -1,6 +1,5 @@
 """One docking mission, or many: coarse and fine stage in turn, try after try."""
 
-import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -74,7 +73,9 @@ def _sequence(
     task: DockingTask, drive: DockingDrive, coarse: CoarseDrive | None, fine: FineDrive
 ) -> DockingResult:
     at_station = coarse is None
-    for attempt in itertools.count(1):
+    attempt = 0
+    while True:
+        attempt += 1
         try:
             failure = None if at_station or coarse is None else coarse.approach(attempt)
             if failure is None:
@@ -84,8 +85,7 @@ def _sequence(
         if failure is None:
             return drive.result("docked", "the robot stands in the dock", tries=attempt)
         if drive.worn_out or attempt >= task.tries:
-            break
-    return drive.result(*failure, tries=attempt)
+            return drive.result(*failure, tries=attempt)
 
 
 def _attempt(

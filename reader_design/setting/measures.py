@@ -12,11 +12,11 @@ import numpy.typing as npt
 
 from octant.em.decibels import decibels
 from octant.geometries.errors import AntennaError
+from octant.navigation.angles import wrap_angle
 from octant.navigation.sensing.bearing import (
     FRONT_AZIMUTH_RAD,
     steering_pair,
     vector_sum_bearing,
-    wrap_angle,
 )
 
 FloatArray = npt.NDArray[np.float64]

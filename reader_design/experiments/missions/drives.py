@@ -8,7 +8,8 @@ import numpy.typing as npt
 
 from octant.em.antennas.embedded import ReaderResponse
 from octant.geometries.errors import ConfigError, NavigationError
-from octant.navigation.missions.run import Mission, MissionResult, run_missions
+from octant.navigation.missions.records import Mission, MissionResult
+from octant.navigation.missions.run import run_missions
 from octant.navigation.missions.starts import ListedStarts, RandomStarts, Starts
 from octant.navigation.navigators.arrival import ArrivalTest, arrival_tests
 from octant.navigation.robot.drive import DifferentialDrive

@@ -12,7 +12,7 @@ from octant.navigation.control.controllers import (
     VectorSumController,
 )
 from octant.navigation.missions.navigators import thesis_navigator, tracker_navigator
-from octant.navigation.missions.run import Mission
+from octant.navigation.missions.records import Mission
 from octant.navigation.navigators.interface import Navigator
 from octant.navigation.robot.drive import DifferentialDrive
 from octant.navigation.sensing.pattern_match import PatternMatcher, PowerTable

@@ -7,7 +7,7 @@ import numpy as np
 
 from octant.em.antennas.embedded import ReaderResponse
 from octant.geometries.errors import ConfigError, GeometryError
-from octant.navigation.missions.run import MissionResult
+from octant.navigation.missions.records import MissionResult
 from octant.reader_design.experiments.missions.drives import drive_missions, mission_space
 from octant.reader_design.setting.links import mission_table
 from octant.reader_design.setting.scene import StudyScene, build_study_scene

@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from octant.em.antennas.embedded import ReaderResponse
 from octant.em.decibels import power_dbm
-from octant.navigation.missions.run import MissionResult
+from octant.navigation.missions.records import MissionResult
 from octant.reader_design.experiments.missions.animation import FieldMap, Scenery
 from octant.reader_design.setting.links import tag_link
 from octant.reader_design.setting.samples import standing_room

@@ -13,7 +13,7 @@ from octant.reader_design.options import common_options
 
 if TYPE_CHECKING:
     from octant.navigation.missions.metrics import MissionMetrics
-    from octant.navigation.missions.run import MissionResult
+    from octant.navigation.missions.records import MissionResult
     from octant.reader_design.setting.scene import StudyScene
 
 

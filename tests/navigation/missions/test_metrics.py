@@ -12,7 +12,7 @@ from octant.navigation.missions.metrics import (
     pose_errors,
     root_mean_square,
 )
-from octant.navigation.missions.run import Mission, MissionResult
+from octant.navigation.missions.records import Mission, MissionResult
 from octant.navigation.navigators.arrival import ArrivalTest
 
 MISSION = Mission(

@@ -10,7 +10,8 @@ from thesis_robot import thesis_robot
 from octant.geometries.errors import NavigationError, PhysicsWarning
 from octant.navigation.control.controllers import FuzzyController, VectorSumController
 from octant.navigation.missions.metrics import measure
-from octant.navigation.missions.run import Mission, run_mission, run_missions
+from octant.navigation.missions.records import Mission
+from octant.navigation.missions.run import run_mission, run_missions
 from octant.navigation.navigators.arrival import ArrivalTest
 from octant.navigation.robot.drive import DifferentialDrive
 from octant.navigation.robot.motion import AT_REST
