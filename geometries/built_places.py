@@ -1,7 +1,7 @@
 """Where the antennas and plates of a reader stand as built."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -103,15 +103,7 @@ def built_places(
     radii = drawn.element_radii_m + errors.radial_m
     _refuse_any(radii <= 0.0, "antenna", "would stand on the axis or beyond it")
     if not len(drawn.plate_azimuths_rad):
-        return BuiltPlaces(
-            element_azimuths_rad=elements,
-            element_radii_m=radii,
-            plate_azimuths_rad=drawn.plate_azimuths_rad,
-            plate_reaches_m=drawn.plate_reaches_m,
-            plate_rim_heights_m=drawn.plate_rim_heights_m,
-            plate_axis_height_m=drawn.plate_axis_height_m,
-            rim_scale=scale,
-        )
+        return replace(drawn, element_azimuths_rad=elements, element_radii_m=radii, rim_scale=scale)
     plates = drawn.plate_azimuths_rad + errors.plate_azimuth_rad
     drawn_rim = reach_to_rim_m(drawn.plate_azimuths_rad, rim_m)
     rim = scale * (drawn_rim if is_round else reach_to_rim_m(plates, rim_m))

@@ -129,7 +129,7 @@ def _cut_edges(
 def _wound_alike(faces: IntArray, pairs: IntArray, against: npt.NDArray[np.bool_]) -> IntArray:
     """Return the (t, 3) faces, turned so that no neighbours (k, 2) wind ``against`` each other.
 
-    Winding numbers count on it, meshes do not always keep to it.
+    Winding numbers rely on it; not every mesh has it.
     """
     count = len(faces)
     if not against.any():

@@ -14,7 +14,7 @@ class GeometryError(OctantError, ValueError):
 
 
 class MaterialRangeError(OctantError, ValueError):
-    """A material is unknown, or is asked for outside the frequencies its model covers."""
+    """A material is unknown, or a frequency lies outside the range of its model."""
 
 
 class AntennaError(OctantError, ValueError):

@@ -1,8 +1,8 @@
 """Answers "is this segment free?" for triangle meshes, in float64.
 
 Kay and Kajiya (1986) slabs, Moller and Trumbore (1997) triangles, a binned surface-area tree: built
-in O(n log n), asked in O(log n). Single-precision tracers are no choice here: paths end *on*
-surfaces, and only the exclusion of the end planes by number tells an end from an obstacle.
+in O(n log n), answers in O(log n). Single-precision tracers cannot be used here: paths end *on*
+surfaces, and only the exclusion of the end planes by number separates an end from an obstacle.
 """
 
 from typing import Any
@@ -56,7 +56,7 @@ def segments_blocked(
     Parameters
     ----------
     bvh : BvhArrays
-        Hierarchy of :func:`build_bvh`.
+        Hierarchy of `build_bvh`.
     starts_m, ends_m : (n, 3) float64
         Ends of the segments [m].
     start_planes, end_planes : (n,) int or int

@@ -19,7 +19,7 @@ from octant.geometries._plane_geometry import (
 )
 
 LARGEST_OUTLINE = 20_000
-"""Edges [-] of a piece above which its overlaps are left alone: the time grows with the square."""
+"""Edges [-] of a piece above which overlaps are not resolved: the time grows with the square."""
 
 
 def outer_outlines(

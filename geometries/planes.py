@@ -74,7 +74,7 @@ def group_planes(
     triangles, and is tilted against them, by what rounding explains and by nothing else: a gently
     curved surface is not followed, however small its triangles. Separate pieces share a plane
     when the wider one's holds the other piece, three times the tolerance at most, and the other's
-    own plane differs by no more than its rounding tells; of more than a few dozen nearly equal
+    own plane differs by no more than its rounding explains; of more than a few dozen nearly equal
     planes some may stay apart, which costs time but loses no path.
     """
     tolerance = np.broadcast_to(np.asarray(tolerance_m, dtype=np.float64), (len(vertices_m),))

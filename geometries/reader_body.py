@@ -59,7 +59,7 @@ class ReaderBody:
     ground_plane_shape : str
         "square", "round" or "octagon".
     monopole_plane_m : float
-        Side of the square plane asked for under each monopole [m]; 0: none of its own.
+        Wanted side of the square plane under each monopole [m]; 0: none of its own.
     element_azimuths_rad : (n,) float64
         Azimuth of each antenna [rad], as drawn.
     plate_azimuths_rad : (n,) float64
@@ -116,11 +116,7 @@ class ReaderBody:
 
     @property
     def fitted_monopole_plane_m(self) -> float:
-        """Side of the square plane that fits under each monopole [m].
-
-        `monopole_plane_m`, or less where it would cut a plate or its neighbour [m]; see
-        `fitted_monopole_plane_m`.
-        """
+        """Side of the square plane that fits under each monopole, see the function [m]."""
         return fitted_monopole_plane_m(
             self.monopole_plane_m,
             antenna_radius_m=self.antenna_radius_m,
@@ -295,16 +291,15 @@ def fitted_monopole_plane_m(
 ) -> float:
     """Return the side of the square plane that fits under each monopole [m].
 
-    The side asked for, or the largest that fits if that is smaller [m].
-
-    The plane is centred under its monopole, with two sides along the radius. Made larger by the
-    margin on all sides, it must not cross the half-planes half-way between neighbouring antennas,
-    where the plates stand; without plates it would otherwise cross the neighbour's plane there.
+    It is the given side, or the largest that fits if that is smaller. The plane is centred under
+    its monopole, with two sides along the radius. Made larger by the margin on all sides, it must
+    not cross the half-planes half-way between neighbouring antennas, where the plates stand;
+    without plates it would otherwise cross the neighbour's plane there.
 
     Parameters
     ----------
     monopole_plane_m : float
-        Side asked for [m]; 0 stays 0.
+        Wanted side [m]; 0 stays 0.
     antenna_radius_m : float
         Distance of the antennas from the axis, r_a [m].
     antennas : int

@@ -125,7 +125,7 @@ def _openings_by_wall(
     for door in doorways:
         if door.wall >= len(outline):
             msg = (
-                f"a doorway is asked for in wall {door.wall}, but the room's walls are numbered 0 "
+                f"a doorway names wall {door.wall}, but the room's walls are numbered 0 "
                 f"to {len(outline) - 1}."
             )
             raise GeometryError(msg)

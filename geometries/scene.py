@@ -27,7 +27,7 @@ from octant.geometries.planes import FLOAT32_BITS, rounding_m
 from octant.geometries.tolerances import LENGTHS
 
 MOST_PLANES = 6
-"""Planes [-] through one point that moving off them looks at: at a corner of three walls, three."""
+"""Planes [-] through one point from which `Scene.stand_off` moves it; a room's corner has three."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -136,7 +136,7 @@ class Scene:
     def inside_room(self, points_m: npt.ArrayLike) -> npt.NDArray[np.bool_]:
         """Return (n,) bool, whether each point lies in the room [-], objects or not.
 
-        A closed room is asked exactly. An open one (a doorway, a missing ceiling) has no inside in
+        For a closed room this is exact. An open one (a doorway, a missing ceiling) has no inside in
         the strict sense: there a point within the bounds that has floor below it or ceiling above
         it counts. Without a room every point is inside.
 

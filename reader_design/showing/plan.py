@@ -97,7 +97,7 @@ def draw_plan(axes: "Axes", plan: Plan, *, extra_m: FloatArray | None = None) ->
     axes : Axes
         Where to draw.
     plan : Plan
-        From :func:`plan_of`.
+        From `plan_of`.
     extra_m : (k, 2) float64, optional
         Points that must be in view besides the room [m].
     """
