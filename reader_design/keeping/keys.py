@@ -59,6 +59,17 @@ def case_keys(
     return tuple(hashlib.sha256(shared + digests.of(case)).hexdigest() for case in cases)
 
 
+def digest(value: object) -> str:
+    """Return the SHA-256 of a value's content, 64 hexadecimal digits.
+
+    Parameters
+    ----------
+    value : object
+        Of the types that `case_keys` reads.
+    """
+    return _Digests(()).of(value).hex()
+
+
 def _name_of(function: Callable[..., object]) -> str:
     name = f"{getattr(function, '__module__', '')}.{getattr(function, '__qualname__', '<')}"
     if "<" in name:

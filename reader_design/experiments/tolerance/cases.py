@@ -1,8 +1,8 @@
 """One case: a design, built and used with given deviations, and its scores."""
 
-import time
-import warnings
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
 
 import msgspec
 import numpy as np
@@ -13,14 +13,12 @@ from octant.em.decibels import power_dbm
 from octant.em.medium.materials import Material
 from octant.em.medium.radio_scene import RadioScene, radio_scene
 from octant.em.reader.cache import cached_responses
-from octant.geometries.errors import OctantError, PhysicsWarning
 from octant.reader_design.experiments.tolerance.draws import Deviation
-from octant.reader_design.keeping.versions import versions
+from octant.reader_design.keeping.keeper import RecordCodec, map_cases
+from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.setting.design import (
     ReaderDesign,
-    content_hash,
     design_responses,
-    response_inputs,
 )
 from octant.reader_design.setting.evaluation import (
     SweepContext,
@@ -36,8 +34,20 @@ from octant.reader_design.study_file.scores import Scores
 
 FloatArray = npt.NDArray[np.float64]
 
-CASE_FORMAT = 1
-"""Raised when the meaning of a case changes, so that old files are computed again [-]."""
+LEFT_OUT = (
+    "StudyScene.name",
+    "StudyScene.notes",
+    "StudyScene.map_z_m",
+    *(
+        f"Study.{table}"
+        for table in (
+            "name", "seed", "sweep", "scoring", "choice", "map", "mission", "sensor", "track",
+            "dock", "optimise", "tolerance", "layouts",
+        )
+    ),
+)  # fmt: skip
+"""What cannot change a case, so that its key does not contain it: of ``[tolerance]`` the case holds
+its own errors, and the context what is scored; of the mission only the first tag matters."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,11 +62,14 @@ class ToleranceContext:
         Horizontal distances in free space [m].
     room : bool
         Whether to score in the room, too.
+    reference : str
+        Id of the tag that the scores in free space use.
     """
 
     sweep: SweepContext
     distances_m: tuple[float, ...]
     room: bool
+    reference: str
 
     @property
     def study(self) -> Study:
@@ -86,66 +99,22 @@ class CaseScores:
 
     Attributes
     ----------
-    key : str
-        Hash of the case's full input.
     reason : str
         Why there are no scores; empty when there are.
     free, room : Scores or None
         Scores in free space at the given distances, and in the room (units as in Scores).
     levels_dbm : tuple of float
         Mean over all azimuths of the strongest antenna's RSS in free space, at each distance [dBm].
-    seconds : float
-        Time that it took [s].
     """
 
-    key: str
     reason: str = ""
     free: Scores | None = None
     room: Scores | None = None
     levels_dbm: tuple[float, ...] = ()
-    seconds: float = 0.0
 
 
-def case_key(context: ToleranceContext, case: Case, fingerprint: str) -> str:
-    """Return the name of a case: the hash of its full input, 64 hexadecimal digits.
-
-    Parameters
-    ----------
-    context : ToleranceContext
-        What all cases share.
-    case : Case
-        The case.
-    fingerprint : str
-        From :func:`octant.reader_design.setting.evaluation.scene_fingerprint`, once for all cases.
-
-    Returns
-    -------
-    str
-        The same on every machine with this version of Octant.
-    """
-    study = context.study
-    return content_hash(
-        {
-            "format": CASE_FORMAT,
-            "octant": versions()["octant_version"],
-            "design": case.design.as_dict(),
-            "deviation": case.deviation.as_dict(),
-            **response_inputs(study),
-            "frequencies_hz": list(study.radio.frequencies_hz),
-            "tag_power_w": study.radio.tag_power_w,
-            "tag": list(reference_tag(study, context.sweep.built).position_m),
-            "max_reflections": study.solver.max_reflections if context.room else 0,
-            "scene": fingerprint,
-            "sampling": asdict(context.sweep.sampling),
-            "usable_dbm": context.sweep.usable_dbm,
-            "distances_m": list(context.distances_m),
-            "room": context.room,
-        }
-    )
-
-
-def compute_case(context: ToleranceContext, case: Case, key: str) -> CaseScores:
-    """Return the scores of one case; one that cannot be built gives its reason.
+def compute_case(context: ToleranceContext, case: Case) -> CaseScores:
+    """Return the scores of one case.
 
     Parameters
     ----------
@@ -153,26 +122,73 @@ def compute_case(context: ToleranceContext, case: Case, key: str) -> CaseScores:
         What all cases share.
     case : Case
         The case.
-    key : str
-        From :func:`case_key`.
 
-    Returns
-    -------
-    CaseScores
-        With ``reason`` set when an error of Octant stopped it.
+    Raises
+    ------
+    OctantError
+        When the reader cannot be built so.
 
     Notes
     -----
     Scores take the antennas to be where the drawing has them, as a navigator does.
     """
-    began = time.perf_counter()
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", PhysicsWarning)
-            scores = _scored(_shifted(context, case.deviation), case, key)
-    except OctantError as exc:
-        scores = CaseScores(key=key, reason=str(exc))
-    return replace(scores, seconds=time.perf_counter() - began)
+    context = _shifted(context, case.deviation)
+    study, sampling = context.study, context.sweep.sampling
+    responses = built_responses(study, case)
+    elements = np.asarray(responses[0].azimuths_rad, dtype=np.float64)
+    azimuths = grid_azimuths_rad(elements.size, sampling.free_azimuths)
+    tag = reference_tag(study, context.sweep.built)
+    link, origin = free_link(context.sweep, tag, responses), tag.position_m[:2]
+    rss = sample_rss_w(link, origin + free_points_m(context.distances_m), origin, azimuths)
+    usable = context.sweep.usable_dbm
+    room = None
+    if context.room:
+        room_azimuths = grid_azimuths_rad(elements.size, sampling.room_azimuths)
+        in_room = room_samples_w(context.sweep, responses, room_azimuths)
+        room = score_rss(in_room, room_azimuths, elements, usable_dbm=usable)
+    return CaseScores(
+        free=score_rss(rss, azimuths, elements, usable_dbm=usable),
+        room=room,
+        levels_dbm=tuple(power_dbm(rss.max(axis=-1).mean(axis=-1)).tolist()),
+    )
+
+
+def run_cases(
+    context: ToleranceContext,
+    cases: Sequence[Case],
+    folder: Path,
+    *,
+    workers: int | None = 1,
+    cluster: str | None = None,
+    progress: Progress | None = None,
+) -> tuple[CaseScores, ...]:
+    """Return the scores of cases in their order, read from their files or computed and kept.
+
+    Parameters
+    ----------
+    context : ToleranceContext
+        What all cases share.
+    cases : sequence of Case
+        Designs and deviations.
+    folder : Path
+        Where the cases' files lie; made when missing.
+    workers, cluster, progress
+        As in :func:`octant.reader_design.keeping.keeper.map_cases`.
+    """
+    kept = map_cases(
+        compute_case,
+        cases,
+        context=context,
+        folder=folder,
+        codec=RecordCodec(CaseScores),
+        leave_out=LEFT_OUT,
+        workers=workers,
+        cluster=cluster,
+        progress=progress,
+        label="readers",
+        name=lambda _: "one of the readers",
+    )
+    return tuple(CaseScores(reason=one.reason) if one.reason else one.value for one in kept)
 
 
 def built_responses(study: Study, case: Case) -> tuple[ReaderResponse, ...]:
@@ -278,26 +294,4 @@ def scaled_material(material: Material, permittivity: float, conductivity: float
         eps_r_a=1.0 + permittivity * (material.eps_r_a - 1.0),
         sigma_c_s_per_m=conductivity * material.sigma_c_s_per_m,
         layers=tuple(scaled_material(m, permittivity, conductivity) for m in material.layers),
-    )
-
-
-def _scored(context: ToleranceContext, case: Case, key: str) -> CaseScores:
-    study, sampling = context.study, context.sweep.sampling
-    responses = built_responses(study, case)
-    elements = np.asarray(responses[0].azimuths_rad, dtype=np.float64)
-    azimuths = grid_azimuths_rad(elements.size, sampling.free_azimuths)
-    tag = reference_tag(study, context.sweep.built)
-    link, origin = free_link(context.sweep, tag, responses), tag.position_m[:2]
-    rss = sample_rss_w(link, origin + free_points_m(context.distances_m), origin, azimuths)
-    usable = context.sweep.usable_dbm
-    room = None
-    if context.room:
-        room_azimuths = grid_azimuths_rad(elements.size, sampling.room_azimuths)
-        in_room = room_samples_w(context.sweep, responses, room_azimuths)
-        room = score_rss(in_room, room_azimuths, elements, usable_dbm=usable)
-    return CaseScores(
-        key=key,
-        free=score_rss(rss, azimuths, elements, usable_dbm=usable),
-        room=room,
-        levels_dbm=tuple(power_dbm(rss.max(axis=-1).mean(axis=-1)).tolist()),
     )

@@ -38,19 +38,6 @@ class Deviation:
     permittivity_factor: float = 1.0
     conductivity_factor: float = 1.0
 
-    def as_dict(self) -> dict[str, object]:
-        """Return all numbers by name as plain values, for content hashes ([m], [rad],).
-
-        Returns
-        -------
-        dict
-            Errors that are zero are as good as none.
-        """
-        return {
-            "build": {} if self.build.is_zero else self.build.as_dict(),
-            "factors": [self.frequency_factor, self.permittivity_factor, self.conductivity_factor],
-        }
-
 
 def as_drawn(antennas: int) -> Deviation:
     """Return the deviation of a reader and a room that are as drawn: none.

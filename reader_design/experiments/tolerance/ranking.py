@@ -76,7 +76,7 @@ def _won(first: CaseScores, second: CaseScores, rules: Rules | None) -> float:
     if first.free is None or second.free is None:
         return 0.5 + 0.5 * (first.free is not None) - 0.5 * (second.free is not None)
     pair = [
-        Candidate(label=label, key=case.key, free=case.free, room=case.room)
+        Candidate(label=label, key=label, free=case.free, room=case.room)
         for label, case in (("first", first), ("second", second))
         if case.free is not None
     ]
@@ -140,7 +140,7 @@ def wins_over_places(
 def _with_places(case: CaseScores, room: RoomRss, places: npt.NDArray[np.int64]) -> CaseScores:
     """Return a case whose room scores are those of given places."""
     scores = score_rss(room.rss_w[places], room.azimuths_rad, room.element_azimuths_rad)
-    return CaseScores(key=case.key, free=case.free, room=scores, levels_dbm=case.levels_dbm)
+    return CaseScores(free=case.free, room=scores, levels_dbm=case.levels_dbm)
 
 
 def confidence_sentence(

@@ -154,8 +154,8 @@ def tolerance_dataset(result: ToleranceStudy) -> "xr.Dataset":
         units="m",
         long_name="error of the ground plane's size",
     )
-    for i, kind in enumerate(("frequency", "permittivity", "conductivity")):
-        factors = [d.as_dict()["factors"][i] for d in result.deviations]  # type: ignore[index]
+    for kind in ("frequency", "permittivity", "conductivity"):
+        factors = [getattr(d, f"{kind}_factor") for d in result.deviations]
         variables[f"factor_{kind}"] = variable(
             ["sample"], factors, units="1", long_name=f"{kind} over the study's"
         )

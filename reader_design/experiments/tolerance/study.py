@@ -1,7 +1,6 @@
 """A tolerance study from end to end: nominal design, samples, sensitivities, rivals."""
 
 from collections.abc import Sequence
-from concurrent.futures import Executor
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,6 +15,7 @@ from octant.reader_design.experiments.tolerance.cases import (
     CaseScores,
     ToleranceContext,
     built_responses,
+    run_cases,
 )
 from octant.reader_design.experiments.tolerance.draws import (
     Deviation,
@@ -24,7 +24,6 @@ from octant.reader_design.experiments.tolerance.draws import (
     regressors,
 )
 from octant.reader_design.experiments.tolerance.ranking import RoomRss, wins, wins_over_places
-from octant.reader_design.experiments.tolerance.run import run_cases
 from octant.reader_design.experiments.tolerance.sensitivity import (
     Parameter,
     Slope,
@@ -36,7 +35,7 @@ from octant.reader_design.experiments.tolerance.statistics import Explained, exp
 from octant.reader_design.experiments.tolerance.views import View, meets, values_of, views
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.setting.design import FULLWAVE, ReaderDesign, design_of
-from octant.reader_design.setting.evaluation import SweepContext, room_samples_w
+from octant.reader_design.setting.evaluation import SweepContext, reference_tag, room_samples_w
 from octant.reader_design.setting.samples import Sampling, grid_azimuths_rad
 from octant.reader_design.setting.scene import build_study_scene
 from octant.reader_design.study_file.schema import Study
@@ -139,8 +138,8 @@ def run_tolerance_study(
     *,
     rivals: Sequence[tuple[str, ReaderDesign]] = (),
     samples: int | None = None,
-    workers: int = 1,
-    executor: Executor | None = None,
+    workers: int | None = 1,
+    cluster: str | None = None,
     sampling: Sampling | None = None,
     progress: Progress | None = None,
 ) -> ToleranceStudy:
@@ -156,10 +155,10 @@ def run_tolerance_study(
         Names and designs to compare with besides those of the study [m].
     samples : int or None
         Readers built; None: the study's.
-    workers : int
-        Processes.
-    executor : concurrent.futures.Executor, optional
-        Computes cases in place of ``workers`` own processes.
+    workers : int or None
+        Processes; None: one for each core.
+    cluster : str or None
+        Address of a dask scheduler, or ``local:N``, in place of ``workers``.
     sampling : Sampling, optional
         How densely designs are probed [m]; default: that of Sampling.
     progress : Progress, optional
@@ -182,7 +181,12 @@ def run_tolerance_study(
     sweep = SweepContext(
         study=study, built=build_study_scene(study), sampling=sampling or Sampling()
     )
-    context = ToleranceContext(sweep=sweep, distances_m=tolerance.distances_m, room=tolerance.room)
+    context = ToleranceContext(
+        sweep=sweep,
+        distances_m=tolerance.distances_m,
+        room=tolerance.room,
+        reference=reference_tag(study, sweep.built).id,
+    )
     designs = [("the study's reader", design_of(study.reader))]
     designs += [(rival.name, _rival_design(study, rival)) for rival in tolerance.rivals]
     designs += rivals
@@ -204,9 +208,7 @@ def run_tolerance_study(
             )
             for index in range(count)
         ]
-    results = run_cases(
-        context, cases, folder, workers=workers, executor=executor, progress=progress
-    )
+    results = run_cases(context, cases, folder, workers=workers, cluster=cluster, progress=progress)
     around = 1 + 4 * len(parameters)
     nominal = (results[0], *results[around:first_sample])
     for (name, _), case in zip(designs, nominal, strict=True):

@@ -30,11 +30,11 @@ AZIMUTHS = np.arange(32) * np.pi / 16
 PERFECT = score_rss(
     1e-6 * np.exp(2.0 * np.cos(AZIMUTHS[:, None] - ELEMENTS))[None], AZIMUTHS, ELEMENTS
 )
-FAILED = CaseScores(key="f", reason="gap_m of antenna 1 would be 0 m")
+FAILED = CaseScores(reason="gap_m of antenna 1 would be 0 m")
 
 
 def case(level=(-30.0, -31.0), **changes):
-    return CaseScores(key="k", free=replace(PERFECT, **changes), levels_dbm=level)
+    return CaseScores(free=replace(PERFECT, **changes), levels_dbm=level)
 
 
 def test_a_reader_is_good_when_every_limit_is_met():

@@ -1,31 +1,31 @@
 """Running cases and whole studies: the same at any number of workers, resumed, judged right."""
 
 import json
-from concurrent.futures import BrokenExecutor, Executor, Future
 from dataclasses import replace
 
 import msgspec
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 from octant.em.medium.materials import material
 from octant.geometries.build_errors import common_errors
-from octant.geometries.errors import ConfigError, SweepStateError
-from octant.reader_design.cli import octant, run
+from octant.geometries.errors import ConfigError, GeometryError
+from octant.reader_design.cli import run
 from octant.reader_design.experiments.study.tolerance_stage import tolerance_stage
-from octant.reader_design.experiments.tolerance import run as run_module
+from octant.reader_design.experiments.tolerance import cases as cases_module
 from octant.reader_design.experiments.tolerance.cases import (
+    LEFT_OUT,
     Case,
     CaseScores,
     ToleranceContext,
     compute_case,
+    run_cases,
     scaled_material,
 )
 from octant.reader_design.experiments.tolerance.draws import Deviation, as_drawn
 from octant.reader_design.experiments.tolerance.results import write_results
-from octant.reader_design.experiments.tolerance.run import case_path, read_case, run_cases
 from octant.reader_design.experiments.tolerance.study import run_tolerance_study
+from octant.reader_design.keeping.keys import case_keys
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.setting.design import design_of
 from octant.reader_design.setting.evaluation import SweepContext, failed_cell
@@ -68,17 +68,13 @@ def study_of(tmp_path, text=STUDY):
 
 def context_of(study, *, room=False):
     sweep = SweepContext(study=study, built=build_study_scene(study), sampling=SPARSE)
-    return ToleranceContext(sweep=sweep, distances_m=(1.0, 3.0), room=room)
+    return ToleranceContext(sweep=sweep, distances_m=(1.0, 3.0), room=room, reference="A")
 
 
 def some_cases(study):
     design = design_of(study.reader)
     wrong = (common_errors(3), common_errors(3, gap_m=1e-3), common_errors(3, gap_m=-0.01))
     return [Case(design=design, deviation=Deviation(build=e)) for e in wrong]
-
-
-def plain(results):
-    return [replace(r, seconds=0.0) for r in results]
 
 
 ELEMENTS = np.arange(3) * 2.0 * np.pi / 3.0
@@ -88,93 +84,63 @@ BASE = score_rss(
 )
 
 
-def linear_model(_context, case, key):
+def linear_model(_context, case):
     """Return scores that are linear in the errors: 5 dB + 2 dB/mm gap + 1 dB/° lean outwards."""
     build = case.deviation.build
     gap, lean = 1e3 * build.gap_m.mean(), np.degrees(np.arctan(build.lean[:, 0])).mean()
     if gap > 1.4:
-        return CaseScores(key=key, reason="the gap is too wide.")
+        raise GeometryError("the gap is too wide.")
     rival = 1.0 if case.design.plate_height_m < 0.04 else 0.0
     free = replace(BASE, margin_worst_db=5.0 + 2.0 * gap + lean - 3.0 * rival)
-    return CaseScores(key=key, free=free, levels_dbm=(-30.0, -31.0, -32.0 + gap))
-
-
-class Modelled(Executor):
-    """Computes cases by the linear model."""
-
-    def submit(self, function, /, *args):
-        assert function is compute_case
-        future = Future()
-        future.set_result(linear_model(*args))
-        return future
+    return CaseScores(free=free, levels_dbm=(-30.0, -31.0, -32.0 + gap))
 
 
 @pytest.fixture
-def modelled(tmp_path):
-    study = study_of(tmp_path)
-    return run_tolerance_study(study, tmp_path / "cases", executor=Modelled())
+def model(monkeypatch):
+    monkeypatch.setattr(cases_module, "compute_case", linear_model)
 
 
-def test_scores_are_the_same_at_any_number_of_workers_and_resumed(tmp_path, monkeypatch):
+@pytest.fixture
+def modelled(tmp_path, request):
+    request.getfixturevalue("model")
+    return run_tolerance_study(study_of(tmp_path), tmp_path / "cases")
+
+
+def test_scores_are_the_same_at_any_number_of_workers(tmp_path):
     study = study_of(tmp_path)
     context, cases = context_of(study), some_cases(study)
     alone = run_cases(context, cases, tmp_path / "one")
     shared = run_cases(context, cases[::-1], tmp_path / "two", workers=2)[::-1]
-    assert plain(alone) == plain(shared)
+    assert alone == shared
     assert alone[0].free != alone[1].free
     assert "gap_m of antenna 1 would be" in alone[2].reason
-    calls = []
-    monkeypatch.setattr(run_module, "compute_case", lambda *a: calls.append(a))
-    assert run_cases(context, cases, tmp_path / "one") == alone
-    assert not calls
 
 
-def test_a_worker_that_dies_leaves_what_is_computed(tmp_path):
-    class Dying(Modelled):
-        def submit(self, function, /, *args):
-            future = super().submit(function, *args)
-            if args[1].deviation.build.is_zero:
-                return future
-            future = Future()
-            future.set_exception(BrokenExecutor("killed"))
-            return future
-
-    study = study_of(tmp_path)
-    with pytest.raises(SweepStateError, match="a worker ended before its reader was solved"):
-        run_cases(context_of(study), some_cases(study), tmp_path, executor=Dying())
-    assert len(list(tmp_path.glob("*.json"))) == 1
+ROOM = STUDY.replace("free_space = true", 'box_m = [4.0, 4.0, 3.0]\nmaterial = "concrete"')
+ROOM = ROOM.replace("[0.0, 0.0, 3.0]", "[2.0, 2.0, 2.9]") + "[solver]\nmax_reflections = 1\n"
 
 
-def test_a_damaged_file_is_told_and_computed_again(tmp_path, monkeypatch):
-    study = study_of(tmp_path)
-    context, cases = context_of(study), some_cases(study)[:2]
-    monkeypatch.setattr(run_module, "compute_case", linear_model)
-    first = run_cases(context, cases, tmp_path)
-    path = case_path(tmp_path, first[1].key)
-    whole = path.read_text()
-    for broken in (whole[: len(whole) // 2], whole.replace("-30.0", "-29.0", 1), "[]", ""):
-        path.write_text(broken)
-        with pytest.raises(SweepStateError, match=r"damaged|cannot be read"):
-            read_case(path, first[1].key)
-        assert run_cases(context, cases, tmp_path) == first
-        assert path.read_text() == whole
-    with pytest.raises(SweepStateError, match="another case's"):
-        read_case(path, first[0].key)
+def test_a_case_depends_on_everything_that_it_is_computed_from(tmp_path):
+    def key(text=ROOM, *, case=1, **changes):
+        study = study_of(tmp_path, text)
+        context = replace(context_of(study, room=True), **changes)
+        chosen = some_cases(study)[case]
+        return case_keys(compute_case, [chosen], context=context, leave_out=LEFT_OUT)[0]
 
-
-def test_a_case_hangs_on_everything_that_it_is_computed_from(tmp_path):
-    study = study_of(tmp_path)
-    case = some_cases(study)[1]
-    other = msgspec.structs.replace(study.radio, tag_power_w=2.0)
-    contexts = [
-        context_of(study),
-        replace(context_of(study), distances_m=(1.0,)),
-        context_of(msgspec.structs.replace(study, radio=other)),
+    solver = ("diffraction = true", "transmission = true", 'search = "rays"',
+              'faces = "as_stored"', "max_diffractions = 2", "rays = 5000")  # fmt: skip
+    texts = [ROOM + line + "\n" for line in solver]
+    texts += [
+        ROOM.replace("max_reflections = 1", "max_reflections = 2"),
+        ROOM.replace("[reader]", "[radio]\ntag_power_w = 2.0\n[reader]"),
+        ROOM.replace('"concrete"', '"wood"'),
+        ROOM.replace("cells_per_wavelength = 4.0", "cells_per_wavelength = 5.0"),
     ]
-    keys = {run_module.case_key(c, case, "f") for c in contexts}
-    keys |= {run_module.case_key(contexts[0], c, "f") for c in some_cases(study)}
-    keys.add(run_module.case_key(contexts[0], case, "g"))
-    assert len(keys) == 6
+    keys = [key(), key(case=0), key(case=2), key(distances_m=(1.0,)), key(room=False)]
+    keys += [key(text) for text in texts]
+    assert len(set(keys)) == len(keys)
+    same = ROOM.replace('"small"', '"other"').replace("samples = 40", "samples = 50")
+    assert key(same) == key()
 
 
 def test_a_linear_model_gives_back_its_slopes_shares_and_yield(modelled):
@@ -201,7 +167,7 @@ def test_a_linear_model_gives_back_its_slopes_shares_and_yield(modelled):
 
 def test_more_samples_keep_the_first_ones(tmp_path, modelled):
     study = study_of(tmp_path)
-    more = run_tolerance_study(study, tmp_path / "cases", samples=50, executor=Modelled())
+    more = run_tolerance_study(study, tmp_path / "cases", samples=50)
     assert np.array_equal(more.chosen.values[:40], modelled.chosen.values, equal_nan=True)
     assert len(more.chosen.samples) == 50
 
@@ -231,6 +197,7 @@ def test_the_files_hold_the_study(tmp_path, modelled):
     }
 
 
+@pytest.mark.usefixtures("model")
 def test_a_study_says_with_what_confidence_its_choice_beats_the_next_best(tmp_path):
     study = study_of(tmp_path, STUDY.split("[[tolerance.rival]]", maxsplit=1)[0])
     design = replace(design_of(study.reader), plate_height_m=0.03)
@@ -239,7 +206,6 @@ def test_a_study_says_with_what_confidence_its_choice_beats_the_next_best(tmp_pa
         failed_cell(design, "key", ""),
         folder=tmp_path / "tolerance",
         progress=Progress(quiet=True),
-        executor=Modelled(),
     )
     assert "better than the next best, dipole r_a = 5 cm h_p = 3 cm" in section.paragraphs[-1]
     assert "100 % (91 to 100) confidence" in section.paragraphs[-1]
@@ -249,15 +215,12 @@ def test_a_study_says_with_what_confidence_its_choice_beats_the_next_best(tmp_pa
 
 
 def test_the_room_is_scored_with_other_materials_and_another_frequency(tmp_path):
-    text = STUDY.replace("free_space = true", 'box_m = [4.0, 4.0, 3.0]\nmaterial = "concrete"')
-    text = text.replace("[0.0, 0.0, 3.0]", "[2.0, 2.0, 2.9]")
-    text += "[solver]\nmax_reflections = 1\n"
-    study = study_of(tmp_path, text)
+    study = study_of(tmp_path, ROOM)
     context, design = context_of(study, room=True), design_of(study.reader)
     drawn = as_drawn(3)
 
     def scored(deviation):
-        return compute_case(context, Case(design=design, deviation=deviation), "k")
+        return compute_case(context, Case(design=design, deviation=deviation))
 
     plain_scores = scored(drawn)
     walls = scored(replace(drawn, permittivity_factor=1.3, conductivity_factor=0.7))
@@ -303,43 +266,52 @@ def test_bad_tables_are_refused_with_the_key(tmp_path, change, reason):
         study_of(tmp_path, STUDY.replace(*change))
 
 
-def test_designs_that_cannot_be_built_and_other_models_are_refused(tmp_path):
+def test_designs_that_cannot_be_built_and_other_models_are_refused(tmp_path, monkeypatch):
     text = STUDY.replace("cells_per_wavelength = 4.0", 'response = "rays"')
     with pytest.raises(ConfigError, match="only 'fullwave' knows build errors"):
         run_tolerance_study(study_of(tmp_path, text), tmp_path)
     text = STUDY.replace("plate_height_m = 0.03", "ground_plane_m = 0.08")
+    monkeypatch.setattr(cases_module, "compute_case", unbuilt)
     with pytest.raises(ConfigError, match="lower cannot be built even without errors"):
-        run_tolerance_study(study_of(tmp_path, text), tmp_path, executor=Unbuilt())
+        run_tolerance_study(study_of(tmp_path, text), tmp_path)
 
 
-class Unbuilt(Executor):
-    """Refuses small ground planes, else computes by the linear model."""
-
-    def submit(self, function, /, *args):
-        assert function is compute_case
-        small = args[1].design.ground_plane_m < 0.1
-        failed = CaseScores(key=args[2], reason="the antennas stand beyond it.")
-        future = Future()
-        future.set_result(failed if small else linear_model(*args))
-        return future
+def unbuilt(context, case):
+    """Refuse small ground planes, else compute by the linear model."""
+    if case.design.ground_plane_m < 0.1:
+        raise GeometryError("the antennas stand beyond it.")
+    return linear_model(context, case)
 
 
-def test_the_verb_runs_refuses_and_is_interrupted(tmp_path, monkeypatch, capsys):
-    path = tmp_path / "s.toml"
+def test_the_verb_runs_twice_refuses_another_study_and_is_interrupted(
+    tmp_path, monkeypatch, capsys
+):
+    path, other = tmp_path / "s.toml", tmp_path / "other.toml"
     path.write_text(STUDY)
+    other.write_text(STUDY.replace("seed = 4", "seed = 5"))
     out = tmp_path / "out"
-    monkeypatch.setattr(run_module, "compute_case", linear_model)
-    done = CliRunner().invoke(octant, ["tolerance", str(path), "--out", str(out), "-q"])
-    assert done.exit_code == 0, done.output
-    assert "written:" in done.stdout
-    assert run(["tolerance", str(path), "--out", str(out), "-q"]) == 2
-    assert "exists already" in capsys.readouterr().err
+    monkeypatch.setattr(cases_module, "compute_case", linear_model)
+    assert run(["tolerance", str(path), "--out", str(out), "--workers", "1"]) == 0
+    said = capsys.readouterr()
+    assert "written:" in said.out
+    files = {p: p.stat().st_mtime_ns for p in out.rglob("*.*") if p.name != "study.toml"}
+    assert run(["tolerance", str(path), "--out", str(out), "--workers", "1"]) == 0
+    again = capsys.readouterr()
+    assert again.out == said.out
+    assert "is complete already" in again.err
+    assert files == {p: p.stat().st_mtime_ns for p in files}
+    assert run(["tolerance", str(other), "--out", str(out), "-q"]) == 2
+    assert "holds the results of another study" in capsys.readouterr().err
+    assert run(["tolerance", str(path), "--out", str(out), "--dry-run"]) == 0
+    assert "40 readers of each of 2 designs" in capsys.readouterr().out
     assert run(["tolerance", str(path), "--samples", "0", "--out", str(out)]) == 2
 
-    def stopped(*_):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(run_module, "compute_case", stopped)
+    monkeypatch.setattr(cases_module, "compute_case", stopped)
     fresh = tmp_path / "fresh"
-    assert run(["tolerance", str(path), "--out", str(fresh), "-q"]) == 130
+    assert run(["tolerance", str(path), "--out", str(fresh), "-q", "--workers", "1"]) == 130
     assert "the same command goes on from there" in capsys.readouterr().err
+
+
+def stopped(*_):
+    """Behave as Ctrl-C does."""
+    raise KeyboardInterrupt
