@@ -19,52 +19,26 @@ FAILED_CASES = 3
 """Exit code of an experiment that finished, but not with a result for every case."""
 
 
-class PointType(click.ParamType[tuple[float, float, float]]):
-    """A point X,Y,Z [m] of the command line."""
+def point(text: str) -> tuple[float, float, float]:
+    """Return a point X,Y,Z of the command line [m].
 
-    name = "X,Y,Z"
-
-    def convert(
-        self,
-        value: Any,  # noqa: ANN401  click hands over text or a default
-        param: click.Parameter | None,
-        ctx: click.Context | None,
-    ) -> tuple[float, float, float]:
-        """Return the three coordinates of a point.
-
-        Parameters
-        ----------
-        value : str
-            Three numbers with commas between them [m].
-        param : click.Parameter or None
-            The option it belongs to.
-        ctx : click.Context or None
-            Of the call.
-
-        Returns
-        -------
-        (3,) tuple of float
-            x, y, z [m].
-
-        Raises
-        ------
-        click.BadParameter
-            When these are not three finite numbers.
-        """
-        if isinstance(value, tuple):
-            return value
-        try:
-            numbers = tuple(float(part) for part in str(value).split(","))
-        except ValueError:
-            numbers = ()
-        if len(numbers) != 3 or not all(math.isfinite(n) for n in numbers):
-            self.fail(
-                f"{value!r} is not a point; write three finite numbers in m as X,Y,Z.", param, ctx
-            )
-        return numbers[0], numbers[1], numbers[2]
+    Parameters
+    ----------
+    text : str
+        Three numbers with commas between them [m].
+    """
+    try:
+        numbers = tuple(float(part) for part in text.split(","))
+    except ValueError:
+        numbers = ()
+    if len(numbers) != 3 or not all(math.isfinite(n) for n in numbers):
+        msg = f"{text!r} is not a point; write three finite numbers in m as X,Y,Z."
+        raise click.BadParameter(msg)
+    return numbers[0], numbers[1], numbers[2]
 
 
-POINT = PointType()
+POINT = click.types.FuncParamType(point)
+POINT.name = "X,Y,Z"  # as help and messages call it
 
 
 def common_options(command: Decorated) -> Decorated:

@@ -113,8 +113,8 @@ class ReaderResponse:
         flat = np.empty((theta.size, 1, self.antennas, 2), dtype=np.complex128)
         _response_kernels.fill_far_fields(
             response_arrays((self,)),
-            np.ascontiguousarray(theta.ravel()),
-            np.ascontiguousarray(phi.ravel()),
+            theta.flatten(),
+            phi.flatten(),
             flat,
         )
         return np.moveaxis(flat.reshape(*theta.shape, self.antennas, 2), -2, 0)

@@ -157,7 +157,7 @@ def wedge_coefficients(
     given_arrays = np.broadcast_arrays(incidence_rad, observation_rad, before_m, after_m)
     shape = given_arrays[0].shape
     angles_in, angles_out, before, after = (
-        np.ascontiguousarray(a, dtype=np.float64).ravel() for a in given_arrays
+        np.asarray(a, dtype=np.float64).flatten() for a in given_arrays
     )
     _check_wedge(
         n=n,
