@@ -1,9 +1,7 @@
-"""Many seeded runs of one job, in this process or shared by several, the same to the bit."""
+"""Many seeded runs of one job, in this process or shared by others, the same to the bit."""
 
-from collections.abc import Callable
-from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
-from multiprocessing import get_context
-from typing import TypeVar
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
@@ -11,9 +9,22 @@ from octant.geometries.errors import NavigationError
 
 Result = TypeVar("Result")
 Job = Callable[[np.random.SeedSequence], Result]
-"""Makes one run from its seed; more than one worker needs it picklable."""
+"""Makes one run from its seed; picklable where other processes run it."""
 
-_BATCHES_PER_WORKER = 4
+
+class Mapper(Protocol):
+    """What applies a function to many arguments, as `map` or the method of an executor does."""
+
+    def __call__(self, call: Callable[[Any], Any], items: Sequence[Any], /) -> Iterable[Any]:
+        """Return the results, in the order of the arguments.
+
+        Parameters
+        ----------
+        call : callable
+            The function.
+        items : sequence
+            Its arguments, one for each call.
+        """
 
 
 def run_seeded(
@@ -21,11 +32,10 @@ def run_seeded(
     *,
     runs: int,
     seed: int,
-    workers: int = 1,
-    executor: Executor | None = None,
+    mapper: Mapper = map,
     progress: Callable[[int], object] | None = None,
 ) -> tuple[Result, ...]:
-    """Return the results of many runs of one job, in order, each with its own random numbers.
+    """Return the results of many runs of one job, run 0 first, each with own random numbers.
 
     Parameters
     ----------
@@ -35,71 +45,21 @@ def run_seeded(
         Number of runs.
     seed : int
         Base seed, not negative. Run i uses child i of its numpy SeedSequence, so its result
-        depends neither on the number of runs nor on that of workers.
-    workers : int
-        Processes that share the runs; 1 stays in this one.
-    executor : concurrent.futures.Executor or None
-        Runs the batches in place of `workers` own processes; `workers` then only sizes them.
+        depends neither on the number of runs nor on who computes it.
+    mapper : callable
+        Runs them: `map` in this process. Arrays that come from another process are writable.
     progress : callable or None
-        Called in this process with the number of finished runs, whenever some have finished.
-
-    Returns
-    -------
-    tuple
-        Run 0 first. Arrays that came from another process are writable again.
-
-    Raises
-    ------
-    NavigationError
-        When the number of runs or workers is below 1 or the seed is negative.
-    KeyboardInterrupt
-        Passed on after the batches that have not begun are cancelled.
+        Called with the number of finished runs, whenever one has finished.
     """
-    if runs < 1 or workers < 1 or seed < 0:
+    if runs < 1 or seed < 0:
         msg = (
-            f"runs is {runs}, workers is {workers} and seed is {seed}, but runs and workers must "
-            "be 1 or more and the seed 0 or more: correct the one that is not."
+            f"runs is {runs} and seed is {seed}, but runs must be 1 or more and the seed 0 or "
+            "more: correct the one that is not."
         )
         raise NavigationError(msg)
-    seeds = np.random.SeedSequence(seed).spawn(runs)
-    if executor is None and workers == 1:
-        results = []
-        for one in seeds:
-            results.append(job(one))
-            if progress is not None:
-                progress(len(results))
-        return tuple(results)
-    if executor is not None:
-        return _run_batches(job, seeds, workers=workers, executor=executor, progress=progress)
-    # Not forked: the radio model's threads would not survive in a forked child.
-    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
-        return _run_batches(job, seeds, workers=workers, executor=pool, progress=progress)
-
-
-def _run_batch(job: Job[Result], seeds: list[np.random.SeedSequence]) -> list[Result]:
-    return [job(seed) for seed in seeds]
-
-
-def _run_batches(
-    job: Job[Result],
-    seeds: list[np.random.SeedSequence],
-    *,
-    workers: int,
-    executor: Executor,
-    progress: Callable[[int], object] | None,
-) -> tuple[Result, ...]:
-    # A batch carries the field model with it, so there are few of them.
-    size = -(-len(seeds) // (workers * _BATCHES_PER_WORKER))
-    starts = range(0, len(seeds), size)
-    futures = [executor.submit(_run_batch, job, seeds[start : start + size]) for start in starts]
-    finished = 0
-    try:
-        for future in as_completed(futures):
-            finished += len(future.result())
-            if progress is not None:
-                progress(finished)
-    except BaseException:
-        for future in futures:
-            future.cancel()
-        raise
-    return tuple(result for future in futures for result in future.result())
+    results: list[Result] = []
+    for result in mapper(job, np.random.SeedSequence(seed).spawn(runs)):
+        results.append(result)
+        if progress is not None:
+            progress(len(results))
+    return tuple(results)

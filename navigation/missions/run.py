@@ -1,7 +1,6 @@
 """Closed-loop missions: navigator, sensor and robot, one sample period after another."""
 
 from collections.abc import Callable
-from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -10,7 +9,7 @@ import numpy.typing as npt
 
 from octant.geometries.errors import NavigationError
 from octant.navigation.angles import wrap_angle
-from octant.navigation.missions.batches import run_seeded
+from octant.navigation.missions.batches import Mapper, run_seeded
 from octant.navigation.missions.records import Mission, MissionOutcome, MissionResult
 from octant.navigation.missions.starts import Starts
 from octant.navigation.navigators.interface import STILL, Decision, Navigator, Odometry
@@ -200,8 +199,7 @@ def run_missions(
     *,
     runs: int,
     seed: int,
-    workers: int = 1,
-    executor: Executor | None = None,
+    mapper: Mapper = map,
     blocked: Blocked | None = None,
     outside: Blocked | None = None,
     starts: Starts | None = None,
@@ -219,28 +217,16 @@ def run_missions(
         What decides.
     robot : DifferentialDrive
         The robot.
-    runs : int
-        Number of runs.
-    seed : int
-        Base seed, not negative. Run i uses child i of its numpy SeedSequence, so its result
-        depends neither on the number of runs nor on that of workers.
-    workers : int
-        Processes that share the runs; 1 stays in this one. More need picklable arguments.
-    executor : concurrent.futures.Executor or None
-        Runs the batches in place of `workers` own processes; `workers` then only sizes them.
+    runs, seed : int
+        Number of runs and base seed, as for `run_seeded`.
+    mapper : callable
+        Runs them, as for `run_seeded`; other processes need picklable arguments.
     blocked, outside : callable or None
         As for `run_mission`.
     starts : Starts or None
         Start of each run in place of the mission's own.
     progress : callable or None
-        Called in this process with the number of finished runs, whenever some have finished.
-
-    Raises
-    ------
-    NavigationError
-        When the number of runs or workers is below 1, the seed is negative, or a run cannot start.
-    KeyboardInterrupt
-        Passed on after the batches that have not begun are cancelled.
+        Called with the number of finished runs, whenever one has finished.
     """
     results = run_seeded(
         _Job(
@@ -254,8 +240,7 @@ def run_missions(
         ),
         runs=runs,
         seed=seed,
-        workers=workers,
-        executor=executor,
+        mapper=mapper,
         progress=progress,
     )
     # Unpickled arrays are writable and each result has its own copy of the mission: make them

@@ -10,9 +10,10 @@ import os
 import signal
 import socket
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from contextlib import contextmanager
+from functools import partial
 from multiprocessing.connection import Connection
 from typing import Any, Protocol, TypeVar
 
@@ -37,6 +38,9 @@ LOCAL = "local:"
 """How an address begins that asks for a cluster on this machine."""
 GIVEN_SIZE = 64
 """Cells that an executor of unknown size gets at a time [-]."""
+
+BATCHES = 4
+"""Batches that `worker_map` makes for each process."""
 
 
 class Crew(Protocol):
@@ -221,6 +225,43 @@ def open_crew(*, workers: int | None = None, cluster: str | None = None) -> Iter
     finally:
         if local is not None:
             local.stop()
+
+
+@contextmanager
+def worker_map(workers: int) -> Iterator[Callable[[Callable[[Any], Any], Sequence[Any]], Any]]:
+    """Yield a `map` whose calls processes of this machine share, a batch at a time.
+
+    Parameters
+    ----------
+    workers : int
+        Number of processes; 1: this process makes all calls.
+
+    Yields
+    ------
+    callable
+        Function and arguments to results, in the order of the arguments.
+    """
+    with open_crew(workers=workers) as crew:
+        yield map if crew is None else partial(_shared, crew)
+
+
+def _shared(crew: Crew, call: Callable[[Any], Result], items: Sequence[Any]) -> Iterator[Result]:
+    # A batch carries all that the function holds, such as a field model, so there are few of them.
+    size = -(-len(items) // (crew.size * BATCHES))
+    futures = [
+        crew.submit(_batch, call, items[first : first + size])
+        for first in range(0, len(items), size)
+    ]
+    try:
+        for future in futures:
+            yield from future.result()
+    finally:
+        for future in futures:
+            future.cancel()
+
+
+def _batch(call: Callable[[Any], Result], items: Sequence[Any]) -> list[Result]:
+    return [call(item) for item in items]
 
 
 @contextmanager

@@ -38,6 +38,7 @@ from octant.reader_design.experiments.docking.published import (
     straight_experiment,
 )
 from octant.reader_design.keeping.progress import Progress
+from octant.reader_design.keeping.workers import worker_map
 from octant.reader_design.setting.links import tag_link
 from octant.reader_design.setting.robot import robot_space
 from octant.reader_design.setting.scene import StudyScene, build_study_scene
@@ -239,9 +240,9 @@ def run_docking_study(
     number = table.runs if runs is None else runs
     results: dict[str, tuple[DockingResult, ...]] = {}
     for name, job in jobs.items():
-        with progress.count(number, label=name) as done:
+        with progress.count(number, label=name) as done, worker_map(workers) as mapper:
             results[name] = run_seeded(
-                job, runs=number, seed=study.seed, workers=workers, progress=done
+                job, runs=number, seed=study.seed, mapper=mapper, progress=done
             )
     progress.say("the docking paper's experiments")
     first = jobs[rooms[0].name]

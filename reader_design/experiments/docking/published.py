@@ -24,6 +24,7 @@ from octant.navigation.missions.batches import run_seeded
 from octant.navigation.missions.starts import RandomStarts
 from octant.navigation.robot.drive import DifferentialDrive
 from octant.navigation.sensing.landmark_sensor import Landmark, LandmarkSensor
+from octant.reader_design.keeping.workers import worker_map
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -149,7 +150,8 @@ def docking_experiment(
                 fits=anywhere,
             ),
         )
-        results[compensate] = run_seeded(job, runs=number, seed=seed, workers=workers)
+        with worker_map(workers) as mapper:
+            results[compensate] = run_seeded(job, runs=number, seed=seed, mapper=mapper)
     return results
 
 

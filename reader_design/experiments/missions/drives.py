@@ -17,6 +17,7 @@ from octant.navigation.robot.floor import RobotSpace
 from octant.navigation.robot.rolling import Rolling
 from octant.navigation.sensing.sensor import PowerLink
 from octant.reader_design.experiments.missions.navigators import study_navigator
+from octant.reader_design.keeping.workers import worker_map
 from octant.reader_design.setting.links import mission_table, open_link, tag_link
 from octant.reader_design.setting.robot import robot_space
 from octant.reader_design.setting.scene import StudyScene
@@ -179,21 +180,22 @@ def drive_missions(
     robot = DifferentialDrive()
     mission = study_mission(study, built, links, responses)
     space = mission_space(study, built)
-    return run_missions(
-        mission,
-        study_sensor(
-            study.sensor,
-            links,
-            responses[0].azimuths_rad,
-            noise_db=table.noise_db if noise_db is None else noise_db,
-        ),
-        study_navigator(study, built, mission, responses, robot=robot),
-        robot,
-        runs=table.runs if runs is None else runs,
-        seed=study.seed if seed is None else seed,
-        workers=workers,
-        blocked=space.footprint,
-        outside=space.outside,
-        starts=mission_starts(study, space, mission.tag_points_m),
-        progress=progress,
-    )
+    with worker_map(workers) as mapper:
+        return run_missions(
+            mission,
+            study_sensor(
+                study.sensor,
+                links,
+                responses[0].azimuths_rad,
+                noise_db=table.noise_db if noise_db is None else noise_db,
+            ),
+            study_navigator(study, built, mission, responses, robot=robot),
+            robot,
+            runs=table.runs if runs is None else runs,
+            seed=study.seed if seed is None else seed,
+            mapper=mapper,
+            blocked=space.footprint,
+            outside=space.outside,
+            starts=mission_starts(study, space, mission.tag_points_m),
+            progress=progress,
+        )
