@@ -11,7 +11,7 @@ Item = TypeVar("Item")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Progress:
-    """What tells a person how far a long run is; it holds no state of the run.
+    """Shows a person how far a long run is; it holds no state of the run.
 
     Parameters
     ----------
@@ -19,13 +19,16 @@ class Progress:
         True: no bars and no messages; the default, so that a library call stays silent.
     stream : TextIO or None
         Where to write; None: the standard error of the moment.
+    bars : bool
+        False: messages only.
     """
 
     quiet: bool = True
     stream: TextIO | None = None
+    bars: bool = True
 
     def say(self, message: str) -> None:
-        """Return nothing; write one line, unless quiet.
+        """Write one line, unless quiet.
 
         Parameters
         ----------
@@ -62,7 +65,7 @@ class Progress:
             items,
             total=total,
             desc=label or None,
-            disable=self.quiet,
+            disable=self.quiet or not self.bars,
             file=self.stream or sys.stderr,
             dynamic_ncols=True,
             mininterval=0.5,
@@ -71,7 +74,7 @@ class Progress:
 
     @contextmanager
     def count(self, total: int, *, label: str) -> Iterator[Callable[[int], None]]:
-        """Yield a function that is told how many of the items are done, and shows it as a bar.
+        """Yield a function that takes how many items are done, and shows it as a bar.
 
         Parameters
         ----------
@@ -83,14 +86,14 @@ class Progress:
         Yields
         ------
         callable
-            Takes the number of items done so far [-].
+            Takes the number of items done so far.
         """
         from tqdm import tqdm
 
         with tqdm(
             total=total,
             desc=label,
-            disable=self.quiet,
+            disable=self.quiet or not self.bars,
             file=self.stream or sys.stderr,
             dynamic_ncols=True,
         ) as bar:

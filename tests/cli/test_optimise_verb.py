@@ -5,7 +5,7 @@ import hashlib
 
 import pytest
 
-from octant.reader_design.experiments.optimise import run as optimise_run
+from octant.reader_design.experiments.optimise import evaluation
 from octant.reader_design.study_file.loading import load_study
 
 STUDY = """
@@ -105,31 +105,34 @@ def test_interrupted_search_goes_on_to_the_same_bits(
     octant, study_file, tmp_path, finished, monkeypatch
 ):
     study, out = study_file(STUDY), tmp_path / "out"
-    true_evaluate, calls = optimise_run.evaluate, []
+    true_rss, calls = evaluation.rss_over_azimuth, []
 
-    def interrupted(place, design):
-        if len(calls) == 5:
+    def interrupted(*arguments):
+        if len(calls) == 3:
             raise KeyboardInterrupt
-        calls.append(design)
-        return true_evaluate(place, design)
+        calls.append(arguments[2])
+        return true_rss(*arguments)
 
-    monkeypatch.setattr(optimise_run, "evaluate", interrupted)
-    call = octant("optimise", study, "--out", out)
+    monkeypatch.setattr(evaluation, "rss_over_azimuth", interrupted)
+    call = octant("optimise", study, "--out", out, "--workers", "1")
     assert call.code == 130
     assert "the same command goes on" in call.err
     assert not (out / "report.html").exists()
-    assert len(list((out / "evaluations").iterdir())) == 5
+    assert len(list((out / "evaluations").iterdir())) >= 3
 
     monkeypatch.setattr(
-        optimise_run, "evaluate", lambda *a: calls.append(a[1]) or true_evaluate(*a)
+        evaluation, "rss_over_azimuth", lambda *a: calls.append(a[2]) or true_rss(*a)
     )
-    assert octant("optimise", study, "--out", out).code == 0
+    assert octant("optimise", study, "--out", out, "--workers", "1").code == 0
     assert len(calls) == len(set(calls))  # nothing was computed twice
     assert digests(out) == digests(finished)
 
-    damaged = next((out / "evaluations").iterdir())
-    damaged.write_text(damaged.read_text()[:40])
-    repaired = octant("optimise", study, "--out", out)
+    again = octant("optimise", study, "--out", out)
+    assert again.code == 0
+    assert "is complete already" in again.err
+    damaged = next((out / "evaluations").glob("*.msgpack"))
+    damaged.write_bytes(damaged.read_bytes()[:40])
+    repaired = octant("optimise", study, "--out", out, "--workers", "1")
     assert repaired.code == 0
     assert "It is computed again." in repaired.err
     assert digests(out) == digests(finished)

@@ -1,28 +1,27 @@
 """One evaluation of the search: a design's scores at each distance, or why it has none."""
 
-import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
 from octant.geometries._arrays import frozen_array
-from octant.geometries.errors import OctantError, PhysicsWarning, SweepStateError
+from octant.geometries.errors import ConfigError, OctantError, SweepStateError
 from octant.geometries.tolerances import LENGTHS
-from octant.reader_design.keeping.versions import versions
+from octant.reader_design.keeping.keeper import RecordCodec, map_cases
+from octant.reader_design.keeping.progress import Progress
+from octant.reader_design.keeping.workers import Crew
 from octant.reader_design.setting.design import (
     ReaderDesign,
-    content_hash,
     design_responses,
-    response_inputs,
 )
 from octant.reader_design.setting.evaluation import (
     SweepContext,
     free_link,
     reference_tag,
 )
-from octant.reader_design.setting.keys import scene_fingerprint
 from octant.reader_design.setting.samples import (
     Sampling,
     free_points_m,
@@ -32,16 +31,27 @@ from octant.reader_design.setting.samples import (
 from octant.reader_design.setting.scene import StudyScene, build_study_scene
 from octant.reader_design.setting.scores import score_rss
 from octant.reader_design.setting.size import reader_size_m
-from octant.reader_design.study_file.optimise import Optimise
 from octant.reader_design.study_file.schema import Study
 
 FloatArray = npt.NDArray[np.float64]
 
-EVALUATION_FORMAT = 1
-"""Raised when the meaning of an evaluation changes, so that old files are computed again [-]."""
+LEFT_OUT = (
+    "StudyScene.name",
+    "StudyScene.notes",
+    "StudyScene.map_z_m",
+    *(
+        f"Study.{table}"
+        for table in (
+            "name", "seed", "sweep", "scoring", "choice", "map", "mission", "sensor", "track",
+            "dock", "optimise", "tolerance", "layouts",
+        )
+    ),
+)  # fmt: skip
+"""What cannot change an evaluation, so that its key does not contain it: of ``[optimise]`` the
+bench holds distances and limits; of the mission only the first tag matters."""
 
 ARRAYS = ("right_share", "margin_db", "bearing_error_deg", "front_to_back_db", "level_w")
-"""Scores that an evaluation holds for each distance [-]."""
+"""Scores that an evaluation holds for each distance."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -50,8 +60,6 @@ class Evaluation:
 
     Attributes
     ----------
-    key : str
-        Hash of everything that the numbers depend on.
     design : ReaderDesign
         The design.
     reason : str
@@ -72,7 +80,6 @@ class Evaluation:
         Warnings of the reader's model.
     """
 
-    key: str
     design: ReaderDesign
     reason: str = ""
     footprint_m: float
@@ -108,49 +115,20 @@ class Bench:
         The study, with its table ``[optimise]``.
     built : StudyScene
         Its room, of which the reference tag is used.
-    fingerprint : str
-        Hash of the room and its tags.
+    reference : str
+        Id of that tag.
+    distances_m : tuple of float
+        Horizontal distances of the tag [m].
+    footprint_m, height_m : float
+        Greatest size of the ground plane, and height of plates and antennas above it [m].
     """
 
     study: Study
     built: StudyScene
-    fingerprint: str
-
-    @property
-    def table(self) -> Optimise:
-        """The study's table ``[optimise]``."""
-        assert self.study.optimise is not None  # noqa: S101  `bench` lets no other study pass
-        return self.study.optimise
-
-    def key(self, design: ReaderDesign) -> str:
-        """Return the hash of everything that a design's evaluation depends on, in hex digits.
-
-        Parameters
-        ----------
-        design : ReaderDesign
-            The design.
-
-        Returns
-        -------
-        str
-            The same on every machine with this version of Octant.
-        """
-        table, radio = self.table, self.study.radio
-        return content_hash(
-            {
-                "format": EVALUATION_FORMAT,
-                "octant": versions()["octant_version"],
-                "design": design.as_dict(),
-                **response_inputs(self.study),
-                "frequencies_hz": list(radio.frequencies_hz),
-                "tag_power_w": radio.tag_power_w,
-                "tag": reference_tag(self.study, self.built).id,
-                "scene": self.fingerprint,
-                "distances_m": list(table.distances_m),
-                "limits_m": [table.footprint_m, table.height_m],
-                "azimuths": Sampling().free_azimuths,
-            }
-        )
+    reference: str
+    distances_m: tuple[float, ...]
+    footprint_m: float
+    height_m: float
 
 
 def bench(study: Study) -> Bench:
@@ -171,8 +149,6 @@ def bench(study: Study) -> Bench:
     ConfigError
         When the study has no such table, no tag, or its room cannot be used.
     """
-    from octant.geometries.errors import ConfigError
-
     if study.optimise is None:
         msg = "the study has no table [optimise], but a search needs one; add it."
         raise ConfigError(msg)
@@ -182,9 +158,15 @@ def bench(study: Study) -> Bench:
             '"fullwave", "rays" or "isolated".'
         )
         raise ConfigError(msg)
-    built = build_study_scene(study)
-    reference_tag(study, built)  # refuses a study without tags
-    return Bench(study=study, built=built, fingerprint=scene_fingerprint(built))
+    built, table = build_study_scene(study), study.optimise
+    return Bench(
+        study=study,
+        built=built,
+        reference=reference_tag(study, built).id,
+        distances_m=tuple(table.distances_m),
+        footprint_m=table.footprint_m,
+        height_m=table.height_m,
+    )
 
 
 def rss_over_azimuth(
@@ -248,18 +230,15 @@ def evaluate(place: Bench, design: ReaderDesign) -> Evaluation:
         that says so.
     """
     width_m, height_m = reader_size_m(design, place.study.radio.frequency_hz)
-    reason = _beyond_limits(place.table, width_m, height_m)
+    reason = _beyond_limits(place, width_m, height_m)
     scores: dict[str, FloatArray] = {name: np.zeros(0) for name in ARRAYS}
     notes: tuple[str, ...] = ()
     if not reason:
         try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore", PhysicsWarning)  # kept as notes
-                scores, notes = _scores(place, design)
+            scores, notes = _scores(place, design)
         except OctantError as exc:
             reason = str(exc)
     return Evaluation(
-        key=place.key(design),
         design=design,
         reason=reason,
         footprint_m=width_m,
@@ -269,11 +248,58 @@ def evaluate(place: Bench, design: ReaderDesign) -> Evaluation:
     )
 
 
-def _beyond_limits(table: Optimise, width_m: float, height_m: float) -> str:
+def kept_evaluations(
+    place: Bench,
+    designs: Sequence[ReaderDesign],
+    folder: Path,
+    *,
+    crew: Crew | None = None,
+    progress: Progress | None = None,
+    label: str = "designs",
+) -> tuple[Evaluation, ...]:
+    """Return the evaluations of designs in their order, read from their files or computed and kept.
+
+    Parameters
+    ----------
+    place : Bench
+        Where they are evaluated.
+    designs : sequence of ReaderDesign
+        The designs.
+    folder : Path
+        Folder of the evaluations.
+    crew : Crew, optional
+        Computes them; None: this process.
+    progress : Progress, optional
+        Shows designs, and files that cannot be used.
+    label : str
+        What the bar is called.
+
+    Raises
+    ------
+    SweepStateError
+        When an evaluation failed for a reason that is not the design's own; the next run tries it
+        again.
+    """
+    kept = map_cases(
+        evaluate,
+        designs,
+        context=place,
+        folder=folder,
+        codec=RecordCodec(Evaluation),
+        leave_out=LEFT_OUT,
+        crew=crew,
+        progress=progress,
+        label=label,
+    )
+    pairs = zip(kept, designs, strict=True)
+    return tuple(replace(one.value, design=design) for one, design in pairs)
+
+
+def _beyond_limits(place: Bench, width_m: float, height_m: float) -> str:
     """Return why a design is larger than allowed; empty when it is not."""
     sizes = (
-        ("footprint", width_m, table.footprint_m),
-        ("height with plates and antennas", height_m, table.height_m),
+        ("footprint", width_m, place.footprint_m),
+        ("height with plates and antennas", height_m, place.height_m),
     )
     for name, size_m, most_m in sizes:
         if size_m > most_m + LENGTHS.same_m:
@@ -283,7 +309,7 @@ def _beyond_limits(table: Optimise, width_m: float, height_m: float) -> str:
 
 def _scores(place: Bench, design: ReaderDesign) -> tuple[dict[str, FloatArray], tuple[str, ...]]:
     rss, azimuths, elements, notes = rss_over_azimuth(
-        place.study, place.built, design, place.table.distances_m
+        place.study, place.built, design, place.distances_m
     )
     found = [score_rss(rss[i : i + 1], azimuths, elements) for i in range(len(rss))]
     return {

@@ -1,24 +1,21 @@
 """The search for a reader end to end: evaluations on disk, tables, figures, drawing, report."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import msgspec
 import numpy as np
 
-from octant.geometries.errors import ConfigError, SweepStateError
+from octant.geometries.errors import ConfigError
 from octant.geometries.files import write_text
 from octant.reader_design.experiments.optimise.drawing import drawing, save_drawing
 from octant.reader_design.experiments.optimise.evaluation import (
     Bench,
     Evaluation,
     bench,
-    evaluate,
+    kept_evaluations,
     rss_over_azimuth,
-)
-from octant.reader_design.experiments.optimise.evaluation_files import (
-    read_evaluation,
-    write_evaluation,
 )
 from octant.reader_design.experiments.optimise.figures import (
     comparison_figure,
@@ -41,16 +38,30 @@ from octant.reader_design.experiments.optimise.search import (
     search,
 )
 from octant.reader_design.experiments.optimise.shortlist import front, short_list
+from octant.reader_design.keeping.keeper import RecordCodec
+from octant.reader_design.keeping.keys import digest
 from octant.reader_design.keeping.progress import Progress
+from octant.reader_design.keeping.results import (
+    STUDY_FILE,
+    complete_line,
+    is_complete,
+    mark_complete,
+    refuse_another,
+)
+from octant.reader_design.keeping.versions import versions
+from octant.reader_design.keeping.workers import Crew, open_crew
 from octant.reader_design.setting.design import FULLWAVE, ReaderDesign
 from octant.reader_design.showing.pages import render_report
 from octant.reader_design.showing.style import save_figure
 from octant.reader_design.showing.tables import put_table
 from octant.reader_design.study_file.loading import to_toml
+from octant.reader_design.study_file.optimise import Optimise
 from octant.reader_design.study_file.schema import Reader, Study
 
 EVALUATIONS = "evaluations"
 """Folder of the evaluations' files, in the folder of the results."""
+OUTPUTS = ("optimise.csv", "pareto.csv", "best.toml", "report.html", "figures/*.*")
+"""What a search leaves for people, besides study.toml."""
 DESIGN_COLUMNS = (
     "antenna",
     "ground_plane_shape",
@@ -100,7 +111,13 @@ class SearchOutcome:
 
 
 def run_optimise(
-    study: Study, out_dir: Path, *, force: bool = False, progress: Progress | None = None
+    study: Study,
+    out_dir: Path,
+    *,
+    force: bool = False,
+    workers: int | None = 1,
+    cluster: str | None = None,
+    progress: Progress | None = None,
 ) -> SearchOutcome:
     """Return the outcome of the search of a study's ``[optimise]`` and leave its files.
 
@@ -113,8 +130,13 @@ def run_optimise(
         call goes on where the last one ended.
     force : bool
         Replace the results of another search in that folder.
+    workers : int or None
+        Processes that compute the survey; None: one for each core. The refinement needs each score
+        before the next design.
+    cluster : str or None
+        Address of a dask scheduler, or ``local:N``, in place of ``workers``.
     progress : Progress, optional
-        Told what happens.
+        Shows what happens.
 
     Returns
     -------
@@ -131,41 +153,83 @@ def run_optimise(
         Passed on; evaluations are kept.
     """
     progress = progress or Progress()
-    place = bench(study)
+    place, table = bench(study), table_of(study)
     text = to_toml(study, relative_to=out_dir)
-    _claim(out_dir, text, force=force)
-    write_text(out_dir / "study.toml", text)
-    planned = planned_evaluations(study, place.table)
+    refuse_another(out_dir, text, force=force, outputs=OUTPUTS)
     folder = out_dir / EVALUATIONS
-    with progress.count(planned, label="designs") as tell:
-        done = [0]
-
-        def kept(design: ReaderDesign) -> Evaluation:
-            result = kept_evaluation(place, design, folder, progress)
-            done[0] += 1
-            tell(done[0])
-            return result
-
-        found = search(study, kept)
+    with open_crew(workers=workers, cluster=cluster) as crew:
+        write_text(out_dir / STUDY_FILE, text)
+        found = _searched(place, table, folder, crew=crew, progress=progress)
     content = SearchContent(
         name=study.name,
         search=found,
-        listed=short_list(found, place.table.shortlist),
+        listed=short_list(found, table.shortlist),
         on_front=len(front(found)),
-        confirmed=_confirmed(study, found, folder, progress),
+        confirmed=_confirmed(study, table, found, folder, progress),
         cells_per_wavelength=(
             study.reader.cells_per_wavelength,
-            place.table.confirm_cells_per_wavelength,
+            table.confirm_cells_per_wavelength,
         ),
         frequency_hz=study.radio.frequency_hz,
         study_toml=text,
     )
+    report = out_dir / "report.html"
+    stamp = folder / "finished.json"
+    key = digest([text, versions(), [trial.evaluation for trial in found.trials]])
+    if is_complete(stamp, key) and not force:
+        progress.say(complete_line(out_dir))
+        return SearchOutcome(content=content, report=report)
     _write_tables(content, out_dir)
     write_text(out_dir / "best.toml", _best_study(study, found.winner))
-    figures = _write_figures(place, content, out_dir / "figures")
-    report = out_dir / "report.html"
+    figures = _write_figures(place, table, content, out_dir / "figures")
     write_text(report, render_report(optimise_report(content, figures)))
+    mark_complete(stamp, key, [path for one in OUTPUTS for path in sorted(out_dir.glob(one))])
     return SearchOutcome(content=content, report=report)
+
+
+def table_of(study: Study) -> Optimise:
+    """Return the study's table ``[optimise]``.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+
+    Raises
+    ------
+    ConfigError
+        When it has none.
+    """
+    if study.optimise is None:
+        msg = "the study has no table [optimise], but a search needs one; add it."
+        raise ConfigError(msg)
+    return study.optimise
+
+
+def _searched(
+    place: Bench, table: Optimise, folder: Path, *, crew: Crew | None, progress: Progress
+) -> Search:
+    """Return the search, each evaluation read from its file or computed and kept."""
+    found: dict[ReaderDesign, Evaluation] = {}
+    done: set[ReaderDesign] = set()
+    messages = replace(progress, bars=False)
+
+    def survey(designs: Sequence[ReaderDesign]) -> None:
+        kept = kept_evaluations(
+            place, designs, folder, crew=crew, progress=progress, label="survey"
+        )
+        found.update(zip(designs, kept, strict=True))
+
+    with progress.count(planned_evaluations(place.study, table), label="designs") as tell:
+
+        def evaluated(design: ReaderDesign) -> Evaluation:
+            if design not in found:
+                found[design] = kept_evaluations(place, (design,), folder, progress=messages)[0]
+            done.add(design)
+            tell(len(done))
+            return found[design]
+
+        return search(place.study, table, evaluated, survey)
 
 
 def plan_lines(study: Study, out_dir: Path) -> tuple[str, ...]:
@@ -188,8 +252,9 @@ def plan_lines(study: Study, out_dir: Path) -> tuple[str, ...]:
     ConfigError
         When the study has no search.
     """
-    table = bench(study).table
-    kept = len(list((out_dir / EVALUATIONS).glob("*.json")))
+    bench(study)
+    table = table_of(study)
+    kept = len(list((out_dir / EVALUATIONS).glob(f"[!.]*{RecordCodec.suffix}")))
     goals = "; ".join(f"{goal_name(g)} {value_text(g, g.value)}" for g in table.goals)
     varied = ", ".join((*table.parameters.given(), *table.choices.given()))
     most = planned_evaluations(study, table)
@@ -202,70 +267,21 @@ def plan_lines(study: Study, out_dir: Path) -> tuple[str, ...]:
     )
 
 
-def kept_evaluation(
-    place: Bench, design: ReaderDesign, folder: Path, progress: Progress
-) -> Evaluation:
-    """Return a design's evaluation, read from its file or computed and written.
-
-    Parameters
-    ----------
-    place : Bench
-        Where it is evaluated.
-    design : ReaderDesign
-        The design.
-    folder : Path
-        Folder of the evaluations.
-    progress : Progress
-        Told about files that cannot be read.
-
-    Returns
-    -------
-    Evaluation
-        The same bits from disk as computed.
-    """
-    key = place.key(design)
-    try:
-        known = read_evaluation(folder, key, design)
-    except SweepStateError as exc:
-        progress.say(f"{exc} It is computed again.")
-        known = None
-    if known is None:
-        known = evaluate(place, design)
-        write_evaluation(folder, known)
-    return known
-
-
-def _claim(out_dir: Path, text: str, *, force: bool) -> None:
-    """Refuse a folder with another search's results."""
-    there = out_dir / "study.toml"
-    if out_dir.exists() and not out_dir.is_dir():
-        msg = f"{out_dir} is a file, but the results need a folder; give another --out."
-        raise ConfigError(msg)
-    if there.is_file() and there.read_text("utf-8") != text and not force:
-        msg = (
-            f"{out_dir} holds the results of another study (or another version of this one); "
-            "give another --out, or --force to replace them."
-        )
-        raise ConfigError(msg)
-
-
 def _confirmed(
-    study: Study, found: Search, folder: Path, progress: Progress
+    study: Study, table: Optimise, found: Search, folder: Path, progress: Progress
 ) -> tuple[Confirmed, ...]:
     """Return the scores of reader and winner with both meshes; none for the approximate models."""
-    assert study.optimise is not None  # noqa: S101  `bench` let no other study pass
     if study.reader.response != FULLWAVE:
         return ()
     finer = msgspec.structs.replace(
-        study.reader, cells_per_wavelength=study.optimise.confirm_cells_per_wavelength
+        study.reader, cells_per_wavelength=table.confirm_cells_per_wavelength
     )
     place = bench(msgspec.structs.replace(study, reader=finer))
     trials = {"chosen design": found.winner, "the study's reader": found.reader}
-    fine = {
-        name: kept_evaluation(place, trial.evaluation.design, folder, progress)
-        for name, trial in trials.items()
-        if trial.evaluation.feasible
-    }
+    names = [name for name, trial in trials.items() if trial.evaluation.feasible]
+    designs = [trials[name].evaluation.design for name in names]
+    kept = kept_evaluations(place, designs, folder, progress=progress, label="finer meshes")
+    fine = dict(zip(names, kept, strict=True))
     targets = found.targets
     finer_targets = replace(targets, reference=fine.get("the study's reader"))
     return tuple(
@@ -323,7 +339,7 @@ def _best_study(study: Study, winner: Trial) -> str:
 
 
 def _write_figures(
-    place: Bench, content: SearchContent, folder: Path
+    place: Bench, table: Optimise, content: SearchContent, folder: Path
 ) -> dict[str, list[tuple[str, str, Path]]]:
     """Draw everything, and return the figures of the report by section."""
     found, study = content.search, place.study
@@ -348,7 +364,7 @@ def _write_figures(
         "How well each design reaches the goals, and how the best one so far meets each of them.",
     )
     save_figure(convergence_figure(found, title="Convergence of the search"), path)
-    for name in _numeric_choices(place):
+    for name in _numeric_choices(table):
         path = keep(
             "search",
             f"survey_{name}",
@@ -367,11 +383,11 @@ def _write_figures(
     for name, trial in (("chosen design", found.winner), ("study's reader", found.reader)):
         if trial.evaluation.feasible:
             rss, azimuths, _, _ = rss_over_azimuth(
-                study, place.built, trial.evaluation.design, place.table.distances_m
+                study, place.built, trial.evaluation.design, place.distances_m
             )
             rows.append((name, rss))
     title = "Received power against the tag's azimuth"
-    figure = comparison_figure(azimuths, rows, place.table.distances_m, title=title)
+    figure = comparison_figure(azimuths, rows, place.distances_m, title=title)
     save_figure(figure, path)
     path = keep(
         "winner", "drawing", "Drawing", "The chosen design to scale, all lengths in millimetres."
@@ -384,11 +400,11 @@ def _write_figures(
     return figures
 
 
-def _numeric_choices(place: Bench) -> list[str]:
+def _numeric_choices(table: Optimise) -> list[str]:
     """Return the choice that a figure can have as its abscissa: the only one that is a number."""
-    choices = place.table.choices.given()
+    choices = table.choices.given()
     numeric = [n for n, values in choices.items() if not isinstance(values[0], str)]
-    alone = len(numeric) == 1 and not place.table.parameters.given()
+    alone = len(numeric) == 1 and not table.parameters.given()
     return numeric if alone and len(choices[numeric[0]]) > 1 else []
 
 

@@ -144,15 +144,25 @@ def planned_evaluations(study: Study, table: Optimise) -> int:
     return 1 + combinations * points + min(table.starts, combinations) * table.evaluations
 
 
-def search(study: Study, evaluate: Callable[[ReaderDesign], Evaluation]) -> Search:
+def search(
+    study: Study,
+    table: Optimise,
+    evaluate: Callable[[ReaderDesign], Evaluation],
+    prepare: Callable[[Sequence[ReaderDesign]], object] | None = None,
+) -> Search:
     """Return every design that the search of a study's ``[optimise]`` tries, judged by its goals.
 
     Parameters
     ----------
     study : Study
-        Reader, table and seed.
+        Reader and seed.
+    table : Optimise
+        Its search.
     evaluate : callable
         Returns a design's `Evaluation`; called once for each design.
+    prepare : callable, optional
+        Receives all designs of the survey before they are evaluated one by one: they do not depend
+        on each other, so that workers can compute them at the same time.
 
     Returns
     -------
@@ -173,8 +183,6 @@ def search(study: Study, evaluate: Callable[[ReaderDesign], Evaluation]) -> Sear
     it has shrunk, which is known to free it from points that are none. It promises a local maximum
     only.
     """
-    table = study.optimise
-    assert table is not None  # noqa: S101  `bench` lets no other study pass
     reader = evaluate(design_of(study.reader))
     reference = reader if reader.feasible else None
     if reference is None and any(goal.score == "gain_db" for goal in table.goals):
@@ -189,8 +197,13 @@ def search(study: Study, evaluate: Callable[[ReaderDesign], Evaluation]) -> Sear
     generator = np.random.default_rng(study.seed)
     frequency = study.radio.frequency_hz
     best: list[tuple[Trial, Box]] = []
-    for box in boxes(study, table):
-        designs = survey_designs(box, table.survey, frequency_hz=frequency, generator=generator)
+    survey = [
+        (box, survey_designs(box, table.survey, frequency_hz=frequency, generator=generator))
+        for box in boxes(study, table)
+    ]
+    if prepare is not None:
+        prepare([design for _, designs in survey for design in designs])
+    for box, designs in survey:
         trials = [log.tried(design, "survey") for design in designs]
         first = max(trials, key=lambda t: t.attainment)
         best += [(first, box)] if first.evaluation.feasible else []

@@ -4,23 +4,12 @@ from pathlib import Path
 
 import click
 
-from octant.reader_design.cli import InterruptedRunError
-from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.options import common_options
+from octant.reader_design.options import Ended, RunOptions, experiment
 
 
 @click.command()
-@click.argument("study", type=click.Path(path_type=Path))
-@click.option(
-    "--out",
-    type=click.Path(path_type=Path),
-    default=Path("octant-optimise"),
-    show_default=True,
-    help="Folder for results.",
-)
-@click.option("--dry-run", is_flag=True, help="Say what would be computed, and leave.")
-@common_options
-def optimise(*, study: Path, out: Path, dry_run: bool, force: bool, quiet: bool) -> None:
+@experiment(out="octant-optimise")
+def optimise(*, study: Path, options: RunOptions) -> Ended:
     """Search for a reader as the table [optimise] of STUDY asks: survey, then refinement.
 
     Leaves optimise.csv (every design), pareto.csv, best.toml (the study with the chosen reader),
@@ -31,14 +20,14 @@ def optimise(*, study: Path, out: Path, dry_run: bool, force: bool, quiet: bool)
     from octant.reader_design.study_file.loading import load_study
 
     loaded = load_study(study)
-    if dry_run:
-        for line in plan_lines(loaded, out):
-            click.echo(line)
-        return
-    try:
-        outcome = run_optimise(loaded, out, force=force, progress=Progress(quiet=quiet))
-    except KeyboardInterrupt as exc:
-        msg = f"what was computed is kept in {out}; the same command goes on from there."
-        raise InterruptedRunError(msg) from exc
-    for line in outcome.lines():
-        click.echo(line)
+    if options.dry_run:
+        return Ended(lines=plan_lines(loaded, options.out))
+    outcome = run_optimise(
+        loaded,
+        options.out,
+        force=options.force,
+        workers=options.workers,
+        cluster=options.cluster,
+        progress=options.progress,
+    )
+    return Ended(lines=outcome.lines())

@@ -1,7 +1,6 @@
 """Laws of the search: the front, the goals, limits, known optima, resuming, bad input."""
 
 import dataclasses
-import json
 import math
 
 import numpy as np
@@ -9,19 +8,17 @@ import pytest
 
 from octant.geometries.errors import ConfigError, SweepStateError
 from octant.reader_design.experiments.optimise.evaluation import (
+    LEFT_OUT,
     Evaluation,
     bench,
     evaluate,
-)
-from octant.reader_design.experiments.optimise.evaluation_files import (
-    evaluation_path,
-    read_evaluation,
-    write_evaluation,
+    kept_evaluations,
 )
 from octant.reader_design.experiments.optimise.goals import Targets
 from octant.reader_design.experiments.optimise.search import planned_evaluations, search
 from octant.reader_design.experiments.optimise.shortlist import front, short_list
 from octant.reader_design.experiments.optimise.space import boxes, survey_designs
+from octant.reader_design.keeping.keys import case_keys
 from octant.reader_design.setting.design import ReaderDesign, design_of
 from octant.reader_design.setting.size import reader_size_m
 from octant.reader_design.study_file.loading import parse_study, to_toml
@@ -58,7 +55,6 @@ def made(design, *, margin_db=0.0, share=1.0, level_w=1e-6, reason="", bearing_d
     """An evaluation with given scores at three distances."""
     rows = np.ones(0 if reason else 3)
     return Evaluation(
-        key=design.key(),
         design=design,
         reason=reason,
         footprint_m=design.ground_plane_m,
@@ -71,6 +67,10 @@ def made(design, *, margin_db=0.0, share=1.0, level_w=1e-6, reason="", bearing_d
     )
 
 
+def searched(one, evaluate):
+    return search(one, one.optimise, evaluate)
+
+
 def bowl(design):
     """A cheap model whose best design is known."""
     u = (design.antenna_radius_m - BEST_R_A) / 0.05
@@ -81,7 +81,7 @@ def bowl(design):
 @pytest.mark.parametrize("method", ["nelder-mead", "cobyqa", "differential-evolution"])
 def test_refinement_finds_the_known_optimum_within_its_budget(method):
     text = BOX.replace("survey = 5", f'survey = 5\nmethod = "{method}"')
-    found = search(study(text), bowl)
+    found = searched(study(text), bowl)
     best = found.winner.evaluation.design
     assert abs(best.antenna_radius_m - BEST_R_A) <= 1.5e-3
     assert abs(best.gap_m - BEST_GAP) <= 1e-3
@@ -97,7 +97,7 @@ def test_no_design_is_evaluated_twice_and_the_budget_holds():
         return bowl(design)
 
     text = BOX.replace("evaluations = 120", "evaluations = 7")
-    found = search(study(text), counting)
+    found = searched(study(text), counting)
     assert len(asked) == len(set(asked)) == len(found.trials) <= 1 + 6 + 7
     assert len(found.trials) <= planned_evaluations(study(text), study(text).optimise)
 
@@ -110,10 +110,10 @@ def test_best_combination_of_choices_is_refined():
         base = bowl(design)
         return made(design, margin_db=float(base.margin_db[0]) + bonus)
 
-    found = search(study(text), model)
+    found = searched(study(text), model)
     refined = {t.evaluation.design.ground_plane_shape for t in found.trials if t.number > 13}
     assert refined == {"round"}
-    both = search(study(text.replace("survey = 5", "survey = 5\nstarts = 2")), model)
+    both = searched(study(text.replace("survey = 5", "survey = 5\nstarts = 2")), model)
     shapes = [
         t.evaluation.design.ground_plane_shape for t in both.trials if t.stage == "refinement"
     ]
@@ -122,16 +122,16 @@ def test_best_combination_of_choices_is_refined():
 
 
 def test_search_depends_on_the_seed_only():
-    first, again = search(study(), bowl), search(study(), bowl)
+    first, again = searched(study(), bowl), searched(study(), bowl)
     assert [t.evaluation.design for t in first.trials] == [
         t.evaluation.design for t in again.trials
     ]
-    other = search(study(head=HEAD.replace('name = "search"', 'name = "s"\nseed = 2')), bowl)
+    other = searched(study(head=HEAD.replace('name = "search"', 'name = "s"\nseed = 2')), bowl)
     assert other.trials[3].evaluation.design != first.trials[3].evaluation.design
 
 
 def test_every_design_tried_lies_within_the_bounds():
-    for trial in search(study(), bowl).trials[1:]:
+    for trial in searched(study(), bowl).trials[1:]:
         design = trial.evaluation.design
         assert 0.05 <= design.antenna_radius_m <= 0.10
         assert 0.002 <= design.gap_m <= 0.022
@@ -143,7 +143,7 @@ def test_infeasible_designs_keep_their_reason_and_never_win():
             return made(design, reason="its gap is too wide.")
         return bowl(design)
 
-    found = search(study(), model)
+    found = searched(study(), model)
     barred = [t for t in found.trials if not t.evaluation.feasible]
     assert barred
     assert all(t.attainment == -math.inf for t in barred)
@@ -160,13 +160,13 @@ def test_a_survey_without_a_feasible_design_says_why():
 
     text = BOX.replace("gap_m = [0.002", "gap_m = [0.006")
     with pytest.raises(SweepStateError, match=r"none of the .* feasible.*it is too large\."):
-        search(study(text), model)
+        searched(study(text), model)
 
 
 def test_gain_needs_a_reader_with_scores():
     text = BOX.replace("margin_db", "gain_db")
     with pytest.raises(ConfigError, match="the reader has no scores"):
-        search(study(text), lambda design: made(design, reason="no."))
+        searched(study(text), lambda design: made(design, reason="no."))
 
 
 def reader_targets(*goals, level_w=1e-6):
@@ -226,7 +226,7 @@ def test_short_list_leaves_near_twins_out_and_says_why():
         base = bowl(design)
         return made(design, margin_db=float(base.margin_db[0]), level_w=1e-4 * design.gap_m)
 
-    found = search(study(text), model)
+    found = searched(study(text), model)
     listed = short_list(found, 4)
     assert listed[0].trial.number == found.winner.number
     assert listed[0].reason.startswith("Chosen")
@@ -249,7 +249,7 @@ def test_front_takes_less_error_for_better():
     def model(design):  # a larger gap costs margin and raises the error
         return made(design, margin_db=-100.0 * design.gap_m, bearing_deg=100.0 * design.gap_m)
 
-    found = search(study(text), model)
+    found = searched(study(text), model)
     (best,) = {t.evaluation.design.gap_m for t in front(found)}
     assert best == min(t.evaluation.design.gap_m for t in found.trials)
 
@@ -305,44 +305,31 @@ def test_a_design_that_cannot_be_built_is_infeasible_with_its_reason():
 def test_evaluation_reads_back_bit_by_bit(tmp_path):
     place = bench(study())
     design = design_of(study().reader)
-    result = evaluate(place, design)
-    assert result.feasible
-    assert result.level_w.shape == (3,)
-    write_evaluation(tmp_path, result)
-    again = read_evaluation(tmp_path, result.key, design)
+    wide = dataclasses.replace(design, ground_plane_m=0.25)
+    first, refused = kept_evaluations(place, (design, wide), tmp_path)
+    assert first.feasible
+    assert first.level_w.shape == (3,)
+    again, still = kept_evaluations(place, (design, wide), tmp_path)
     for name in ("right_share", "margin_db", "bearing_error_deg", "front_to_back_db", "level_w"):
-        assert getattr(again, name).tobytes() == getattr(result, name).tobytes()
-    assert again.notes == result.notes
-    assert read_evaluation(tmp_path, "0" * 64, design) is None
-
-
-@pytest.mark.parametrize("damage", ["", "{", '"text"', "changed"])
-def test_damaged_evaluation_is_found_out(tmp_path, damage):
-    result = made(design_of(study().reader), margin_db=1.0)
-    write_evaluation(tmp_path, result)
-    path = evaluation_path(tmp_path, result.key)
-    text = damage
-    if damage == "changed":
-        content = json.loads(path.read_text())
-        content["margin_db"][0] = 9.0
-        text = json.dumps(content)
-    path.write_text(text)
-    with pytest.raises(SweepStateError, match=r"damaged|cannot be read"):
-        read_evaluation(tmp_path, result.key, result.design)
+        assert getattr(again, name).tobytes() == getattr(first, name).tobytes()
+    assert (again.notes, still.reason) == (first.notes, refused.reason)
 
 
 def test_key_follows_what_the_numbers_depend_on():
-    place, design = bench(study()), design_of(study().reader)
-    changes = {
-        "distances": BOX.replace("survey = 5", "survey = 5\ndistances_m = [1.0, 3.0]"),
-        "limit": BOX.replace("survey = 5", "survey = 5\nheight_m = 0.09"),
-    }
-    for text in changes.values():
-        assert bench(study(text)).key(design) != place.key(design)
-    model = HEAD.replace('"isolated"', '"rays"')
-    assert bench(study(head=model)).key(design) != place.key(design)
-    effort = BOX.replace("evaluations = 120", "evaluations = 3")
-    assert bench(study(effort)).key(design) == place.key(design)
+    design = design_of(study().reader)
+
+    def key(text=BOX, head=HEAD):
+        place = bench(study(text, head))
+        return case_keys(evaluate, [design], context=place, leave_out=LEFT_OUT)
+
+    changes = (
+        (BOX.replace("survey = 5", "survey = 5\ndistances_m = [1.0, 3.0]"), HEAD),
+        (BOX.replace("survey = 5", "survey = 5\nheight_m = 0.09"), HEAD),
+        (BOX, HEAD.replace('"isolated"', '"rays"')),
+        (BOX, HEAD.replace("[0.0, 0.0, 3.0]", "[0.0, 0.0, 2.9]")),
+    )
+    assert len({key(), *(key(*change) for change in changes)}) == 1 + len(changes)
+    assert key(BOX.replace("evaluations = 120", "evaluations = 3")) == key()
 
 
 def test_table_survives_writing_and_reading():
