@@ -46,6 +46,7 @@ def plain(reader):
     return quantiles_deg(reader)
 
 
+@pytest.mark.slow
 def test_concrete_walls_spoil_the_bearing_that_free_space_gives(reader, plain):
     free = quantiles_deg(reader, room=False)
     assert free[0] < 3.0
@@ -53,12 +54,14 @@ def test_concrete_walls_spoil_the_bearing_that_free_space_gives(reader, plain):
     assert 55.0 < plain[1] < 125.0
 
 
+@pytest.mark.slow
 def test_without_plates_the_room_leaves_no_bearing(plain):
     bare = quantiles_deg(reader_of(0.0))
     assert bare[0] > 1.7 * plain[0]
     assert bare[1] > 120.0
 
 
+@pytest.mark.slow
 def test_channels_and_a_tag_that_looks_down_each_help_and_both_help_most(reader, plain):
     channels = quantiles_deg(reader, channels=FEW)
     downward = quantiles_deg(reader, antenna="cosine")

@@ -59,6 +59,7 @@ def test_bands_that_cannot_be_are_refused(band, mesh):
         FullwaveBand(results=band.results[::-1])
 
 
+@pytest.mark.slow
 def test_a_convergence_study_shows_differences_that_shrink():
     def solve(cells):
         return solve_reader(

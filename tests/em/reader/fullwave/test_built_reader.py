@@ -51,6 +51,7 @@ def drawn(shape, antenna, plane_m):
     return solve_reader(mesh_of(antenna=antenna, **design))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("antenna", "plane_m"), [("dipole", 0.0), ("monopole", 0.0), ("monopole", 0.03)]
 )
@@ -134,6 +135,7 @@ def test_leaning_antennas_with_raised_feet_are_the_array_turned_as_a_whole():
     assert np.abs(fields[1] - expected).max() < 2e-4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "step"),
     [
@@ -287,6 +289,7 @@ def test_only_full_wave_takes_build_errors():
         reader_response(body, make_antenna("dipole", FREQUENCY_HZ), model="rays", gap_m=0.005)
 
 
+@pytest.mark.slow
 def test_the_cache_tells_built_readers_apart_and_can_be_left_out(tmp_path):
     antenna = make_antenna("dipole", FREQUENCY_HZ)
 

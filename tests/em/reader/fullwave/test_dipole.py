@@ -97,6 +97,7 @@ def test_two_monopoles_back_to_back_on_a_plate_are_one_dipole(feed_m):
     assert abs(found / expected - 1.0) < 0.01
 
 
+@pytest.mark.slow
 def test_a_monopole_on_a_growing_plane_tends_to_half_the_dipole_and_spares_the_lower_half():
     """By image theory an infinite plane gives half the dipole's Z; finite ones ripple around it."""
     half_dipole = 0.5 * impedance(length_m=0.0625, feed_gap_m=0.0057)

@@ -36,13 +36,17 @@ def worst(pairs):
 
 
 @pytest.mark.parametrize("name", RWG_DESIGNS)
-@pytest.mark.parametrize(("cells", "strong_db", "weak_db"), [(14.0, 0.15, 0.35), (10.0, 0.3, 0.5)])
+@pytest.mark.parametrize(
+    ("cells", "strong_db", "weak_db"),
+    [pytest.param(14.0, 0.15, 0.35, marks=pytest.mark.slow), (10.0, 0.3, 0.5)],
+)
 def test_patterns_equal_those_of_the_other_triangle_solver(solved, name, cells, strong_db, weak_db):
     strong, weak = worst(deviations(solved(name, cells), RWG, name))
     assert strong < strong_db
     assert weak < weak_db
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", RWG_DESIGNS)
 def test_impedances_and_couplings_equal_those_of_the_other_triangle_solver(solved, name):
     result = solved(name, 14.0)
@@ -52,6 +56,7 @@ def test_impedances_and_couplings_equal_those_of_the_other_triangle_solver(solve
     np.testing.assert_allclose(result.radiated_share[:2], RWG[f"{name}/power"][:, 0], rtol=0.02)
 
 
+@pytest.mark.slow
 def test_phases_equal_those_of_the_other_triangle_solver(solved):
     name = "dipole_r10_h8"
     expected = np.moveaxis(RWG[f"{name}/E"][..., :-1], 1, -1)

@@ -13,6 +13,7 @@ from octant.geometries.reader_body import reader_body
 FREQUENCY_HZ = 2.4e9
 
 
+@pytest.mark.slow
 def test_the_table_gives_the_patterns_of_the_solution_in_any_direction():
     rng = np.random.default_rng(1)
     theta, phi = np.arccos(rng.uniform(-1, 1, 50)), rng.uniform(-7.0, 7.0, 50)
@@ -39,6 +40,7 @@ def test_antennas_without_a_mesh_are_refused():
             fullwave_response(reader_body(), antenna)
 
 
+@pytest.mark.slow
 def test_a_floor_plate_below_the_reader_shades_what_goes_down():
     """A plate of 0.3 m, 5 cm below a reader of 0.2 m, and the balance holds."""
     a = 0.15

@@ -105,6 +105,7 @@ def square_plate(side_m, longest_m):
     return refined_mesh(corners, faces, longest_m=longest_m)
 
 
+@pytest.mark.slow
 def test_a_square_plate_keeps_the_optical_theorem_and_tends_to_physical_optics():
     side_m = 2.0 * WAVELENGTH_M
     basis = surface_basis(*square_plate(side_m, 0.13 * WAVELENGTH_M))

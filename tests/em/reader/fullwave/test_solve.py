@@ -103,6 +103,7 @@ def test_halving_the_elements_moves_strong_gains_little(solved):
     assert np.sqrt(((a - b)[strong] ** 2).mean()) < 0.15
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("radius_m", [0.02, 0.03])
 def test_antennas_deep_between_plates_still_radiate_what_they_accept(radius_m):
     body = reader_body(antenna_radius_m=radius_m)
@@ -111,6 +112,7 @@ def test_antennas_deep_between_plates_still_radiate_what_they_accept(radius_m):
     assert result.balance_error < 1e-3
 
 
+@pytest.mark.slow
 def test_a_plate_below_the_reader_turns_power_up_and_none_is_lost():
     floor = Body(
         name="floor",
@@ -132,6 +134,7 @@ def test_a_plate_below_the_reader_turns_power_up_and_none_is_lost():
     assert below[1] < 0.8 * below[0]
 
 
+@pytest.mark.slow
 def test_lossy_metal_turns_part_of_the_accepted_power_into_heat():
     mesh = coarse_mesh()
     result = solve_reader(mesh, surface_impedance_ohm=1.0 + 1.0j)
