@@ -106,6 +106,7 @@ def test_a_comparison_resumes_and_its_numbers_are_those_of_single_runs(
     assert table.read_bytes() == before
 
 
+@pytest.mark.slow
 def test_an_interrupted_comparison_keeps_its_cells_and_says_so(
     octant, comparison, tmp_path, monkeypatch
 ):

@@ -101,6 +101,7 @@ def test_best_study_has_the_winner_as_its_reader(finished):
     assert best.reader.antenna_radius_m == float(winner["antenna_radius_m"])
 
 
+@pytest.mark.slow
 def test_interrupted_search_goes_on_to_the_same_bits(
     octant, study_file, tmp_path, finished, monkeypatch
 ):

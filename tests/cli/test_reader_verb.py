@@ -148,6 +148,7 @@ def test_approximate_models_give_patterns_only(octant, study_file, tmp_path):
     assert 'response = "isolated"' in (out / "study.toml").read_text()
 
 
+@pytest.mark.slow
 def test_convergence_solves_finer_meshes_and_says_what_changes(
     octant, study_file, tmp_path, monkeypatch
 ):

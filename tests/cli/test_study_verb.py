@@ -62,6 +62,7 @@ def test_study_leaves_a_chosen_reader_and_a_report(octant, study_file, tmp_path)
     assert (out / "results.nc").read_bytes() == before
 
 
+@pytest.mark.slow
 def test_failed_designs_give_exit_code_3(octant, study_file, tmp_path):
     # Between eight plates, 2 mm from the axis, no monopole's plane fits.
     text = SMALL.replace("[0.05, 0.10]", '[0.002, 0.10]\nantenna = ["monopole"]')
@@ -72,6 +73,7 @@ def test_failed_designs_give_exit_code_3(octant, study_file, tmp_path):
     assert (tmp_path / "out" / "report.html").is_file()
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="signals differ")
 def test_interrupted_studies_keep_what_was_computed(study_file, tmp_path):
     out = tmp_path / "out"

@@ -70,6 +70,7 @@ def test_a_small_study_leaves_tables_figures_and_a_report(octant, study_file, tm
     assert set(read_dataset(out / "results.nc").dims) == {"slam", "slam_run"}
 
 
+@pytest.mark.slow
 def test_a_killed_study_goes_on_where_it_stopped_with_the_same_bits(
     octant, study_file, tmp_path, monkeypatch
 ):

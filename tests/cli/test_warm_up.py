@@ -137,6 +137,7 @@ def test_compilation_is_announced_once_and_recorded(tmp_path, monkeypatch):
     assert record.kernels == []
 
 
+@pytest.mark.slow
 def test_nowhere_to_keep_kernels_is_one_sentence(tmp_path):
     package = tmp_path / "octant"
     package.mkdir()
