@@ -1,4 +1,4 @@
-"""What materials look like to people, in pictures and in GLB files; rays do not ask."""
+"""What materials look like to people, in pictures and in GLB files; it does not affect rays."""
 
 import re
 from collections.abc import Mapping
@@ -65,7 +65,7 @@ _DRAWN: Mapping[str, Looks] = MappingProxyType(
         },
     }
 )
-"""What is drawn into a scene and is no material."""
+"""What is drawn into a scene besides materials."""
 
 UNKNOWN = _of("b9a7c4")
 """What every other material looks like."""

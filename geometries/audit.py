@@ -340,7 +340,7 @@ _MEANINGS = {
     ),
     "winding_conflicts": (
         "paths and powers do not change, since both sides of a facet reflect, and closed parts "
-        "are wound alike before it is asked what stands inside of them."
+        "are wound alike before points are tested for being inside."
     ),
     "t_junctions": (
         "paths and powers do not change, since flat pieces are joined into facets whatever their "

@@ -138,7 +138,7 @@ def common_errors(
 ) -> BuildErrors:
     """Return errors that all antennas and all plates share, as of a wrong jig ([m], [rad]).
 
-    The same value for every antenna and plate; none at all when called with no error.
+    The same value for every antenna and plate; all zero when called without errors.
 
     Parameters
     ----------

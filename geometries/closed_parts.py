@@ -18,7 +18,7 @@ from octant.geometries.facets import Facets
 from octant.geometries.occlusion import build_bvh, winding_numbers
 
 RAY_DIRECTIONS = np.array([ODD_DIRECTION, np.roll(-ODD_DIRECTION, 1), np.roll(ODD_DIRECTION, 2)])
-"""Directions [-] in which a ray asks whether it starts outside; the first clear answer counts."""
+"""Directions [-] of rays that find whether they start outside; the first clear answer counts."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -107,7 +107,7 @@ def _cut_edges(
 ) -> tuple[IntArray, IntArray, IntArray]:
     """Return triangle, start and end of all edges; open ones are cut where corners stand on them.
 
-    So a part that is closed but for T-junctions is closed.
+    So a part that is closed except for T-junctions counts as closed.
     """
     triangle = np.repeat(np.flatnonzero(has_area), 3)
     start, end = faces[has_area].reshape(-1), np.roll(faces[has_area], -1, axis=1).reshape(-1)
@@ -134,7 +134,7 @@ def _wound_alike(faces: IntArray, pairs: IntArray, against: npt.NDArray[np.bool_
     count = len(faces)
     if not against.any():
         return faces
-    # Each triangle stands for two nodes, as it is and turned; a pair joins those that agree.
+    # Each triangle stands for two nodes, as stored and turned; a pair joins those that agree.
     other = pairs[:, 1] + count * against
     opposite = pairs[:, 1] + count * ~against
     nodes = np.column_stack((pairs[:, 0], other, pairs[:, 0] + count, opposite)).reshape(-1, 2)

@@ -1,6 +1,6 @@
 """True edges of a scene: where facets meet at an angle, or where a sheet ends.
 
-Seams between coplanar triangles are no edges, whatever the mesh. Outline edges are cut where the
+Seams between coplanar triangles are not edges, whatever the mesh. Outline edges are cut where the
 outline of another facet begins or ends on them, so that unevenly meshed walls share their corners.
 """
 

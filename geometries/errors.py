@@ -18,7 +18,7 @@ class MaterialRangeError(OctantError, ValueError):
 
 
 class AntennaError(OctantError, ValueError):
-    """An antenna or a reader response cannot be built or evaluated as asked."""
+    """An antenna or a reader response cannot be built or evaluated with the given values."""
 
 
 class PatternFileError(OctantError, ValueError):
@@ -26,7 +26,7 @@ class PatternFileError(OctantError, ValueError):
 
 
 class NavigationError(OctantError, ValueError):
-    """A robot, a controller or a mission cannot be built as asked."""
+    """A robot, a controller or a mission cannot be built with the given values."""
 
 
 class ConfigError(OctantError, ValueError):

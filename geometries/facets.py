@@ -155,7 +155,7 @@ def build_facets(
     edge_piece, ends, piece = _outlines(
         vertices_m, turned, group_of, normal[label[used]], tolerance_m
     )
-    # Pieces by plane, material and first triangle; those whose edges all cancelled are no facets.
+    # Pieces by plane, material and first triangle; those whose edges all cancelled are not facets.
     has_edges = np.zeros(len(used), dtype=np.bool_)
     has_edges[edge_piece] = True
     heads = np.flatnonzero(has_edges)

@@ -429,7 +429,7 @@ def _transform_matrix(
         kind = str(step.tag)
         at = f"<{kind}> in {where}, line {step.sourceline},"
         if kind not in _STEPS:
-            msg = f"{at} is no transformation; known are {', '.join(_STEPS)}."
+            msg = f"{at} is not a transformation; known are {', '.join(_STEPS)}."
             raise GeometryError(msg)
         total = _STEPS[kind](step, attribute, at) @ total
     if not np.array_equal(total[3], (0.0, 0.0, 0.0, 1.0)):

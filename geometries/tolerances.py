@@ -37,7 +37,7 @@ class LengthTolerances:
         Step off a face, per extent of the scene, that shows on which side of it the room is [-].
     same_share : float
         Relative difference of two lengths that only rounding explains [-]: r_a = 0.1 m on a ground
-        plane of 0.2 m is at its edge, whatever cos and sin round off.
+        plane of 0.2 m is at its edge although cos and sin are rounded.
     turned_share : float
         The same for a length that was turned and searched for, such as the place of a mesh's corner
         in the next sector of the reader [-].

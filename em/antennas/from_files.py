@@ -18,7 +18,7 @@ from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import PatternFileError, PhysicsWarning
 
 FREQUENCY_TOLERANCE = 1e-3
-"""Relative difference [-] up to which a table's frequency counts as the one asked for."""
+"""Relative difference [-] up to which a table's frequency counts as the wanted one."""
 
 WIDEST_INTERPOLATION = 0.05
 """Relative distance [-] of two tables up to which patterns are interpolated between them."""
@@ -200,7 +200,7 @@ def _at_frequency(
     if below is None or above is None or above[0] - below[0] > WIDEST_INTERPOLATION * frequency_hz:
         given = ", ".join(f"{f:.6g}" for f, _ in known)
         msg = (
-            f"{tables[0].source}: patterns at {given} Hz, but {frequency_hz:.6g} Hz is asked for; "
+            f"{tables[0].source}: patterns at {given} Hz, but {frequency_hz:.6g} Hz is needed; "
             "give that frequency, or two at most 5 % apart around it."
         )
         raise PatternFileError(msg)

@@ -29,7 +29,7 @@ class ReportTable:
     rows : tuple of tuple of str
         Cells.
     best : int or None
-        Row that is set off.
+        Row that is highlighted.
     words : bool
         True: cells hold words, set flush left.
     """
@@ -48,7 +48,7 @@ class ReportFigure:
     Attributes
     ----------
     title : str
-        Name, also for readers who cannot see it.
+        Name, also the alternative text of the image.
     caption : str
         One sentence that says what to see in it.
     png : bytes
@@ -71,7 +71,7 @@ class ReportSection:
     paragraphs : tuple of str
         Text.
     warnings : tuple of str
-        Sentences that are set off, because the reader must not miss them.
+        Sentences that are highlighted.
     points : tuple of str
         A list.
     tables : tuple of ReportTable
@@ -102,7 +102,7 @@ class Report:
     subtitle : str
         Line below it.
     summary : tuple of str
-        What a hurried reader must know, first of all.
+        The most important results, in short.
     warnings : tuple of str
         What limits it.
     facts : tuple of (str, str)

@@ -254,7 +254,7 @@ def test_a_scene_may_be_drawn_in_another_unit(scene):
         ),
         (
             '<shape type="cube"><transform name="to_world"><skew/></transform></shape>',
-            "is no transformation",
+            "is not a transformation",
         ),
         (
             (

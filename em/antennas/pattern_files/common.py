@@ -98,7 +98,7 @@ class PatternTable:
             raise PatternFileError(msg)
         frequency = self.frequency_hz
         if frequency is not None and not (math.isfinite(frequency) and frequency > 0.0):
-            msg = f"{where}: frequency {frequency} Hz is no frequency; give a number above 0 Hz."
+            msg = f"{where}: frequency {frequency} Hz is not a frequency; give a number above 0 Hz."
             raise PatternFileError(msg)
         for name, value in (("theta_rad", theta), ("phi_rad", phi), ("field", field)):
             object.__setattr__(self, name, value)
@@ -238,7 +238,7 @@ def whole_number(path: Path, line: int, token: str) -> int:
     """
     value = number(path, line, token)
     if value != int(value) or not 1 <= value <= _MOST_SAMPLES:
-        what = f"{token[:40]!r} is no number of samples; give a whole number of 1 or more."
+        what = f"{token[:40]!r} is not a number of samples; give a whole number of 1 or more."
         raise refusal(path, line, what)
     return int(value)
 
@@ -256,7 +256,9 @@ def checked_gain_dbi(path: Path, line: int, value: float) -> float:
         The file's number [dBi].
     """
     if value > 100.0:
-        raise refusal(path, line, f"{value:g} dBi is no antenna's gain; correct it.")
+        raise refusal(
+            path, line, f"{value:g} dBi is not a gain that an antenna can have; correct it."
+        )
     return max(value, DBI_FLOOR)
 
 

@@ -98,13 +98,13 @@ def _groups(path: Path) -> tuple[list[str], list[_Group]]:
 
 
 def _cells(path: Path) -> Iterator[tuple[int, list[str]]]:
-    """Yield line number and cells of every line that is no comment."""
+    """Yield line number and cells of every line that is not a comment."""
     for line, text in enumerate(read_lines(path), start=1):
         if text.strip() and not text.lstrip().startswith("#"):
             try:
                 cells = next(csv.reader([text], strict=True, skipinitialspace=True))
             except csv.Error as exc:
-                raise refusal(path, line, f"the line is no CSV ({exc}); correct it.") from exc
+                raise refusal(path, line, f"the line is not CSV ({exc}); correct it.") from exc
             yield line, [cell.strip() for cell in cells]
 
 

@@ -86,7 +86,7 @@ def _axis(
     start, stop = numbers(path, line, tokens, 3).values[:2]
     count = whole_number(path, line, tokens[2])
     if count < 2 or count > 100_000 or not start < stop:
-        what = f"angles from {start:g} to {stop:g} deg in {count} values are no axis; correct it."
+        what = f"{start:g} to {stop:g} deg in {count} values do not make an axis; correct it."
         raise refusal(path, line, what)
     return np.linspace(start, stop, count)
 
@@ -137,8 +137,8 @@ def _frequency(path: Path, line: int, tokens: Sequence[str]) -> float:
     text = "".join(tokens)
     found = re.fullmatch(r"([-+.\deE]+)([kKmMgG]?[hH][zZ])?", text)
     if not found:
-        raise refusal(path, line, f"{text[:40]!r} is no frequency; give a number of Hz.")
+        raise refusal(path, line, f"{text[:40]!r} is not a frequency; give a number of Hz.")
     frequency_hz = number(path, line, found.group(1)) * _UNITS_HZ[(found.group(2) or "").lower()]
     if frequency_hz <= 0.0:
-        raise refusal(path, line, f"frequency {text} is no frequency; give more than 0 Hz.")
+        raise refusal(path, line, f"frequency {text} is not a frequency; give more than 0 Hz.")
     return frequency_hz

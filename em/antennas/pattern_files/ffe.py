@@ -171,18 +171,20 @@ def _frequency(path: Path, block: _Block) -> float:
     line, text = block.keys["frequency"]
     frequency_hz = number(path, line, (text.split() or [""])[0])
     if frequency_hz <= 0.0:
-        raise refusal(path, line, f"frequency {text} Hz is no frequency; give more than 0 Hz.")
+        raise refusal(path, line, f"frequency {text} Hz is not a frequency; give more than 0 Hz.")
     return frequency_hz
 
 
 def _check_header(path: Path, block: _Block) -> None:
-    """Refuse blocks that are no antenna pattern in global spherical coordinates."""
+    """Refuse blocks that are not an antenna pattern in global spherical coordinates."""
     line, system = block.keys.get("coordinate system", (block.line, "Spherical"))
     if system.lower() != "spherical":
         raise refusal(path, line, f"coordinate system {system!r}; only Spherical is read.")
     line, result = block.keys.get("result type", (block.line, "Gain"))
     if "rcs" in result.lower() or any("rcs" in name for name in block.columns):
-        raise refusal(path, line, "a radar cross-section is no antenna pattern; export the gain.")
+        raise refusal(
+            path, line, "a radar cross-section is not an antenna pattern; export the gain."
+        )
     for key, axis in (("u-vector", (1.0, 0.0, 0.0)), ("v-vector", (0.0, 1.0, 0.0))):
         if key in block.keys:
             line, text = block.keys[key]

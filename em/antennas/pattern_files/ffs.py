@@ -84,7 +84,7 @@ def _sections(path: Path) -> Iterator[tuple[int, str, list[tuple[int, list[str]]
     if start:
         yield start, name, content
     else:
-        raise refusal(path, 1, "no '//' section is in the file; it is no far-field source.")
+        raise refusal(path, 1, "no '//' section is in the file; it is not a far-field source.")
 
 
 _Header = dict[str, tuple[int, list[tuple[int, list[str]]]]]

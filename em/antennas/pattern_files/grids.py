@@ -43,7 +43,9 @@ def loop_grid(
     """
     if len(rows) < 2:
         line = rows[0].line if rows else 1
-        raise refusal(path, line, "fewer than two directions are no pattern; give a whole grid.")
+        raise refusal(
+            path, line, "fewer than two directions do not make a pattern; give a whole grid."
+        )
     table = np.array([row.values for row in rows], dtype=np.float64)
     angles = table[:, [theta_column, phi_column]]
     change = np.abs(angles[1] - angles[0]) > 1e-9
@@ -134,7 +136,7 @@ def fold(
         Ascending axes [rad] and the (2, T', P') field [-].
     """
     if np.abs(theta_deg).max() > 360.0 + 1e-6 or np.abs(phi_deg).max() > 720.0 + 1e-6:
-        what = "theta beyond 360 deg or phi beyond 720 deg is no direction; correct the angles."
+        what = "theta beyond 360 deg or phi beyond 720 deg is not a direction; correct the angles."
         raise refusal(path, line, what)
     theta, phi = np.meshgrid(np.mod(theta_deg, 360.0), phi_deg, indexing="ij")
     beyond = theta > 180.0 + 0.5 * ROUNDING_DEG

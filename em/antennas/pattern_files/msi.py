@@ -154,7 +154,7 @@ def _frequency(path: Path, content: _File) -> float | None:
     unit = next((u for u in ("KHZ", "MHZ", "GHZ", "HZ") if joined.endswith(u)), "")
     value_hz = number(path, line, joined.removesuffix(unit)) * _UNITS_HZ[unit or "MHZ"]
     if value_hz <= 0.0:
-        raise refusal(path, line, f"frequency {joined} is no frequency; give more than 0 MHz.")
+        raise refusal(path, line, f"frequency {joined} is not a frequency; give more than 0 MHz.")
     return value_hz
 
 

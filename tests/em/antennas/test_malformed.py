@@ -132,9 +132,9 @@ def test_a_missing_header_line_is_refused(form, pattern, write):
         ("ffe", "Theta Samples: 37", "Theta Samples: 36", "announces 36"),
         ("ffe", "Samples: 37", "Samples: 1e99", "not a finite"),
         ("ffe", "#Result", "#U-Vector: (0, 1, 0)\n#Result", "turns the axes"),
-        ("ffe", "Type: Gain", "Type: RCS", "no antenna pattern"),
-        ("ffd", "0 180 37", "0 180 99999999999", "no number of samples"),
-        ("ffd", "0 180 37", "180 0 37", "no axis"),
+        ("ffe", "Type: Gain", "Type: RCS", "not an antenna pattern"),
+        ("ffd", "0 180 37", "0 180 99999999999", "not a number of samples"),
+        ("ffd", "0 180 37", "180 0 37", "do not make an axis"),
         ("ffd", "Frequencies 1", "Frequencies 2", "announced"),
         ("ffd", "0 180 37", "0 180 36", r"a 'Frequency' line or the end of the file must follow"),
         ("ffs", "Farfield\n", "Multipoles\n", "only Farfield"),
@@ -147,7 +147,7 @@ def test_a_missing_header_line_is_refused(form, pattern, write):
         ("msi", "7.0 0.0", "3.0 0.0", "ascend once around"),
         ("csv", "f_phi_im", "f_phi_imag", "unknown"),
         ("csv", ",realised_gain", ",loss", "kind"),
-        ("csv", "0.0,0.0,", '0.0,"0.0,', "no CSV"),
+        ("csv", "0.0,0.0,", '0.0,"0.0,', "is not CSV"),
     ],
 )
 def test_a_wrong_entry_is_refused_in_words(form, old, new, says, write):
