@@ -22,7 +22,7 @@ from pathlib import Path
 import numpy as np
 
 from octant.em.antennas.kinds import Antenna
-from octant.reader_design.setting.design import design_of, design_responses
+from octant.reader_design.setting.design import reader_responses
 from octant.reader_design.setting.random_poses import random_pose_errors_rad
 from octant.reader_design.setting.scene import build_study_scene
 from octant.reader_design.study_file.loading import parse_study
@@ -105,7 +105,7 @@ def main():
     for name, room, channels, antenna, reader, prototype in CASES:
         began = time.perf_counter()
         study = study_of(room=room, channels=channels, antenna=antenna, reader=reader)
-        responses = design_responses(study, design_of(study.reader))
+        responses = reader_responses(study.reader, study.radio)
         error = errors_deg(study, responses, antenna=antenna, poses=poses)
         middle, high = np.quantile(error, [0.5, 0.9])
         beyond = 100.0 * float((error > math.degrees(math.pi / 2)).mean())

@@ -17,7 +17,7 @@ from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import ConfigError, SweepStateError
 from octant.geometries.scene import free_space_scene
 from octant.reader_design.setting.capture import captured_share
-from octant.reader_design.setting.design import ReaderDesign, design_responses
+from octant.reader_design.setting.design import reader_responses
 from octant.reader_design.setting.links import tag_link
 from octant.reader_design.setting.receiver import scoring_readings_w
 from octant.reader_design.setting.samples import (
@@ -32,6 +32,7 @@ from octant.reader_design.setting.scores import (
     USABLE_DBM,
     score_rss,
 )
+from octant.reader_design.study_file.reader import Reader
 from octant.reader_design.study_file.schema import Study
 from octant.reader_design.study_file.scores import Scores
 
@@ -73,7 +74,7 @@ class Cell:
     ----------
     key : str
         Its key; empty until it is kept.
-    design : ReaderDesign
+    design : Reader
         The design.
     reason : str
         Why it failed; empty when it did not.
@@ -100,7 +101,7 @@ class Cell:
     """
 
     key: str = ""
-    design: ReaderDesign
+    design: Reader
     reason: str = ""
     free: Scores | None = None
     room: Scores | None = None
@@ -152,12 +153,12 @@ def reference_tag(study: Study, built: StudyScene) -> PlacedTag:
     return built.tags[0] if study.mission is None else built.tag(study.mission.tags[0])
 
 
-def failed_cell(design: ReaderDesign, key: str, reason: str, *, unexpected: bool = False) -> Cell:
+def failed_cell(design: Reader, key: str, reason: str, *, unexpected: bool = False) -> Cell:
     """Return a cell without numbers.
 
     Parameters
     ----------
-    design : ReaderDesign
+    design : Reader
         The design.
     key : str
         Its name.
@@ -183,14 +184,14 @@ def failed_cell(design: ReaderDesign, key: str, reason: str, *, unexpected: bool
     )
 
 
-def scored_cell(context: SweepContext, design: ReaderDesign) -> Cell:
+def scored_cell(context: SweepContext, design: Reader) -> Cell:
     """Return the scores and RSS of one design.
 
     Parameters
     ----------
     context : SweepContext
         Study, room and sampling.
-    design : ReaderDesign
+    design : Reader
         The design.
 
     Raises
@@ -204,7 +205,7 @@ def scored_cell(context: SweepContext, design: ReaderDesign) -> Cell:
     and every place of the floor on which the reader fits. RSS is coherent.
     """
     study, built, sampling = context.study, context.built, context.sampling
-    responses = design_responses(study, design)
+    responses = reader_responses(design, study.radio)
     elements = np.asarray(responses[0].azimuths_rad, dtype=np.float64)
     tag = reference_tag(study, built)
     link = free_link(context, tag, responses)

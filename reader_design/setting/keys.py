@@ -8,9 +8,10 @@ import numpy as np
 
 from octant.em.antennas.kinds import Antenna
 from octant.reader_design.keeping.versions import versions
-from octant.reader_design.setting.design import ReaderDesign, content_hash, response_inputs
+from octant.reader_design.setting.design import content_hash, response_inputs
 from octant.reader_design.setting.evaluation import SweepContext, reference_tag
 from octant.reader_design.setting.scene import StudyScene
+from octant.reader_design.study_file.reader import Reader
 from octant.reader_design.study_file.schema import Study
 from octant.reader_design.study_file.sweep import SWEPT_TABLES
 
@@ -59,14 +60,14 @@ def _antenna_inputs(antenna: Antenna) -> list[object]:
     return [antenna.kind, *size, *turn, hashlib.sha256(table).hexdigest()]
 
 
-def cell_key(context: SweepContext, design: ReaderDesign, *, fingerprint: str) -> str:
+def cell_key(context: SweepContext, design: Reader, *, fingerprint: str) -> str:
     """Return the name of a cell: the hash of its full input, 64 hexadecimal digits.
 
     Parameters
     ----------
     context : SweepContext
         Study and sampling.
-    design : ReaderDesign
+    design : Reader
         The design.
     fingerprint : str
         From :func:`scene_fingerprint`, computed once for all cells.

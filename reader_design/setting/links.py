@@ -9,7 +9,7 @@ from octant.em.antennas.embedded import ReaderResponse
 from octant.em.power.received_power import ReaderLink, reader_link
 from octant.geometries.errors import ConfigError, PhysicsWarning
 from octant.navigation.sensing.pattern_match import PowerTable, power_table
-from octant.reader_design.setting.design import design_of, design_responses
+from octant.reader_design.setting.design import reader_responses
 from octant.reader_design.setting.scene import (
     PlacedTag,
     StudyScene,
@@ -47,7 +47,7 @@ def study_responses(study: Study) -> tuple[ReaderResponse, ...]:
     PhysicsWarning
         For everything that the responses say does not hold.
     """
-    responses = design_responses(study, design_of(study.reader))
+    responses = reader_responses(study.reader, study.radio)
     for text in dict.fromkeys(text for response in responses for text in response.warnings):
         warnings.warn(text, PhysicsWarning, stacklevel=2)
     return responses

@@ -47,7 +47,7 @@ class Candidate:
     room : Scores or None
         Scores in the room; None when the study has none.
     width_m, height_m : float
-        Size of the reader [m], see :func:`octant.reader_design.setting.size.reader_size_m`; 0 where
+        Size of the reader [m], see `Reader.size_m`; 0 where
         it is not known and no constraint is to act.
     """
 

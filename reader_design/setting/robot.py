@@ -2,7 +2,7 @@
 
 from octant.geometries.scene import Scene
 from octant.navigation.robot.floor import RobotSpace, footprint
-from octant.reader_design.study_file.schema import Reader
+from octant.reader_design.study_file.reader import Reader
 
 
 def robot_space(scene: Scene, reader: Reader, *, radius_m: float, height_m: float) -> RobotSpace:

@@ -13,11 +13,7 @@ from octant.geometries.errors import ConfigError, OctantError
 from octant.geometries.scene import Scene, build_scene
 from octant.geometries.tolerances import LENGTHS
 from octant.reader_design.setting.antennas import named_antenna
-from octant.reader_design.study_file.bodies import (
-    object_bodies,
-    room_bodies,
-    study_materials,
-)
+from octant.reader_design.study_file.bodies import object_bodies, room_bodies, study_materials
 from octant.reader_design.study_file.checks import rooms_of
 from octant.reader_design.study_file.errors import unknown_name
 from octant.reader_design.study_file.schema import Layout, Radio, Study, Tag

@@ -13,24 +13,15 @@ from octant.geometries.tolerances import LENGTHS
 from octant.reader_design.study_file.choice import Choice, Scoring
 from octant.reader_design.study_file.dock import Dock
 from octant.reader_design.study_file.errors import unknown_name
-from octant.reader_design.study_file.materials import (
-    check_material,
-    material_label,
-    material_specs,
-)
+from octant.reader_design.study_file.materials import check_material, material_label, material_specs
 from octant.reader_design.study_file.mission import Mission
 from octant.reader_design.study_file.optimise import check_optimise
-from octant.reader_design.study_file.room import (
-    Room,
-)
+from octant.reader_design.study_file.reader import Reader
+from octant.reader_design.study_file.room import Room
 from octant.reader_design.study_file.room_checks import check_rooms
 from octant.reader_design.study_file.rules import mission_rules
-from octant.reader_design.study_file.schema import Layout, Reader, Study, Tag
-from octant.reader_design.study_file.scores import (
-    SCORE_NAMES,
-    higher_is_better,
-    score_unit,
-)
+from octant.reader_design.study_file.schema import Layout, Study, Tag
+from octant.reader_design.study_file.scores import SCORE_NAMES, higher_is_better, score_unit
 from octant.reader_design.study_file.sensor import Sensor
 
 TAG_ANTENNAS = get_args(AntennaKind)

@@ -13,9 +13,9 @@ from octant.reader_design.study_file.choice import Choice, Scoring
 from octant.reader_design.study_file.dock import Dock
 from octant.reader_design.study_file.mission import Mission
 from octant.reader_design.study_file.optimise import Optimise
+from octant.reader_design.study_file.reader import Reader
 from octant.reader_design.study_file.room import (
     Name,
-    NotNegative,
     Point,
     Positive,
     PositiveCount,
@@ -26,9 +26,6 @@ from octant.reader_design.study_file.room import (
 from octant.reader_design.study_file.sensor import Sensor
 from octant.reader_design.study_file.tolerance import Tolerance
 from octant.reader_design.study_file.track import Track
-
-ReaderAntenna = Literal["dipole", "monopole"]
-ReaderModel = Literal["fullwave", "rays", "isolated", "files"]
 
 
 class Radio(Table, frozen=True, kw_only=True):
@@ -81,77 +78,6 @@ class Tag(Table, frozen=True, kw_only=True):
     antenna: Name = "dipole"
     axis: Point | None = None
     azimuth_deg: float = 0.0
-
-
-class Reader(Table, frozen=True, kw_only=True):
-    """The reader when it is not swept, and what a sweep leaves alone: table ``[reader]``.
-
-    Parameters
-    ----------
-    antenna : str
-        ``dipole`` or ``monopole``.
-    antenna_length_m : float or None
-        Length of each antenna [m]; None: half a wave (dipole) or a quarter wave (monopole).
-    antenna_radius_m : float
-        Distance r_a of the antennas from the axis [m].
-    plate_height_m : float
-        Height h_p of the plates [m]; 0 is a reader without plates.
-    ground_plane_m : float
-        Side of the ground plane, or its diameter when it is round [m].
-    ground_plane_shape : str
-        ``square``, ``round`` or ``octagon``.
-    plate_height_axis_m : float or None
-        Height of the plates at the axis [m]; None: as at the rim.
-    plate_outer_radius_m : float or None
-        How far the plates reach from the axis [m]; None: half of ``ground_plane_m``.
-    antennas : int
-        Number of antennas, at least 3.
-    gap_m : float
-        Lower end of a dipole, or a monopole's own plane, above the ground plane [m].
-    monopole_plane_m : float
-        Side of each monopole's own plane [m]; 0: it stands on the reader's ground plane.
-    height_m : float
-        Ground plane above the floor [m].
-    load_ohm : float
-        Load of each antenna [ohm].
-    wire_radius_m : float
-        Radius of the antennas' wire [m].
-    feed_gap_m : float
-        Length of the antennas' feed [m]; 0 is a delta gap.
-    cells_per_wavelength : float
-        Elements of the full-wave mesh per wavelength [-]; 14 for final figures.
-    response : str
-        ``fullwave`` (method of moments), or the approximations ``rays`` and ``isolated``, which
-        know neither load, wire nor feed: how the reader's own body enters. ``files``: the reader
-        is given entirely by ``pattern_files``.
-    pattern_files : tuple of str
-        One file an antenna, measured or from another solver (FEKO .ffe, HFSS .ffd, CST .ffs, NEC
-        output, MSI/Planet, CSV), in the order of the antennas and in the reader's frame.
-    objects : tuple of RoomObject
-        The tables ``[[reader.object]]``: metal near the reader that rides with it, such as the
-        robot's body, in the reader's frame (origin at the ground plane's centre, z up). Full wave
-        only; it must not touch the reader, and takes the material ``pec`` or ``metal``.
-    """
-
-    antenna: ReaderAntenna = "dipole"
-    antenna_length_m: Positive | None = None
-    antenna_radius_m: Positive = 0.10
-    plate_height_m: NotNegative = 0.08
-    ground_plane_m: Positive = 0.20
-    ground_plane_shape: Literal["square", "round", "octagon"] = "square"
-    plate_height_axis_m: NotNegative | None = None
-    plate_outer_radius_m: Positive | None = None
-    antennas: Annotated[int, Meta(ge=3)] = 8
-    gap_m: Positive = 0.005
-    monopole_plane_m: NotNegative = 0.04
-    height_m: Positive = 0.3
-    load_ohm: Positive = 50.0
-    wire_radius_m: Positive = 0.0005
-    feed_gap_m: NotNegative = 0.0057
-    cells_per_wavelength: Annotated[float, Meta(ge=4.0, le=40.0)] = 10.0
-    response: ReaderModel = "fullwave"
-    pattern_files: tuple[Name, ...] = ()
-    objects: tuple[RoomObject, ...] = msgspec.field(default=(), name="object")
 
 
 class Range(Table, frozen=True, kw_only=True):

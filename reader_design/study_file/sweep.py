@@ -19,7 +19,8 @@ import msgspec
 from octant.geometries.errors import ConfigError
 from octant.geometries.names import nearest_name
 from octant.reader_design.study_file.errors import path_text, struct_names, unit_of
-from octant.reader_design.study_file.schema import Range, Reader, Study, Sweep
+from octant.reader_design.study_file.reader import Reader
+from octant.reader_design.study_file.schema import Range, Study, Sweep
 
 SWEPT_TABLES = ("radio", "room", "tag", "reader", "solver")
 """Tables of a study that decide the scores of a reader [-]."""

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from octant.em.antennas.embedded import ReaderResponse
     from octant.em.reader.fullwave.result import FullwaveResult
-    from octant.reader_design.setting.design import ReaderDesign
+    from octant.reader_design.study_file.reader import Reader
     from octant.reader_design.study_file.schema import Study
 
 FloatArray = npt.NDArray[np.float64]
@@ -71,14 +71,13 @@ def reader(
     from msgspec.structs import replace
 
     from octant.geometries.files import refuse_overwrite, write_text
-    from octant.reader_design.setting.design import design_of
     from octant.reader_design.study_file.loading import load_study, to_toml
 
     loaded = load_study(study)
     chosen = model or loaded.reader.response
     loaded = replace(loaded, reader=replace(loaded.reader, response=chosen))
     _check(step_deg, convergence=convergence, model=chosen)
-    design = design_of(loaded.reader)
+    design = loaded.reader
     ports = design.antennas
     names = ["reader.nc", "study.toml", *(f"antenna_{i + 1}.ffe" for i in range(ports))]
     if chosen == "fullwave":
@@ -118,19 +117,14 @@ def _check(step_deg: float, *, convergence: bool, model: str) -> None:
 
 
 def _solved(
-    study: "Study", design: "ReaderDesign", model: str
+    study: "Study", design: "Reader", model: str
 ) -> tuple["ReaderResponse", "FullwaveResult | None"]:
     """Return the reader's response, and the solution behind it where the model has one."""
     frequency_hz = study.radio.frequency_hz
-    if model == "files":
-        from msgspec.structs import replace
-
-        from octant.reader_design.setting.design import design_responses
-
-        at_carrier = replace(study, radio=replace(study.radio, channels_hz=()))
-        return design_responses(at_carrier, design)[0], None
     if model != "fullwave":
-        return design.response(frequency_hz, model), None
+        from octant.reader_design.setting.design import response_at
+
+        return response_at(design, frequency_hz, model), None
     from octant.em.reader.fullwave.response import fullwave_response
 
     return fullwave_response(
@@ -236,7 +230,7 @@ def _alone_gain(alone: "FullwaveResult", theta: FloatArray, phi: FloatArray) -> 
 
 
 def _figures(
-    design: "ReaderDesign",
+    design: "Reader",
     response: "ReaderResponse",
     result: "FullwaveResult | None",
     alone: "FullwaveResult",
@@ -283,7 +277,7 @@ def _figures(
     )
 
 
-def _alone(study: "Study", design: "ReaderDesign") -> "FullwaveResult":
+def _alone(study: "Study", design: "Reader") -> "FullwaveResult":
     """Return the solution of one antenna alone: a dipole, or a monopole on its own plane."""
     from octant.em.reader.fullwave.single import dipole_mesh, monopole_mesh
     from octant.em.reader.fullwave.solve import solve_reader
@@ -307,7 +301,7 @@ def _alone(study: "Study", design: "ReaderDesign") -> "FullwaveResult":
     return solve_reader(mesh, load_ohm=design.load_ohm)
 
 
-def _alone_line(design: "ReaderDesign", alone: "FullwaveResult", gain: FloatArray) -> str:
+def _alone_line(design: "Reader", alone: "FullwaveResult", gain: FloatArray) -> str:
     """Return impedance and gain of one antenna alone, in one sentence."""
     z, top = alone.input_impedance_ohm[0], float(gain.max())
     accepted = 10.0 * math.log10(float(alone.accepted_share[0]))
@@ -326,7 +320,7 @@ def _write_figures(folder: Path, drawn: Iterator[tuple[str, "Figure"]], progress
 
 def _lines(
     study: "Study",
-    design: "ReaderDesign",
+    design: "Reader",
     pattern: ComplexArray,
     *,
     response: "ReaderResponse",
@@ -351,7 +345,7 @@ def _lines(
     yield balance_line(result)
 
 
-def _convergence_lines(study: "Study", design: "ReaderDesign", progress: Progress) -> Iterator[str]:
+def _convergence_lines(study: "Study", design: "Reader", progress: Progress) -> Iterator[str]:
     """Yield how impedances and gains move with the mesh."""
     from octant.em.reader.fullwave.convergence import convergence_study
     from octant.em.reader.fullwave.response import fullwave_response

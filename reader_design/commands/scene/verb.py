@@ -173,11 +173,10 @@ def _title(built: "StudyScene", study: "Study", paths: "DrawnPaths | None") -> s
 def _reader_triangles(study: "Study", built: "StudyScene") -> FloatArray | None:
     """Return the reader's body where the mission starts, or None where there is no mission."""
     from octant.geometries.bodies import place
-    from octant.reader_design.setting.design import design_of
 
     if study.mission is None:
         return None
-    body = design_of(study.reader).body().body
+    body = study.reader.body().body
     turn = math.radians(study.mission.heading_deg - 90.0)
     where = (*study.mission.start_m, built.reader_z_m)
     return place(body, position_m=where, yaw_rad=turn).triangles_m

@@ -19,7 +19,7 @@ from octant.reader_design.experiments.missions.comparison_outcomes import (
 from octant.reader_design.experiments.missions.mission_stage import mission_stage
 from octant.reader_design.experiments.missions.placements import first_placement
 from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.setting.design import design_of
+from octant.reader_design.setting.design import content_hash
 from octant.reader_design.setting.links import study_responses
 from octant.reader_design.setting.scene import StudyScene, build_study_scene
 from octant.reader_design.showing.tables import put_table
@@ -77,7 +77,7 @@ def _outcomes(
                 cell.study,
                 built,
                 responses,
-                design_key=design_of(study.reader).key(),
+                design_key=content_hash(study.reader.as_dict()),
                 name=cell.layout,
                 slug=_slug(cell.layout),
                 runs=cell.study.mission.runs if cell.study.mission else 0,

@@ -76,17 +76,12 @@ def navigate(
     from octant.geometries.files import refuse_overwrite, write_text
     from octant.navigation.missions.files import write_missions_csv, write_trajectory_csv
     from octant.navigation.missions.metrics import measure
-    from octant.navigation.missions.summary import (
-        summarise,
-        summary_sentences,
-        write_summary_csv,
-    )
+    from octant.navigation.missions.summary import summarise, summary_sentences, write_summary_csv
     from octant.reader_design.experiments.missions.animation import drive_frames, write_gif
     from octant.reader_design.experiments.missions.drive_figures import drive_of
     from octant.reader_design.experiments.missions.drives import drive_missions
     from octant.reader_design.experiments.missions.placements import drive_placements
     from octant.reader_design.experiments.missions.scenery import run_scenery
-    from octant.reader_design.setting.design import design_of
     from octant.reader_design.setting.links import mission_table, study_responses
     from octant.reader_design.setting.scene import build_study_scene
     from octant.reader_design.study_file.loading import load_study, to_toml
@@ -102,7 +97,7 @@ def navigate(
     progress = Progress(quiet=quiet)
     for note in built.notes:
         progress.say(note)
-    design = design_of(loaded.reader)
+    design = loaded.reader
     responses = study_responses(loaded)
     number = table.runs if runs is None else runs
     with progress.count(number, label="missions") as done:

@@ -9,8 +9,8 @@ import numpy.typing as npt
 
 from octant.geometries.files import whole_file
 from octant.geometries.reader_body import ground_plane_outline_m
-from octant.reader_design.setting.design import ReaderDesign
 from octant.reader_design.showing.style import figure_style
+from octant.reader_design.study_file.reader import Reader
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -32,12 +32,12 @@ INK, METAL, PLATE, WIRE, DIMENSION = "#222222", "#eceff1", "#5c6670", "#b5333f",
 MM = 1e3
 
 
-def drawing(design: ReaderDesign, *, frequency_hz: float, title: str) -> "Figure":
+def drawing(design: Reader, *, frequency_hz: float, title: str) -> "Figure":
     """Return a drawing to scale of a reader: top view, side view, parts list; lengths in [mm].
 
     Parameters
     ----------
-    design : ReaderDesign
+    design : Reader
         Any design that can be built.
     frequency_hz : float
         Frequency at which antennas without a length are cut [Hz].
@@ -97,7 +97,7 @@ def save_drawing(figure: "Figure", path: Path) -> None:
         figure.savefig(part, format=kind, dpi=200, metadata=stamp[kind])
 
 
-def _extent_m(design: ReaderDesign) -> float:
+def _extent_m(design: Reader) -> float:
     """Return the farthest point of ground plane and antennas from the axis, along x or y [m]."""
     rim = ground_plane_outline_m(
         design.ground_plane_m, shape=design.ground_plane_shape, antennas=design.antennas
@@ -160,7 +160,7 @@ def _polar(radius: float, azimuth_rad: float) -> tuple[float, float]:
     return radius * math.cos(azimuth_rad), radius * math.sin(azimuth_rad)
 
 
-def _draw_top(ax: "Axes", design: ReaderDesign, plates_rad: FloatArray, reach_m: float) -> None:
+def _draw_top(ax: "Axes", design: Reader, plates_rad: FloatArray, reach_m: float) -> None:
     """Draw the reader from above, antenna 1 to the right, the robot's front up."""
     from matplotlib.patches import Arc, Circle, Polygon
 
@@ -223,7 +223,7 @@ def _draw_top(ax: "Axes", design: ReaderDesign, plates_rad: FloatArray, reach_m:
 
 
 def _draw_side(
-    ax: "Axes", design: ReaderDesign, length_mm: float, axis_height_m: float, reach_m: float
+    ax: "Axes", design: Reader, length_mm: float, axis_height_m: float, reach_m: float
 ) -> None:
     """Draw the section through antenna 1 and the opposite side, plates turned into its plane."""
     from matplotlib.patches import Polygon, Rectangle
@@ -287,7 +287,7 @@ def _draw_side(
 
 
 def _draw_antenna(
-    ax: "Axes", design: ReaderDesign, x_mm: float, foot_mm: float, length_mm: float
+    ax: "Axes", design: Reader, x_mm: float, foot_mm: float, length_mm: float
 ) -> None:
     """Draw one antenna, its feed left open."""
     feed = max(MM * design.feed_gap_m, 1.0)
@@ -316,7 +316,7 @@ def _bar(x_mm: float, wide_mm: float, low_mm: float, high_mm: float) -> "Rectang
     return Rectangle(corner, wide_mm, high_mm - low_mm, facecolor=WIRE, edgecolor="none", zorder=6)
 
 
-def _foot_mm(design: ReaderDesign) -> float:
+def _foot_mm(design: Reader) -> float:
     """Return the height of an antenna's lower end above the ground plane [mm]."""
     joined = design.antenna == "monopole" and design.monopole_plane_m == 0.0
     return 0.0 if joined else MM * design.gap_m
@@ -327,7 +327,7 @@ def _mm(value: float) -> str:
     return f"{value:.1f}".removesuffix(".0")
 
 
-def _parts(design: ReaderDesign, length_mm: float, frequency_hz: float) -> list[tuple[str, str]]:
+def _parts(design: Reader, length_mm: float, frequency_hz: float) -> list[tuple[str, str]]:
     """Return the parts list: names and what to make."""
     half = 0.5 * MM * design.ground_plane_m
     plane = {

@@ -13,10 +13,7 @@ from octant.geometries.tolerances import LENGTHS
 from octant.reader_design.keeping.keeper import RecordCodec, map_cases
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.keeping.workers import Crew
-from octant.reader_design.setting.design import (
-    ReaderDesign,
-    design_responses,
-)
+from octant.reader_design.setting.design import reader_responses
 from octant.reader_design.setting.evaluation import (
     SweepContext,
     free_link,
@@ -30,7 +27,7 @@ from octant.reader_design.setting.samples import (
 )
 from octant.reader_design.setting.scene import StudyScene, build_study_scene
 from octant.reader_design.setting.scores import score_rss
-from octant.reader_design.setting.size import reader_size_m
+from octant.reader_design.study_file.reader import Reader
 from octant.reader_design.study_file.schema import Study
 
 FloatArray = npt.NDArray[np.float64]
@@ -60,7 +57,7 @@ class Evaluation:
 
     Attributes
     ----------
-    design : ReaderDesign
+    design : Reader
         The design.
     reason : str
         Why it is infeasible; empty when it is not.
@@ -80,7 +77,7 @@ class Evaluation:
         Warnings of the reader's model.
     """
 
-    design: ReaderDesign
+    design: Reader
     reason: str = ""
     footprint_m: float
     height_m: float
@@ -170,7 +167,7 @@ def bench(study: Study) -> Bench:
 
 
 def rss_over_azimuth(
-    study: Study, built: StudyScene, design: ReaderDesign, distances_m: Sequence[float]
+    study: Study, built: StudyScene, design: Reader, distances_m: Sequence[float]
 ) -> tuple[FloatArray, FloatArray, FloatArray, tuple[str, ...]]:
     """Return the RSS of a design in free space at given distances [W], and where it was sampled.
 
@@ -180,7 +177,7 @@ def rss_over_azimuth(
         Frequencies [Hz], the model of the reader, power of the tag [W].
     built : StudyScene
         Its room, of which the reference tag's height and antenna are used [m].
-    design : ReaderDesign
+    design : Reader
         The reader.
     distances_m : sequence of float
         Horizontal distances of the tag [m].
@@ -202,7 +199,7 @@ def rss_over_azimuth(
         When the design cannot be built or solved.
     """
     context = SweepContext(study=study, built=built, sampling=Sampling())
-    responses = design_responses(study, design)
+    responses = reader_responses(design, study.radio)
     elements = np.asarray(responses[0].azimuths_rad, dtype=np.float64)
     tag = reference_tag(study, built)
     link = free_link(context, tag, responses)
@@ -213,14 +210,14 @@ def rss_over_azimuth(
     return rss, azimuths, elements, tuple(notes)
 
 
-def evaluate(place: Bench, design: ReaderDesign) -> Evaluation:
+def evaluate(place: Bench, design: Reader) -> Evaluation:
     """Return the scores of a design, or the reason why it is infeasible; units as in `Evaluation`.
 
     Parameters
     ----------
     place : Bench
         Where it is evaluated.
-    design : ReaderDesign
+    design : Reader
         The design [m], [ohm].
 
     Returns
@@ -229,7 +226,7 @@ def evaluate(place: Bench, design: ReaderDesign) -> Evaluation:
         A design beyond the limits is not solved; one that cannot be built carries the sentence
         that says so.
     """
-    width_m, height_m = reader_size_m(design, place.study.radio.frequency_hz)
+    width_m, height_m = design.size_m(place.study.radio.frequency_hz)
     reason = _beyond_limits(place, width_m, height_m)
     scores: dict[str, FloatArray] = {name: np.zeros(0) for name in ARRAYS}
     notes: tuple[str, ...] = ()
@@ -250,7 +247,7 @@ def evaluate(place: Bench, design: ReaderDesign) -> Evaluation:
 
 def kept_evaluations(
     place: Bench,
-    designs: Sequence[ReaderDesign],
+    designs: Sequence[Reader],
     folder: Path,
     *,
     crew: Crew | None = None,
@@ -263,7 +260,7 @@ def kept_evaluations(
     ----------
     place : Bench
         Where they are evaluated.
-    designs : sequence of ReaderDesign
+    designs : sequence of Reader
         The designs.
     folder : Path
         Folder of the evaluations.
@@ -307,7 +304,7 @@ def _beyond_limits(place: Bench, width_m: float, height_m: float) -> str:
     return ""
 
 
-def _scores(place: Bench, design: ReaderDesign) -> tuple[dict[str, FloatArray], tuple[str, ...]]:
+def _scores(place: Bench, design: Reader) -> tuple[dict[str, FloatArray], tuple[str, ...]]:
     rss, azimuths, elements, notes = rss_over_azimuth(
         place.study, place.built, design, place.distances_m
     )

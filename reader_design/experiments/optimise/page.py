@@ -3,20 +3,11 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from octant.reader_design.experiments.optimise.goals import (
-    Targets,
-    goal_name,
-    value_text,
-)
+from octant.reader_design.experiments.optimise.goals import Targets, goal_name, value_text
 from octant.reader_design.experiments.optimise.search import Search, Trial
 from octant.reader_design.experiments.optimise.shortlist import Listed, goal_words
-from octant.reader_design.setting.design import ReaderDesign
-from octant.reader_design.showing.pages import (
-    Report,
-    ReportSection,
-    ReportTable,
-    embedded_figures,
-)
+from octant.reader_design.showing.pages import Report, ReportSection, ReportTable, embedded_figures
+from octant.reader_design.study_file.reader import Reader
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -75,12 +66,12 @@ class SearchContent:
         return self.search.winner
 
 
-def design_text(design: ReaderDesign, frequency_hz: float) -> str:
+def design_text(design: Reader, frequency_hz: float) -> str:
     """Return the dimensions of a design in one line [mm], [ohm].
 
     Parameters
     ----------
-    design : ReaderDesign
+    design : Reader
         The design.
     frequency_hz : float
         Frequency at which antennas without a length are cut [Hz].

@@ -50,13 +50,14 @@ from octant.reader_design.keeping.results import (
 )
 from octant.reader_design.keeping.versions import versions
 from octant.reader_design.keeping.workers import Crew, open_crew
-from octant.reader_design.setting.design import FULLWAVE, ReaderDesign
+from octant.reader_design.setting.design import FULLWAVE
 from octant.reader_design.showing.pages import render_report
 from octant.reader_design.showing.style import save_figure
 from octant.reader_design.showing.tables import put_table
 from octant.reader_design.study_file.loading import to_toml
 from octant.reader_design.study_file.optimise import Optimise
-from octant.reader_design.study_file.schema import Reader, Study
+from octant.reader_design.study_file.reader import Reader
+from octant.reader_design.study_file.schema import Study
 
 EVALUATIONS = "evaluations"
 """Folder of the evaluations' files, in the folder of the results."""
@@ -210,11 +211,11 @@ def _searched(
     place: Bench, table: Optimise, folder: Path, *, crew: Crew | None, progress: Progress
 ) -> Search:
     """Return the search, each evaluation read from its file or computed and kept."""
-    found: dict[ReaderDesign, Evaluation] = {}
-    done: set[ReaderDesign] = set()
+    found: dict[Reader, Evaluation] = {}
+    done: set[Reader] = set()
     messages = replace(progress, bars=False)
 
-    def survey(designs: Sequence[ReaderDesign]) -> None:
+    def survey(designs: Sequence[Reader]) -> None:
         kept = kept_evaluations(
             place, designs, folder, crew=crew, progress=progress, label="survey"
         )
@@ -222,7 +223,7 @@ def _searched(
 
     with progress.count(planned_evaluations(place.study, table), label="designs") as tell:
 
-        def evaluated(design: ReaderDesign) -> Evaluation:
+        def evaluated(design: Reader) -> Evaluation:
             if design not in found:
                 found[design] = kept_evaluations(place, (design,), folder, progress=messages)[0]
             done.add(design)
@@ -273,13 +274,15 @@ def _confirmed(
     """Return the scores of reader and winner with both meshes; none for the approximate models."""
     if study.reader.response != FULLWAVE:
         return ()
-    finer = msgspec.structs.replace(
-        study.reader, cells_per_wavelength=table.confirm_cells_per_wavelength
-    )
-    place = bench(msgspec.structs.replace(study, reader=finer))
+
+    def finer(reader: Reader) -> Reader:
+        cells = table.confirm_cells_per_wavelength
+        return msgspec.structs.replace(reader, cells_per_wavelength=cells)
+
+    place = bench(msgspec.structs.replace(study, reader=finer(study.reader)))
     trials = {"chosen design": found.winner, "the study's reader": found.reader}
     names = [name for name, trial in trials.items() if trial.evaluation.feasible]
-    designs = [trials[name].evaluation.design for name in names]
+    designs = [finer(trials[name].evaluation.design) for name in names]
     kept = kept_evaluations(place, designs, folder, progress=progress, label="finer meshes")
     fine = dict(zip(names, kept, strict=True))
     targets = found.targets
@@ -331,10 +334,8 @@ def _write_tables(content: SearchContent, out_dir: Path) -> None:
 
 def _best_study(study: Study, winner: Trial) -> str:
     """Return the study with the winner as its reader, without the search."""
-    design = winner.evaluation.design.as_dict()
-    names = [n for n in Reader.__struct_fields__ if n in design]
-    reader = msgspec.structs.replace(study.reader, **{name: design[name] for name in names})
-    best = msgspec.structs.replace(study, name=f"{study.name}: best", reader=reader, optimise=None)
+    name, reader = f"{study.name}: best", winner.evaluation.design
+    best = msgspec.structs.replace(study, name=name, reader=reader, optimise=None)
     return to_toml(best)
 
 

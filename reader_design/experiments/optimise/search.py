@@ -15,8 +15,8 @@ from octant.geometries.errors import ConfigError, SweepStateError
 from octant.reader_design.experiments.optimise.evaluation import Evaluation
 from octant.reader_design.experiments.optimise.goals import Targets
 from octant.reader_design.experiments.optimise.space import Box, boxes, survey_designs
-from octant.reader_design.setting.design import ReaderDesign, design_of
 from octant.reader_design.study_file.optimise import Optimise
+from octant.reader_design.study_file.reader import Reader
 from octant.reader_design.study_file.schema import Study
 
 FloatArray = npt.NDArray[np.float64]
@@ -104,12 +104,12 @@ class _BudgetSpentError(Exception):
 class _Log:
     """What the search has tried so far; grows while it runs."""
 
-    evaluate: Callable[[ReaderDesign], Evaluation]
+    evaluate: Callable[[Reader], Evaluation]
     targets: Targets
     trials: list[Trial] = field(default_factory=list)
-    by_design: dict[ReaderDesign, Trial] = field(default_factory=dict)
+    by_design: dict[Reader, Trial] = field(default_factory=dict)
 
-    def tried(self, design: ReaderDesign, stage: str) -> Trial:
+    def tried(self, design: Reader, stage: str) -> Trial:
         """Return the trial of a design, evaluated now unless it is known."""
         if design not in self.by_design:
             evaluation = self.evaluate(design)
@@ -147,8 +147,8 @@ def planned_evaluations(study: Study, table: Optimise) -> int:
 def search(
     study: Study,
     table: Optimise,
-    evaluate: Callable[[ReaderDesign], Evaluation],
-    prepare: Callable[[Sequence[ReaderDesign]], object] | None = None,
+    evaluate: Callable[[Reader], Evaluation],
+    prepare: Callable[[Sequence[Reader]], object] | None = None,
 ) -> Search:
     """Return every design that the search of a study's ``[optimise]`` tries, judged by its goals.
 
@@ -183,7 +183,7 @@ def search(
     it has shrunk, which is known to free it from points that are none. It promises a local maximum
     only.
     """
-    reader = evaluate(design_of(study.reader))
+    reader = evaluate(study.reader)
     reference = reader if reader.feasible else None
     if reference is None and any(goal.score == "gain_db" for goal in table.goals):
         msg = (
@@ -217,7 +217,7 @@ def search(
 
 
 def _known_or(
-    reader: Evaluation, design: ReaderDesign, evaluate: Callable[[ReaderDesign], Evaluation]
+    reader: Evaluation, design: Reader, evaluate: Callable[[Reader], Evaluation]
 ) -> Evaluation:
     """Return the reader's evaluation for its own design, else a new one."""
     return reader if design == reader.design else evaluate(design)

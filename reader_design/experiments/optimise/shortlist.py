@@ -11,9 +11,9 @@ from octant.reader_design.experiments.optimise.goals import (
     value_text,
 )
 from octant.reader_design.experiments.optimise.search import Search, Trial
-from octant.reader_design.setting.design import ReaderDesign
 from octant.reader_design.setting.pareto import pareto_front
 from octant.reader_design.study_file.optimise import Goal
+from octant.reader_design.study_file.reader import Reader
 
 LEAST_DIFFERENCE = 0.15
 """Least relative difference in some parameter between two designs of the short list [-]."""
@@ -82,7 +82,7 @@ def short_list(search: Search, count: int) -> tuple[Listed, ...]:
     )
 
 
-def _differ(a: ReaderDesign, b: ReaderDesign) -> bool:
+def _differ(a: Reader, b: Reader) -> bool:
     """Return whether two designs differ noticeably."""
     mine, other = a.as_dict(), b.as_dict()
     for name, value in mine.items():

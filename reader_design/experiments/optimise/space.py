@@ -1,14 +1,15 @@
 """The space of designs: survey points, and the box of parameters as the unit cube."""
 
 import itertools
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from msgspec.structs import replace
 
-from octant.reader_design.setting.design import ReaderDesign, design_of
 from octant.reader_design.study_file.optimise import Optimise
+from octant.reader_design.study_file.reader import Reader
 from octant.reader_design.study_file.schema import Study
 
 FloatArray = npt.NDArray[np.float64]
@@ -26,7 +27,7 @@ class Box:
 
     Attributes
     ----------
-    base : ReaderDesign
+    base : Reader
         Values of everything that does not vary.
     names : tuple of str
         Parameters that vary.
@@ -34,12 +35,12 @@ class Box:
         Their bounds, in the unit of each name [m], [ohm].
     """
 
-    base: ReaderDesign
+    base: Reader
     names: tuple[str, ...]
     low: tuple[float, ...]
     high: tuple[float, ...]
 
-    def design(self, point: npt.ArrayLike) -> ReaderDesign:
+    def design(self, point: npt.ArrayLike) -> Reader:
         """Return the design at a point of the unit cube, in steps that can be made [m], [ohm].
 
         Parameters
@@ -49,7 +50,7 @@ class Box:
 
         Returns
         -------
-        ReaderDesign
+        Reader
             The base with these parameters.
         """
         share = np.clip(np.asarray(point, dtype=np.float64), 0.0, 1.0)
@@ -59,12 +60,12 @@ class Box:
         }
         return replace(self.base, **values)
 
-    def point(self, design: ReaderDesign, *, frequency_hz: float) -> FloatArray:
+    def point(self, design: Reader, *, frequency_hz: float) -> FloatArray:
         """Return where a design lies in the unit cube [-]; beyond a bound, on it.
 
         Parameters
         ----------
-        design : ReaderDesign
+        design : Reader
             Any design [m], [ohm].
         frequency_hz : float
             Frequency at which antennas without a length are resonant [Hz].
@@ -86,7 +87,7 @@ def _stepped(name: str, low: float, value: float, high: float) -> float:
     return min(max(round(value * per_unit) / per_unit, low), high)
 
 
-def _value(design: ReaderDesign, name: str, frequency_hz: float) -> float:
+def _value(design: Reader, name: str, frequency_hz: float) -> float:
     """Return a parameter of a design, defaults resolved [m], [ohm]."""
     if name == "antenna_length_m":
         return design.element(frequency_hz).length_m or 0.0
@@ -111,7 +112,7 @@ def boxes(study: Study, table: Optimise) -> tuple[Box, ...]:
     tuple of Box
         The first choice varies slowest.
     """
-    base, choices, bounds = design_of(study.reader), table.choices.given(), table.parameters.given()
+    base, choices, bounds = study.reader, table.choices.given(), table.parameters.given()
     combinations: list[dict[str, Any]] = [
         dict(zip(choices, values, strict=True)) for values in itertools.product(*choices.values())
     ]
@@ -128,7 +129,7 @@ def boxes(study: Study, table: Optimise) -> tuple[Box, ...]:
 
 def survey_designs(
     box: Box, count: int, *, frequency_hz: float, generator: np.random.Generator
-) -> tuple[ReaderDesign, ...]:
+) -> tuple[Reader, ...]:
     """Return designs spread over a box: the reader's own values first, within the bounds [m].
 
     Parameters
@@ -144,7 +145,7 @@ def survey_designs(
 
     Returns
     -------
-    tuple of ReaderDesign
+    tuple of Reader
         The base, and ``count`` points of a scrambled Halton sequence; equal designs once. A box
         without parameters has its base only.
     """

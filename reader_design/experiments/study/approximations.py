@@ -3,24 +3,23 @@
 import math
 
 from octant.em.reader.comparison import FLOOR_DB, ResponseDifference, compare_responses
-from octant.reader_design.setting.design import FULLWAVE, ReaderDesign
+from octant.reader_design.setting.design import FULLWAVE, response_at
 from octant.reader_design.setting.evaluation import SweepContext, reference_tag
 from octant.reader_design.showing.pages import ReportTable
+from octant.reader_design.study_file.reader import Reader
 
 APPROXIMATIONS = ("rays", "isolated")
 """Models that are compared with the full-wave one [-]."""
 
 
-def approximation_errors(
-    context: SweepContext, design: ReaderDesign
-) -> tuple[ResponseDifference, ...]:
+def approximation_errors(context: SweepContext, design: Reader) -> tuple[ResponseDifference, ...]:
     """Return the errors of both approximations for one design, in [dB] and as shares.
 
     Parameters
     ----------
     context : SweepContext
         Study, room and sampling; the distances [m] say under which angles tags are seen.
-    design : ReaderDesign
+    design : Reader
         The reader.
 
     Returns
@@ -38,13 +37,13 @@ def approximation_errors(
     study = context.study
     if study.reader.response != FULLWAVE:
         return ()
-    frequency_hz, cells = study.radio.frequency_hz, study.reader.cells_per_wavelength
+    frequency_hz = study.radio.frequency_hz
     tag = reference_tag(study, context.built)
     rise_m = float(tag.position_m[2]) - context.built.reader_z_m
     theta = np.arctan2(context.sampling.distances_m(), rise_m)
-    truth = design.response(frequency_hz, FULLWAVE, cells_per_wavelength=cells)
+    truth = response_at(design, frequency_hz)
     return tuple(
-        compare_responses(truth, design.response(frequency_hz, model), theta.tolist())
+        compare_responses(truth, response_at(design, frequency_hz, model), theta.tolist())
         for model in APPROXIMATIONS
     )
 

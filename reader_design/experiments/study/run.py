@@ -37,7 +37,7 @@ from octant.reader_design.experiments.sweep.table import (
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.keeping.results import refuse_another
 from octant.reader_design.keeping.workers import open_crew
-from octant.reader_design.setting.design import design_responses
+from octant.reader_design.setting.design import reader_responses
 from octant.reader_design.setting.evaluation import Cell, SweepContext
 from octant.reader_design.setting.ranking import choose
 from octant.reader_design.setting.samples import Sampling
@@ -208,7 +208,7 @@ def run_study(
             return own.study, rooms if same else list(_rooms(own.study, own.built))
 
         context = contexts[chosen.key]
-        responses = design_responses(context.study, chosen.design)
+        responses = reader_responses(chosen.design, context.study.radio)
         approximations = approximation_errors(context, chosen.design)
         stages = out_dir / "stages"
         room_map = map_stage(

@@ -6,11 +6,10 @@ from pathlib import Path
 
 from octant.reader_design.experiments.missions.mission_stage import RoomMission, mission_stage
 from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.setting.design import design_responses
+from octant.reader_design.setting.design import content_hash, reader_responses
 from octant.reader_design.setting.evaluation import Cell
 from octant.reader_design.setting.ranking import Candidate, Choice
 from octant.reader_design.setting.scene import StudyScene
-from octant.reader_design.setting.size import reader_size_m
 from octant.reader_design.study_file.schema import Study
 
 
@@ -49,7 +48,7 @@ def candidates_of(study: Study, cells: Sequence[Cell]) -> tuple[Candidate, ...]:
     for cell in cells:
         if cell.free is None:
             continue
-        width_m, height_m = reader_size_m(cell.design, study.radio.frequency_hz)
+        width_m, height_m = cell.design.size_m(study.radio.frequency_hz)
         out.append(
             Candidate(
                 label=cell.label,
@@ -100,7 +99,7 @@ def drive_shortlist(
         cell, missions = scored[index], []
         study, rooms = settings(cell)
         if study.mission is not None:
-            responses = design_responses(study, cell.design)
+            responses = reader_responses(cell.design, study.radio)
             runs = study.mission.runs
             missions = [
                 mission_stage(
@@ -109,7 +108,7 @@ def drive_shortlist(
                     responses,
                     name=name,
                     slug=slug,
-                    design_key=cell.design.key(),
+                    design_key=content_hash(cell.design.as_dict()),
                     runs=runs if most_runs is None else min(runs, most_runs),
                     folder=folder,
                     progress=progress,

@@ -20,16 +20,13 @@ from octant.reader_design.experiments.study.sweep_plots import (
     rss_distance_figure,
     sweep_matrix_figure,
 )
-from octant.reader_design.setting.design import ReaderDesign
 from octant.reader_design.setting.evaluation import Cell
 from octant.reader_design.setting.ranking import Candidate, Choice, better_is_more
 from octant.reader_design.setting.reasons import criterion_name
 from octant.reader_design.showing.style import NamedFigure
 from octant.reader_design.study_file.choice import Criterion
-from octant.reader_design.study_file.scores import (
-    Scores,
-    score_unit,
-)
+from octant.reader_design.study_file.reader import Reader
+from octant.reader_design.study_file.scores import Scores, score_unit
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -159,12 +156,12 @@ def _criterion_scores(candidates: Sequence[Candidate], choice: Choice) -> list[P
     return columns
 
 
-def parameter_axes(designs: Sequence[ReaderDesign]) -> list[ParallelAxis]:
+def parameter_axes(designs: Sequence[Reader]) -> list[ParallelAxis]:
     """Return an axis for each parameter in which designs differ; lengths in [cm].
 
     Parameters
     ----------
-    designs : sequence of ReaderDesign
+    designs : sequence of Reader
         Any swept designs.
 
     Returns

@@ -17,8 +17,9 @@ from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
 from octant.em.reader.fullwave.band import NODES
 from octant.reader_design.experiments.sweep.plan import PlannedCell, SweepPlan
 from octant.reader_design.experiments.sweep.table import DONE, CellRow, missing_cells
-from octant.reader_design.setting.design import FULLWAVE, ReaderDesign
+from octant.reader_design.setting.design import FULLWAVE
 from octant.reader_design.setting.evaluation import SweepContext
+from octant.reader_design.study_file.reader import Reader
 
 UNKNOWNS_PER_ELEMENT = 2.9
 """Unknowns [-] for every square of the mesh's edge length on the reader's sheets."""
@@ -64,12 +65,12 @@ class CellCost:
     seconds: float
 
 
-def unknowns_of(design: ReaderDesign, frequency_hz: float, *, cells_per_wavelength: float) -> int:
+def unknowns_of(design: Reader, frequency_hz: float, *, cells_per_wavelength: float) -> int:
     """Return roughly how many unknowns the moment method will have for a reader.
 
     Parameters
     ----------
-    design : ReaderDesign
+    design : Reader
         The reader; metal around it is not counted.
     frequency_hz : float
         Frequency that its mesh is made for [Hz].

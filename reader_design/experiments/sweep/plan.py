@@ -14,10 +14,10 @@ import msgspec
 
 from octant.geometries.errors import InfeasibleDesignError, OctantError
 from octant.reader_design.keeping.keys import case_keys
-from octant.reader_design.setting.design import ReaderDesign, design_of
 from octant.reader_design.setting.evaluation import Cell, SweepContext, reference_tag, scored_cell
 from octant.reader_design.setting.scene import StudyScene, build_study_scene
 from octant.reader_design.study_file.loading import study_variant
+from octant.reader_design.study_file.reader import Reader
 from octant.reader_design.study_file.schema import Study
 from octant.reader_design.study_file.sweep import (
     expanded,
@@ -64,7 +64,7 @@ class PlannedCell:
         Human name, with every swept parameter.
     key : str
         Name of the cell: hash of its full input.
-    design : ReaderDesign
+    design : Reader
         The reader.
     context : SweepContext
         Study, room and sampling; those of the whole sweep when the cell was refused.
@@ -77,7 +77,7 @@ class PlannedCell:
     values: Mapping[str, Any]
     label: str
     key: str = ""
-    design: ReaderDesign
+    design: Reader
     context: SweepContext
     reference: str = ""
     reason: str = ""
@@ -99,7 +99,7 @@ class SweepPlan:
     cells: tuple[PlannedCell, ...]
 
     @property
-    def designs(self) -> tuple[ReaderDesign, ...]:
+    def designs(self) -> tuple[Reader, ...]:
         """The reader of each cell, lengths in [m]."""
         return tuple(cell.design for cell in self.cells)
 
@@ -128,7 +128,7 @@ def combinations(study: Study) -> tuple[dict[str, Any], ...]:
     )
 
 
-def designs_of(study: Study) -> tuple[ReaderDesign, ...]:
+def designs_of(study: Study) -> tuple[Reader, ...]:
     """Return the reader of every combination of the study's sweep; lengths in [m].
 
     Parameters
@@ -138,7 +138,7 @@ def designs_of(study: Study) -> tuple[ReaderDesign, ...]:
 
     Returns
     -------
-    tuple of ReaderDesign
+    tuple of Reader
         The first parameter varies slowest.
     """
     return tuple(_design(study, values) for values in combinations(study))
@@ -208,8 +208,8 @@ def _planned(
     )
 
 
-def _design(study: Study, values: dict[str, Any]) -> ReaderDesign:
-    return design_of(msgspec.convert(put(study, values), Study).reader)
+def _design(study: Study, values: dict[str, Any]) -> Reader:
+    return msgspec.convert(put(study, values), Study).reader
 
 
 def _room_inputs(study: Study) -> bytes:
@@ -232,12 +232,12 @@ def _built(study: Study, rooms: dict[bytes, StudyScene | OctantError]) -> StudyS
     return known
 
 
-def cell_label(design: ReaderDesign, values: Mapping[str, Any]) -> str:
+def cell_label(design: Reader, values: Mapping[str, Any]) -> str:
     """Return the human name of a cell, a reader's lengths in [cm], frequencies in [GHz].
 
     Parameters
     ----------
-    design : ReaderDesign
+    design : Reader
         Names antenna, r_a and h_p.
     values : mapping
         Swept parameters, in the units of their keys ([m], [Hz], ...); the others are named too.

@@ -16,10 +16,7 @@ from octant.em.reader.cache import cached_responses
 from octant.reader_design.experiments.tolerance.draws import Deviation
 from octant.reader_design.keeping.keeper import RecordCodec, map_cases
 from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.setting.design import (
-    ReaderDesign,
-    design_responses,
-)
+from octant.reader_design.setting.design import reader_responses
 from octant.reader_design.setting.evaluation import (
     SweepContext,
     free_link,
@@ -29,6 +26,7 @@ from octant.reader_design.setting.evaluation import (
 from octant.reader_design.setting.samples import free_points_m, grid_azimuths_rad, sample_rss_w
 from octant.reader_design.setting.scene import StudyScene, build_study_scene
 from octant.reader_design.setting.scores import score_rss
+from octant.reader_design.study_file.reader import Reader
 from octant.reader_design.study_file.schema import Radio, Study
 from octant.reader_design.study_file.scores import Scores
 
@@ -83,13 +81,13 @@ class Case:
 
     Attributes
     ----------
-    design : ReaderDesign
+    design : Reader
         The drawing [m].
     deviation : Deviation
         What is built less what is drawn ([m], [rad],).
     """
 
-    design: ReaderDesign
+    design: Reader
     deviation: Deviation
 
 
@@ -213,13 +211,13 @@ def built_responses(study: Study, case: Case) -> tuple[ReaderResponse, ...]:
     """
     errors = case.deviation.build
     if errors.is_zero and case.deviation.frequency_factor == 1.0:
-        return design_responses(study, case.design)
-    cut = replace(case.design, antenna_length_m=_drawn_length_m(study, case))
+        return reader_responses(case.design, study.radio)
+    cut = msgspec.structs.replace(case.design, antenna_length_m=_drawn_length_m(study, case))
     solutions = cached_responses(
         cut.body(errors),
         cut.element(study.radio.frequencies_hz[0]),
         study.radio.frequencies_hz,
-        cells_per_wavelength=study.reader.cells_per_wavelength,
+        cells_per_wavelength=cut.cells_per_wavelength,
         keep=False,
         **cut.feed(),
     )

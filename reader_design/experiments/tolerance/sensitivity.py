@@ -9,7 +9,7 @@ from octant.geometries.build_errors import BuildErrors, common_errors
 from octant.reader_design.experiments.tolerance.cases import Case, CaseScores
 from octant.reader_design.experiments.tolerance.draws import Deviation, as_drawn
 from octant.reader_design.experiments.tolerance.views import View, values_of
-from octant.reader_design.setting.design import ReaderDesign
+from octant.reader_design.study_file.reader import Reader
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -125,12 +125,12 @@ class Slope:
     bends: bool
 
 
-def parameters_of(design: ReaderDesign) -> tuple[Parameter, ...]:
+def parameters_of(design: Reader) -> tuple[Parameter, ...]:
     """Return the parameters that a design has.
 
     Parameters
     ----------
-    design : ReaderDesign
+    design : Reader
         A design without plates has no h_p [m]; a monopole joined to the ground plane no gap.
 
     Returns
@@ -145,12 +145,12 @@ def parameters_of(design: ReaderDesign) -> tuple[Parameter, ...]:
     return tuple(p for p in PARAMETERS if p.field not in absent)
 
 
-def sensitivity_cases(design: ReaderDesign, parameters: tuple[Parameter, ...]) -> tuple[Case, ...]:
+def sensitivity_cases(design: Reader, parameters: tuple[Parameter, ...]) -> tuple[Case, ...]:
     """Return the drawing, then four cases a parameter: -h, +h, -h/2, +h/2.
 
     Parameters
     ----------
-    design : ReaderDesign
+    design : Reader
         The drawing [m].
     parameters : tuple of Parameter
         What to vary.

@@ -34,10 +34,11 @@ from octant.reader_design.experiments.tolerance.sensitivity import (
 from octant.reader_design.experiments.tolerance.statistics import Explained, explained_variance
 from octant.reader_design.experiments.tolerance.views import View, meets, values_of, views
 from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.setting.design import FULLWAVE, ReaderDesign, design_of
+from octant.reader_design.setting.design import FULLWAVE
 from octant.reader_design.setting.evaluation import SweepContext, reference_tag, room_samples_w
 from octant.reader_design.setting.samples import Sampling, grid_azimuths_rad
 from octant.reader_design.setting.scene import build_study_scene
+from octant.reader_design.study_file.reader import Reader
 from octant.reader_design.study_file.schema import Study
 from octant.reader_design.study_file.tolerance import Rival, Tolerance
 
@@ -58,7 +59,7 @@ class BuiltDesign:
     ----------
     name : str
         Name in the results.
-    design : ReaderDesign
+    design : Reader
         The drawing [m].
     nominal : CaseScores
         Scores of the drawing.
@@ -75,7 +76,7 @@ class BuiltDesign:
     """
 
     name: str
-    design: ReaderDesign
+    design: Reader
     nominal: CaseScores
     samples: tuple[CaseScores, ...]
     values: FloatArray
@@ -136,7 +137,7 @@ def run_tolerance_study(
     study: Study,
     folder: Path,
     *,
-    rivals: Sequence[tuple[str, ReaderDesign]] = (),
+    rivals: Sequence[tuple[str, Reader]] = (),
     samples: int | None = None,
     workers: int | None = 1,
     cluster: str | None = None,
@@ -151,7 +152,7 @@ def run_tolerance_study(
         Reader, tag, room, ``[tolerance]``.
     folder : Path
         Where the cases' files lie; made when missing.
-    rivals : sequence of (str, ReaderDesign)
+    rivals : sequence of (str, Reader)
         Names and designs to compare with besides those of the study [m].
     samples : int or None
         Readers built; None: the study's.
@@ -187,7 +188,7 @@ def run_tolerance_study(
         room=tolerance.room,
         reference=reference_tag(study, sweep.built).id,
     )
-    designs = [("the study's reader", design_of(study.reader))]
+    designs = [("the study's reader", study.reader)]
     designs += [(rival.name, _rival_design(study, rival)) for rival in tolerance.rivals]
     designs += rivals
     parameters = parameters_of(designs[0][1])
@@ -257,19 +258,19 @@ def _refuse_unbuilt(name: str, case: CaseScores) -> None:
         raise ConfigError(msg)
 
 
-def _rival_design(study: Study, rival: Rival) -> ReaderDesign:
+def _rival_design(study: Study, rival: Rival) -> Reader:
     """Return the study's reader with what a rival changes."""
     changes = {
         name: value
         for name in Rival.__struct_fields__
         if name != "name" and (value := getattr(rival, name)) is not None
     }
-    return design_of(msgspec.structs.replace(study.reader, **changes))
+    return msgspec.structs.replace(study.reader, **changes)
 
 
 def _built(
     name: str,
-    design: ReaderDesign,
+    design: Reader,
     nominal: CaseScores,
     samples: tuple[CaseScores, ...],
     *,

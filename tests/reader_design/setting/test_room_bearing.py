@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from octant.em.reader.response import sector_response
-from octant.reader_design.setting.design import design_of, design_responses
+from octant.reader_design.setting.design import reader_responses
 from octant.reader_design.setting.random_poses import random_pose_errors_rad
 from octant.reader_design.setting.scene import build_study_scene
 
@@ -24,7 +24,7 @@ def reader_of(plate_height_m):
     """A thesis reader by rays; its patterns serve all channels of so narrow a band."""
     text = f"response = 'rays'\nplate_height_m = {plate_height_m}\n"
     study = bench.study_of(room=False, channels=(), antenna="dipole", reader=text)
-    return design_responses(study, design_of(study.reader))[0]
+    return reader_responses(study.reader, study.radio)[0]
 
 
 def quantiles_deg(reader, **case):

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from octant.geometries.errors import ConfigError
-from octant.reader_design.setting.design import design_of
+from octant.reader_design.setting.design import content_hash
 from octant.reader_design.study_file.bodies import study_materials
 from octant.reader_design.study_file.loading import load_study, parse_study, to_toml
 from octant.reader_design.study_file.materials import material_label
@@ -189,9 +189,9 @@ material = "{material}"
 def test_metal_near_the_reader_reaches_its_design_and_changes_its_key():
     plain = parse_study(MINIMAL, source="s.toml", directory=Path())
     near = parse_study(MINIMAL + NEAR.format(material="pec"), source="s.toml", directory=Path())
-    design = design_of(near.reader)
+    design = near.reader
     assert design.surroundings[0].bounds_m.tolist() == [[-0.15, -0.15, -0.2], [0.15, 0.15, -0.1]]
-    assert design.key() != design_of(plain.reader).key()
+    assert content_hash(design.as_dict()) != content_hash(plain.reader.as_dict())
 
 
 def test_only_metal_may_stand_near_the_reader_and_only_full_wave_sees_it():

@@ -11,13 +11,11 @@ from octant.reader_design.experiments.choice.thesis_claims import (
     claim_table,
     thesis_claims,
 )
-from octant.reader_design.setting.design import ReaderDesign
+from octant.reader_design.setting.design import content_hash
 from octant.reader_design.setting.evaluation import Cell
 from octant.reader_design.setting.ranking import Candidate, choose
-from octant.reader_design.study_file.scores import (
-    SCORE_NAMES,
-    Scores,
-)
+from octant.reader_design.study_file.reader import Reader
+from octant.reader_design.study_file.scores import SCORE_NAMES, Scores
 
 GOOD = {"right_share": 0.9, "vector_rms_rad": 0.1, "margin_worst_db": 1.0, "usable_share": 1.0}
 BAD = {"right_share": 0.3, "vector_rms_rad": 1.2, "margin_worst_db": -2.0, "usable_share": 1.0}
@@ -25,7 +23,7 @@ TRAVEL = np.linspace(0.0, 5.0, 101)
 
 
 def cell(antenna, radius_m, height_m, scores, *, level_w=1e-6, **design):
-    base = ReaderDesign(
+    base = Reader(
         antenna=antenna,
         antenna_radius_m=radius_m,
         plate_height_m=height_m,
@@ -44,7 +42,7 @@ def cell(antenna, radius_m, height_m, scores, *, level_w=1e-6, **design):
     rss[:, 0] = level_w
     rss[TRAVEL < 0.3] *= 1e-3
     return Cell(
-        key=base.key(),
+        key=content_hash(base.as_dict()),
         design=base,
         free=Scores(**{**dict.fromkeys(SCORE_NAMES, 0.0), **scores}),
         distances_m=np.zeros(0),

@@ -9,7 +9,6 @@ import pytest
 
 from octant.reader_design.experiments.optimise.evaluation import bench, evaluate
 from octant.reader_design.experiments.optimise.goals import Targets
-from octant.reader_design.setting.design import design_of
 from octant.reader_design.study_file.loading import load_study
 from octant.reader_design.study_file.optimise import DEFAULT_GOALS, Goal
 
@@ -30,7 +29,7 @@ THESIS_LEVEL_W = (0.7439e-6, 4.422e-6, 9.116e-6)
 def winner():
     """The winner at 10 cells per wavelength, and its scores."""
     study = load_study(EXAMPLES / "compact_reader.toml")
-    found = evaluate(bench(study), design_of(load_study(EXAMPLES / "best_reader.toml").reader))
+    found = evaluate(bench(study), load_study(EXAMPLES / "best_reader.toml").reader)
     assert found.feasible
     thesis = dataclasses.replace(found, level_w=np.array(THESIS_LEVEL_W))
     targets = Targets(goals=GOALS, distances_m=study.optimise.distances_m, reference=thesis)

@@ -1,14 +1,12 @@
 """The drawing tells every length that a workshop needs, to scale, and is the same each time."""
 
-import dataclasses
-
+import msgspec
 import numpy as np
 import pytest
 
 from octant.geometries.errors import GeometryError
 from octant.reader_design.experiments.optimise.drawing import drawing, save_drawing
-from octant.reader_design.setting.design import design_of
-from octant.reader_design.study_file.schema import Reader
+from octant.reader_design.study_file.reader import Reader
 
 READER = Reader(
     antenna_radius_m=0.0945,
@@ -30,12 +28,12 @@ def words(figure):
     "length", ["94.5", "53.5", "67.2", "88.4", "98.7", "gap 4.1", "Ø 200", "180 Ω", "5.7", "189"]
 )
 def test_every_length_is_on_the_sheet(length):
-    figure = drawing(design_of(READER), frequency_hz=2.4e9, title="test")
+    figure = drawing(READER, frequency_hz=2.4e9, title="test")
     assert length in words(figure)
 
 
 def test_views_are_to_scale():
-    figure = drawing(design_of(READER), frequency_hz=2.4e9, title="test")
+    figure = drawing(READER, frequency_hz=2.4e9, title="test")
     assert "scale 1:2 on A4" in words(figure)
     for ax in figure.axes[:2]:
         box = ax.get_position()
@@ -47,30 +45,28 @@ def test_views_are_to_scale():
 @pytest.mark.parametrize("shape", ["square", "octagon", "round"])
 @pytest.mark.parametrize("antenna", ["dipole", "monopole"])
 def test_any_design_can_be_drawn(shape, antenna):
-    design = dataclasses.replace(
-        design_of(READER), ground_plane_shape=shape, antenna=antenna, antennas=6
-    )
+    design = msgspec.structs.replace(READER, ground_plane_shape=shape, antenna=antenna, antennas=6)
     if shape == "octagon":
-        design = dataclasses.replace(design, antennas=8)
+        design = msgspec.structs.replace(design, antennas=8)
     text = words(drawing(design, frequency_hz=2.4e9, title="any"))
     assert f"{design.antennas} {antenna}s" in text
 
 
 def test_a_reader_without_plates_has_none_on_the_sheet():
-    design = dataclasses.replace(design_of(READER), plate_height_m=0.0, plate_height_axis_m=None)
+    design = msgspec.structs.replace(READER, plate_height_m=0.0, plate_height_axis_m=None)
     assert "rim" not in words(drawing(design, frequency_hz=2.4e9, title="bare"))
 
 
 def test_equal_drawings_give_equal_files(tmp_path):
     for kind in ("svg", "pdf"):
         for name in ("a", "b"):
-            figure = drawing(design_of(READER), frequency_hz=2.4e9, title="test")
+            figure = drawing(READER, frequency_hz=2.4e9, title="test")
             save_drawing(figure, tmp_path / f"{name}.{kind}")
         first, second = (tmp_path / f"{n}.{kind}" for n in ("a", "b"))
         assert first.read_bytes() == second.read_bytes()
 
 
 def test_a_design_that_cannot_be_built_is_refused():
-    design = dataclasses.replace(design_of(READER), antenna_radius_m=0.2)
+    design = msgspec.structs.replace(READER, antenna_radius_m=0.2)
     with pytest.raises(GeometryError, match="antenna_radius_m"):
         drawing(design, frequency_hz=2.4e9, title="too wide")

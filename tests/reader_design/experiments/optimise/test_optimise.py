@@ -3,10 +3,12 @@
 import dataclasses
 import math
 
+import msgspec
 import numpy as np
 import pytest
 
 from octant.geometries.errors import ConfigError, SweepStateError
+from octant.reader_design.experiments.optimise import evaluation
 from octant.reader_design.experiments.optimise.evaluation import (
     LEFT_OUT,
     Evaluation,
@@ -19,8 +21,6 @@ from octant.reader_design.experiments.optimise.search import planned_evaluations
 from octant.reader_design.experiments.optimise.shortlist import front, short_list
 from octant.reader_design.experiments.optimise.space import boxes, survey_designs
 from octant.reader_design.keeping.keys import case_keys
-from octant.reader_design.setting.design import ReaderDesign, design_of
-from octant.reader_design.setting.size import reader_size_m
 from octant.reader_design.study_file.loading import parse_study, to_toml
 from octant.reader_design.study_file.optimise import Goal
 
@@ -155,7 +155,7 @@ def test_infeasible_designs_keep_their_reason_and_never_win():
 
 def test_a_survey_without_a_feasible_design_says_why():
     def model(design):
-        own = design == design_of(study().reader)
+        own = design == study().reader
         return bowl(design) if own else made(design, reason="it is too large.")
 
     text = BOX.replace("gap_m = [0.002", "gap_m = [0.006")
@@ -170,7 +170,7 @@ def test_gain_needs_a_reader_with_scores():
 
 
 def reader_targets(*goals, level_w=1e-6):
-    design = design_of(study().reader)
+    design = study().reader
     reference = made(design, level_w=level_w)
     return Targets(goals=goals, distances_m=(1.0, 2.0, 4.0), reference=reference), design
 
@@ -199,7 +199,7 @@ def test_gain_is_counted_from_the_reader_at_the_same_distance():
 
 
 def test_scores_take_the_worst_distance_where_the_goal_says_so():
-    design = design_of(study().reader)
+    design = study().reader
     evaluation = dataclasses.replace(
         made(design),
         margin_db=np.array([3.0, 1.0, 2.0]),
@@ -258,7 +258,7 @@ def test_survey_starts_with_the_readers_own_values():
     table = study().optimise
     (box,) = boxes(study(), table)
     designs = survey_designs(box, 4, frequency_hz=2.4e9, generator=np.random.default_rng(1))
-    assert designs[0] == design_of(study().reader)
+    assert designs[0] == study().reader
     assert len(designs) == 5
 
 
@@ -273,30 +273,28 @@ def test_survey_starts_with_the_readers_own_values():
     ],
 )
 def test_height_counts_plates_and_antennas(change, height_m):
-    design = dataclasses.replace(design_of(study().reader), **change)
-    assert reader_size_m(design, 2.4e9)[1] == pytest.approx(height_m)
+    design = msgspec.structs.replace(study().reader, **change)
+    assert design.size_m(2.4e9)[1] == pytest.approx(height_m)
 
 
 def test_too_large_a_design_is_refused_without_a_solution(monkeypatch):
     place = bench(study())
-    design = design_of(study().reader)
+    design = study().reader
 
     def solve(*_, **__):
         raise AssertionError("solved")
 
-    monkeypatch.setattr(ReaderDesign, "response", solve)
-    wide = evaluate(place, dataclasses.replace(design, ground_plane_m=0.25))
+    monkeypatch.setattr(evaluation, "reader_responses", solve)
+    wide = evaluate(place, msgspec.structs.replace(design, ground_plane_m=0.25))
     assert wide.reason == "its footprint is 250.0 mm, but at most 200 mm is free."
-    high = evaluate(place, dataclasses.replace(design, plate_height_m=0.101))
+    high = evaluate(place, msgspec.structs.replace(design, plate_height_m=0.101))
     assert high.reason.startswith("its height with plates and antennas is 101.0 mm")
     assert high.level_w.size == 0
 
 
 def test_a_design_that_cannot_be_built_is_infeasible_with_its_reason():
     place = bench(study())
-    beyond = dataclasses.replace(
-        design_of(study().reader), antenna_radius_m=0.095, ground_plane_m=0.18
-    )
+    beyond = msgspec.structs.replace(study().reader, antenna_radius_m=0.095, ground_plane_m=0.18)
     result = evaluate(place, beyond)
     assert not result.feasible
     assert "antenna_radius_m is 0.095 m" in result.reason
@@ -304,8 +302,8 @@ def test_a_design_that_cannot_be_built_is_infeasible_with_its_reason():
 
 def test_evaluation_reads_back_bit_by_bit(tmp_path):
     place = bench(study())
-    design = design_of(study().reader)
-    wide = dataclasses.replace(design, ground_plane_m=0.25)
+    design = study().reader
+    wide = msgspec.structs.replace(design, ground_plane_m=0.25)
     first, refused = kept_evaluations(place, (design, wide), tmp_path)
     assert first.feasible
     assert first.level_w.shape == (3,)
@@ -316,7 +314,7 @@ def test_evaluation_reads_back_bit_by_bit(tmp_path):
 
 
 def test_key_follows_what_the_numbers_depend_on():
-    design = design_of(study().reader)
+    design = study().reader
 
     def key(text=BOX, head=HEAD):
         place = bench(study(text, head))

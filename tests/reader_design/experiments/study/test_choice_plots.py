@@ -16,10 +16,10 @@ from octant.reader_design.experiments.study.reader_plots import (
     error_distribution_figure,
 )
 from octant.reader_design.experiments.study.sweep_figures import parameter_axes
-from octant.reader_design.setting.design import ReaderDesign
 from octant.reader_design.showing.style import save_figure
+from octant.reader_design.study_file.reader import Reader
 
-DESIGN = ReaderDesign(
+DESIGN = Reader(
     antenna="dipole",
     antenna_radius_m=0.10,
     plate_height_m=0.08,
@@ -34,7 +34,7 @@ DESIGN = ReaderDesign(
 
 
 def changed(**values):
-    return ReaderDesign(**{**{n: getattr(DESIGN, n) for n in DESIGN.as_dict()}, **values})
+    return Reader(**{**{n: getattr(DESIGN, n) for n in DESIGN.as_dict()}, **values})
 
 
 def test_axes_are_the_parameters_in_which_designs_differ_in_centimetres():

@@ -3,6 +3,7 @@
 import dataclasses
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 import xarray as xr
@@ -10,13 +11,12 @@ import xarray as xr
 from octant.reader_design.experiments.missions.mission_stage import RoomMission
 from octant.reader_design.experiments.study.mission_sections import shortlist_table
 from octant.reader_design.experiments.study.shortlist import DrivenDesign
-from octant.reader_design.setting.design import ReaderDesign
 from octant.reader_design.setting.ranking import Candidate, choose
 from octant.reader_design.setting.scores import score_rss
-from octant.reader_design.setting.size import reader_size_m
 from octant.reader_design.study_file.choice import Choice
+from octant.reader_design.study_file.reader import Reader
 
-DESIGN = ReaderDesign(
+DESIGN = Reader(
     antenna="dipole",
     antenna_length_m=0.06,
     antenna_radius_m=0.08,
@@ -47,7 +47,7 @@ SCORES = score_rss(
     ],
 )
 def test_size_is_the_farthest_that_metal_reaches(changed, size):
-    assert reader_size_m(dataclasses.replace(DESIGN, **changed), 2.4e9) == pytest.approx(size)
+    assert msgspec.structs.replace(DESIGN, **changed).size_m(2.4e9) == pytest.approx(size)
 
 
 def mission(success, reason=""):

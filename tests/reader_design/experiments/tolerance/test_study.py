@@ -27,7 +27,6 @@ from octant.reader_design.experiments.tolerance.results import write_results
 from octant.reader_design.experiments.tolerance.study import run_tolerance_study
 from octant.reader_design.keeping.keys import case_keys
 from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.setting.design import design_of
 from octant.reader_design.setting.evaluation import SweepContext, failed_cell
 from octant.reader_design.setting.samples import Sampling
 from octant.reader_design.setting.scene import build_study_scene
@@ -72,7 +71,7 @@ def context_of(study, *, room=False):
 
 
 def some_cases(study):
-    design = design_of(study.reader)
+    design = study.reader
     wrong = (common_errors(3), common_errors(3, gap_m=1e-3), common_errors(3, gap_m=-0.01))
     return [Case(design=design, deviation=Deviation(build=e)) for e in wrong]
 
@@ -200,7 +199,7 @@ def test_the_files_hold_the_study(tmp_path, modelled):
 @pytest.mark.usefixtures("model")
 def test_a_study_says_with_what_confidence_its_choice_beats_the_next_best(tmp_path):
     study = study_of(tmp_path, STUDY.split("[[tolerance.rival]]", maxsplit=1)[0])
-    design = replace(design_of(study.reader), plate_height_m=0.03)
+    design = msgspec.structs.replace(study.reader, plate_height_m=0.03)
     section = tolerance_stage(
         study,
         failed_cell(design, "key", ""),
@@ -216,7 +215,7 @@ def test_a_study_says_with_what_confidence_its_choice_beats_the_next_best(tmp_pa
 
 def test_the_room_is_scored_with_other_materials_and_another_frequency(tmp_path):
     study = study_of(tmp_path, ROOM)
-    context, design = context_of(study, room=True), design_of(study.reader)
+    context, design = context_of(study, room=True), study.reader
     drawn = as_drawn(3)
 
     def scored(deviation):

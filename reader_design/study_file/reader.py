@@ -1,0 +1,221 @@
+"""The table ``[reader]``: the reader as one would order it from a workshop, and how it is solved.
+
+It is also what sweeps, searches and tolerances vary: a design *is* such a table.
+"""
+
+from typing import Annotated, Any, Literal, TypedDict
+
+import msgspec
+from msgspec import Meta
+
+from octant.em.antennas.kinds import Antenna, make_antenna
+from octant.geometries.bodies import Body
+from octant.geometries.build_errors import BuildErrors
+from octant.geometries.reader_body import GroundPlaneShape, ReaderBody, reader_body
+from octant.reader_design.study_file.room import Name, NotNegative, Positive, RoomObject, Table
+
+ReaderAntenna = Literal["dipole", "monopole"]
+ReaderModel = Literal["fullwave", "rays", "isolated", "files"]
+
+HOW_SOLVED = ("cells_per_wavelength", "response", "pattern_files", "objects")
+"""Keys that do not describe what is built, but how it is solved and what stands near."""
+
+
+class Feed(TypedDict):
+    """How antennas stand and are fed: keyword arguments of the full-wave solver, as in `Reader`."""
+
+    gap_m: float
+    load_ohm: float
+    wire_radius_m: float
+    feed_gap_m: float
+    surroundings: tuple[Body, ...]
+
+
+class Reader(Table, frozen=True, kw_only=True):
+    """A reader with bearing-sensitive antennas: table ``[reader]``.
+
+    Parameters
+    ----------
+    antenna : str
+        ``dipole`` or ``monopole``.
+    antenna_length_m : float or None
+        Length of each antenna [m]; None: half a wave (dipole) or a quarter wave (monopole).
+    antenna_radius_m : float
+        Distance r_a of the antennas from the axis [m].
+    plate_height_m : float
+        Height h_p of the plates [m]; 0 is a reader without plates.
+    plate_height_axis_m : float or None
+        Height of the plates at the axis [m]; None: as at the rim.
+    plate_outer_radius_m : float or None
+        How far the plates reach from the axis [m]; None: half of ``ground_plane_m``.
+    ground_plane_m : float
+        Side of the ground plane, or its diameter when it is round [m].
+    ground_plane_shape : str
+        ``square``, ``round`` or ``octagon``.
+    antennas : int
+        Number of antennas, at least 3.
+    gap_m : float
+        Lower end of a dipole, or a monopole's own plane, above the ground plane [m].
+    monopole_plane_m : float
+        Side of each monopole's own plane [m]; 0: it stands on the reader's ground plane.
+    height_m : float
+        Ground plane above the floor [m].
+    load_ohm : float
+        Load of each antenna [ohm].
+    wire_radius_m : float
+        Radius of the antennas' wire [m].
+    feed_gap_m : float
+        Length of the antennas' feed [m]; 0 is a delta gap.
+    cells_per_wavelength : float
+        Elements of the full-wave mesh per wavelength [-]; 14 for final figures.
+    response : str
+        ``fullwave`` (method of moments), or the approximations ``rays`` and ``isolated``, which
+        know neither load, wire nor feed: how the reader's own body enters. ``files``: the reader
+        is given entirely by ``pattern_files``.
+    pattern_files : tuple of str
+        One file an antenna, measured or from another solver (FEKO .ffe, HFSS .ffd, CST .ffs, NEC
+        output, MSI/Planet, CSV), in the order of the antennas and in the reader's frame.
+    objects : tuple of RoomObject
+        The tables ``[[reader.object]]``: metal near the reader that rides with it, such as the
+        robot's body, in the reader's frame (origin at the ground plane's centre, z up). Full wave
+        only; it must not touch the reader, and takes the material ``pec`` or ``metal``.
+    """
+
+    antenna: ReaderAntenna = "dipole"
+    antenna_length_m: Positive | None = None
+    antenna_radius_m: Positive = 0.10
+    plate_height_m: NotNegative = 0.08
+    plate_height_axis_m: NotNegative | None = None
+    plate_outer_radius_m: Positive | None = None
+    ground_plane_m: Positive = 0.20
+    ground_plane_shape: GroundPlaneShape = "square"
+    antennas: Annotated[int, Meta(ge=3)] = 8
+    gap_m: Positive = 0.005
+    monopole_plane_m: NotNegative = 0.04
+    height_m: Positive = 0.3
+    load_ohm: Positive = 50.0
+    wire_radius_m: Positive = 0.0005
+    feed_gap_m: NotNegative = 0.0057
+    cells_per_wavelength: Annotated[float, Meta(ge=4.0, le=40.0)] = 10.0
+    response: ReaderModel = "fullwave"
+    pattern_files: tuple[Name, ...] = ()
+    objects: tuple[RoomObject, ...] = msgspec.field(default=(), name="object")
+
+    def label(self) -> str:
+        """Return the human name: antenna, r_a and h_p, lengths in [cm].
+
+        Returns
+        -------
+        str
+            For example ``dipole r_a = 10 cm h_p = 8 cm``.
+        """
+        return (
+            f"{self.antenna} r_a = {100.0 * self.antenna_radius_m:.4g} cm "
+            f"h_p = {100.0 * self.plate_height_m:.4g} cm"
+        )
+
+    @property
+    def surroundings(self) -> tuple[Body, ...]:
+        """The bodies of ``objects``, in the reader's frame [m]."""
+        from octant.reader_design.study_file.bodies import object_bodies
+
+        return object_bodies(self.objects)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return what is built, by key, each in the unit that its name carries ([m], [ohm]).
+
+        Returns
+        -------
+        dict
+            Plain values; the surroundings by the hashes of their bodies.
+        """
+        from octant.em.reader.cache import body_hash
+
+        names = [name for name in self.__struct_fields__ if name not in HOW_SOLVED]
+        values = {name: getattr(self, name) for name in names}
+        return {**values, "surroundings": [body_hash(body) for body in self.surroundings]}
+
+    def body(self, errors: BuildErrors | None = None) -> ReaderBody:
+        """Return the metal body and the antennas' places [m], origin on the ground plane's centre.
+
+        Parameters
+        ----------
+        errors : BuildErrors or None
+            What is built less what is drawn ([m], [rad]); None: as drawn.
+
+        Returns
+        -------
+        ReaderBody
+            In the reader's frame.
+
+        Raises
+        ------
+        GeometryError
+            When it cannot be built.
+        """
+        return reader_body(
+            antenna_radius_m=self.antenna_radius_m,
+            antennas=self.antennas,
+            plate_height_m=self.plate_height_m,
+            plate_height_axis_m=self.plate_height_axis_m,
+            plate_outer_radius_m=self.plate_outer_radius_m,
+            ground_plane_m=self.ground_plane_m,
+            ground_plane_shape=self.ground_plane_shape,
+            monopole_plane_m=self.monopole_plane_m if self.antenna == "monopole" else 0.0,
+            errors=errors,
+        )
+
+    def element(self, frequency_hz: float) -> Antenna:
+        """Return one antenna, vertical; its length [m] is resonant where the table gives none.
+
+        Parameters
+        ----------
+        frequency_hz : float
+            Frequency [Hz].
+        """
+        return make_antenna(self.antenna, frequency_hz, length_m=self.antenna_length_m)
+
+    def feed(self) -> Feed:
+        """Return how the antennas stand and are fed, for the full-wave solver [m], [ohm]."""
+        return Feed(
+            gap_m=self.gap_m,
+            load_ohm=self.load_ohm,
+            wire_radius_m=self.wire_radius_m,
+            feed_gap_m=self.feed_gap_m,
+            surroundings=self.surroundings,
+        )
+
+    def size_m(self, frequency_hz: float) -> tuple[float, float]:
+        """Return width, and height above the ground plane [m], as constraints compare them.
+
+        Parameters
+        ----------
+        frequency_hz : float
+            Carrier, at which antennas without a length are resonant [Hz].
+
+        Returns
+        -------
+        width_m : float
+            Ground plane, or the span of plates or antennas where they reach farther [m].
+        height_m : float
+            Top of the plates or of the antennas, whichever is higher [m].
+        """
+        outer_m = self.plate_outer_radius_m or 0.0
+        width_m = max(self.ground_plane_m, 2.0 * outer_m, 2.0 * self.antenna_radius_m)
+        joined = self.antenna == "monopole" and self.monopole_plane_m == 0.0
+        top_m = (0.0 if joined else self.gap_m) + self.element(frequency_hz).length_m
+        return width_m, max(top_m, self.plate_height_m, self.plate_height_axis_m or 0.0)
+
+    def notes(self) -> tuple[str, ...]:
+        """Return whether the monopoles' own planes had to be shrunk to fit, in sentences [cm]."""
+        if self.antenna != "monopole":
+            return ()
+        fitted_m = self.body().fitted_monopole_plane_m
+        if fitted_m >= self.monopole_plane_m:
+            return ()
+        note = (
+            f"the monopoles' own planes of {100.0 * self.monopole_plane_m:.3g} cm would cut the "
+            f"plates at r_a = {100.0 * self.antenna_radius_m:.3g} cm and are shrunk to "
+            f"{100.0 * fitted_m:.3g} cm"
+        )
+        return (note,)
