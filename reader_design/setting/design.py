@@ -126,7 +126,7 @@ def response_at(reader: Reader, frequency_hz: float, model: str | None = None) -
     if model == FULLWAVE:
         return solutions(reader, (frequency_hz,))[0].response
     if model == "files":
-        from octant.em.reader.pattern_files import reader_from_pattern_files
+        from octant.em.antennas.from_files import reader_from_pattern_files
 
         body = reader.body()  # only places the antennas
         return reader_from_pattern_files(

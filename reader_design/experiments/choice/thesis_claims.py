@@ -98,7 +98,7 @@ def thesis_claims(
         that of the choice.
     """
     places = {candidates[index].key: place for place, index in enumerate(choice.ranking)}
-    table = {
+    table: dict[tuple[str, float, float], Cell] = {
         (
             c.design.antenna,
             round(c.design.antenna_radius_m, 6),

@@ -91,7 +91,7 @@ def unknowns_of(design: Reader, frequency_hz: float, *, cells_per_wavelength: fl
     ) / 2
     reach_m = design.plate_outer_radius_m or side_m / 2.0
     area_m2 = filled * side_m**2 + count * reach_m * height_m
-    kind = design.antenna
+    kind: str = design.antenna
     foot = 0.0
     if kind == "dipole":
         foot = UNKNOWNS_UNDER_FOOT * min(1.0, CLOSE_GAP_M / design.gap_m) ** 2
