@@ -28,10 +28,7 @@ from octant.reader_design.setting.samples import (
     sample_rss_w,
 )
 from octant.reader_design.setting.scene import PlacedTag, StudyScene
-from octant.reader_design.setting.scores import (
-    USABLE_DBM,
-    score_rss,
-)
+from octant.reader_design.setting.scores import USABLE_DBM, score_rss
 from octant.reader_design.study_file.reader import Reader
 from octant.reader_design.study_file.schema import Study
 from octant.reader_design.study_file.scores import Scores
