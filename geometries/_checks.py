@@ -8,17 +8,7 @@ from octant.geometries.names import nearest_name
 
 
 def finite_number(value: float, *, name: str, unit: str = "m") -> float:
-    """Return a value as a float once it is known to be a finite number.
-
-    Parameters
-    ----------
-    value : float
-        What the caller was given [unit as named].
-    name : str
-        The name that an error message uses.
-    unit : str
-        The unit that an error message uses.
-    """
+    """Return a value as a float once it is known to be a finite number."""
     try:
         number = float(value)
     except (TypeError, ValueError) as exc:
@@ -31,19 +21,7 @@ def finite_number(value: float, *, name: str, unit: str = "m") -> float:
 
 
 def positive_number(value: float, *, name: str, unit: str = "m", allow_zero: bool = False) -> float:
-    """Return a value as a float once it is known to be finite and positive.
-
-    Parameters
-    ----------
-    value : float
-        What the caller was given [unit as named].
-    name : str
-        The name that an error message uses.
-    unit : str
-        The unit that an error message uses.
-    allow_zero : bool
-        Accept zero too.
-    """
+    """Return a value as a float once it is known to be finite and positive."""
     number = finite_number(value, name=name, unit=unit)
     if number < 0.0 or (number == 0.0 and not allow_zero):
         allowed = "zero or positive" if allow_zero else "positive"
@@ -53,17 +31,7 @@ def positive_number(value: float, *, name: str, unit: str = "m", allow_zero: boo
 
 
 def refuse_unknown_keys(given: Mapping[str, object], *, allowed: Iterable[str], name: str) -> None:
-    """Raise when a mapping has a key that is not allowed, naming the nearest allowed one.
-
-    Parameters
-    ----------
-    given : mapping
-        What the caller was given.
-    allowed : iterable of str
-        Every key that has a meaning.
-    name : str
-        The mapping's name in an error message.
-    """
+    """Raise when a mapping has a key that is not allowed, naming the nearest allowed one."""
     known = list(allowed)
     for key in given:
         if key not in known:

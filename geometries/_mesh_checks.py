@@ -1,4 +1,7 @@
-"""Vectorised checks of a triangle mesh whose vertices are joined by position."""
+"""Vectorised checks of a triangle mesh whose vertices are joined by position.
+
+Throughout, ``vertices_m`` is (n, 3) [m] and ``faces`` is (m, 3): welded vertex numbers.
+"""
 
 from dataclasses import dataclass
 
@@ -44,13 +47,7 @@ class EdgeTable:
 
 
 def edge_table(faces: IntArray) -> EdgeTable:
-    """Return the edges of a mesh, in the order of their vertices.
-
-    Parameters
-    ----------
-    faces : (m, 3) int64
-        Welded vertex numbers of each triangle, all different within a triangle.
-    """
+    """Return the edges of a mesh without degenerate triangles, in the order of their vertices."""
     start = faces.reshape(-1)
     end = np.roll(faces, -1, axis=1).reshape(-1)
     count = int(faces.max()) + 1 if len(faces) else 1
@@ -67,33 +64,13 @@ def edge_table(faces: IntArray) -> EdgeTable:
 
 
 def welded_faces(vertices_m: FloatArray, faces: IntArray, tolerance_m: float) -> IntArray:
-    """Return the (m, 3) faces in the numbers of the vertices that stand for all at their place.
-
-    Parameters
-    ----------
-    vertices_m : (n, 3) float64
-        Vertices [m].
-    faces : (m, 3) int64
-        Vertex numbers.
-    tolerance_m : float
-        Vertices nearer than this are one [m].
-    """
+    """Return the (m, 3) faces in the numbers of the vertices that stand for all at their place."""
     joined: IntArray = weld(vertices_m, tolerance_m)[faces]
     return joined
 
 
 def degenerate_faces(vertices_m: FloatArray, faces: IntArray, tolerance_m: float) -> IntArray:
-    """Return the (d,) triangles that are no higher than the tolerance.
-
-    Parameters
-    ----------
-    vertices_m : (n, 3) float64
-        Vertices [m].
-    faces : (m, 3) int64
-        Welded vertex numbers.
-    tolerance_m : float
-        Height above the longest side up to which a triangle counts as a line [m].
-    """
+    """Return the (d,) triangles that are no higher above their longest side than the tolerance."""
     corners = vertices_m[faces]
     longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
     area = np.linalg.norm(triangle_area_vectors(vertices_m, faces), axis=1)
@@ -101,13 +78,7 @@ def degenerate_faces(vertices_m: FloatArray, faces: IntArray, tolerance_m: float
 
 
 def duplicate_faces(faces: IntArray) -> IntArray:
-    """Return the (d,) triangles that repeat an earlier one, whichever way they wind.
-
-    Parameters
-    ----------
-    faces : (m, 3) int64
-        Welded vertex numbers.
-    """
+    """Return the (d,) triangles that repeat an earlier one, whichever way they wind."""
     _, first = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
     return np.setdiff1d(np.arange(len(faces)), first)
 
@@ -138,15 +109,6 @@ def open_border(vertices_m: FloatArray, table: EdgeTable, tolerance_m: float) ->
     """Return the open edges of a mesh, cut where another one's vertex lies on them.
 
     Two pieces that meet at a T-junction are not free.
-
-    Parameters
-    ----------
-    vertices_m : (n, 3) float64
-        Vertices [m].
-    table : EdgeTable
-        Edges of the welded mesh.
-    tolerance_m : float
-        Greatest distance of a vertex from an edge that it lies on [m].
     """
     side = np.flatnonzero(table.sides[table.edge] == 1)
     ends = table.edge_vertices[table.edge[side]]
@@ -205,32 +167,14 @@ def _vertices_on_edges(
 
 
 def winding_conflicts(table: EdgeTable, body_of_face: IntArray) -> int:
-    """Return the number of edges whose two triangles, of one body, run along it the same way.
-
-    Parameters
-    ----------
-    table : EdgeTable
-        Edges of the welded mesh.
-    body_of_face : (m,) int64
-        Body of each triangle.
-    """
+    """Return the number of edges whose two triangles, of one body, run along it the same way."""
     first, second = _pairs_of_sides(table)
     same_body = body_of_face[table.face[first]] == body_of_face[table.face[second]]
     return int((same_body & (table.start[first] == table.start[second])).sum())
 
 
 def folded_edges(vertices_m: FloatArray, faces: IntArray, table: EdgeTable) -> int:
-    """Return the number of edges at which two triangles lie on top of each other.
-
-    Parameters
-    ----------
-    vertices_m : (n, 3) float64
-        Vertices [m].
-    faces : (m, 3) int64
-        Welded vertex numbers, without duplicate triangles.
-    table : EdgeTable
-        Edges of these faces.
-    """
+    """Return the number of edges at which two triangles lie on each other; duplicates must be out."""
     first, second = _pairs_of_sides(table)
     origin = vertices_m[table.start[first]]
     along = vertices_m[table.end[first]] - origin
@@ -278,19 +222,7 @@ class Components:
 def components(
     vertices_m: FloatArray, faces: IntArray, table: EdgeTable, border: OpenBorder
 ) -> Components:
-    """Return the parts of a mesh that hang together along edges or T-junctions.
-
-    Parameters
-    ----------
-    vertices_m : (n, 3) float64
-        Vertices [m].
-    faces : (m, 3) int64
-        Welded vertex numbers.
-    table : EdgeTable
-        Edges of these faces.
-    border : OpenBorder
-        The open edges' pieces.
-    """
+    """Return the parts of a mesh that hang together along edges or T-junctions."""
     order = np.argsort(table.edge, kind="stable")
     same = table.edge[order][1:] == table.edge[order][:-1]
     pairs = np.column_stack((table.face[order][:-1][same], table.face[order][1:][same]))

@@ -24,11 +24,6 @@ def read_obj(path: Path) -> list[Part]:
 
     Name, vertices [unit of the file] and faces of each part; empty when no face is found.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-
     Notes
     -----
     A part is what stands under one ``o`` and one ``g``; it is called after the object, the group,
@@ -117,15 +112,7 @@ def _part(
 
 
 def write_obj(parts: Iterable[Part], path: Path) -> None:
-    """Write named parts to an OBJ file, one ``o`` each, with every digit of float64.
-
-    Parameters
-    ----------
-    parts : iterable of (str, (n, 3) float64, (m, 3) int64)
-        Name, vertices [unit of the file] and faces of each part.
-    path : Path
-        The file, overwritten.
-    """
+    """Write named parts to an OBJ file, one ``o`` each, with every digit of float64."""
     lines: list[str] = []
     offset = 1
     for name, vertices, faces in parts:

@@ -30,12 +30,7 @@ def connected_labels(count: int, pairs: IntArray) -> IntArray:
 
 
 def row_numbers(rows: IntArray) -> tuple[IntArray, IntArray, IntArray]:
-    """Return the number of each distinct row, and which rows have it.
-
-    Parameters
-    ----------
-    rows : (n, k) int64
-        Rows of whole numbers, each >= 0.
+    """Return the number of each distinct row of whole numbers >= 0, and which rows have it.
 
     Returns
     -------

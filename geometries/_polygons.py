@@ -1,4 +1,8 @@
-"""Plane polygons: area, simplicity, ear clipping; triangle soup to an indexed mesh."""
+"""Plane polygons: area, simplicity, ear clipping; triangle soup to an indexed mesh.
+
+A polygon is (k, 2), or (k, 3) in space: its corners in order, the first not repeated [m]. Its
+``name`` is for messages.
+"""
 
 import itertools
 
@@ -13,13 +17,7 @@ _FLAT = 1e-12
 
 
 def signed_area_m2(points_m: FloatArray) -> float:
-    """Return the area enclosed by a polygon, positive when it runs counter-clockwise [m²].
-
-    Parameters
-    ----------
-    points_m : (k, 2) float64
-        Corners in order, without repeating the first [m].
-    """
+    """Return the area enclosed by a polygon, positive when it runs counter-clockwise [m²]."""
     p = points_m - points_m[0]  # keeps the digits of a polygon far from the origin
     q = np.roll(p, -1, axis=0)
     return float(0.5 * np.sum(p[:, 0] * q[:, 1] - q[:, 0] * p[:, 1]))
@@ -34,15 +32,7 @@ def _cross(o: FloatArray, a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def check_simple(points_m: FloatArray, *, name: str) -> None:
-    """Raise when a polygon is not simple: too few corners, no area, or a side meeting another.
-
-    Parameters
-    ----------
-    points_m : (k, 2) float64
-        Corners in order, without repeating the first [m].
-    name : str
-        The polygon's name in an error message.
-    """
+    """Raise when a polygon is not simple: too few corners, no area, or a side meeting another."""
     k = len(points_m)
     if k < 3:
         msg = f"{name} has {k} corners, but an outline needs at least 3."
@@ -103,13 +93,6 @@ def _first_meeting_sides(
 def triangulate_polygon(points_m: FloatArray, *, name: str = "the polygon") -> IntArray:
     """Return the triangles that fill a simple polygon, without adding corners.
 
-    Parameters
-    ----------
-    points_m : (k, 2) float64
-        Corners in order, either way round [m]; corners in the middle of a straight side stay.
-    name : str
-        The polygon's name in an error message.
-
     Returns
     -------
     (k - 2, 3) int64
@@ -162,13 +145,6 @@ def _find_ear(points_m: FloatArray, ring: list[int], flat_m2: float) -> int | No
 def triangulate_polygon_3d(points_m: FloatArray, *, name: str) -> IntArray:
     """Return the (k - 2, 3) triangles that fill a nearly plane polygon, winding as it does.
 
-    Parameters
-    ----------
-    points_m : (k, 3) float64
-        Corners in order [m]; the normal follows the right-hand rule along them.
-    name : str
-        The polygon's name in an error message.
-
     Notes
     -----
     The mean normal is Newell's: the sum of the cross products of successive corners.
@@ -187,11 +163,6 @@ def triangulate_polygon_3d(points_m: FloatArray, *, name: str) -> IntArray:
 
 def mesh_of_triangles(triangles_m: FloatArray) -> tuple[FloatArray, IntArray]:
     """Return vertices and faces in which corners at exactly the same place are one vertex.
-
-    Parameters
-    ----------
-    triangles_m : (m, 3, 3) float64
-        Corners of each triangle [m].
 
     Returns
     -------

@@ -1,4 +1,8 @@
-"""Triangles of the reader's sheets, conforming where sheets meet."""
+"""Triangles of the reader's sheets, conforming where sheets meet.
+
+A rim is (k, 2): its corners, counter-clockwise around the centre [m]. Azimuths run from +x towards
++y [rad], distances from the axis [m]; arrays hold one value for each antenna or plate.
+"""
 
 import math
 
@@ -10,15 +14,7 @@ from octant.geometries.tolerances import LENGTHS
 
 
 def reach_to_rim_m(azimuths_rad: FloatArray, rim_m: FloatArray) -> FloatArray:
-    """Return the (a,) distances from the centre to a convex rim in each direction [m].
-
-    Parameters
-    ----------
-    azimuths_rad : (a,) float64
-        Directions, from +x towards +y [rad].
-    rim_m : (k, 2) float64
-        Corners of the rim, counter-clockwise around the centre [m].
-    """
+    """Return the (a,) distances from the centre to a convex rim in each direction [m]."""
     normal = np.roll(rim_m, -1, axis=0) - rim_m
     normal = np.column_stack((normal[:, 1], -normal[:, 0]))  # outwards: the rim runs anticlockwise
     offset = (normal * rim_m).sum(axis=1)
@@ -45,19 +41,6 @@ def ground_triangles(
     """Return the ground plane's triangles, cut along the plates' feet and through the antennas [m].
 
     Each is (3, 3), its normal up.
-
-    Parameters
-    ----------
-    rim_m : (k, 2) float64
-        Corners of the rim, counter-clockwise around the centre [m].
-    antenna_radii_m : (n,) float64
-        Distance of each antenna from the centre [m].
-    elements_rad : (n,) float64
-        Azimuth of each antenna [rad].
-    plate_reaches_m : (n,) or (0,) float64
-        Distance of each plate's outer end from the centre [m].
-    plates_rad : (n,) or (0,) float64
-        Azimuth of each plate [rad].
     """
     spokes = list(zip(elements_rad.tolist(), antenna_radii_m.tolist(), strict=True))
     spokes = sorted(spokes + list(zip(plates_rad.tolist(), plate_reaches_m.tolist(), strict=True)))
@@ -95,19 +78,7 @@ def plate_triangles(
     rim_heights_m: FloatArray,
     axis_height_m: float,
 ) -> list[FloatArray]:
-    """Return the plates' (3, 3) triangles, each plate from the axis out [m].
-
-    Parameters
-    ----------
-    reaches_m : (n,) or (0,) float64
-        Distance of each plate's outer end from the axis [m].
-    plates_rad : (n,) or (0,) float64
-        Azimuth of each plate [rad].
-    rim_heights_m : (n,) or (0,) float64
-        Height of each plate at its outer end [m].
-    axis_height_m : float
-        Height at the axis [m].
-    """
+    """Return the plates' (3, 3) triangles, each plate from the axis out [m]."""
     triangles: list[FloatArray] = []
     for azimuth, reach_m, rim_height_m in zip(plates_rad, reaches_m, rim_heights_m, strict=True):
         x, y = _polar(float(reach_m), float(azimuth))
