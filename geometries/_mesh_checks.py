@@ -174,7 +174,7 @@ def winding_conflicts(table: EdgeTable, body_of_face: IntArray) -> int:
 
 
 def folded_edges(vertices_m: FloatArray, faces: IntArray, table: EdgeTable) -> int:
-    """Return the number of edges at which two triangles lie on each other; duplicates must be out."""
+    """Return the number of edges at which two triangles, no duplicates, lie on each other."""
     first, second = _pairs_of_sides(table)
     origin = vertices_m[table.start[first]]
     along = vertices_m[table.end[first]] - origin
