@@ -28,6 +28,14 @@ duration_s = 30.0
 ROOM = '[room]\nbox_m = [12.0, 12.0, 3.0]\norigin_m = [-6.0, -6.0, 0.0]\nmaterial = "concrete"\n'
 
 
+def test_one_chapter_alone_leaves_its_table_and_a_report(octant, study_file, tmp_path):
+    text = SMALL.replace('["rss", "neighbouring", "slam"]', '["rss"]')
+    call = octant("track", study_file(text), "--out", tmp_path / "out", "-q", "--workers", "1")
+    assert call.code == 0, call.err
+    assert (tmp_path / "out" / "tracking.csv").is_file()
+    assert (tmp_path / "out" / "report.html").is_file()
+
+
 @pytest.mark.slow
 def test_a_small_study_leaves_tables_figures_and_a_report(octant, study_file, tmp_path):
     study, out = study_file(SMALL), tmp_path / "out"
