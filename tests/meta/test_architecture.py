@@ -81,6 +81,8 @@ def test_experiments_stand_apart():
     [
         ("showing", ["experiments", "commands", "cli"]),
         ("keeping", ["experiments", "commands", "cli", "setting", "study_file", "showing"]),
+        ("study_file", ["setting", "keeping", "showing", "commands", "cli"]),
+        ("setting", ["experiments", "commands", "cli"]),
     ],
 )
 def test_what_experiments_share_does_not_know_them(package, unknown):
@@ -96,7 +98,7 @@ def test_what_experiments_share_does_not_know_them(package, unknown):
     )
 
 
-@pytest.mark.parametrize("layer", ["geometries", "em", "navigation"])
+@pytest.mark.parametrize("layer", house.LAYERS)
 def test_no_packages_import_each_other_in_a_circle(layer):
     graph = house.package_graph()
     graph = graph.subgraph(package for package in graph if below(package, layer))
@@ -276,6 +278,19 @@ def test_everything_public_is_documented_with_units():
                 elif number and not UNIT.search(entries[name]):
                     missing.append(f"{where}: {name} has no [unit]")
     complain(missing, "undocumented")
+
+
+def test_a_class_is_described_by_a_noun():
+    complain(
+        (
+            f"{module.place}:{node.lineno}: {node.name}"
+            for module in PUBLIC
+            for _, node in documented(module)
+            if isinstance(node, ast.ClassDef)
+            and re.match(r"Returns?\b", ast.get_docstring(node) or "")
+        ),
+        "a class is a thing; its docstring must not begin with 'Return'",
+    )
 
 
 # Signatures ---------------------------------------------------------------------------------------

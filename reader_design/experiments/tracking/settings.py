@@ -38,7 +38,7 @@ RESERVED_NAMES = ("point", "lemniscate")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OwnTask:
-    """Return a trajectory of the study's own.
+    """A trajectory of the study's own.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ class OwnTask:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Settings:
-    """Return everything that the chapters share.
+    """Everything that the chapters share.
 
     Parameters
     ----------
