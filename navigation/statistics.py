@@ -1,4 +1,4 @@
-"""Confidence intervals of shares, medians and other quantiles of a few runs."""
+"""Confidence intervals of shares, medians and other quantiles of a few runs; Gaussianity."""
 
 import math
 from collections.abc import Callable
@@ -18,6 +18,7 @@ RESAMPLES = 2000
 """Resamples of the bootstrap."""
 
 _SEED = 20_261_122
+_LEAST_SAMPLES = 20
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -137,3 +138,56 @@ def quantiles(
     ends there: it cannot show what has not been seen.
     """
     return bootstrap(values, lambda drawn: np.quantile(drawn, probabilities, axis=-1), rng)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Gaussianity:
+    """The moments of a sample and the probability that a Gaussian gives such.
+
+    Parameters
+    ----------
+    mean : float
+        Mean, in the unit of the sample [any].
+    standard_deviation : float
+        Standard deviation, in the unit of the sample [any].
+    skewness : float
+        Third standardised moment [-]; 0 for a Gaussian.
+    excess_kurtosis : float
+        Fourth standardised moment less 3 [-]; 0 for a Gaussian.
+    p_value : float
+        Probability of moments as unusual as these if the sample is Gaussian [-].
+    """
+
+    mean: float
+    standard_deviation: float
+    skewness: float
+    excess_kurtosis: float
+    p_value: float
+
+
+def gaussianity(sample: npt.ArrayLike) -> Gaussianity:
+    """Return moments of a sample and the probability of D'Agostino and Pearson's test.
+
+    Parameters
+    ----------
+    sample : (n,) array_like
+        Independent errors [any unit], 20 or more. Errors of one filter at successive times are not
+        independent: take one time of many runs.
+    """
+    from scipy.stats import kurtosis, normaltest, skew
+
+    values = np.asarray(sample, dtype=np.float64).ravel()
+    usable = values.size >= _LEAST_SAMPLES and bool(np.isfinite(values).all())
+    if not usable or np.ptp(values) == 0.0:
+        msg = (
+            f"a test for a Gaussian needs at least {_LEAST_SAMPLES} finite values that differ, but "
+            f"{values.size} were given: run more seeds."
+        )
+        raise NavigationError(msg)
+    return Gaussianity(
+        mean=float(values.mean()),
+        standard_deviation=float(values.std(ddof=1)),
+        skewness=float(skew(values)),
+        excess_kurtosis=float(kurtosis(values)),
+        p_value=float(normaltest(values).pvalue),
+    )

@@ -151,7 +151,7 @@ class VectorSumController:
         Turn rate per bearing error [1/s]. Sampled with period T it converges without overshoot for
         gain T up to 1 and not at all above 2.
     noise_db : float
-        Noise of the readings that the law reckons with [dB]; 0: none.
+        Noise of the readings that the law assumes [dB]; 0: none.
 
     Notes
     -----

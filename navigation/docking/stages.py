@@ -237,7 +237,7 @@ class CoarseDrive:
             bearing = self._bearing()
             silent = silent + 1 if np.isnan(bearing) else 0
             if silent > _SILENT_READINGS:
-                return "tag not found", f"the reader heard nothing in {silent} readings in a row"
+                return "tag not found", f"the reader received nothing in {silent} readings in a row"
             self._place = coarse.place_filter.observe(
                 self._place, self._drive.odometry, bearing_rad=bearing
             )

@@ -17,8 +17,11 @@ from octant.geometries.errors import NavigationError
 from octant.navigation.checks import check_positive
 from octant.navigation.control.docking_law import DockingLaw, TwistLimits
 from octant.navigation.control.polar import pose_in_goal_frame
-from octant.navigation.estimators.landmark_filters import LandmarkFilter, LandmarkNoise
-from octant.navigation.estimators.landmark_models import checked_period
+from octant.navigation.estimators.landmark_filters import (
+    LandmarkFilter,
+    LandmarkNoise,
+    checked_period,
+)
 from octant.navigation.estimators.tag_place import TagPlaceFilter
 from octant.navigation.robot.drive import DifferentialDrive
 from octant.navigation.robot.floor import Blocked, WheelSlip

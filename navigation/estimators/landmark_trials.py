@@ -13,8 +13,9 @@ from octant.navigation.estimators.landmark_filters import (
     SLIP,
     SPIN,
     LandmarkFilter,
+    checked_period,
+    position_transition,
 )
-from octant.navigation.estimators.landmark_models import checked_period, position_transition
 from octant.navigation.sensing.landmark_sensor import Landmark, LandmarkSensor
 
 FloatArray = npt.NDArray[np.float64]
@@ -73,7 +74,7 @@ class Manoeuvre:
 
 
 def paper_manoeuvre() -> Manoeuvre:
-    """Return a drive in the manner of the paper's first experiment.
+    """Return a drive like the paper's first experiment.
 
     Returns
     -------

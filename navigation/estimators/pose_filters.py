@@ -174,7 +174,7 @@ class WheelMotion:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DeadReckoning:
-    """The estimator that only adds up the wheels' motion: what any other must beat.
+    """The estimator that only adds up the wheels' motion: others are compared with it.
 
     Parameters
     ----------

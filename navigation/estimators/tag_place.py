@@ -1,6 +1,6 @@
 """Where a tag hangs, estimated from bearings that reflections falsify, while the robot drives.
 
-One bearing in a reverberant room may point anywhere; many, from places that odometry tells apart,
+In a room full of reflections one bearing may point anywhere; many bearings from different places
 agree only at the tag. The estimate is a histogram over the floor with a likelihood that expects
 outliers.
 """

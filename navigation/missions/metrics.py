@@ -117,7 +117,7 @@ class MissionMetrics:
     success : bool
         All tags were declared reached, each within the success radius of its point.
     captured : bool
-        The field held the robot at a wrong place: a tag was declared reached outside the success
+        The robot stayed at a wrong place: a tag was declared reached outside the success
         radius, or time ran out while the robot circled or stood outside it.
     collided : bool
         The robot touched an obstacle.

@@ -148,7 +148,7 @@ def observe_spread(
         What was remembered before this reading.
     spread_w : float
         Spread of this reading [W]; zero when no antenna received anything, which is never an
-        arrival: a reader that hears nothing does not know the tag's ID.
+        arrival: without a signal the reader does not know the tag's ID.
     driven_m : float
         Distance driven since the previous reading [m].
     place_m : tuple of float

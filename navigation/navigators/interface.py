@@ -24,7 +24,7 @@ Memory = TypeVar("Memory")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Odometry:
-    """What the robot noticed of its own motion since the previous reading.
+    """What the robot measured of its own motion since the previous reading.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
 """Where the tag is, seen from the robot: particles weighed by what the reader's patterns explain.
 
-The tag is fixed, so all readings of a leg, taken at places that odometry tells apart, speak of one
-place. One reading in a reverberant room may point anywhere; many agree only at the tag.
+The tag is fixed, so all readings of a leg, taken at different places, depend on one place. In a
+room full of reflections one reading may point anywhere; many agree only at the tag.
 """
 
 import math

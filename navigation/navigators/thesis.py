@@ -82,7 +82,7 @@ class ThesisNavigator:
     rerotate_for_s : float
         For so long from the beginning of a leg the robot rotates again when the strongest antenna
         is not one of the front three [s]; 0, as in the thesis, for never. Under a dominant
-        reflection it would rotate for ever, hence the end.
+        reflection it would otherwise rotate without end.
 
     Notes
     -----

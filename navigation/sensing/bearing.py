@@ -188,7 +188,7 @@ def vector_sum_variance(
 
     Notes
     -----
-    To first order in the noise: ∂γ/∂z_i = sin(δ_i - γ)/R. It knows nothing of reflections.
+    To first order in the noise: ∂γ/∂z_i = sin(δ_i - γ)/R. Reflections are left out.
     """
     rss = np.asarray(rss_w, dtype=np.float64)
     azimuths = np.asarray(azimuths_rad, dtype=np.float64)
@@ -213,7 +213,7 @@ def turn_towards(bearing_rad: npt.ArrayLike) -> npt.NDArray[np.float64]:
     Notes
     -----
     Thesis Algorithm 1, corrected. As printed its second `if` should be `else if`: for γ - 90° above
-    180° (antenna 8, γ = 315°) the first branch turns by γ - 450° and makes Δδ negative, whereupon
+    180° (antenna 8, γ = 315°) the first branch turns by γ - 450° and makes Δδ negative, and then
     the second branch turns by the same amount again, so the robot ends up at -270° instead of
     -135° while its stored heading counts one turn only.
     """

@@ -23,8 +23,8 @@ FloatArray = npt.NDArray[np.float64]
 _FLOOR_SHARE = 1e-15
 
 NULL_SHARE = 0.01
-"""Share of the mean over the antennas that is added to each before decibels are compared [-]: how
-deep a null is below that, no table knows."""
+"""Share of the mean over the antennas that is added to each before decibels are compared [-]: a
+table does not know how deep a null is below that."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -139,7 +139,7 @@ class FeedbackTraining(Descent):
         task : FeedbackTask
             The task.
         noise_db : (n, k, s) float64
-            Noise records [dB]: one, as published, makes gains that know its noise by heart; many
+            Noise records [dB]: one, as published, fits the gains to its noise; many
             make gains that expect any noise.
 
         Returns

@@ -10,7 +10,7 @@ from octant.navigation.control.polar import pose_in_goal_frame
 from octant.navigation.estimators.kalman import consistency_band
 from octant.navigation.estimators.landmark_filters import ATTITUDE, SLIP, SPIN
 from octant.navigation.estimators.landmark_trials import Drives, Estimates
-from octant.navigation.sensing.gaussianity import gaussianity
+from octant.navigation.statistics import gaussianity
 from octant.reader_design.experiments.docking.published import (
     FilterExperiment,
 )

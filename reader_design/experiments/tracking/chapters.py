@@ -10,10 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.navigation.estimators.ekf_slam import SlamRecord, SlamTask, run_slam
-from octant.navigation.estimators.kalman_bucy import KalmanBucy
 from octant.navigation.estimators.pose_filters import PoseEstimator, WheelMotion
 from octant.navigation.estimators.rss_kalman import (
     ExtendedKalman,
+    KalmanBucy,
     RssAssumptions,
     UnscentedKalman,
 )

@@ -11,9 +11,8 @@ import numpy.typing as npt
 
 from octant.navigation.control.controllers import FuzzyController
 from octant.navigation.estimators.kalman import Gaussian
-from octant.navigation.estimators.kalman_bucy import KalmanBucy
 from octant.navigation.estimators.pose_filters import PoseEstimator
-from octant.navigation.estimators.rss_kalman import ExtendedKalman, UnscentedKalman
+from octant.navigation.estimators.rss_kalman import ExtendedKalman, KalmanBucy, UnscentedKalman
 from octant.navigation.sensing.rss_models import TagMesh, tag_grid
 from octant.navigation.tracking import shapes
 from octant.navigation.tracking.controllers import (

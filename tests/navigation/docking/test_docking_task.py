@@ -168,7 +168,7 @@ def test_a_robot_that_hears_nothing_says_so_and_a_slow_reader_knows_how_it_drove
     setting = DockingSetting(reader=Deaf(), camera=CAMERA, robot=DifferentialDrive())
     result = run_docking(TASK, setting, [0.0, 0.0, 0.0], np.random.default_rng(1))
     assert result.outcome == "tag not found"
-    assert "heard nothing" in result.reason
+    assert "received nothing" in result.reason
     assert motions[0].rests
     twist, slip = result.twist[result.time_s < result.time_s[-1]], TASK.slip
     first = next(m for m in motions if not m.rests)

@@ -5,8 +5,10 @@ from scipy.linalg import expm
 
 from octant.geometries.errors import NavigationError
 from octant.navigation.estimators.kalman import consistency_band
-from octant.navigation.estimators.landmark_filters import ATTITUDE, LandmarkFilter, LandmarkNoise
-from octant.navigation.estimators.landmark_models import (
+from octant.navigation.estimators.landmark_filters import (
+    ATTITUDE,
+    LandmarkFilter,
+    LandmarkNoise,
     attitude_transition,
     position_transition,
     turn_sensitivity,

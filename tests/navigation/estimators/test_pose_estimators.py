@@ -12,11 +12,11 @@ from octant.geometries.errors import NavigationError
 from octant.navigation.estimators.ekf_slam import SlamTask, run_slam, tag_innovation
 from octant.navigation.estimators.fingerprint import FingerprintFilter
 from octant.navigation.estimators.kalman import Gaussian, innovate, update
-from octant.navigation.estimators.kalman_bucy import KalmanBucy
 from octant.navigation.estimators.particle import ParticleFilter
 from octant.navigation.estimators.pose_filters import WheelMotion
 from octant.navigation.estimators.rss_kalman import (
     ExtendedKalman,
+    KalmanBucy,
     RssAssumptions,
     UnscentedKalman,
     predict_motion,

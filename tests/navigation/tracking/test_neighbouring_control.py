@@ -10,10 +10,10 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from octant.geometries.errors import NavigationError
-from octant.navigation.estimators.kalman_bucy import KalmanBucy
 from octant.navigation.estimators.pose_filters import DeadReckoning, WheelMotion
 from octant.navigation.estimators.rss_kalman import (
     ExtendedKalman,
+    KalmanBucy,
     RssAssumptions,
     UnscentedKalman,
 )
