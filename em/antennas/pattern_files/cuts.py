@@ -22,19 +22,21 @@ from typing import cast, get_args
 import numpy as np
 import numpy.typing as npt
 
-from octant.em.antennas.pattern_files.common import (
-    NO_PHASE_WARNING,
-    PatternKind,
-    PatternTable,
+from octant.em.antennas.pattern_files._grids import fold, loop_grid
+from octant.em.antennas.pattern_files._lines import (
     Row,
-    amplitude,
     checked_gain_dbi,
     number,
     read_lines,
     refusal,
 )
-from octant.em.antennas.pattern_files.grids import fold, loop_grid
-from octant.em.antennas.pattern_files.two_cuts import TWO_CUTS_WARNING, closed_cut, spread_two_cuts
+from octant.em.antennas.pattern_files._two_cuts import TWO_CUTS_WARNING, closed_cut, spread_two_cuts
+from octant.em.antennas.pattern_files.common import (
+    NO_PHASE_WARNING,
+    PatternKind,
+    PatternTable,
+    amplitude,
+)
 from octant.geometries.errors import PatternFileError
 from octant.geometries.files import write_text
 

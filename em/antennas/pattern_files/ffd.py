@@ -17,9 +17,8 @@ from pathlib import Path
 
 import numpy as np
 
-from octant.em.antennas.pattern_files.common import (
-    VOLT_PER_ROOT_WATT,
-    PatternTable,
+from octant.em.antennas.pattern_files._grids import fold
+from octant.em.antennas.pattern_files._lines import (
     Row,
     number,
     numbers,
@@ -27,7 +26,7 @@ from octant.em.antennas.pattern_files.common import (
     refusal,
     whole_number,
 )
-from octant.em.antennas.pattern_files.grids import fold
+from octant.em.antennas.pattern_files.common import VOLT_PER_ROOT_WATT, PatternTable
 from octant.geometries.errors import PatternFileError
 
 _UNITS_HZ = {"": 1.0, "hz": 1.0, "khz": 1e3, "mhz": 1e6, "ghz": 1e9}

@@ -18,14 +18,9 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from octant.em.antennas.pattern_files.common import (
-    DBI_FLOOR,
-    NO_PHASE_WARNING,
-    VOLT_PER_ROOT_WATT,
-    PatternKind,
-    PatternTable,
+from octant.em.antennas.pattern_files._grids import fold, loop_grid
+from octant.em.antennas.pattern_files._lines import (
     Row,
-    amplitude,
     checked_gain_dbi,
     number,
     numbers,
@@ -33,7 +28,14 @@ from octant.em.antennas.pattern_files.common import (
     refusal,
     whole_number,
 )
-from octant.em.antennas.pattern_files.grids import fold, loop_grid
+from octant.em.antennas.pattern_files.common import (
+    DBI_FLOOR,
+    NO_PHASE_WARNING,
+    VOLT_PER_ROOT_WATT,
+    PatternKind,
+    PatternTable,
+    amplitude,
+)
 from octant.em.decibels import decibels
 from octant.geometries.errors import PatternFileError
 from octant.geometries.files import write_text

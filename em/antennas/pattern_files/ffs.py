@@ -16,17 +16,13 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from octant.em.antennas.pattern_files._grids import fold, loop_grid
+from octant.em.antennas.pattern_files._lines import Row, numbers, read_lines, refusal, whole_number
 from octant.em.antennas.pattern_files.common import (
     VOLT_PER_ROOT_WATT,
     PatternTable,
-    Row,
     mean_over_sphere,
-    numbers,
-    read_lines,
-    refusal,
-    whole_number,
 )
-from octant.em.antennas.pattern_files.grids import fold, loop_grid
 
 _COLUMNS = 6  # phi, theta, Re(E_theta), Im(E_theta), Re(E_phi), Im(E_phi)
 

@@ -16,11 +16,8 @@ from pathlib import Path
 
 import numpy as np
 
-from octant.em.antennas.pattern_files.common import (
-    NO_PHASE_WARNING,
-    PatternTable,
+from octant.em.antennas.pattern_files._lines import (
     Row,
-    amplitude,
     checked_gain_dbi,
     number,
     numbers,
@@ -28,7 +25,8 @@ from octant.em.antennas.pattern_files.common import (
     refusal,
     whole_number,
 )
-from octant.em.antennas.pattern_files.two_cuts import TWO_CUTS_WARNING, closed_cut, spread_two_cuts
+from octant.em.antennas.pattern_files._two_cuts import TWO_CUTS_WARNING, closed_cut, spread_two_cuts
+from octant.em.antennas.pattern_files.common import NO_PHASE_WARNING, PatternTable, amplitude
 
 DIPOLE_DBI = 2.15
 """Gain [dBi] of the half-wave dipole that dBd refers to."""

@@ -20,11 +20,8 @@ from pathlib import Path
 
 import numpy as np
 
-from octant.em.antennas.pattern_files.common import (
-    DBI_FLOOR,
-    VOLT_PER_ROOT_WATT,
-    PatternKind,
-    PatternTable,
+from octant.em.antennas.pattern_files._grids import fold, loop_grid
+from octant.em.antennas.pattern_files._lines import (
     Row,
     checked_gain_dbi,
     number,
@@ -32,7 +29,12 @@ from octant.em.antennas.pattern_files.common import (
     read_lines,
     refusal,
 )
-from octant.em.antennas.pattern_files.grids import fold, loop_grid
+from octant.em.antennas.pattern_files.common import (
+    DBI_FLOOR,
+    VOLT_PER_ROOT_WATT,
+    PatternKind,
+    PatternTable,
+)
 from octant.em.decibels import decibels
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[EeDd][-+]?\d+)?"

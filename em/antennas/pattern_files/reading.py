@@ -5,7 +5,8 @@ import warnings
 from pathlib import Path
 from typing import Literal, get_args
 
-from octant.em.antennas.pattern_files.common import PatternTable, read_lines, refusal
+from octant.em.antennas.pattern_files._lines import read_lines, refusal
+from octant.em.antennas.pattern_files.common import PatternTable
 from octant.em.antennas.pattern_files.cuts import read_csv
 from octant.em.antennas.pattern_files.ffd import read_ffd
 from octant.em.antennas.pattern_files.ffe import read_ffe

@@ -18,7 +18,7 @@ from typing import Literal, get_args
 import numpy as np
 import numpy.typing as npt
 
-from octant.em.antennas.pattern_files.common import number, read_lines, refusal
+from octant.em.antennas.pattern_files._lines import number, read_lines, refusal
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import PatternFileError
 from octant.geometries.files import write_text

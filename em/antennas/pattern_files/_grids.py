@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from octant.em.antennas.pattern_files.common import Row, refusal
+from octant.em.antennas.pattern_files._lines import Row, refusal
 
 FloatArray = npt.NDArray[np.float64]
 ComplexArray = npt.NDArray[np.complex128]
@@ -23,14 +23,7 @@ def loop_grid(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return the two axes and the values of rows that run through a grid in loop order.
 
-    Parameters
-    ----------
-    path : Path
-        The file, for messages.
-    rows : sequence of Row
-        One direction each; either angle may vary faster, up or down, in equal steps.
-    theta_column, phi_column : int
-        Which columns hold the angles.
+    Either angle may vary faster, up or down, in equal steps.
 
     Returns
     -------
@@ -115,20 +108,8 @@ def fold(
     """Return axes [rad] and field on theta 0..pi, phi 0..2 pi, each direction once.
 
     A direction beyond a pole, theta < 0 or > 180 deg, is the one at the opposite azimuth, where
-    both unit vectors point the other way: F(theta, phi + 180 deg) = -F(-theta, phi).
-
-    Parameters
-    ----------
-    path : Path
-        The file, for messages.
-    line : int
-        Line number where the grid starts.
-    theta_deg, phi_deg : (T,), (P,) float64
-        Angles [deg], |theta| <= 360, |phi| <= 720.
-    field : (2, T, P) complex128
-        Components [-] on the grid.
-    signed : bool
-        False for amplitudes, which keep their sign.
+    both unit vectors point the other way: F(theta, phi + 180 deg) = -F(-theta, phi). Amplitudes
+    (``signed`` false) keep their sign. |theta| <= 360 deg, |phi| <= 720 deg.
 
     Returns
     -------

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from octant.em.antennas.pattern_files.common import refusal
+from octant.em.antennas.pattern_files._lines import refusal
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -23,13 +23,9 @@ def spread_two_cuts(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return a grid of directions and the level there, from the levels in two cuts.
 
-    Parameters
-    ----------
-    horizontal_db : (360,) float64
-        Level [dB] at azimuth 0, 1 .. 359 deg, at the horizon.
-    vertical_db : (360,) float64
-        Level [dB] on the great circle through the main direction at elevation 0, 1 .. 359 deg,
-        upwards positive: 90 is the zenith, 180 the horizon behind.
+    The horizontal cut holds the level [dB] at azimuth 0, 1 .. 359 deg, at the horizon; the vertical
+    one that on the great circle through the main direction at elevation 0, 1 .. 359 deg, upwards
+    positive: 90 is the zenith, 180 the horizon behind.
 
     Returns
     -------
@@ -75,16 +71,7 @@ def spread_two_cuts(
 def closed_cut(path: Path, line: int, angle_deg: FloatArray, level_db: FloatArray) -> FloatArray:
     """Return a cut [dB] at 0, 1 .. 359 deg by linear interpolation in dB around the circle.
 
-    Parameters
-    ----------
-    path : Path
-        The file, for messages.
-    line : int
-        Line number where the cut starts.
-    angle_deg : (m,) float64
-        Angles [deg] of the file, any turn, ascending.
-    level_db : (m,) float64
-        Levels [dB].
+    The file's angles are of any turn, ascending.
     """
     step = np.diff(angle_deg)
     if len(angle_deg) < 2 or (step <= 0.0).any() or angle_deg[-1] - angle_deg[0] > 360.0 + 1e-6:
