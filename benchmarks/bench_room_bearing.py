@@ -24,7 +24,7 @@ import numpy as np
 from octant.em.antennas.kinds import Antenna
 from octant.reader_design.setting.design import reader_responses
 from octant.reader_design.setting.random_poses import random_pose_errors_rad
-from octant.reader_design.setting.scene import build_study_scene
+from octant.reader_design.setting.setting import build_setting
 from octant.reader_design.study_file.loading import parse_study
 
 AREA_M = (5.0, 5.0)
@@ -81,7 +81,7 @@ def cosine_antenna(frequency_hz):
 
 def errors_deg(study, responses, *, antenna, poses):
     """Return the absolute bearing errors of one case [deg]."""
-    built = build_study_scene(study)
+    built = build_setting(study)
     if antenna == "cosine":
         own = tuple(cosine_antenna(f) for f in study.radio.frequencies_hz)
         built = replace(built, tags=tuple(replace(tag, antennas=own) for tag in built.tags))

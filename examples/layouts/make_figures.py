@@ -26,7 +26,7 @@ from octant.reader_design.experiments.missions.comparison_cells import (
 from octant.reader_design.experiments.missions.comparison_file import load_comparison
 from octant.reader_design.setting.links import mission_table, study_responses, tag_link
 from octant.reader_design.setting.samples import standing_room
-from octant.reader_design.setting.scene import StudyScene, build_study_scene
+from octant.reader_design.setting.setting import Setting, build_setting
 from octant.reader_design.showing.plan import MapPanel, draw_plan, draw_tags, map_figure, plan_of
 from octant.reader_design.showing.style import figure_style, new_figure, save_figure
 from octant.reader_design.study_file.loading import load_study
@@ -46,7 +46,7 @@ class Place:
     """A study, its room and the responses of its reader."""
 
     study: Study
-    built: StudyScene
+    built: Setting
     responses: tuple[ReaderResponse, ...]
 
     def grid(self) -> tuple[Floats, Floats, npt.NDArray[np.bool_]]:
@@ -83,7 +83,7 @@ class Place:
 
 def place_of(study: Study) -> Place:
     """Return a study's room and reader."""
-    return Place(study=study, built=build_study_scene(study), responses=study_responses(study))
+    return Place(study=study, built=build_setting(study), responses=study_responses(study))
 
 
 def error_words(errors_rad: Floats) -> str:

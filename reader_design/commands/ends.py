@@ -199,8 +199,8 @@ def study_link(
     ConfigError
         When an end is in the wrong place, or there is no such antenna.
     """
-    from octant.reader_design.setting.scene import (
-        build_study_scene,
+    from octant.reader_design.setting.setting import (
+        build_setting,
         candidates_from,
         place_antenna,
         radio_at,
@@ -208,7 +208,7 @@ def study_link(
     from octant.reader_design.study_file.loading import load_study
 
     loaded = load_study(study)
-    built = build_study_scene(loaded)
+    built = build_setting(loaded)
     standoff_m = loaded.solver.standoff_m
     source, note = place_antenna(built.scene, tx, standoff_m, name="transmitter", key="--tx")
     receivers, notes = _stood_off(built.scene, receivers_m, standoff_m)

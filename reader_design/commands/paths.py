@@ -194,7 +194,7 @@ def rss(
     """
     from octant.geometries.files import refuse_overwrite
     from octant.reader_design.setting.links import study_responses, tag_link
-    from octant.reader_design.setting.scene import build_study_scene
+    from octant.reader_design.setting.setting import build_setting
     from octant.reader_design.showing.tables import put_table, read_columns
     from octant.reader_design.study_file.loading import load_study
 
@@ -202,7 +202,7 @@ def rss(
     if csv_file not in {None, "-"}:
         refuse_overwrite(Path(str(csv_file)), force=force)
     given = read_columns(poses, ["x_m", "y_m", "heading_deg"])
-    built = build_study_scene(loaded)
+    built = build_setting(loaded)
     tag = built.tag(tag_id)
     progress = Progress(quiet=quiet)
     for note in built.notes:

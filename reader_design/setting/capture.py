@@ -11,8 +11,8 @@ from octant.em.antennas.embedded import ReaderResponse
 from octant.em.antennas.kinds import Antenna, make_antenna
 from octant.em.fields.gains import path_gains
 from octant.em.paths.tracing import trace_paths
-from octant.reader_design.setting.samples import Sampling, room_places_m
-from octant.reader_design.setting.scene import PlacedTag, StudyScene, candidates_from
+from octant.reader_design.setting.samples import room_places_m
+from octant.reader_design.setting.setting import PlacedTag, Sampling, Setting, candidates_from
 from octant.reader_design.study_file.schema import Study
 
 FloatArray = npt.NDArray[np.float64]
@@ -56,7 +56,7 @@ def _isotropic_phi(frequency_hz: float) -> Antenna:
 
 
 def arriving_paths(
-    study: Study, built: StudyScene, tag: PlacedTag, places_m: FloatArray
+    study: Study, setting: Setting, tag: PlacedTag, places_m: FloatArray
 ) -> ArrivingPaths:
     """Return the paths from a tag to the reader at places on the floor.
 
@@ -64,7 +64,7 @@ def arriving_paths(
     ----------
     study : Study
         With its solver.
-    built : StudyScene
+    setting : Setting
         One of its rooms.
     tag : PlacedTag
         One of the room's tags.
@@ -76,11 +76,11 @@ def arriving_paths(
     ArrivingPaths
         The same ones that the link from the tag sums up.
     """
-    places = np.column_stack([places_m, np.full(len(places_m), built.reader_z_m)])
-    found = candidates_from(study, built.radios[0], tag.position_m)
-    paths = trace_paths(built.radios[0], found, places)
+    places = np.column_stack([places_m, np.full(len(places_m), setting.reader_z_m)])
+    found = candidates_from(study, setting.radios[0], tag.position_m)
+    paths = trace_paths(setting.radios[0], found, places)
     fields = []
-    for radio, antenna in zip(built.radios, tag.antennas, strict=True):
+    for radio, antenna in zip(setting.radios, tag.antennas, strict=True):
         ends = (
             make_antenna("isotropic_theta", radio.frequency_hz),
             _isotropic_phi(radio.frequency_hz),
@@ -134,7 +134,7 @@ def captured(
 
 
 def captured_by_tag(
-    study: Study, built: StudyScene, sampling: Sampling, responses: Sequence[ReaderResponse]
+    study: Study, setting: Setting, sampling: Sampling, responses: Sequence[ReaderResponse]
 ) -> dict[str, npt.NDArray[np.bool_]]:
     """Return for each tag at which places of the floor a reflection beats its direct ray [-].
 
@@ -142,7 +142,7 @@ def captured_by_tag(
     ----------
     study : Study
         With its solver.
-    built : StudyScene
+    setting : Setting
         One of its rooms.
     sampling : Sampling
         Which places count [m].
@@ -156,14 +156,14 @@ def captured_by_tag(
         left out. The mean over both axes is the tag's share of captured floor [-].
     """
     found = {}
-    for tag, places in room_places_m(study, built, sampling):
+    for tag, places in room_places_m(study, setting, sampling):
         towards = np.arctan2(*(tag.position_m[:2] - places).T[::-1])
-        found[tag.id] = captured(arriving_paths(study, built, tag, places), towards, responses)
+        found[tag.id] = captured(arriving_paths(study, setting, tag, places), towards, responses)
     return found
 
 
 def captured_share(
-    study: Study, built: StudyScene, sampling: Sampling, responses: Sequence[ReaderResponse]
+    study: Study, setting: Setting, sampling: Sampling, responses: Sequence[ReaderResponse]
 ) -> float:
     """Return the share of places, tags and facing antennas where a reflection beats the ray [-].
 
@@ -171,7 +171,7 @@ def captured_share(
     ----------
     study : Study
         With its solver.
-    built : StudyScene
+    setting : Setting
         One of its rooms.
     sampling : Sampling
         Which places count [m].
@@ -183,5 +183,5 @@ def captured_share(
     float
         Between 0 and 1 [-]; see :func:`captured`.
     """
-    shares = captured_by_tag(study, built, sampling, responses)
+    shares = captured_by_tag(study, setting, sampling, responses)
     return float(np.concatenate(list(shares.values())).mean())

@@ -21,46 +21,18 @@ from octant.reader_design.setting.design import reader_responses
 from octant.reader_design.setting.links import tag_link
 from octant.reader_design.setting.receiver import scoring_readings_w
 from octant.reader_design.setting.samples import (
-    Sampling,
     free_points_m,
     grid_azimuths_rad,
     room_places_m,
     sample_rss_w,
 )
-from octant.reader_design.setting.scene import PlacedTag, StudyScene
-from octant.reader_design.setting.scores import USABLE_DBM, score_rss
+from octant.reader_design.setting.scores import score_rss
+from octant.reader_design.setting.setting import PlacedTag, Setting
 from octant.reader_design.study_file.reader import Reader
 from octant.reader_design.study_file.schema import Study
 from octant.reader_design.study_file.scores import Scores
 
 FloatArray = npt.NDArray[np.float64]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SweepContext:
-    """What all cells of a sweep share; picklable, so that it can travel to workers.
-
-    Attributes
-    ----------
-    study : Study
-        The study.
-    built : StudyScene
-        Its room with tags [m].
-    sampling : Sampling
-        How densely designs are probed [m].
-    usable_dbm : float
-        RSS at which a tag is still read [dBm].
-    """
-
-    study: Study
-    built: StudyScene
-    sampling: Sampling
-    usable_dbm: float = USABLE_DBM
-
-    @property
-    def has_room(self) -> bool:
-        """Whether there is a room to score in, besides free space."""
-        return self.built.scene.has_room
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -124,14 +96,14 @@ class Cell:
             object.__setattr__(self, name, array)
 
 
-def reference_tag(study: Study, built: StudyScene) -> PlacedTag:
+def reference_tag(study: Study, setting: Setting) -> PlacedTag:
     """Return the tag whose height and antenna the free-space scores use [m].
 
     Parameters
     ----------
     study : Study
         The study.
-    built : StudyScene
+    setting : Setting
         Its room with tags.
 
     Returns
@@ -144,10 +116,10 @@ def reference_tag(study: Study, built: StudyScene) -> PlacedTag:
     ConfigError
         When the study has no tag.
     """
-    if not built.tags:
+    if not setting.tags:
         msg = "the study has no [[tag]], but designs are scored by the RSS of one; add a tag."
         raise ConfigError(msg)
-    return built.tags[0] if study.mission is None else built.tag(study.mission.tags[0])
+    return setting.tags[0] if study.mission is None else setting.tag(study.mission.tags[0])
 
 
 def failed_cell(design: Reader, key: str, reason: str, *, unexpected: bool = False) -> Cell:
@@ -181,12 +153,12 @@ def failed_cell(design: Reader, key: str, reason: str, *, unexpected: bool = Fal
     )
 
 
-def scored_cell(context: SweepContext, design: Reader) -> Cell:
+def scored_cell(context: Setting, design: Reader) -> Cell:
     """Return the scores and RSS of one design.
 
     Parameters
     ----------
-    context : SweepContext
+    context : Setting
         Study, room and sampling.
     design : Reader
         The design.
@@ -201,10 +173,10 @@ def scored_cell(context: SweepContext, design: Reader) -> Cell:
     Free space uses :func:`reference_tag` at its height, without the room; the room uses every tag
     and every place of the floor on which the reader fits. RSS is coherent.
     """
-    study, built, sampling = context.study, context.built, context.sampling
+    study, setting, sampling = context.study, context, context.sampling
     responses = reader_responses(design, study.radio)
     elements = np.asarray(responses[0].azimuths_rad, dtype=np.float64)
-    tag = reference_tag(study, built)
+    tag = reference_tag(study, setting)
     link = free_link(context, tag, responses)
     azimuths = grid_azimuths_rad(elements.size, sampling.free_azimuths)
     distances, travel = sampling.distances_m(), sampling.travel_m()
@@ -221,7 +193,7 @@ def scored_cell(context: SweepContext, design: Reader) -> Cell:
             elements,
             usable_dbm=context.usable_dbm,
             readings_w=scoring_readings_w(study, rss),
-            captured_share=captured_share(study, built, sampling, responses),
+            captured_share=captured_share(study, setting, sampling, responses),
         )
     return Cell(
         design=design,
@@ -241,14 +213,12 @@ def scored_cell(context: SweepContext, design: Reader) -> Cell:
     )
 
 
-def free_link(
-    context: SweepContext, tag: PlacedTag, responses: Sequence[ReaderResponse]
-) -> ReaderLink:
+def free_link(context: Setting, tag: PlacedTag, responses: Sequence[ReaderResponse]) -> ReaderLink:
     """Return the link from a tag to the reader at the same heights, without any room [W].
 
     Parameters
     ----------
-    context : SweepContext
+    context : Setting
         Study and room, which gives the height of the floor [m].
     tag : PlacedTag
         Its place and antenna are kept.
@@ -262,7 +232,7 @@ def free_link(
     """
     study, scene = context.study, free_space_scene()
     place = np.array(tag.position_m)
-    place[2] -= context.built.reader_z_m - study.reader.height_m
+    place[2] -= context.reader_z_m - study.reader.height_m
     return reader_link(
         [radio_scene(scene, antenna.frequency_hz) for antenna in tag.antennas],
         tag_position_m=place,
@@ -275,13 +245,13 @@ def free_link(
 
 
 def room_samples_w(
-    context: SweepContext, responses: Sequence[ReaderResponse], azimuths_rad: FloatArray
+    context: Setting, responses: Sequence[ReaderResponse], azimuths_rad: FloatArray
 ) -> FloatArray:
     """Return the RSS of a reader over the places, azimuths and tags of the study's room [W].
 
     Parameters
     ----------
-    context : SweepContext
+    context : Setting
         Study, room and sampling.
     responses : sequence of ReaderResponse
         Of the design, one for each frequency.
@@ -298,9 +268,9 @@ def room_samples_w(
     ConfigError
         When no place of the floor lies within range of a tag.
     """
-    study, built, sampling = context.study, context.built, context.sampling
+    study, setting, sampling = context.study, context, context.sampling
     rows = []
-    for tag, places in room_places_m(study, built, sampling):
-        link = tag_link(study, built, tag, responses)
+    for tag, places in room_places_m(study, setting, sampling):
+        link = tag_link(study, setting, tag, responses)
         rows.append(sample_rss_w(link, places, tag.position_m[:2], azimuths_rad))
     return np.concatenate(rows)

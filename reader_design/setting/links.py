@@ -10,12 +10,7 @@ from octant.em.power.received_power import ReaderLink, reader_link
 from octant.geometries.errors import ConfigError, PhysicsWarning
 from octant.navigation.sensing.pattern_match import PowerTable, power_table
 from octant.reader_design.setting.design import reader_responses
-from octant.reader_design.setting.scene import (
-    PlacedTag,
-    StudyScene,
-    build_study_scene,
-    solver_settings,
-)
+from octant.reader_design.setting.setting import PlacedTag, Setting, build_setting, solver_settings
 from octant.reader_design.study_file.mission import Mission as MissionTable
 from octant.reader_design.study_file.room import Room
 from octant.reader_design.study_file.schema import Study
@@ -55,7 +50,7 @@ def study_responses(study: Study) -> tuple[ReaderResponse, ...]:
 
 def tag_link(
     study: Study,
-    built: StudyScene,
+    setting: Setting,
     tag: PlacedTag,
     responses: Sequence[ReaderResponse],
     *,
@@ -67,7 +62,7 @@ def tag_link(
     ----------
     study : Study
         The study.
-    built : StudyScene
+    setting : Setting
         One of its rooms.
     tag : PlacedTag
         One of the room's tags.
@@ -82,7 +77,7 @@ def tag_link(
         Coherent RSS and local mean [W] of every antenna.
     """
     return reader_link(
-        built.radios,
+        setting.radios,
         tag_position_m=tag.position_m,
         tag_antenna=tag.antennas,
         tag_power_w=study.radio.tag_power_w,
@@ -117,7 +112,7 @@ def mission_table(study: Study) -> MissionTable:
 
 
 def open_link(
-    study: Study, built: StudyScene, tag_id: str, responses: Sequence[ReaderResponse]
+    study: Study, setting: Setting, tag_id: str, responses: Sequence[ReaderResponse]
 ) -> ReaderLink:
     """Return the link of a tag that hangs as it does in a room, but in free space.
 
@@ -125,7 +120,7 @@ def open_link(
     ----------
     study : Study
         The study.
-    built : StudyScene
+    setting : Setting
         One of its rooms; only the tag's height above the floor is taken from it [m].
     tag_id : str
         The tag.
@@ -139,7 +134,7 @@ def open_link(
         hangs over (0, 0) m.
     """
     table = next(tag for tag in study.tags if tag.id == tag_id)
-    height_m = float(built.tag(tag_id).position_m[2]) - built.scene.floor_height_m
+    height_m = float(setting.tag(tag_id).position_m[2]) - setting.scene.floor_height_m
     lone = msgspec.structs.replace(
         study,
         room=Room(free_space=True),
@@ -149,12 +144,12 @@ def open_link(
         dock=None,
         layouts=(),
     )
-    there = build_study_scene(lone)
+    there = build_setting(lone)
     return tag_link(lone, there, there.tag(tag_id), responses)
 
 
 def mission_tables(
-    study: Study, built: StudyScene, responses: Sequence[ReaderResponse]
+    study: Study, setting: Setting, responses: Sequence[ReaderResponse]
 ) -> tuple[PowerTable, ...]:
     """Return what the robot knows of its reader, for each tag of the mission.
 
@@ -162,7 +157,7 @@ def mission_tables(
     ----------
     study : Study
         With a mission.
-    built : StudyScene
+    setting : Setting
         The room; how the tags hang is taken from it, and not where.
     responses : sequence of ReaderResponse
         The reader's, one for each of ``study.radio.frequencies_hz``.
@@ -176,12 +171,12 @@ def mission_tables(
     tables = []
     for tag_id in mission_table(study).tags:
         tag = next(tag for tag in study.tags if tag.id == tag_id)
-        height_m = float(built.tag(tag_id).position_m[2]) - built.scene.floor_height_m
+        height_m = float(setting.tag(tag_id).position_m[2]) - setting.scene.floor_height_m
         kind = repr((tag.antenna, tag.axis, tag.azimuth_deg, height_m))
         if kind not in made:
             upright = tag.antenna in _ROUND and (tag.axis is None or not any(tag.axis[:2]))
             made[kind] = power_table(
-                open_link(study, built, tag_id, responses),
+                open_link(study, setting, tag_id, responses),
                 (0.0, 0.0),
                 sides=1 if upright else _SIDES,
             )

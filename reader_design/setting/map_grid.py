@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from octant.em.power.radio_map import grid_axis_m
 from octant.geometries.errors import ConfigError
-from octant.reader_design.setting.scene import StudyScene
+from octant.reader_design.setting.setting import Setting
 from octant.reader_design.study_file.schema import Study
 
 FloatArray = npt.NDArray[np.float64]
@@ -18,14 +18,14 @@ FREE_SPACE_MARGIN_M = 1.0
 """How far a map of free space reaches beyond the tags and the start [m]."""
 
 
-def map_axes_m(study: Study, built: StudyScene) -> tuple[FloatArray, FloatArray]:
+def map_axes_m(study: Study, setting: Setting) -> tuple[FloatArray, FloatArray]:
     """Return the x and y coordinates of a study's map grid, cell centres [m].
 
     Parameters
     ----------
     study : Study
         Its ``map.spacing_m`` is the greatest distance between neighbours.
-    built : StudyScene
+    setting : Setting
         The room; in free space the grid spans tags, start and objects with a margin.
 
     Returns
@@ -40,11 +40,11 @@ def map_axes_m(study: Study, built: StudyScene) -> tuple[FloatArray, FloatArray]
     ConfigError
         When the grid would not fit into memory.
     """
-    scene = built.scene
+    scene = setting.scene
     if scene.has_room:
         low, high = scene.bounds_m[0, :2], scene.bounds_m[1, :2]
     else:
-        points = [tag.point_m for tag in built.tags]
+        points = [tag.point_m for tag in setting.tags]
         points += [np.array(study.mission.start_m)] if study.mission else []
         points += list(scene.bounds_m[:, :2]) if scene.bodies else []
         low = np.min(points, axis=0) - FREE_SPACE_MARGIN_M

@@ -10,7 +10,7 @@ from octant.navigation.sensing.bearing import reader_azimuth
 from octant.reader_design.setting.bearing_errors import vector_errors_rad
 from octant.reader_design.setting.links import tag_link
 from octant.reader_design.setting.samples import standing_room
-from octant.reader_design.setting.scene import StudyScene
+from octant.reader_design.setting.setting import Setting
 from octant.reader_design.study_file.schema import Study
 
 FloatArray = npt.NDArray[np.float64]
@@ -18,7 +18,7 @@ FloatArray = npt.NDArray[np.float64]
 
 def random_pose_errors_rad(
     study: Study,
-    built: StudyScene,
+    setting: Setting,
     responses: Sequence[ReaderResponse],
     *,
     area_m: tuple[float, float],
@@ -31,7 +31,7 @@ def random_pose_errors_rad(
     ----------
     study : Study
         The study.
-    built : StudyScene
+    setting : Setting
         One of its rooms.
     responses : sequence of ReaderResponse
         The reader's, one for each frequency.
@@ -49,19 +49,19 @@ def random_pose_errors_rad(
     """
     places = rng.uniform((0.0, 0.0), area_m, (poses, 2))
     headings = rng.uniform(-np.pi, np.pi, poses)
-    asked = rng.integers(len(built.tags), size=poses)
+    asked = rng.integers(len(setting.tags), size=poses)
     fits = standing_room(
-        built.scene,
+        setting.scene,
         places,
-        reader_z_m=built.reader_z_m,
+        reader_z_m=setting.reader_z_m,
         clearance_m=study.reader.ground_plane_m / 2.0,
     )
     errors = []
-    for number, tag in enumerate(built.tags):
+    for number, tag in enumerate(setting.tags):
         mine = fits & (asked == number)
         if not mine.any():
             continue
-        rss = tag_link(study, built, tag, responses).rss_w(
+        rss = tag_link(study, setting, tag, responses).rss_w(
             np.column_stack([places[mine], headings[mine]])
         )
         towards = np.arctan2(*(tag.position_m[:2] - places[mine]).T[::-1])

@@ -6,7 +6,6 @@ antenna), which :mod:`octant.reader_design.setting.scores` averages.
 """
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -17,79 +16,10 @@ from octant.geometries.errors import ConfigError
 from octant.geometries.scene import Scene
 from octant.geometries.tolerances import LENGTHS
 from octant.navigation.sensing.sensor import PowerLink
-from octant.reader_design.setting.scene import PlacedTag, StudyScene
+from octant.reader_design.setting.setting import PlacedTag, Sampling, Setting
 from octant.reader_design.study_file.schema import Study
 
 FloatArray = npt.NDArray[np.float64]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Sampling:
-    """How densely designs are probed.
-
-    Attributes
-    ----------
-    nearest_m, farthest_m : float
-        Range of horizontal distances between reader and tag [m].
-    distance_step_m : float
-        Step of the distances in free space [m].
-    free_azimuths : int
-        Azimuths for each antenna in free space; even, so that directions half-way between
-        antennas are among them.
-    room_azimuths : int
-        Azimuths for each antenna in the room; even.
-    room_spacing_m : float
-        Step of the places on the floor [m].
-    travel_step_m : float
-        Step of the drive along antenna 1's direction, for the figure of RSS against distance [m].
-    """
-
-    nearest_m: float = 0.5
-    farthest_m: float = 5.0
-    distance_step_m: float = 0.5
-    free_azimuths: int = 18
-    room_azimuths: int = 4
-    room_spacing_m: float = 0.5
-    travel_step_m: float = 0.05
-
-    def distances_m(self) -> FloatArray:
-        """Return the horizontal distances in free space, ends included [m].
-
-        Returns
-        -------
-        (d,) float64
-            Ascending [m].
-        """
-        count = max(2, 1 + round((self.farthest_m - self.nearest_m) / self.distance_step_m))
-        return np.linspace(self.nearest_m, self.farthest_m, count)
-
-    def travel_m(self) -> FloatArray:
-        """Return the distances of the drive away from the tag, from right under it [m].
-
-        Returns
-        -------
-        (t,) float64
-            Ascending from 0 [m].
-        """
-        return np.linspace(0.0, self.farthest_m, 1 + round(self.farthest_m / self.travel_step_m))
-
-    def coarser(self) -> "Sampling":
-        """Return the sampling of a quick look: a quarter of the places, fewer azimuths.
-
-        Returns
-        -------
-        Sampling
-            For ``--quick``; shares from it carry an error of a few percentage points.
-        """
-        return Sampling(
-            nearest_m=self.nearest_m,
-            farthest_m=self.farthest_m,
-            distance_step_m=2.0 * self.distance_step_m,
-            free_azimuths=max(2, self.free_azimuths // 2 // 2 * 2),
-            room_azimuths=max(2, self.room_azimuths // 2 // 2 * 2),
-            room_spacing_m=2.0 * self.room_spacing_m,
-            travel_step_m=2.0 * self.travel_step_m,
-        )
 
 
 def grid_azimuths_rad(antennas: int, per_antenna: int) -> FloatArray:
@@ -261,7 +191,7 @@ def floor_points_m(
 
 
 def room_places_m(
-    study: Study, built: StudyScene, sampling: Sampling
+    study: Study, setting: Setting, sampling: Sampling
 ) -> list[tuple[PlacedTag, FloatArray]]:
     """Return the places of the floor at which each tag's RSS counts [m].
 
@@ -269,7 +199,7 @@ def room_places_m(
     ----------
     study : Study
         With its reader.
-    built : StudyScene
+    setting : Setting
         One of its rooms.
     sampling : Sampling
         Grid and range [m].
@@ -286,13 +216,13 @@ def room_places_m(
         When no place lies within range of any tag.
     """
     places = floor_points_m(
-        built.scene,
+        setting.scene,
         spacing_m=sampling.room_spacing_m,
-        reader_z_m=built.reader_z_m,
+        reader_z_m=setting.reader_z_m,
         clearance_m=study.reader.ground_plane_m / 2.0,
     )
     found = []
-    for tag in built.tags:
+    for tag in setting.tags:
         distance = np.hypot(*(places - tag.position_m[:2]).T)
         near = distance >= sampling.nearest_m - LENGTHS.same_m
         near &= distance <= sampling.farthest_m + LENGTHS.same_m

@@ -164,7 +164,7 @@ def resolved(study: Study, *, directory: Path) -> Study:
     )
 
 
-def study_variant(
+def vary(
     study: Study, values: Mapping[str, Any], *, directory: Path = Path("/"), shapes: bool = True
 ) -> Study:
     """Return a study with other values in some places: one cell of its sweep.
@@ -232,7 +232,7 @@ def _tried(
     for combination in itertools.chain([()], itertools.product(*(lists[key] for key in others))):
         values = {name: lists[name][place], **dict(zip(others, combination, strict=False))}
         try:
-            variant = study_variant(study, values, directory=directory, shapes=False)
+            variant = vary(study, values, directory=directory, shapes=False)
         except ConfigError as exc:
             refusal = refusal or exc
             if isinstance(exc.__cause__, msgspec.ValidationError):

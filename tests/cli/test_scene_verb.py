@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from octant.geometries.mesh_files import load_bodies
-from octant.reader_design.setting.scene import build_study_scene
+from octant.reader_design.setting.setting import build_setting
 from octant.reader_design.study_file.loading import load_study
 
 ROOM = """
@@ -35,7 +35,7 @@ def test_glb_of_a_room_is_the_room_again(octant, study_file, tmp_path):
     study, glb = study_file(ROOM), tmp_path / "room.glb"
     call = octant("scene", study, "--glb", glb)
     assert call.code == 0, call.err
-    bodies = build_study_scene(load_study(study)).scene.bodies
+    bodies = build_setting(load_study(study)).scene.bodies
     back = load_bodies(glb)
     assert [(b.name, b.material) for b in back] == [(b.name, b.material) for b in bodies]
     for one, other in zip(back, bodies, strict=True):

@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from octant.em.decibels import power_dbm
 from octant.reader_design.commands.map.layers import open_places
-from octant.reader_design.setting.scene import StudyScene
+from octant.reader_design.setting.setting import Setting
 from octant.reader_design.showing.plan import (
     MapPanel,
     Plan,
@@ -53,14 +53,14 @@ _SPREADS = (
 )
 
 
-def map_pages(data: "xr.Dataset", built: StudyScene) -> "Iterator[tuple[str, Figure]]":
+def map_pages(data: "xr.Dataset", built: Setting) -> "Iterator[tuple[str, Figure]]":
     """Yield a file name of `PAGES` and a figure for each layer of a map.
 
     Parameters
     ----------
     data : xarray.Dataset
         From `octant.reader_design.commands.map.layers.map_dataset`.
-    built : StudyScene
+    built : Setting
         The room.
 
     Yields
@@ -82,7 +82,7 @@ def map_pages(data: "xr.Dataset", built: StudyScene) -> "Iterator[tuple[str, Fig
 class _Pages:
     """The figures of one dataset, which share its grid, plan, tags and mask."""
 
-    def __init__(self, data: "xr.Dataset", built: StudyScene) -> None:
+    def __init__(self, data: "xr.Dataset", built: Setting) -> None:
         self.data = data
         self.x, self.y = data["x"].to_numpy(), data["y"].to_numpy()
         self.plan = plan_of(built.scene, float(data["z"]))

@@ -17,7 +17,7 @@ from octant.em.power.received_power import antenna_power
 from octant.navigation.angles import wrap_angle
 from octant.reader_design.setting.links import tag_link
 from octant.reader_design.setting.measures import vector_sum_bearing_rad
-from octant.reader_design.setting.scene import PlacedTag, StudyScene, candidates_from
+from octant.reader_design.setting.setting import PlacedTag, Setting, candidates_from
 from octant.reader_design.showing.netcdf import dataset, variable
 from octant.reader_design.study_file.loading import to_toml
 from octant.reader_design.study_file.schema import Study
@@ -65,7 +65,7 @@ def heading_deg(study: Study) -> float:
 
 def tag_map(
     study: Study,
-    built: StudyScene,
+    built: Setting,
     tag: PlacedTag,
     responses: Sequence[ReaderResponse],
     *,
@@ -78,7 +78,7 @@ def tag_map(
     ----------
     study : Study
         The study.
-    built : StudyScene
+    built : Setting
         Its room.
     tag : PlacedTag
         The tag.
@@ -127,7 +127,7 @@ def tag_map(
 
 def disc_map(
     study: Study,
-    built: StudyScene,
+    built: Setting,
     tag: PlacedTag,
     responses: Sequence[ReaderResponse],
     *,
@@ -184,7 +184,7 @@ def disc_map(
 
 def spread_map(
     study: Study,
-    built: StudyScene,
+    built: Setting,
     tag: PlacedTag,
     *,
     axes: Axes,
@@ -214,12 +214,12 @@ def spread_map(
     )
 
 
-def open_places(built: StudyScene, places_m: FloatArray) -> npt.NDArray[np.bool_]:
+def open_places(built: Setting, places_m: FloatArray) -> npt.NDArray[np.bool_]:
     """Return at which places an antenna can be: in the room, in no object [-].
 
     Parameters
     ----------
-    built : StudyScene
+    built : Setting
         The room.
     places_m : (k, 3) float64
         Places [m].
@@ -403,6 +403,6 @@ def _spread_variables(layers: Sequence[TagLayers]) -> dict[str, "xr.Variable"]:
     }
 
 
-def _places(axes: Axes, built: StudyScene) -> FloatArray:
+def _places(axes: Axes, built: Setting) -> FloatArray:
     x, y = np.meshgrid(*axes, indexing="ij")
     return np.column_stack((x.ravel(), y.ravel(), np.full(x.size, built.map_z_m)))

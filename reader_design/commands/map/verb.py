@@ -68,7 +68,7 @@ def radio_map(
     )
     from octant.reader_design.setting.links import study_responses
     from octant.reader_design.setting.map_grid import map_axes_m
-    from octant.reader_design.setting.scene import build_study_scene
+    from octant.reader_design.setting.setting import build_setting
     from octant.reader_design.showing.netcdf import write_dataset
     from octant.reader_design.study_file.loading import load_study
 
@@ -80,7 +80,7 @@ def radio_map(
         msg = f"--antenna is {antenna}, but the reader has antennas 1 to {loaded.reader.antennas}."
         raise ConfigError(msg)
     refuse_overwrite(out, *_pages(figures), force=force)
-    built = build_study_scene(loaded)
+    built = build_setting(loaded)
     tags = [built.tag(tag_id) for tag_id in tag_ids] or list(built.tags)
     if not tags:
         msg = "the study has no [[tag]], so there is nothing that transmits; add one."

@@ -15,7 +15,7 @@ from octant.reader_design.options import POINT, common_options
 
 if TYPE_CHECKING:
     from octant.reader_design.commands.scene.drawing import DrawnPaths
-    from octant.reader_design.setting.scene import StudyScene
+    from octant.reader_design.setting.setting import Setting
     from octant.reader_design.study_file.schema import Study
 
 FloatArray = npt.NDArray[np.float64]
@@ -73,7 +73,7 @@ def scene(
     stand as a mesh in a study file.
     """
     from octant.geometries.files import refuse_overwrite
-    from octant.reader_design.setting.scene import build_study_scene
+    from octant.reader_design.setting.setting import build_setting
     from octant.reader_design.study_file.loading import load_study
 
     if glb is None and picture is None:
@@ -89,7 +89,7 @@ def scene(
     files = [file for file in (glb, picture) if file is not None]
     refuse_overwrite(*files, force=force)
     loaded = load_study(study)
-    built = build_study_scene(loaded)
+    built = build_setting(loaded)
     ends: dict[str, FloatArray] = {}
     paths = None
     if tx is not None and rx is not None:
@@ -161,7 +161,7 @@ def _paths(
     return {"transmitter": found.source_m, "receiver": link.receivers_m[0]}, drawn
 
 
-def _title(built: "StudyScene", study: "Study", paths: "DrawnPaths | None") -> str:
+def _title(built: "Setting", study: "Study", paths: "DrawnPaths | None") -> str:
     if paths is None:
         return built.name
     frequency = f"{study.radio.frequency_hz / 1e9:g} GHz"
@@ -170,7 +170,7 @@ def _title(built: "StudyScene", study: "Study", paths: "DrawnPaths | None") -> s
     return f"{built.name}: {what}, {frequency}"
 
 
-def _reader_triangles(study: "Study", built: "StudyScene") -> FloatArray | None:
+def _reader_triangles(study: "Study", built: "Setting") -> FloatArray | None:
     """Return the reader's body where the mission starts, or None where there is no mission."""
     from octant.geometries.bodies import place
 

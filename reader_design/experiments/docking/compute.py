@@ -41,8 +41,8 @@ from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.keeping.workers import worker_map
 from octant.reader_design.setting.links import tag_link
 from octant.reader_design.setting.robot import robot_space
-from octant.reader_design.setting.scene import StudyScene, build_study_scene
 from octant.reader_design.setting.sensor import study_sensor
+from octant.reader_design.setting.setting import Setting, build_setting
 from octant.reader_design.showing.pages import render_report
 from octant.reader_design.study_file.dock import Dock
 from octant.reader_design.study_file.loading import to_toml
@@ -110,14 +110,14 @@ def docking_task(table: Dock) -> DockingTask:
     )
 
 
-def docking_space(study: Study, built: StudyScene) -> RobotSpace:
+def docking_space(study: Study, built: Setting) -> RobotSpace:
     """Return where the study's robot can stand in one of its rooms, once its station is checked.
 
     Parameters
     ----------
     study : Study
         With a table ``[dock]``.
-    built : StudyScene
+    built : Setting
         The room [m].
     """
     table = dock_table(study)
@@ -140,14 +140,14 @@ def docking_space(study: Study, built: StudyScene) -> RobotSpace:
     return space
 
 
-def docking_job(study: Study, built: StudyScene, responses: Sequence[ReaderResponse]) -> DockingJob:
+def docking_job(study: Study, built: Setting, responses: Sequence[ReaderResponse]) -> DockingJob:
     """Return what makes one docking mission of a study from its seed, in one of its rooms.
 
     Parameters
     ----------
     study : Study
         With a table ``[dock]``.
-    built : StudyScene
+    built : Setting
         The room [m].
     responses : sequence of ReaderResponse
         The reader's, one for each of ``study.radio.frequencies_hz`` [Hz].
@@ -192,7 +192,7 @@ def _starts(table: Dock, task: DockingTask, space: RobotSpace) -> RandomStarts:
     return RandomStarts(low_m=low, high_m=high, fits=space)
 
 
-def docking_rooms(study: Study) -> tuple[StudyScene, ...]:
+def docking_rooms(study: Study) -> tuple[Setting, ...]:
     """Return the study's room and its layouts, once the station is known to fit in each.
 
     Parameters
@@ -200,7 +200,7 @@ def docking_rooms(study: Study) -> tuple[StudyScene, ...]:
     study : Study
         With a table ``[dock]``.
     """
-    rooms = tuple(build_study_scene(study, layout) for layout in (None, *study.layouts))
+    rooms = tuple(build_setting(study, layout) for layout in (None, *study.layouts))
     for room in rooms:
         docking_space(study, room)
     return rooms
@@ -208,7 +208,7 @@ def docking_rooms(study: Study) -> tuple[StudyScene, ...]:
 
 def run_docking_study(
     study: Study,
-    rooms: Sequence[StudyScene],
+    rooms: Sequence[Setting],
     responses: Sequence[ReaderResponse],
     out: Path,
     *,
@@ -222,7 +222,7 @@ def run_docking_study(
     ----------
     study : Study
         With a table ``[dock]``.
-    rooms : sequence of StudyScene
+    rooms : sequence of Setting
         From `docking_rooms`.
     responses : sequence of ReaderResponse
         The reader's, one for each of ``study.radio.frequencies_hz`` [Hz].

@@ -17,7 +17,7 @@ from octant.reader_design.experiments.docking.published import (
     figure_4_loops,
     regulator_loops,
 )
-from octant.reader_design.setting.scene import StudyScene
+from octant.reader_design.setting.setting import Setting
 from octant.reader_design.showing.plan import Plan, draw_plan, draw_tags, plan_of, plan_shape
 from octant.reader_design.showing.style import figure_style, new_figure, save_figure
 
@@ -382,7 +382,7 @@ def law_figures(law: DockingLaw) -> dict[str, "Figure"]:
 
 
 def mission_figures(
-    rooms: Mapping[str, tuple[StudyScene, Sequence[DockingResult]]],
+    rooms: Mapping[str, tuple[Setting, Sequence[DockingResult]]],
     dockings: Mapping[bool, Sequence[DockingResult]],
     *,
     tag_id: str,
@@ -391,7 +391,7 @@ def mission_figures(
 
     Parameters
     ----------
-    rooms : mapping of str to (StudyScene, sequence of DockingResult)
+    rooms : mapping of str to (Setting, sequence of DockingResult)
         Room and runs by name.
     dockings : mapping of bool to sequence of DockingResult
         By whether slips were compensated.

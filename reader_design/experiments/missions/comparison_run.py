@@ -21,7 +21,7 @@ from octant.reader_design.experiments.missions.placements import first_placement
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.setting.design import content_hash
 from octant.reader_design.setting.links import study_responses
-from octant.reader_design.setting.scene import StudyScene, build_study_scene
+from octant.reader_design.setting.setting import Setting, build_setting
 from octant.reader_design.showing.tables import put_table
 
 CELLS = "cells"
@@ -65,12 +65,12 @@ def run_comparison(
 
 def _outcomes(
     cells: Sequence[ComparisonCell], folder: Path, progress: Progress
-) -> Iterator[tuple[CellOutcome, StudyScene]]:
+) -> Iterator[tuple[CellOutcome, Setting]]:
     """Yield each cell's outcome and room; cells that share room and reader build them once."""
     for _, group in itertools.groupby(cells, key=lambda c: (c.layout, c.link, c.reader)):
         alike = list(group)
         study = alike[0].study
-        built = build_study_scene(study)
+        built = build_setting(study)
         responses = study_responses(study)
         for cell in alike:
             mission = mission_stage(
@@ -102,7 +102,7 @@ def _sentence(outcome: CellOutcome) -> str:
 
 
 def _cell_figures(
-    outcome: CellOutcome, built: StudyScene, folder: Path
+    outcome: CellOutcome, built: Setting, folder: Path
 ) -> Iterator[tuple[str, str, Path]]:
     """Draw one cell's first run, unless it is drawn already; yield title, caption and file."""
     drive, mission = outcome.mission.drive, outcome.cell.study.mission

@@ -20,8 +20,8 @@ from octant.reader_design.experiments.missions.navigators import study_navigator
 from octant.reader_design.keeping.workers import worker_map
 from octant.reader_design.setting.links import mission_table, open_link, tag_link
 from octant.reader_design.setting.robot import robot_space
-from octant.reader_design.setting.scene import StudyScene
 from octant.reader_design.setting.sensor import study_sensor
+from octant.reader_design.setting.setting import Setting
 from octant.reader_design.study_file.schema import Study
 
 FloatArray = npt.NDArray[np.float64]
@@ -31,7 +31,7 @@ _AROUND_M = 1.0
 
 def study_mission(
     study: Study,
-    built: StudyScene,
+    built: Setting,
     links: Mapping[str, PowerLink],
     responses: Sequence[ReaderResponse],
 ) -> Mission:
@@ -41,7 +41,7 @@ def study_mission(
     ----------
     study : Study
         With a mission.
-    built : StudyScene
+    built : Setting
         The room.
     links : mapping of str to PowerLink
         Link of each tag of the mission; the arrival thresholds [W] come from them.
@@ -80,14 +80,14 @@ def study_mission(
     )
 
 
-def mission_space(study: Study, built: StudyScene) -> RobotSpace:
+def mission_space(study: Study, built: Setting) -> RobotSpace:
     """Return where the robot of a study's mission can stand in one of its rooms.
 
     Parameters
     ----------
     study : Study
         With a mission.
-    built : StudyScene
+    built : Setting
         The room [m].
     """
     table = mission_table(study)
@@ -139,7 +139,7 @@ def mission_starts(study: Study, space: RobotSpace, points_m: FloatArray) -> Sta
 
 def drive_missions(
     study: Study,
-    built: StudyScene,
+    built: Setting,
     responses: Sequence[ReaderResponse],
     *,
     runs: int | None = None,
@@ -154,7 +154,7 @@ def drive_missions(
     ----------
     study : Study
         With a mission.
-    built : StudyScene
+    built : Setting
         The room.
     responses : sequence of ReaderResponse
         The reader's, one for each of ``study.radio.frequencies_hz``.

@@ -24,7 +24,7 @@ from octant.reader_design.keeping.versions import versions
 from octant.reader_design.setting.design import content_hash, response_inputs
 from octant.reader_design.setting.keys import CELL_FORMAT, scene_fingerprint
 from octant.reader_design.setting.links import mission_table
-from octant.reader_design.setting.scene import StudyScene
+from octant.reader_design.setting.setting import Setting
 from octant.reader_design.showing.netcdf import dataset, read_dataset, variable, write_dataset
 from octant.reader_design.study_file.loading import to_toml
 from octant.reader_design.study_file.schema import Layout, Study
@@ -95,7 +95,7 @@ class RoomMission:
 
 def mission_stage(
     study: Study,
-    built: StudyScene,
+    built: Setting,
     responses: tuple[ReaderResponse, ...],
     *,
     design_key: str,
@@ -112,7 +112,7 @@ def mission_stage(
     ----------
     study : Study
         With a mission.
-    built : StudyScene
+    built : Setting
         The room.
     responses : tuple of ReaderResponse
         Of the chosen reader.
@@ -182,7 +182,7 @@ def mission_stage(
 
 def _driven(
     study: Study,
-    built: StudyScene,
+    built: Setting,
     responses: tuple[ReaderResponse, ...],
     *,
     name: str,

@@ -17,7 +17,7 @@ from octant.navigation.navigators.interface import Navigator
 from octant.navigation.robot.drive import DifferentialDrive
 from octant.navigation.sensing.pattern_match import PatternMatcher, PowerTable
 from octant.reader_design.setting.links import mission_table, mission_tables
-from octant.reader_design.setting.scene import StudyScene
+from octant.reader_design.setting.setting import Setting
 from octant.reader_design.study_file.mission import Mission as MissionTable
 from octant.reader_design.study_file.rules import mission_rules
 from octant.reader_design.study_file.schema import Study
@@ -52,7 +52,7 @@ def study_controller(table: MissionTable, pattern: PowerTable | None = None) -> 
 
 def study_navigator(
     study: Study,
-    built: StudyScene,
+    built: Setting,
     mission: Mission,
     responses: Sequence[ReaderResponse],
     *,
@@ -64,7 +64,7 @@ def study_navigator(
     ----------
     study : Study
         With a mission.
-    built : StudyScene
+    built : Setting
         The room: how the tags hang is taken from it, and not where.
     mission : Mission
         From `study_mission` [m], [rad], [s].

@@ -10,16 +10,14 @@ from octant.geometries.errors import ConfigError, GeometryError
 from octant.navigation.missions.records import MissionResult
 from octant.reader_design.experiments.missions.drives import drive_missions, mission_space
 from octant.reader_design.setting.links import mission_table
-from octant.reader_design.setting.scene import StudyScene, build_study_scene
+from octant.reader_design.setting.setting import Setting, build_setting
 from octant.reader_design.study_file.room import RoomObject
 from octant.reader_design.study_file.schema import Layout, Study
 
 _DRAWS = 100
 
 
-def placed(
-    study: Study, layout: Layout | None, rng: np.random.Generator
-) -> tuple[Study, StudyScene]:
+def placed(study: Study, layout: Layout | None, rng: np.random.Generator) -> tuple[Study, Setting]:
     """Return a study whose objects stand at random places near their own, and its room.
 
     Parameters
@@ -35,7 +33,7 @@ def placed(
     -------
     study : Study
         With the moved objects.
-    built : StudyScene
+    built : Setting
         The room [m], drawn until the robot fits at its start and under every tag.
     """
     table = mission_table(study)
@@ -49,7 +47,7 @@ def placed(
             objects = _moved(layout.objects, table.placement_m, rng)
             moved, there = study, msgspec.structs.replace(layout, objects=objects)
         try:
-            built = build_study_scene(moved, there)
+            built = build_setting(moved, there)
         except (ConfigError, GeometryError):
             continue
         if bool(mission_space(moved, built)(np.array(ways)).all()):
@@ -61,7 +59,7 @@ def placed(
     raise ConfigError(msg)
 
 
-def first_placement(study: Study, layout: Layout | None, *, runs: int) -> StudyScene:
+def first_placement(study: Study, layout: Layout | None, *, runs: int) -> Setting:
     """Return the room in which `drive_placements` drives run 0 [m].
 
     Parameters
@@ -86,7 +84,7 @@ def drive_placements(
     noise_db: float | None = None,
     workers: int = 1,
     progress: Callable[[int], object] | None = None,
-) -> tuple[tuple[MissionResult, ...], StudyScene]:
+) -> tuple[tuple[MissionResult, ...], Setting]:
     """Return the runs of a study's mission, shared evenly by its placements of the objects.
 
     Parameters
@@ -110,13 +108,13 @@ def drive_placements(
     -------
     results : tuple of MissionResult
         The runs of placement 0 first.
-    first : StudyScene
+    first : Setting
         The room of placement 0 [m].
     """
     table = mission_table(study)
     total = table.runs if runs is None else runs
     results: list[MissionResult] = []
-    rooms: list[StudyScene] = []
+    rooms: list[Setting] = []
 
     def report(finished: int) -> None:
         if progress is not None:

@@ -11,7 +11,7 @@ from octant.navigation.missions.records import MissionResult
 from octant.reader_design.experiments.missions.animation import FieldMap, Scenery
 from octant.reader_design.setting.links import tag_link
 from octant.reader_design.setting.samples import standing_room
-from octant.reader_design.setting.scene import StudyScene
+from octant.reader_design.setting.setting import Setting
 from octant.reader_design.showing.plan import plan_of
 from octant.reader_design.study_file.schema import Study
 
@@ -26,7 +26,7 @@ _AROUND_M = 0.7
 
 def run_scenery(
     study: Study,
-    built: StudyScene,
+    built: Setting,
     responses: Sequence[ReaderResponse],
     result: MissionResult,
     *,
@@ -38,7 +38,7 @@ def run_scenery(
     ----------
     study : Study
         The study.
-    built : StudyScene
+    built : Setting
         The room.
     responses : sequence of ReaderResponse
         The reader's, one for each of ``study.radio.frequencies_hz``.
@@ -81,7 +81,7 @@ def run_scenery(
     )
 
 
-def _extent_m(built: StudyScene, way_m: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _extent_m(built: Setting, way_m: FloatArray) -> tuple[FloatArray, FloatArray]:
     if built.scene.has_room:
         low, high = built.scene.bounds_m[:, :2]
         return np.asarray(low), np.asarray(high)

@@ -14,7 +14,7 @@ from octant.reader_design.options import common_options
 if TYPE_CHECKING:
     from octant.navigation.missions.metrics import MissionMetrics
     from octant.navigation.missions.records import MissionResult
-    from octant.reader_design.setting.scene import StudyScene
+    from octant.reader_design.setting.setting import Setting
 
 
 _FILES = ("missions.csv", "missions_summary.csv", "trajectory.csv", "study.toml")
@@ -83,7 +83,7 @@ def navigate(
     from octant.reader_design.experiments.missions.placements import drive_placements
     from octant.reader_design.experiments.missions.scenery import run_scenery
     from octant.reader_design.setting.links import mission_table, study_responses
-    from octant.reader_design.setting.scene import build_study_scene
+    from octant.reader_design.setting.setting import build_setting
     from octant.reader_design.study_file.loading import load_study, to_toml
 
     loaded = load_study(study)
@@ -93,7 +93,7 @@ def navigate(
     table = mission_table(loaded)
     files = {name: out / name for name in _FILES}
     refuse_overwrite(*files.values(), *([animate] if animate else []), force=force)
-    built = build_study_scene(loaded)
+    built = build_setting(loaded)
     progress = Progress(quiet=quiet)
     for note in built.notes:
         progress.say(note)
@@ -154,9 +154,7 @@ def mission_summary(
         yield f"{failed.count(reason)} x not a success: {reason}."
 
 
-def _write_figures(
-    folder: Path, built: "StudyScene", result: "MissionResult", *, title: str
-) -> None:
+def _write_figures(folder: Path, built: "Setting", result: "MissionResult", *, title: str) -> None:
     from octant.reader_design.experiments.missions.drive_figures import (
         drive_of,
         percentile_figure,

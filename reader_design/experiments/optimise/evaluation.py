@@ -14,28 +14,19 @@ from octant.reader_design.keeping.keeper import RecordCodec, map_cases
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.keeping.workers import Crew
 from octant.reader_design.setting.design import reader_responses
-from octant.reader_design.setting.evaluation import (
-    SweepContext,
-    free_link,
-    reference_tag,
-)
-from octant.reader_design.setting.samples import (
-    Sampling,
-    free_points_m,
-    grid_azimuths_rad,
-    sample_rss_w,
-)
-from octant.reader_design.setting.scene import StudyScene, build_study_scene
+from octant.reader_design.setting.evaluation import free_link, reference_tag
+from octant.reader_design.setting.samples import free_points_m, grid_azimuths_rad, sample_rss_w
 from octant.reader_design.setting.scores import score_rss
+from octant.reader_design.setting.setting import Sampling, Setting, build_setting
 from octant.reader_design.study_file.reader import Reader
 from octant.reader_design.study_file.schema import Study
 
 FloatArray = npt.NDArray[np.float64]
 
 LEFT_OUT = (
-    "StudyScene.name",
-    "StudyScene.notes",
-    "StudyScene.map_z_m",
+    "Setting.name",
+    "Setting.notes",
+    "Setting.map_z_m",
     *(
         f"Study.{table}"
         for table in (
@@ -110,7 +101,7 @@ class Bench:
     ----------
     study : Study
         The study, with its table ``[optimise]``.
-    built : StudyScene
+    built : Setting
         Its room, of which the reference tag is used.
     reference : str
         Id of that tag.
@@ -121,7 +112,7 @@ class Bench:
     """
 
     study: Study
-    built: StudyScene
+    built: Setting
     reference: str
     distances_m: tuple[float, ...]
     footprint_m: float
@@ -155,7 +146,7 @@ def bench(study: Study) -> Bench:
             '"fullwave", "rays" or "isolated".'
         )
         raise ConfigError(msg)
-    built, table = build_study_scene(study), study.optimise
+    built, table = build_setting(study), study.optimise
     return Bench(
         study=study,
         built=built,
@@ -167,7 +158,7 @@ def bench(study: Study) -> Bench:
 
 
 def rss_over_azimuth(
-    study: Study, built: StudyScene, design: Reader, distances_m: Sequence[float]
+    study: Study, built: Setting, design: Reader, distances_m: Sequence[float]
 ) -> tuple[FloatArray, FloatArray, FloatArray, tuple[str, ...]]:
     """Return the RSS of a design in free space at given distances [W], and where it was sampled.
 
@@ -175,7 +166,7 @@ def rss_over_azimuth(
     ----------
     study : Study
         Frequencies [Hz], the model of the reader, power of the tag [W].
-    built : StudyScene
+    built : Setting
         Its room, of which the reference tag's height and antenna are used [m].
     design : Reader
         The reader.
@@ -198,7 +189,7 @@ def rss_over_azimuth(
     GeometryError, AntennaError
         When the design cannot be built or solved.
     """
-    context = SweepContext(study=study, built=built, sampling=Sampling())
+    context = replace(built, study=study, sampling=Sampling())
     responses = reader_responses(design, study.radio)
     elements = np.asarray(responses[0].azimuths_rad, dtype=np.float64)
     tag = reference_tag(study, built)

@@ -4,7 +4,8 @@ import math
 
 from octant.em.reader.comparison import FLOOR_DB, ResponseDifference, compare_responses
 from octant.reader_design.setting.design import FULLWAVE, response_at
-from octant.reader_design.setting.evaluation import SweepContext, reference_tag
+from octant.reader_design.setting.evaluation import reference_tag
+from octant.reader_design.setting.setting import Setting
 from octant.reader_design.showing.pages import ReportTable
 from octant.reader_design.study_file.reader import Reader
 
@@ -12,12 +13,12 @@ APPROXIMATIONS = ("rays", "isolated")
 """Models that are compared with the full-wave one [-]."""
 
 
-def approximation_errors(context: SweepContext, design: Reader) -> tuple[ResponseDifference, ...]:
+def approximation_errors(context: Setting, design: Reader) -> tuple[ResponseDifference, ...]:
     """Return the errors of both approximations for one design, in [dB] and as shares.
 
     Parameters
     ----------
-    context : SweepContext
+    context : Setting
         Study, room and sampling; the distances [m] say under which angles tags are seen.
     design : Reader
         The reader.
@@ -38,8 +39,8 @@ def approximation_errors(context: SweepContext, design: Reader) -> tuple[Respons
     if study.reader.response != FULLWAVE:
         return ()
     frequency_hz = study.radio.frequency_hz
-    tag = reference_tag(study, context.built)
-    rise_m = float(tag.position_m[2]) - context.built.reader_z_m
+    tag = reference_tag(study, context)
+    rise_m = float(tag.position_m[2]) - context.reader_z_m
     theta = np.arctan2(context.sampling.distances_m(), rise_m)
     truth = response_at(design, frequency_hz)
     return tuple(

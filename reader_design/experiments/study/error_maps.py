@@ -12,10 +12,10 @@ from octant.navigation.sensing.bearing import reader_azimuth
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.setting.bearing_errors import vector_errors_rad
 from octant.reader_design.setting.capture import arriving_paths, captured
-from octant.reader_design.setting.evaluation import SweepContext
 from octant.reader_design.setting.links import tag_link
 from octant.reader_design.setting.measures import strongest_errors_rad
 from octant.reader_design.setting.samples import grid_azimuths_rad
+from octant.reader_design.setting.setting import Setting
 from octant.reader_design.showing.netcdf import variable
 
 if TYPE_CHECKING:
@@ -58,7 +58,7 @@ def heading_errors_rad(
 
 
 def error_maps(
-    context: SweepContext,
+    context: Setting,
     responses: Sequence[ReaderResponse],
     places_m: FloatArray,
     standing: npt.NDArray[np.bool_],
@@ -68,7 +68,7 @@ def error_maps(
 
     Parameters
     ----------
-    context : SweepContext
+    context : Setting
         Study and room; its sampling gives the number of headings.
     responses : sequence of ReaderResponse
         The reader's, one for each frequency.
@@ -85,7 +85,7 @@ def error_maps(
         ``vector_error`` and ``strongest_error``, rms over the headings [rad], and
         ``captured_share`` of the antennas that face the tag, each (tag, x, y).
     """
-    study, built = context.study, context.built
+    study, built = context.study, context
     headings = grid_azimuths_rad(responses[0].antennas, context.sampling.room_azimuths)
     places = places_m[standing]
     tables = np.full((3, len(built.tags), *standing.shape), np.nan)

@@ -24,10 +24,11 @@ from octant.reader_design.experiments.study.reader_plots import (
 )
 from octant.reader_design.experiments.study.sweep_plots import DistancePanel, rss_distance_figure
 from octant.reader_design.setting.bearing_errors import vector_errors_rad
-from octant.reader_design.setting.evaluation import Cell, SweepContext
+from octant.reader_design.setting.evaluation import Cell
 from octant.reader_design.setting.measures import strongest_errors_rad
 from octant.reader_design.setting.receiver import scoring_readings_w
 from octant.reader_design.setting.samples import grid_azimuths_rad
+from octant.reader_design.setting.setting import Setting
 from octant.reader_design.showing.plan import MapPanel, Plan, map_figure, plan_of
 from octant.reader_design.showing.style import NamedFigure
 from octant.reader_design.study_file.schema import Study
@@ -144,13 +145,13 @@ def reader_figures(
 
 
 def room_figures(
-    context: SweepContext, room_map: RoomMap, elements_rad: FloatArray
+    context: Setting, room_map: RoomMap, elements_rad: FloatArray
 ) -> Iterator[NamedFigure]:
     """Yield the maps of the room: RSS [dBm] of the strongest antenna, bearing error [deg].
 
     Parameters
     ----------
-    context : SweepContext
+    context : Setting
         Study and room.
     room_map : RoomMap
         The maps.
@@ -162,7 +163,7 @@ def room_figures(
     NamedFigure
         RSS, bearing error and capture.
     """
-    data, built = room_map.data, context.built
+    data, built = room_map.data, context
     plan = plan_of(built.scene, built.reader_z_m)
     x, y = data["x"].values, data["y"].values
     blocked = data["standing"].values == 0
@@ -298,13 +299,13 @@ def _map_errors_deg(
 
 
 def mission_figures(
-    context: SweepContext, missions: Sequence[tuple[RoomMission, Plan]], *, label: str
+    context: Setting, missions: Sequence[tuple[RoomMission, Plan]], *, label: str
 ) -> Iterator[NamedFigure]:
     """Yield the figures of the missions: way [m], errors [cm, deg], RSS over time [dBm].
 
     Parameters
     ----------
-    context : SweepContext
+    context : Setting
         Study and room.
     missions : sequence of (RoomMission, Plan)
         One for each room.
@@ -321,7 +322,7 @@ def mission_figures(
     shown = [(name, drive, plan, slug) for name, drive, plan, slug in driven if drive is not None]
     if table is None or not shown:
         return
-    points = {tag_id: context.built.tag(tag_id).point_m for tag_id in table.tags}
+    points = {tag_id: context.tag(tag_id).point_m for tag_id in table.tags}
     yield NamedFigure(
         file="trajectory.png",
         section="mission",

@@ -11,10 +11,11 @@ from octant.em.power.radio_map import map_reader
 from octant.reader_design.experiments.study.error_maps import error_maps
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.setting.design import content_hash
-from octant.reader_design.setting.evaluation import SweepContext, room_samples_w
+from octant.reader_design.setting.evaluation import room_samples_w
 from octant.reader_design.setting.links import tag_link
 from octant.reader_design.setting.map_grid import map_axes_m
 from octant.reader_design.setting.samples import grid_azimuths_rad, standing_room
+from octant.reader_design.setting.setting import Setting
 from octant.reader_design.showing.netcdf import dataset, read_dataset, variable, write_dataset
 from octant.reader_design.study_file.loading import to_toml
 
@@ -42,7 +43,7 @@ class RoomMap:
 
 
 def map_stage(
-    context: SweepContext,
+    context: Setting,
     responses: tuple[ReaderResponse, ...],
     *,
     cell_key: str,
@@ -53,7 +54,7 @@ def map_stage(
 
     Parameters
     ----------
-    context : SweepContext
+    context : Setting
         Study, room and sampling.
     responses : tuple of ReaderResponse
         Of the chosen reader.
@@ -89,12 +90,12 @@ def map_stage(
 
 
 def _mapped(
-    context: SweepContext,
+    context: Setting,
     responses: tuple[ReaderResponse, ...],
     heading_rad: float,
     progress: Progress,
 ) -> "xr.Dataset":
-    study, built = context.study, context.built
+    study, built = context.study, context
     x, y = map_axes_m(study, built)
     grid = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
     standing = standing_room(

@@ -26,9 +26,10 @@ from octant.reader_design.experiments.study.mission_sections import (
 from octant.reader_design.experiments.study.shortlist import DrivenDesign
 from octant.reader_design.keeping.versions import versions
 from octant.reader_design.setting.design import FULLWAVE
-from octant.reader_design.setting.evaluation import Cell, SweepContext
+from octant.reader_design.setting.evaluation import Cell
 from octant.reader_design.setting.ranking import Candidate, Choice
 from octant.reader_design.setting.reasons import rule_sentences
+from octant.reader_design.setting.setting import Setting
 from octant.reader_design.showing.pages import (
     Report,
     ReportFigure,
@@ -45,7 +46,7 @@ class StudyContent:
 
     Attributes
     ----------
-    context : SweepContext
+    context : Setting
         Study, room and sampling.
     cells : tuple of Cell
         All cells, failed ones too.
@@ -69,7 +70,7 @@ class StudyContent:
         Time since the study was started [s].
     """
 
-    context: SweepContext
+    context: Setting
     cells: tuple[Cell, ...]
     candidates: tuple[Candidate, ...]
     choice: Choice
@@ -283,7 +284,7 @@ def _design_points(content: StudyContent) -> tuple[str, ...]:
 
 
 def _room_points(content: StudyContent) -> tuple[str, ...]:
-    scene, study = content.context.built.scene, content.context.study
+    scene, study = content.context.scene, content.context.study
     if not scene.bodies:
         return ("Free space: no walls and no objects.",)
     size = scene.bounds_m[1] - scene.bounds_m[0]

@@ -11,7 +11,7 @@ from octant.reader_design.experiments.study.page import StudyContent, study_repo
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.keeping.versions import versions
 from octant.reader_design.setting.design import content_hash
-from octant.reader_design.setting.scene import StudyScene
+from octant.reader_design.setting.setting import Setting
 from octant.reader_design.showing.netcdf import write_dataset
 from octant.reader_design.showing.tables import put_table
 
@@ -19,7 +19,7 @@ from octant.reader_design.showing.tables import put_table
 def publish(
     content: StudyContent,
     room_map: RoomMap,
-    rooms: Sequence[tuple[str, str, StudyScene]],
+    rooms: Sequence[tuple[str, str, Setting]],
     out_dir: Path,
     *,
     force: bool,
@@ -33,7 +33,7 @@ def publish(
         What was found; units as there.
     room_map : RoomMap
         Maps of the chosen reader [W].
-    rooms : sequence of (str, str, StudyScene)
+    rooms : sequence of (str, str, Setting)
         Name, file name and scene of the study's room and of its layouts [m].
     out_dir : Path
         Folder of the results.
@@ -113,7 +113,7 @@ def _tables(missions: Sequence[RoomMission], out_dir: Path) -> list[Path]:
 def _figures(
     content: StudyContent,
     room_map: RoomMap,
-    rooms: Sequence[tuple[str, str, StudyScene]],
+    rooms: Sequence[tuple[str, str, Setting]],
     out_dir: Path,
     progress: Progress,
 ) -> dict[str, list[tuple[str, str, Path]]]:

@@ -38,10 +38,9 @@ from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.keeping.results import refuse_another
 from octant.reader_design.keeping.workers import open_crew
 from octant.reader_design.setting.design import reader_responses
-from octant.reader_design.setting.evaluation import Cell, SweepContext
+from octant.reader_design.setting.evaluation import Cell
 from octant.reader_design.setting.ranking import choose
-from octant.reader_design.setting.samples import Sampling
-from octant.reader_design.setting.scene import StudyScene, build_study_scene
+from octant.reader_design.setting.setting import Sampling, Setting, build_setting
 from octant.reader_design.study_file.loading import to_toml
 from octant.reader_design.study_file.schema import Layout, Study
 
@@ -188,7 +187,7 @@ def run_study(
     refuse_another(out_dir, text, force=force, outputs=OUTPUTS)
     with collected_warnings() as warned:
         context = _context(study, quick=quick)
-        rooms = list(_rooms(study, context.built))
+        rooms = list(_rooms(study, context))
         for note in dict.fromkeys(n for _, _, built in rooms for n in built.notes):
             progress.say(note)
         write_text(out_dir / "study.toml", text)
@@ -202,10 +201,10 @@ def run_study(
         progress.say(choice.reason[0])
         contexts = {p.key: p.context for p in plan.cells}
 
-        def setting(cell: Cell) -> tuple[Study, list[tuple[str, str, StudyScene]]]:
+        def setting(cell: Cell) -> tuple[Study, list[tuple[str, str, Setting]]]:
             own = contexts[cell.key]
-            same = own.built is rooms[0][2] and own.study.room == study.room
-            return own.study, rooms if same else list(_rooms(own.study, own.built))
+            same = own.scene is rooms[0][2].scene and own.study.room == study.room
+            return own.study, rooms if same else list(_rooms(own.study, own))
 
         context = contexts[chosen.key]
         responses = reader_responses(chosen.design, context.study.radio)
@@ -270,17 +269,17 @@ def _swept(
         return run_sweep(plan, out_dir / CELLS_FOLDER, crew=crew, progress=progress)
 
 
-def _context(study: Study, *, quick: bool) -> SweepContext:
+def _context(study: Study, *, quick: bool) -> Setting:
     if quick:
         spacing = max(study.map.spacing_m, QUICK_SPACING_M)
         study = msgspec.structs.replace(
             study, map=msgspec.structs.replace(study.map, spacing_m=spacing)
         )
     sampling = Sampling().coarser() if quick else Sampling()
-    return SweepContext(study=study, built=build_study_scene(study), sampling=sampling)
+    return build_setting(study, sampling=sampling)
 
 
-def _rooms(study: Study, own: StudyScene) -> Iterator[tuple[str, str, StudyScene]]:
+def _rooms(study: Study, own: Setting) -> Iterator[tuple[str, str, Setting]]:
     """Yield name, file name and scene of the study's room and of its layouts, all checked."""
     yield OWN_ROOM, "room", own
     layouts: Sequence[Layout] = study.layouts
@@ -289,7 +288,7 @@ def _rooms(study: Study, own: StudyScene) -> Iterator[tuple[str, str, StudyScene
         slug = re.sub(r"[^a-z0-9]+", "-", layout.name.lower()).strip("-") or "layout"
         slug = slug if slug not in used else f"{slug}-{number}"
         used.add(slug)
-        yield layout.name, slug, build_study_scene(study, layout)
+        yield layout.name, slug, build_setting(study, layout)
 
 
 def _refuse_nothing_scored(cells: Sequence[Cell]) -> None:

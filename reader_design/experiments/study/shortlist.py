@@ -9,7 +9,7 @@ from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.setting.design import content_hash, reader_responses
 from octant.reader_design.setting.evaluation import Cell
 from octant.reader_design.setting.ranking import Candidate, Choice
-from octant.reader_design.setting.scene import StudyScene
+from octant.reader_design.setting.setting import Setting
 from octant.reader_design.study_file.schema import Study
 
 
@@ -63,7 +63,7 @@ def candidates_of(study: Study, cells: Sequence[Cell]) -> tuple[Candidate, ...]:
 
 
 def drive_shortlist(
-    settings: Callable[[Cell], tuple[Study, Sequence[tuple[str, str, StudyScene]]]],
+    settings: Callable[[Cell], tuple[Study, Sequence[tuple[str, str, Setting]]]],
     scored: Sequence[Cell],
     choice: Choice,
     *,

@@ -32,9 +32,7 @@ from octant.reader_design.keeping.keeper import map_cases
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.keeping.results import STUDY_FILE, complete_line, refuse_another
 from octant.reader_design.keeping.workers import open_crew
-from octant.reader_design.setting.evaluation import SweepContext
-from octant.reader_design.setting.samples import Sampling
-from octant.reader_design.setting.scene import build_study_scene
+from octant.reader_design.setting.setting import build_setting
 from octant.reader_design.study_file.loading import to_toml
 from octant.reader_design.study_file.schema import Study
 
@@ -108,9 +106,7 @@ def study_plan(study: Study) -> SweepPlan:
     ConfigError, GeometryError
         When the study's own room cannot be used.
     """
-    return plan_sweep(
-        SweepContext(study=study, built=build_study_scene(study), sampling=Sampling())
-    )
+    return plan_sweep(build_setting(study))
 
 
 def sweep_study(
@@ -160,7 +156,7 @@ def sweep_study(
     text = to_toml(study, relative_to=out_dir)
     refuse_another(out_dir, text, force=force)
     plan = study_plan(study)
-    for note in plan.context.built.notes:
+    for note in plan.context.notes:
         progress.say(note)
     rows = known_rows(plan, out_dir, progress=Progress() if not merge_only else progress)
     missing = 0 if merge_only else len(missing_cells(plan, rows))

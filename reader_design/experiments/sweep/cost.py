@@ -18,7 +18,7 @@ from octant.em.reader.fullwave.band import NODES
 from octant.reader_design.experiments.sweep.plan import PlannedCell, SweepPlan
 from octant.reader_design.experiments.sweep.table import DONE, CellRow, missing_cells
 from octant.reader_design.setting.design import FULLWAVE
-from octant.reader_design.setting.evaluation import SweepContext
+from octant.reader_design.setting.setting import Setting
 from octant.reader_design.study_file.reader import Reader
 
 UNKNOWNS_PER_ELEMENT = 2.9
@@ -139,11 +139,11 @@ def cell_cost(planned: PlannedCell) -> CellCost:
     return CellCost(unknowns=unknowns, memory_bytes=memory, seconds=seconds)
 
 
-def _room_seconds(context: SweepContext) -> float:
+def _room_seconds(context: Setting) -> float:
     if not context.has_room:
         return 0.0
     study, sampling = context.study, context.sampling
-    size_m = np.ptp(context.built.scene.bounds_m, axis=0)
+    size_m = np.ptp(context.scene.bounds_m, axis=0)
     places = float(size_m[0] * size_m[1]) / sampling.room_spacing_m**2
     azimuths = study.reader.antennas * sampling.room_azimuths
     images = 1 + sum(4 * order**2 + 2 for order in range(1, study.solver.max_reflections + 1))

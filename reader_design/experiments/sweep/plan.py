@@ -14,9 +14,9 @@ import msgspec
 
 from octant.geometries.errors import InfeasibleDesignError, OctantError
 from octant.reader_design.keeping.keys import case_keys
-from octant.reader_design.setting.evaluation import Cell, SweepContext, reference_tag, scored_cell
-from octant.reader_design.setting.scene import StudyScene, build_study_scene
-from octant.reader_design.study_file.loading import study_variant
+from octant.reader_design.setting.evaluation import Cell, reference_tag, scored_cell
+from octant.reader_design.setting.setting import Setting, build_setting
+from octant.reader_design.study_file.loading import vary
 from octant.reader_design.study_file.reader import Reader
 from octant.reader_design.study_file.schema import Study
 from octant.reader_design.study_file.sweep import (
@@ -37,9 +37,9 @@ LEFT_OUT = (
     "PlannedCell.values",
     "PlannedCell.label",
     "PlannedCell.key",
-    "StudyScene.name",
-    "StudyScene.notes",
-    "StudyScene.map_z_m",
+    "Setting.name",
+    "Setting.notes",
+    "Setting.map_z_m",
     *(
         f"Study.{table}"
         for table in (
@@ -66,7 +66,7 @@ class PlannedCell:
         Name of the cell: hash of its full input.
     design : Reader
         The reader.
-    context : SweepContext
+    context : Setting
         Study, room and sampling; those of the whole sweep when the cell was refused.
     reference : str
         Id of the tag that the scores in free space use; empty without one.
@@ -78,7 +78,7 @@ class PlannedCell:
     label: str
     key: str = ""
     design: Reader
-    context: SweepContext
+    context: Setting
     reference: str = ""
     reason: str = ""
 
@@ -89,13 +89,13 @@ class SweepPlan:
 
     Attributes
     ----------
-    context : SweepContext
+    context : Setting
         The study as it stands, its room and the sampling.
     cells : tuple of PlannedCell
         Every combination; the first parameter varies slowest.
     """
 
-    context: SweepContext
+    context: Setting
     cells: tuple[PlannedCell, ...]
 
     @property
@@ -144,12 +144,12 @@ def designs_of(study: Study) -> tuple[Reader, ...]:
     return tuple(_design(study, values) for values in combinations(study))
 
 
-def plan_sweep(context: SweepContext) -> SweepPlan:
+def plan_sweep(context: Setting) -> SweepPlan:
     """Return the cells that a study asks for; lengths in [m].
 
     Parameters
     ----------
-    context : SweepContext
+    context : Setting
         Study, room and sampling.
 
     Returns
@@ -157,8 +157,8 @@ def plan_sweep(context: SweepContext) -> SweepPlan:
     SweepPlan
         Nothing is computed yet.
     """
-    rooms: dict[bytes, StudyScene | OctantError] = {}
-    rooms[_room_inputs(context.study)] = context.built
+    rooms: dict[bytes, Setting | OctantError] = {}
+    rooms[_room_inputs(context.study)] = context
     cells = [_planned(context, values, rooms) for values in combinations(context.study)]
     keys = case_keys(compute_cell, cells, context=None, leave_out=LEFT_OUT)
     named = (replace(cell, key=key) for cell, key in zip(cells, keys, strict=True))
@@ -186,14 +186,14 @@ def compute_cell(_context: None, planned: PlannedCell) -> Cell:
 
 
 def _planned(
-    context: SweepContext,
+    context: Setting,
     values: dict[str, Any],
-    rooms: dict[bytes, StudyScene | OctantError],
+    rooms: dict[bytes, Setting | OctantError],
 ) -> PlannedCell:
     design = _design(context.study, values)
     label = cell_label(design, values)
     try:
-        study = study_variant(context.study, values, shapes=False) if values else context.study
+        study = vary(context.study, values, shapes=False) if values else context.study
         built = _built(study, rooms)
     except OctantError as exc:
         return PlannedCell(
@@ -203,7 +203,9 @@ def _planned(
         values=values,
         label=label,
         design=design,
-        context=replace(context, study=study, built=built),
+        context=replace(
+            built, study=study, sampling=context.sampling, usable_dbm=context.usable_dbm
+        ),
         reference=reference_tag(study, built).id if built.tags else "",
     )
 
@@ -217,13 +219,13 @@ def _room_inputs(study: Study) -> bytes:
     return msgspec.json.encode([study.radio, study.room, study.tags, study.solver, heights_m])
 
 
-def _built(study: Study, rooms: dict[bytes, StudyScene | OctantError]) -> StudyScene:
+def _built(study: Study, rooms: dict[bytes, Setting | OctantError]) -> Setting:
     """Return a study's room, built once for all cells that share it."""
     inputs = _room_inputs(study)
     if inputs not in rooms:
         try:
             # Where a mission starts does not matter to scores.
-            rooms[inputs] = build_study_scene(msgspec.structs.replace(study, mission=None))
+            rooms[inputs] = build_setting(msgspec.structs.replace(study, mission=None))
         except OctantError as exc:
             rooms[inputs] = exc
     known = rooms[inputs]

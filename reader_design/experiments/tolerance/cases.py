@@ -17,15 +17,10 @@ from octant.reader_design.experiments.tolerance.draws import Deviation
 from octant.reader_design.keeping.keeper import RecordCodec, map_cases
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.setting.design import reader_responses
-from octant.reader_design.setting.evaluation import (
-    SweepContext,
-    free_link,
-    reference_tag,
-    room_samples_w,
-)
+from octant.reader_design.setting.evaluation import free_link, reference_tag, room_samples_w
 from octant.reader_design.setting.samples import free_points_m, grid_azimuths_rad, sample_rss_w
-from octant.reader_design.setting.scene import StudyScene, build_study_scene
 from octant.reader_design.setting.scores import score_rss
+from octant.reader_design.setting.setting import Setting, build_setting
 from octant.reader_design.study_file.reader import Reader
 from octant.reader_design.study_file.schema import Radio, Study
 from octant.reader_design.study_file.scores import Scores
@@ -33,9 +28,9 @@ from octant.reader_design.study_file.scores import Scores
 FloatArray = npt.NDArray[np.float64]
 
 LEFT_OUT = (
-    "StudyScene.name",
-    "StudyScene.notes",
-    "StudyScene.map_z_m",
+    "Setting.name",
+    "Setting.notes",
+    "Setting.map_z_m",
     *(
         f"Study.{table}"
         for table in (
@@ -54,7 +49,7 @@ class ToleranceContext:
 
     Attributes
     ----------
-    sweep : SweepContext
+    setting : Setting
         Study, its room and how densely designs are probed [m].
     distances_m : tuple of float
         Horizontal distances in free space [m].
@@ -64,7 +59,7 @@ class ToleranceContext:
         Id of the tag that the scores in free space use.
     """
 
-    sweep: SweepContext
+    setting: Setting
     distances_m: tuple[float, ...]
     room: bool
     reference: str
@@ -72,7 +67,7 @@ class ToleranceContext:
     @property
     def study(self) -> Study:
         """The study."""
-        return self.sweep.study
+        return self.setting.study
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -131,18 +126,18 @@ def compute_case(context: ToleranceContext, case: Case) -> CaseScores:
     Scores take the antennas to be where the drawing has them, as a navigator does.
     """
     context = _shifted(context, case.deviation)
-    study, sampling = context.study, context.sweep.sampling
+    study, sampling = context.study, context.setting.sampling
     responses = built_responses(study, case)
     elements = np.asarray(responses[0].azimuths_rad, dtype=np.float64)
     azimuths = grid_azimuths_rad(elements.size, sampling.free_azimuths)
-    tag = reference_tag(study, context.sweep.built)
-    link, origin = free_link(context.sweep, tag, responses), tag.position_m[:2]
+    tag = reference_tag(study, context.setting)
+    link, origin = free_link(context.setting, tag, responses), tag.position_m[:2]
     rss = sample_rss_w(link, origin + free_points_m(context.distances_m), origin, azimuths)
-    usable = context.sweep.usable_dbm
+    usable = context.setting.usable_dbm
     room = None
     if context.room:
         room_azimuths = grid_azimuths_rad(elements.size, sampling.room_azimuths)
-        in_room = room_samples_w(context.sweep, responses, room_azimuths)
+        in_room = room_samples_w(context.setting, responses, room_azimuths)
         room = score_rss(in_room, room_azimuths, elements, usable_dbm=usable)
     return CaseScores(
         free=score_rss(rss, azimuths, elements, usable_dbm=usable),
@@ -232,7 +227,8 @@ def _drawn_length_m(study: Study, case: Case) -> float:
 
 def _shifted(context: ToleranceContext, deviation: Deviation) -> ToleranceContext:
     """Return the context with another frequency and other materials, where they deviate."""
-    study, built = context.study, context.sweep.built
+    study, built = context.study, context.setting
+    usable_dbm = built.usable_dbm
     factor = deviation.frequency_factor
     if factor != 1.0:
         radio = study.radio
@@ -242,16 +238,16 @@ def _shifted(context: ToleranceContext, deviation: Deviation) -> ToleranceContex
             tag_power_w=radio.tag_power_w,
         )
         study = msgspec.structs.replace(study, radio=shifted)
-        built = build_study_scene(study)
+        built = build_setting(study, sampling=built.sampling)
     factors = (deviation.permittivity_factor, deviation.conductivity_factor)
     if factors != (1.0, 1.0):
         built = _other_materials(study, built, *factors)
-    return replace(context, sweep=replace(context.sweep, study=study, built=built))
+    return replace(context, setting=replace(built, study=study, usable_dbm=usable_dbm))
 
 
 def _other_materials(
-    study: Study, built: StudyScene, permittivity: float, conductivity: float
-) -> StudyScene:
+    study: Study, built: Setting, permittivity: float, conductivity: float
+) -> Setting:
     """Return the room with its materials' constants multiplied by two factors."""
 
     def other(radio: RadioScene) -> RadioScene:

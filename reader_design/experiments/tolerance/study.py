@@ -35,9 +35,9 @@ from octant.reader_design.experiments.tolerance.statistics import Explained, exp
 from octant.reader_design.experiments.tolerance.views import View, meets, values_of, views
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.setting.design import FULLWAVE
-from octant.reader_design.setting.evaluation import SweepContext, reference_tag, room_samples_w
-from octant.reader_design.setting.samples import Sampling, grid_azimuths_rad
-from octant.reader_design.setting.scene import build_study_scene
+from octant.reader_design.setting.evaluation import reference_tag, room_samples_w
+from octant.reader_design.setting.samples import grid_azimuths_rad
+from octant.reader_design.setting.setting import Sampling, build_setting
 from octant.reader_design.study_file.reader import Reader
 from octant.reader_design.study_file.schema import Study
 from octant.reader_design.study_file.tolerance import Rival, Tolerance
@@ -179,14 +179,12 @@ def run_tolerance_study(
     tolerance = study.tolerance or Tolerance()
     _refuse_other_models(study)
     count = samples or tolerance.samples
-    sweep = SweepContext(
-        study=study, built=build_study_scene(study), sampling=sampling or Sampling()
-    )
+    setting = build_setting(study, sampling=sampling)
     context = ToleranceContext(
-        sweep=sweep,
+        setting=setting,
         distances_m=tolerance.distances_m,
         room=tolerance.room,
-        reference=reference_tag(study, sweep.built).id,
+        reference=reference_tag(study, setting).id,
     )
     designs = [("the study's reader", study.reader)]
     designs += [(rival.name, _rival_design(study, rival)) for rival in tolerance.rivals]
@@ -315,8 +313,8 @@ def _over_places(context: ToleranceContext, built: list[BuiltDesign]) -> tuple[I
         case = Case(design=one.design, deviation=as_drawn(one.design.antennas))
         responses = built_responses(context.study, case)
         elements = np.asarray(responses[0].azimuths_rad, dtype=np.float64)
-        azimuths = grid_azimuths_rad(elements.size, context.sweep.sampling.room_azimuths)
-        rss = room_samples_w(context.sweep, responses, azimuths)
+        azimuths = grid_azimuths_rad(elements.size, context.setting.sampling.room_azimuths)
+        rss = room_samples_w(context.setting, responses, azimuths)
         probed.append(
             (one.nominal, RoomRss(rss_w=rss, azimuths_rad=azimuths, element_azimuths_rad=elements))
         )

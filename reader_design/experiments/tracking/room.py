@@ -34,7 +34,7 @@ from octant.navigation.tracking.closed_loop import drive, run_seeds
 from octant.reader_design.experiments.tracking.chapters import neighbouring_setup
 from octant.reader_design.experiments.tracking.results import Outcome
 from octant.reader_design.experiments.tracking.settings import LEMNISCATE_START, Settings
-from octant.reader_design.setting.scene import StudyScene, build_study_scene, solver_settings
+from octant.reader_design.setting.setting import Setting, build_setting, solver_settings
 from octant.reader_design.study_file.bodies import study_materials
 
 FloatArray = npt.NDArray[np.float64]
@@ -179,12 +179,12 @@ def check_room(settings: Settings) -> None:
     settings : Settings
         The study [m].
     """
-    built = build_study_scene(settings.study)
+    built = build_setting(settings.study)
     for mesh in MESHES:
         _tags(settings, built, mesh)
 
 
-def _tags(settings: Settings, built: StudyScene, mesh: int) -> FloatArray:
+def _tags(settings: Settings, built: Setting, mesh: int) -> FloatArray:
     """Return the tags' places (s, 3), heights above the antenna [m]."""
     track, standoff_m = settings.track, settings.study.solver.standoff_m
     side, spacing_m = (
@@ -208,7 +208,7 @@ def _tags(settings: Settings, built: StudyScene, mesh: int) -> FloatArray:
 def _field(settings: Settings, mesh: int, *, wrong: bool = False) -> tuple[ImageField, FloatArray]:
     """Return the tags' fields and places (s, 3), heights above the antenna [m]."""
     study = settings.study
-    built = build_study_scene(study)
+    built = build_setting(study)
     tags, z_m = _tags(settings, built, mesh), built.map_z_m
     carrier = study.radio.frequency_hz
     materials = study_materials(study)

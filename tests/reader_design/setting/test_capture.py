@@ -17,8 +17,8 @@ from octant.reader_design.setting.capture import (
     captured_share,
 )
 from octant.reader_design.setting.links import tag_link
-from octant.reader_design.setting.samples import Sampling, room_places_m
-from octant.reader_design.setting.scene import build_study_scene, candidates_from
+from octant.reader_design.setting.samples import room_places_m
+from octant.reader_design.setting.setting import Sampling, build_setting, candidates_from
 from octant.reader_design.study_file.loading import parse_study
 
 F = 2.4e9
@@ -40,7 +40,7 @@ def built_of(text, order=2):
     study = parse_study(
         f"{text}[solver]\nmax_reflections = {order}\n", source="test", directory=Path()
     )
-    return study, build_study_scene(study)
+    return study, build_setting(study)
 
 
 def turned(response, antenna, turn_rad):

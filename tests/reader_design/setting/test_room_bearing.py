@@ -10,7 +10,7 @@ import pytest
 from octant.em.reader.response import sector_response
 from octant.reader_design.setting.design import reader_responses
 from octant.reader_design.setting.random_poses import random_pose_errors_rad
-from octant.reader_design.setting.scene import build_study_scene
+from octant.reader_design.setting.setting import build_setting
 
 BENCH = Path(__file__).resolve().parents[3] / "benchmarks" / "bench_room_bearing.py"
 SPEC = importlib.util.spec_from_file_location("bench_room_bearing", BENCH)
@@ -73,7 +73,7 @@ def test_channels_and_a_tag_that_looks_down_each_help_and_both_help_most(reader,
 
 def test_random_poses_come_from_the_generator_and_lie_in_the_area():
     study = bench.study_of(room=True, channels=(), antenna="dipole", reader="")
-    built = build_study_scene(study)
+    built = build_setting(study)
     response = sector_response(np.arange(8) * np.pi / 4, frequency_hz=2.4e9)
 
     def drawn(seed):

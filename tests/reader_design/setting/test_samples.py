@@ -17,7 +17,6 @@ from octant.geometries.scene import build_scene, free_space_scene
 from octant.navigation.angles import wrap_angle
 from octant.navigation.sensing.bearing import reader_azimuth
 from octant.reader_design.setting.samples import (
-    Sampling,
     facing_poses,
     floor_points_m,
     free_points_m,
@@ -26,8 +25,8 @@ from octant.reader_design.setting.samples import (
     sample_rss_w,
     standing_room,
 )
-from octant.reader_design.setting.scene import build_study_scene
 from octant.reader_design.setting.scores import score_rss
+from octant.reader_design.setting.setting import Sampling, build_setting
 from octant.reader_design.study_file.loading import parse_study
 
 F = 2.4e9
@@ -138,7 +137,7 @@ position_m = [5.0, 3.0, 2.9]
 def test_room_samples_take_only_places_within_range_of_each_tag():
     study = parse_study(STUDY, source="test", directory=Path())
     sampling = Sampling(nearest_m=0.5, farthest_m=2.0)
-    built = build_study_scene(study)
+    built = build_setting(study)
     found = {tag.id: places for tag, places in room_places_m(study, built, sampling)}
     assert set(found) == {"A", "B"}
     for name, point in (("A", (1.0, 1.0)), ("B", (5.0, 3.0))):
@@ -152,7 +151,7 @@ def test_room_without_a_place_in_range_is_refused():
     study = parse_study(STUDY, source="test", directory=Path())
     sampling = Sampling(nearest_m=20.0, farthest_m=30.0)
     with pytest.raises(ConfigError, match=r"none of the \d+ places on the floor lies 20 to 30 m"):
-        room_places_m(study, build_study_scene(study), sampling)
+        room_places_m(study, build_setting(study), sampling)
 
 
 def test_a_link_and_a_stand_in_give_the_same_samples():

@@ -6,10 +6,8 @@ import pytest
 
 from octant.geometries.errors import ConfigError
 from octant.reader_design.experiments.sweep.plan import combinations, plan_sweep
-from octant.reader_design.setting.evaluation import SweepContext
-from octant.reader_design.setting.samples import Sampling
-from octant.reader_design.setting.scene import build_study_scene
-from octant.reader_design.study_file.loading import load_study, parse_study, study_variant, to_toml
+from octant.reader_design.setting.setting import build_setting
+from octant.reader_design.study_file.loading import load_study, parse_study, to_toml, vary
 from octant.reader_design.study_file.sweep import parameter_paths
 
 ROOM = 'name = "x"\n[room]\nbox_m = [5, 5, 3]\n'
@@ -22,7 +20,7 @@ def parsed(sweep, head=ROOM + TAG):
 
 def plan(sweep, head=ROOM + TAG + '[reader]\nresponse = "isolated"\n'):
     study = parsed(sweep, head)
-    context = SweepContext(study=study, built=build_study_scene(study), sampling=Sampling())
+    context = build_setting(study)
     return plan_sweep(context)
 
 
@@ -141,7 +139,7 @@ def test_labels_name_every_swept_parameter_and_the_thesis_keeps_its_own():
         "room.box = (5, 5, 3) m room.material = wood"
     )
     study = load_study()
-    context = SweepContext(study=study, built=build_study_scene(study), sampling=Sampling())
+    context = build_setting(study)
     thesis = plan_sweep(context).cells
     assert [cell.label for cell in thesis] == [cell.design.label() for cell in thesis]
 
@@ -177,13 +175,13 @@ def test_cells_see_the_swept_values_and_what_depends_on_them():
     studies = [cell.context.study for cell in cells]
     assert [s.tags[0].axis for s in studies] == [(0, 0, 1)] * 2 + [(0, 0, -1)] * 2
     assert [s.map.height_m for s in studies] == [0.3, 0.5, 0.3, 0.5]
-    assert [cell.context.built.reader_z_m for cell in cells] == [0.3, 0.5, 0.3, 0.5]
+    assert [cell.context.reader_z_m for cell in cells] == [0.3, 0.5, 0.3, 0.5]
     assert [cell.design.height_m for cell in cells] == [0.3, 0.5, 0.3, 0.5]
 
 
 def test_variant_has_no_sweep_and_all_checks():
     study = parsed("gap_m = [0.005, 0.02]")
-    assert study_variant(study, {"gap_m": 0.02}).reader.gap_m == 0.02
-    assert study_variant(study, {"gap_m": 0.02}).sweep == {}
+    assert vary(study, {"gap_m": 0.02}).reader.gap_m == 0.02
+    assert vary(study, {"gap_m": 0.02}).sweep == {}
     with pytest.raises(ConfigError, match="stand on the ground plane"):
-        study_variant(study, {"ground_plane_m": 0.1})
+        vary(study, {"ground_plane_m": 0.1})

@@ -13,7 +13,7 @@ from octant.reader_design.experiments.missions.comparison_cells import plan_comp
 from octant.reader_design.experiments.missions.comparison_file import load_comparison
 from octant.reader_design.experiments.missions.drives import mission_space
 from octant.reader_design.setting.links import mission_table
-from octant.reader_design.setting.scene import build_study_scene
+from octant.reader_design.setting.setting import build_setting
 from octant.reader_design.study_file.loading import load_study
 
 FOLDER = Path(__file__).resolve().parents[4] / "examples" / "layouts"
@@ -54,7 +54,7 @@ def test_there_are_the_nine_layouts_and_the_room_in_which_the_robot_arrives():
 @pytest.mark.parametrize("path", STUDIES, ids=stem)
 def test_the_robot_can_drive_to_every_tag_of_a_layout(path):
     study = load_study(path)
-    built = build_study_scene(study)
+    built = build_setting(study)
     table = mission_table(study)
     assert len(table.tags) >= 4
     space = mission_space(study, built)

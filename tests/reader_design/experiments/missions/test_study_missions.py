@@ -23,7 +23,7 @@ from octant.reader_design.experiments.missions.membership import membership_figu
 from octant.reader_design.experiments.missions.navigators import study_controller
 from octant.reader_design.experiments.missions.placements import drive_placements, placed
 from octant.reader_design.setting.links import mission_tables, open_link, tag_link
-from octant.reader_design.setting.scene import build_study_scene
+from octant.reader_design.setting.setting import build_setting
 from octant.reader_design.study_file.loading import parse_study, to_toml
 from octant.reader_design.study_file.rules import mission_rules
 
@@ -125,14 +125,14 @@ def test_the_membership_figure_shows_every_term_and_both_wheels():
 
 def test_the_open_link_is_the_free_space_link_of_the_tag_as_it_hangs():
     study = study_of()
-    built = build_study_scene(study)
+    built = build_setting(study)
     lone = open_link(study, built, "a", responses(study))
     free = parse_study(
         ROOM[: ROOM.index("box_m")] + "free_space = true\n" + ROOM[ROOM.index("[[tag]]") :],
         source="free",
         directory=Path(),
     )
-    there = build_study_scene(free)
+    there = build_setting(free)
     link = tag_link(free, there, there.tag("a"), responses(free))
     pose = np.array([[1.0, 0.2, 0.4]])
     assert lone.rss_w(pose - [[2.0, 1.0, 0.0]]) == pytest.approx(link.rss_w(pose), rel=1e-9)
@@ -144,7 +144,7 @@ def test_tags_that_hang_alike_share_what_is_known_of_them():
         study = study_of(
             room=ROOM.replace("[solver]", other.format(antenna)).replace('["a"]', '["a", "b"]')
         )
-        tables = mission_tables(study, build_study_scene(study), responses(study))
+        tables = mission_tables(study, build_setting(study), responses(study))
         assert (tables[0] is tables[1]) == alike
     assert tables[0].power_w.shape[2] == 16  # a patch differs from side to side
     assert tables[1].power_w.shape[2] == 1
@@ -152,7 +152,7 @@ def test_tags_that_hang_alike_share_what_is_known_of_them():
 
 def test_starts_are_checked_listed_or_drawn():
     study = study_of("starts = [[0.0, 0.0, 90.0], [1.0, 2.0, 0.0]]\n")
-    built = build_study_scene(study)
+    built = build_setting(study)
     space = mission_space(study, built)
     seeds = np.random.SeedSequence(0).spawn(2)
     starts = mission_starts(study, space, np.zeros((1, 2)))
@@ -189,7 +189,7 @@ def test_the_tag_of_a_concrete_room_is_reached_over_four_channels(navigator, mon
         return run_missions(mission, sensor, navigator, robot, **options)
 
     monkeypatch.setattr("octant.reader_design.experiments.missions.drives.run_missions", spy)
-    results = drive_missions(study, build_study_scene(study), responses(study))
+    results = drive_missions(study, build_setting(study), responses(study))
     metrics = [measure(result, success_radius_m=0.4) for result in results]
     if navigator == "tracker":
         assert isinstance(seen[0], TrackerNavigator)
@@ -231,7 +231,7 @@ def test_a_tag_behind_closed_metal_ends_the_run_with_that_result():
     room = ROOM.replace("[[tag]]", shut, 1).replace("box_m = [6.0, 5.0", "box_m = [6.0, 4.0")
     room = room.replace("[3.5, 3.0, 0.0]", "[3.5, 2.0, 0.0]")
     study = study_of(TRACKER + "runs = 1\n", room=room.replace("runs = 3\n", ""))
-    (result,) = drive_missions(study, build_study_scene(study), responses(study))
+    (result,) = drive_missions(study, build_setting(study), responses(study))
     assert result.outcome in ("stuck", "no signal", "time-out")
     assert "tag a" in result.reason
     assert not measure(result).success

@@ -11,10 +11,8 @@ from octant.navigation.angles import wrap_angle
 from octant.navigation.sensing.bearing import reader_azimuth, vector_sum_bearing
 from octant.reader_design.experiments.study.error_maps import error_maps, heading_errors_rad
 from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.setting.evaluation import SweepContext
 from octant.reader_design.setting.links import tag_link
-from octant.reader_design.setting.samples import Sampling
-from octant.reader_design.setting.scene import build_study_scene
+from octant.reader_design.setting.setting import build_setting
 from octant.reader_design.study_file.loading import parse_study
 
 READER = sector_response(np.arange(8) * np.pi / 4, frequency_hz=2.4e9, exponent=2.0)
@@ -30,13 +28,13 @@ HEADINGS = np.arange(16) * np.pi / 8
 
 def context_of(text):
     study = parse_study(text, source="test", directory=Path())
-    return SweepContext(study=study, built=build_study_scene(study), sampling=Sampling())
+    return build_setting(study)
 
 
 def test_error_at_a_place_is_the_rms_over_single_poses():
     context = context_of(ROOM)
-    tag = context.built.tags[0]
-    link = tag_link(context.study, context.built, tag, (READER,))
+    tag = context.tags[0]
+    link = tag_link(context.study, context, tag, (READER,))
     places = np.array([[3.0, 2.5], [1.4, 1.2]])
     vector, strongest = heading_errors_rad(link, places, HEADINGS)
     for row, place in enumerate(places):
@@ -57,7 +55,7 @@ def test_error_at_a_place_is_the_rms_over_single_poses():
 
 def test_sector_reader_has_no_error_in_free_space_but_that_of_its_sectors():
     context = context_of(f"[room]\nfree_space = true\n{TAGS}")
-    link = tag_link(context.study, context.built, context.built.tags[0], (READER,))
+    link = tag_link(context.study, context, context.tags[0], (READER,))
     headings = np.arange(720) * np.pi / 360
     vector, strongest = heading_errors_rad(link, np.array([[4.0, 3.0]]), headings)
     assert vector[0] < 1e-3
@@ -73,7 +71,7 @@ def test_maps_hold_each_tag_and_nothing_where_no_robot_stands():
         values = maps[name].values
         assert values.shape == (2, 3, 2)
         np.testing.assert_array_equal(np.isnan(values), np.broadcast_to(~standing, (2, 3, 2)))
-    link = tag_link(context.study, context.built, context.built.tags[1], (READER,))
+    link = tag_link(context.study, context, context.tags[1], (READER,))
     alone = heading_errors_rad(link, places[2, 1][None], np.arange(32) * np.pi / 16)
     assert maps["vector_error"].values[1, 2, 1] == pytest.approx(alone[0][0], rel=1e-12)
     assert maps["strongest_error"].values[1, 2, 1] == pytest.approx(alone[1][0], rel=1e-12)

@@ -11,9 +11,8 @@ from octant.reader_design.experiments.sweep import plan as plan_module
 from octant.reader_design.experiments.sweep.cells import run_sweep
 from octant.reader_design.experiments.sweep.plan import designs_of, plan_sweep
 from octant.reader_design.keeping.workers import open_crew
-from octant.reader_design.setting.evaluation import SweepContext, reference_tag, scored_cell
-from octant.reader_design.setting.samples import Sampling
-from octant.reader_design.setting.scene import build_study_scene
+from octant.reader_design.setting.evaluation import reference_tag, scored_cell
+from octant.reader_design.setting.setting import Sampling, build_setting
 from octant.reader_design.study_file.loading import load_study, parse_study
 
 STUDY = """
@@ -40,7 +39,7 @@ SAMPLING = Sampling(room_spacing_m=1.0, free_azimuths=2, room_azimuths=2, travel
 
 def context_of(text=STUDY, sampling=SAMPLING):
     study = parse_study(text, source="test", directory=Path.cwd())
-    return SweepContext(study=study, built=build_study_scene(study), sampling=sampling)
+    return build_setting(study, sampling=sampling)
 
 
 @pytest.fixture(scope="module")
@@ -166,16 +165,16 @@ def test_processes_compute_the_same_bits(tmp_path):
 
 
 def test_reference_tag_is_the_missions_first(context):
-    assert reference_tag(context.study, context.built).id == "A"
+    assert reference_tag(context.study, context).id == "A"
     driven = context_of(STUDY + '[mission]\nstart_m = [0.0, 0.0]\ntags = ["B", "A"]\n')
-    assert reference_tag(driven.study, driven.built).id == "B"
+    assert reference_tag(driven.study, driven).id == "B"
 
 
 def test_study_without_tags_cannot_be_scored():
     text = STUDY[: STUDY.index("[[tag]]")] + STUDY[STUDY.index("[reader]") :]
     context = context_of(text)
     with pytest.raises(ConfigError, match=r"\[\[tag\]\]"):
-        reference_tag(context.study, context.built)
+        reference_tag(context.study, context)
     plan = plan_sweep(context)
     with pytest.raises(ConfigError, match=r"\[\[tag\]\]"):
         scored_cell(context, plan.designs[0])

@@ -27,10 +27,9 @@ from octant.reader_design.experiments.tolerance.results import write_results
 from octant.reader_design.experiments.tolerance.study import run_tolerance_study
 from octant.reader_design.keeping.keys import case_keys
 from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.setting.evaluation import SweepContext, failed_cell
-from octant.reader_design.setting.samples import Sampling
-from octant.reader_design.setting.scene import build_study_scene
+from octant.reader_design.setting.evaluation import failed_cell
 from octant.reader_design.setting.scores import score_rss
+from octant.reader_design.setting.setting import Sampling, build_setting
 from octant.reader_design.showing.netcdf import read_dataset
 from octant.reader_design.study_file.loading import parse_study, to_toml
 
@@ -66,8 +65,8 @@ def study_of(tmp_path, text=STUDY):
 
 
 def context_of(study, *, room=False):
-    sweep = SweepContext(study=study, built=build_study_scene(study), sampling=SPARSE)
-    return ToleranceContext(sweep=sweep, distances_m=(1.0, 3.0), room=room, reference="A")
+    setting = build_setting(study, sampling=SPARSE)
+    return ToleranceContext(setting=setting, distances_m=(1.0, 3.0), room=room, reference="A")
 
 
 def some_cases(study):

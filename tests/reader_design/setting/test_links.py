@@ -23,8 +23,8 @@ from octant.reader_design.experiments.missions.drives import (
 )
 from octant.reader_design.experiments.missions.navigators import study_navigator
 from octant.reader_design.setting.links import tag_link
-from octant.reader_design.setting.scene import build_study_scene
 from octant.reader_design.setting.sensor import study_sensor
+from octant.reader_design.setting.setting import build_setting
 from octant.reader_design.study_file.loading import parse_study, to_toml
 from octant.reader_design.study_file.sensor import Sensor
 
@@ -94,7 +94,7 @@ def friis_w(place_m, height_m, frequency_hz, **tag):
 @pytest.mark.parametrize("height_m", [None, 0.9])
 def test_a_link_averages_friis_over_channels_with_the_tags_own_antenna(height_m):
     study = study_of()
-    built, responses = build_study_scene(study), responses_of(study)
+    built, responses = build_setting(study), responses_of(study)
     for name, tag in (
         ("dipole", {"kind": "dipole", "axis": (0.3, 0.2, 1.0)}),
         ("patch", {"kind": "patch", "azimuth_rad": math.radians(30.0)}),
@@ -109,7 +109,7 @@ def test_a_link_averages_friis_over_channels_with_the_tags_own_antenna(height_m)
 
 def test_without_a_sensor_table_missions_are_those_of_a_reader_with_log_normal_errors():
     study = study_of()
-    built, responses = build_study_scene(study), responses_of(study)
+    built, responses = build_setting(study), responses_of(study)
     links = {t: tag_link(study, built, built.tag(t), responses) for t in study.mission.tags}
     sensor = FieldSensor(links=links, azimuths_rad=responses[0].azimuths_rad, noise_db=1.0)
     mission, robot = study_mission(study, built, links, responses), DifferentialDrive()
@@ -132,7 +132,7 @@ def test_without_a_sensor_table_missions_are_those_of_a_reader_with_log_normal_e
 def test_the_sensor_table_reaches_the_missions():
     quiet = "[sensor]\nread_probability = 0.0\n"
     study = study_of(STUDY + quiet)
-    built, responses = build_study_scene(study), responses_of(study)
+    built, responses = build_setting(study), responses_of(study)
     results = drive_missions(study, built, responses, noise_db=0.0)
     assert [result.outcome for result in results] == ["no signal", "no signal"]
     assert not np.any(results[0].rss_w)

@@ -9,7 +9,7 @@ from octant.geometries.errors import ConfigError, GeometryError
 from octant.geometries.furniture import box
 from octant.geometries.mesh_files import save_bodies
 from octant.geometries.rooms import box_room
-from octant.reader_design.setting.scene import build_study_scene, place_antenna
+from octant.reader_design.setting.setting import build_setting, place_antenna
 from octant.reader_design.study_file.loading import load_study, parse_study
 
 TAG = '[[tag]]\nid = "a"\nposition_m = [2.0, 0.5, 3.0]\n'
@@ -19,7 +19,7 @@ BOX = 'name = "x"\n[room]\nbox_m = [7, 7, 3]\norigin_m = [-1, -1, 0]\n'
 def built(text, directory=None, layout=None):
     study = parse_study(text, source="s", directory=directory or Path.cwd())
     chosen = None if layout is None else study.layouts[layout]
-    return build_study_scene(study, chosen)
+    return build_setting(study, chosen)
 
 
 def test_box_room_stands_at_its_origin_and_lifts_heights():
@@ -152,7 +152,7 @@ def test_layouts_add_their_objects_to_the_studys_room():
 
 def test_every_layout_of_the_built_in_study_can_be_used():
     study = load_study()
-    names = [build_study_scene(study, layout).name for layout in study.layouts]
+    names = [build_setting(study, layout).name for layout in study.layouts]
     assert names == ["non-reverberant", "file-cabinet"]
 
 

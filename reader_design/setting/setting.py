@@ -1,7 +1,8 @@
-"""From a study to what the radio model computes with: scene, materials, tags in their places."""
+"""A study as the radio model computes with it: scene, materials, tags in their places, sampling."""
 
 from dataclasses import dataclass, replace
 
+import msgspec
 import numpy as np
 import numpy.typing as npt
 
@@ -13,9 +14,11 @@ from octant.geometries.errors import ConfigError, OctantError
 from octant.geometries.scene import Scene, build_scene
 from octant.geometries.tolerances import LENGTHS
 from octant.reader_design.setting.antennas import named_antenna
+from octant.reader_design.setting.scores import USABLE_DBM
 from octant.reader_design.study_file.bodies import object_bodies, room_bodies, study_materials
 from octant.reader_design.study_file.checks import rooms_of
 from octant.reader_design.study_file.errors import unknown_name
+from octant.reader_design.study_file.reader import Reader
 from octant.reader_design.study_file.schema import Layout, Radio, Study, Tag
 
 FloatArray = npt.NDArray[np.float64]
@@ -59,11 +62,82 @@ class PlacedTag:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class StudyScene:
-    """One room of a study, ready for the radio model.
+class Sampling:
+    """How densely designs are probed.
+
+    Attributes
+    ----------
+    nearest_m, farthest_m : float
+        Range of horizontal distances between reader and tag [m].
+    distance_step_m : float
+        Step of the distances in free space [m].
+    free_azimuths : int
+        Azimuths for each antenna in free space; even, so that directions half-way between
+        antennas are among them.
+    room_azimuths : int
+        Azimuths for each antenna in the room; even.
+    room_spacing_m : float
+        Step of the places on the floor [m].
+    travel_step_m : float
+        Step of the drive along antenna 1's direction, for the figure of RSS against distance [m].
+    """
+
+    nearest_m: float = 0.5
+    farthest_m: float = 5.0
+    distance_step_m: float = 0.5
+    free_azimuths: int = 18
+    room_azimuths: int = 4
+    room_spacing_m: float = 0.5
+    travel_step_m: float = 0.05
+
+    def distances_m(self) -> FloatArray:
+        """Return the horizontal distances in free space, ends included [m].
+
+        Returns
+        -------
+        (d,) float64
+            Ascending [m].
+        """
+        count = max(2, 1 + round((self.farthest_m - self.nearest_m) / self.distance_step_m))
+        return np.linspace(self.nearest_m, self.farthest_m, count)
+
+    def travel_m(self) -> FloatArray:
+        """Return the distances of the drive away from the tag, from right under it [m].
+
+        Returns
+        -------
+        (t,) float64
+            Ascending from 0 [m].
+        """
+        return np.linspace(0.0, self.farthest_m, 1 + round(self.farthest_m / self.travel_step_m))
+
+    def coarser(self) -> "Sampling":
+        """Return the sampling of a quick look: a quarter of the places, fewer azimuths.
+
+        Returns
+        -------
+        Sampling
+            For ``--quick``; shares from it carry an error of a few percentage points.
+        """
+        return Sampling(
+            nearest_m=self.nearest_m,
+            farthest_m=self.farthest_m,
+            distance_step_m=2.0 * self.distance_step_m,
+            free_azimuths=max(2, self.free_azimuths // 2 // 2 * 2),
+            room_azimuths=max(2, self.room_azimuths // 2 // 2 * 2),
+            room_spacing_m=2.0 * self.room_spacing_m,
+            travel_step_m=2.0 * self.travel_step_m,
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Setting:
+    """One room of a study, ready for the radio model, and how readers are judged in it; picklable.
 
     Parameters
     ----------
+    study : Study
+        The study; its ``[reader]`` is the reader that stands here.
     name : str
         The study's name, or the layout's.
     scene : Scene
@@ -78,8 +152,13 @@ class StudyScene:
         Height coordinate of map receivers in the room's frame [m].
     notes : tuple of str
         What the user should know, for example which tag was moved off the ceiling and how far [m].
+    sampling : Sampling
+        How densely readers are probed [m].
+    usable_dbm : float
+        RSS at which a tag is still read [dBm].
     """
 
+    study: Study
     name: str
     scene: Scene
     radios: tuple[RadioScene, ...]
@@ -87,6 +166,32 @@ class StudyScene:
     reader_z_m: float
     map_z_m: float
     notes: tuple[str, ...]
+    sampling: Sampling = Sampling()
+    usable_dbm: float = USABLE_DBM
+
+    @property
+    def has_room(self) -> bool:
+        """Whether there is a room to score in, besides free space."""
+        return self.scene.has_room
+
+    @property
+    def reader(self) -> Reader:
+        """The reader that stands here: the study's table ``[reader]``."""
+        return self.study.reader
+
+    def with_reader(self, reader: Reader) -> "Setting":
+        """Return the same room with another reader in it.
+
+        Parameters
+        ----------
+        reader : Reader
+            Its ground plane stands at its own height [m].
+        """
+        return replace(
+            self,
+            study=msgspec.structs.replace(self.study, reader=reader),
+            reader_z_m=self.scene.floor_height_m + reader.height_m,
+        )
 
     def tag(self, tag_id: str) -> PlacedTag:
         """Return the tag of a name.
@@ -114,7 +219,9 @@ class StudyScene:
         )
 
 
-def build_study_scene(study: Study, layout: Layout | None = None) -> StudyScene:
+def build_setting(
+    study: Study, layout: Layout | None = None, *, sampling: Sampling | None = None
+) -> Setting:
     """Return the room of a study, or of one of its layouts, with materials and tags.
 
     Parameters
@@ -123,10 +230,12 @@ def build_study_scene(study: Study, layout: Layout | None = None) -> StudyScene:
         A study from `load_study` [m].
     layout : Layout or None
         One of ``study.layouts``; None: the study's own room.
+    sampling : Sampling, optional
+        How densely readers are probed [m].
 
     Returns
     -------
-    StudyScene
+    Setting
         Tags that lie on a surface stand off it by ``solver.standoff_m`` [m], said in ``notes``.
 
     Raises
@@ -158,7 +267,8 @@ def build_study_scene(study: Study, layout: Layout | None = None) -> StudyScene:
             raise
         msg = f"{where}{exc}"
         raise ConfigError(msg) from exc
-    return StudyScene(
+    return Setting(
+        study=study,
         name=study.name if layout is None else layout.name,
         scene=scene,
         radios=radios,
@@ -166,17 +276,18 @@ def build_study_scene(study: Study, layout: Layout | None = None) -> StudyScene:
         reader_z_m=reader_z_m,
         map_z_m=map_z_m,
         notes=tuple(where + note for note in notes),
+        sampling=sampling or Sampling(),
     )
 
 
-def radio_at(study: Study, built: StudyScene, frequency_hz: float) -> RadioScene:
+def radio_at(study: Study, setting: Setting, frequency_hz: float) -> RadioScene:
     """Return the room of a study at a frequency that may be none of its channels.
 
     Parameters
     ----------
     study : Study
         The study.
-    built : StudyScene
+    setting : Setting
         One of its rooms.
     frequency_hz : float
         Frequency [Hz].
@@ -186,15 +297,15 @@ def radio_at(study: Study, built: StudyScene, frequency_hz: float) -> RadioScene
     RadioScene
         With the same edges and sheets as the study's own.
     """
-    for radio in built.radios:
+    for radio in setting.radios:
         if radio.frequency_hz == frequency_hz:
             return radio
     return radio_scene(
-        built.scene,
+        setting.scene,
         frequency_hz,
         study_materials(study),
         transmission=study.solver.transmission,
-        wedges=built.radios[0].wedges,
+        wedges=setting.radios[0].wedges,
     )
 
 
