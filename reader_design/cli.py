@@ -26,16 +26,16 @@ VERBS = {
         "experiments.sweep.verb:sweep",
         "Any parameters swept: one resumable table of scores.",
     ),
-    "map": ("commands.map.verb:radio_map", "Received power over the floor of a room."),
+    "map": ("commands.map:radio_map", "Received power over the floor of a room."),
     "paths": ("commands.paths:paths", "Every path between a transmitter and receivers."),
-    "explain": ("commands.explain:explain", "One path's budget in dB, interaction by interaction."),
+    "explain": ("commands.paths:explain", "One path's budget in dB, interaction by interaction."),
     "scene": (
-        "commands.scene.verb:scene",
+        "commands.scene:scene",
         "The room as a GLB file and as a picture, with paths drawn.",
     ),
     "rss": ("commands.paths:rss", "What each antenna of the reader receives, pose by pose."),
     "reader": (
-        "commands.reader.verb:reader",
+        "commands.reader:reader",
         "The reader by itself: impedances, S-matrix, patterns.",
     ),
     "optimise": (

@@ -28,14 +28,39 @@ def write_reader_netcdf(
     s_matrix: npt.ArrayLike | None = None,
     step_deg: float | None = None,
 ) -> None:
-    """Return nothing; write a reader's response as netCDF, in the reader's own frame.
+    """Write a reader's response as netCDF, in the reader's own frame.
 
     Parameters
     ----------
     path : str or Path
         The file; replaced where it exists.
+    response, impedance_ohm, s_matrix, step_deg
+        As in `reader_dataset` ([ohm], [-], [deg]).
+
+    Raises
+    ------
+    PatternFileError
+        When shapes or the step do not fit, or the file cannot be written.
+    """
+    data = reader_dataset(
+        response, impedance_ohm=impedance_ohm, s_matrix=s_matrix, step_deg=step_deg
+    )
+    _store(Path(path), data)
+
+
+def reader_dataset(
+    response: ReaderResponse,
+    *,
+    impedance_ohm: npt.ArrayLike | None = None,
+    s_matrix: npt.ArrayLike | None = None,
+    step_deg: float | None = None,
+) -> "xr.Dataset":
+    """Return a reader's response as a dataset with units, in the reader's own frame.
+
+    Parameters
+    ----------
     response : ReaderResponse
-        The patterns; written with their phase at the reader's centre.
+        The patterns; stored with their phase at the reader's centre.
     impedance_ohm : (n,) complex, optional
         Input impedance [ohm] of each antenna, the others loaded.
     s_matrix : (n, n) complex, optional
@@ -47,9 +72,10 @@ def write_reader_netcdf(
     Raises
     ------
     PatternFileError
-        When shapes or the step do not fit, or the file cannot be written.
+        When shapes or the step do not fit.
     """
-    path = Path(path)
+    import xarray as xr
+
     n = response.antennas
     theta_deg = np.degrees(response.theta_rad)
     phi_deg = np.append(np.degrees(response.phi_rad), 360.0)
@@ -95,7 +121,15 @@ def write_reader_netcdf(
         )
         text = "wave out of antenna for a unit wave into antenna_2"
         variables["s_matrix"] = _variable(("antenna", "antenna_2"), checked, "1", text)
-    _store(path, variables, _coordinates(n, theta_deg, phi_deg, s_matrix is not None), response)
+    attributes = {
+        "title": "Embedded patterns of a bearing-sensitive RFID reader",
+        "Conventions": "CF-1.8",
+        "frame": "the reader's own: origin at its centre, antenna 1 at azimuth 0, z up",
+        "model": response.model,
+        "warnings": json.dumps(list(response.warnings)),
+    }
+    coordinates = _coordinates(n, theta_deg, phi_deg, s_matrix is not None)
+    return xr.Dataset(variables, coords=coordinates, attrs=attributes)
 
 
 def _turn(
@@ -151,30 +185,14 @@ def _coordinates(
     return coordinates
 
 
-def _store(
-    path: Path,
-    variables: dict[str, "xr.Variable"],
-    coordinates: dict[str, "xr.Variable"],
-    response: ReaderResponse,
-) -> None:
+def _store(path: Path, data: "xr.Dataset") -> None:
     """Write a data set whole or not at all."""
-    import xarray as xr
-
-    attributes = {
-        "title": "Embedded patterns of a bearing-sensitive RFID reader",
-        "Conventions": "CF-1.8",
-        "frame": "the reader's own: origin at its centre, antenna 1 at azimuth 0, z up",
-        "model": response.model,
-        "warnings": json.dumps(list(response.warnings)),
-    }
     part = None
     try:
         handle, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=".nc", dir=path.parent)
         os.close(handle)
         part = Path(name)
-        xr.Dataset(variables, coords=coordinates, attrs=attributes).to_netcdf(
-            part, engine="h5netcdf"
-        )
+        data.to_netcdf(part, engine="h5netcdf")
         part.chmod(0o644)
         part.replace(path)
     except OSError as exc:

@@ -1,47 +1,128 @@
-"""``octant paths`` and ``octant rss``: how outsiders check the physics; their columns are fixed."""
+"""``octant paths``, ``octant explain`` and ``octant rss``: how outsiders check the physics."""
 
-from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator
+from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 import numpy as np
-import numpy.typing as npt
 
-from octant.em.decibels import decibels
 from octant.geometries.errors import ConfigError
-from octant.reader_design.commands.ends import EndAntenna, PathLink, path_options, study_link
 from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.options import (
-    POINT,
-    common_options,
-)
+from octant.reader_design.options import POINT, common_options
 
 if TYPE_CHECKING:
-    from octant.em.fields.gains import PathGains
-    from octant.em.records import PathSet
+    from octant.reader_design.face.paths import Block, End, PathLink
 
-FloatArray = npt.NDArray[np.float64]
+Decorated = TypeVar("Decorated", bound=Callable[..., Any])
+Point = tuple[float, float, float]
 
-PATH_COLUMNS = (
-    "rx",
-    "path",
-    "order",
-    "interactions",
-    "length_m",
-    "delay_ns",
-    "departure_theta_deg",
-    "departure_phi_deg",
-    "arrival_theta_deg",
-    "arrival_phi_deg",
-    "gain_db",
-    "phase_deg",
-    "vertices",
-)
-NANOSECONDS_PER_SECOND = 1e9
-RECEIVERS_PER_BLOCK = 512
 LISTED_RECEIVERS = 50
+
+
+def path_options(command: Decorated) -> Decorated:
+    """Return a command that also takes the antennas at both ends and the order of its paths.
+
+    Parameters
+    ----------
+    command : callable
+        With the parameters ``antennas``, a pair of `End`, and ``max_reflections``.
+    """
+
+    @wraps(command)
+    def with_antennas(**given: Any) -> Any:  # noqa: ANN401
+        ends = tuple(_end(end, given) for end in ("tx", "rx"))
+        return command(antennas=ends, **given)
+
+    options: list[Any] = [
+        click.option(
+            "--max-reflections",
+            type=click.IntRange(0, 12),
+            help="Highest order; default: the study's.",
+        )
+    ]
+    for end in ("tx", "rx"):
+        options += [
+            click.option(
+                f"--{end}-antenna",
+                default="dipole",
+                show_default=True,
+                help="dipole, monopole, patch, isotropic_theta or a pattern file.",
+            ),
+            click.option(
+                f"--{end}-axis", type=POINT, help="Its direction; default: up, a patch down."
+            ),
+            click.option(
+                f"--{end}-azimuth-deg", type=float, default=0.0, help="Turn about the axis [deg]."
+            ),
+        ]
+    wrapped: Any = with_antennas
+    for option in reversed(options):
+        wrapped = option(wrapped)
+    result: Decorated = wrapped
+    return result
+
+
+def _end(end: str, given: dict[str, Any]) -> "End":
+    """Return one end's antenna, taken out of the options that were given."""
+    from octant.reader_design.face.paths import End
+
+    name, axis, azimuth_deg = (
+        given.pop(f"{end}_{what}") for what in ("antenna", "axis", "azimuth_deg")
+    )
+    if not np.isfinite(azimuth_deg):
+        msg = f"--{end}-azimuth-deg is {azimuth_deg} degrees, but a finite number is needed."
+        raise ConfigError(msg)
+    return End(
+        place_key=f"--{end}",
+        antenna_key=f"--{end}-antenna",
+        antenna=name,
+        axis=axis,
+        azimuth_deg=azimuth_deg,
+    )
+
+
+def command_link(
+    study: Path,
+    tx: Point,
+    receivers: Any,  # noqa: ANN401  array-like
+    *,
+    antennas: tuple["End", "End"],
+    max_reflections: int | None,
+    progress: Progress,
+) -> "PathLink":
+    """Return the link between two ends in the room of a study file, after saying what was moved.
+
+    Parameters
+    ----------
+    study : Path
+        The study file.
+    tx : (3,) tuple of float
+        Transmitter [m].
+    receivers : (m, 3) array_like
+        Receivers [m].
+    antennas : pair of End
+        Transmitting and receiving.
+    max_reflections : int or None
+        Highest order; None: the study's.
+    progress : Progress
+        Says which antennas were moved off a surface.
+    """
+    from octant.reader_design.face.paths import path_link
+    from octant.reader_design.study_file.loading import load_study
+
+    link = path_link(
+        load_study(study),
+        tx,
+        receivers,
+        tx=antennas[0],
+        rx=antennas[1],
+        max_reflections=max_reflections,
+    )
+    for line in link.notes:
+        progress.say(line)
+    return link
 
 
 @click.command()
@@ -55,11 +136,11 @@ LISTED_RECEIVERS = 50
 def paths(
     *,
     study: Path,
-    tx: tuple[float, float, float],
-    rx: tuple[tuple[float, float, float], ...],
+    tx: Point,
+    rx: tuple[Point, ...],
     rx_file: Path | None,
     max_reflections: int | None,
-    antennas: tuple[EndAntenna, EndAntenna],
+    antennas: tuple["End", "End"],
     csv_file: str | None,
     force: bool,
     quiet: bool,
@@ -67,10 +148,16 @@ def paths(
     """Find every path from --tx to each --rx in the room of STUDY.
 
     The gain between the two antennas includes the free-space loss. Receivers are numbered from 0 in
-    the order given, --rx before --rx-file. One without any path is a result.
+    the order given, --rx before --rx-file. A receiver that no path reaches is a result too.
     Coherent: |sum of the gains|^2; power sum: sum of |gain|^2.
     """
     from octant.geometries.files import refuse_overwrite
+    from octant.reader_design.face.paths import (
+        PATH_COLUMNS,
+        path_rows,
+        receiver_sums,
+        summary_lines,
+    )
     from octant.reader_design.showing.tables import put_table, read_columns
 
     if csv_file not in {None, "-"}:
@@ -81,7 +168,7 @@ def paths(
     if len(given) == 0:
         msg = "no receiver is given; add --rx X,Y,Z or --rx-file FILE.csv."
         raise ConfigError(msg)
-    link = study_link(
+    link = command_link(
         study,
         tx,
         given,
@@ -89,92 +176,83 @@ def paths(
         max_reflections=max_reflections,
         progress=Progress(quiet=quiet),
     )
-    sums = np.zeros((len(link.receivers_m), 3))
-    blocks = _traced(link, sums)
+    sums = []
+
+    def summed() -> "Iterator[Block]":
+        for block in link.blocks():
+            sums.append(receiver_sums(block))
+            yield block
+
     if csv_file is None:
-        deque(blocks, maxlen=0)
+        for _ in summed():
+            pass
     else:
-        rows = (row for block in blocks for row in _rows(*block))
+        rows = (row for block in summed() for row in path_rows(block))
         put_table(csv_file, PATH_COLUMNS, rows, force=force)
-    for line in _summary(link, sums, shorten=csv_file is not None):
+    most = None if csv_file is None else LISTED_RECEIVERS
+    for line in summary_lines(link, np.concatenate(sums), most=most):
         click.echo(line, err=csv_file == "-")
 
 
-def _traced(link: PathLink, sums: FloatArray) -> "Iterator[tuple[int, PathSet, PathGains]]":
-    """Yield blocks of paths; ``sums`` gets paths, |sum g|^2 and sum |g|^2 per receiver."""
-    from octant.em.fields.gains import path_gains
-    from octant.em.paths.tracing import trace_paths
+@click.command()
+@click.argument("study", type=click.Path(path_type=Path))
+@click.option("--tx", type=POINT, required=True, help="Transmitter [m].")
+@click.option("--rx", type=POINT, required=True, help="Receiver [m].")
+@click.option(
+    "--path", "number", type=click.IntRange(min=0), help="Number of the path, as in octant paths."
+)
+@click.option("--strongest", is_flag=True, help="The strongest path; so without --path.")
+@path_options
+@click.option("--csv", "csv_file", help="Write one row a line of the budget here; - for stdout.")
+@common_options
+def explain(
+    *,
+    study: Path,
+    tx: Point,
+    rx: Point,
+    number: int | None,
+    strongest: bool,
+    antennas: tuple["End", "End"],
+    max_reflections: int | None,
+    csv_file: str | None,
+    force: bool,
+    quiet: bool,
+) -> None:
+    """Explain one path from --tx to --rx in the room of STUDY: where its decibels go.
 
-    for first in range(0, len(link.receivers_m), RECEIVERS_PER_BLOCK):
-        block = link.receivers_m[first : first + RECEIVERS_PER_BLOCK]
-        found = trace_paths(link.radio, link.candidates, block)
-        gains = path_gains(link.radio, found, transmitter=link.transmitter, receiver=link.receiver)
-        field = np.zeros(len(block), dtype=np.complex128)
-        np.add.at(field, found.receiver, gains.gain)
-        part = sums[first : first + len(block)]
-        part[:, 0] = np.bincount(found.receiver, minlength=len(block))
-        part[:, 1] = np.abs(field) ** 2
-        np.add.at(part[:, 2], found.receiver, np.abs(gains.gain) ** 2)
-        yield first, found, gains
+    Every line is what one step does to the level; they add up to the path's gain_db in octant
+    paths. An interaction's line is the loss that the field suffers as it is polarised there; beside
+    it stand the coefficients of both polarisations and the share of the power that arrives in TE.
+    """
+    from octant.geometries.files import refuse_overwrite
+    from octant.reader_design.face.paths import BUDGET_COLUMNS, Paths
+    from octant.reader_design.showing.tables import put_table
 
-
-def _rows(first: int, found: "PathSet", gains: "PathGains") -> Iterator[Sequence[object]]:
-    """Yield the CSV's rows of one block, whose first receiver has the number ``first``."""
-    departure, arrival = _angles_deg(gains.departure), _angles_deg(gains.arrival)
-    delay_ns = NANOSECONDS_PER_SECOND * gains.delay_s
-    gain_db, phase_deg = decibels(np.abs(gains.gain) ** 2), np.angle(gains.gain, deg=True)
-    number = np.arange(len(found)) - np.searchsorted(found.receiver, found.receiver)
-    for k in range(len(found)):
-        yield (
-            first + int(found.receiver[k]),
-            int(number[k]),
-            int(found.order[k]),
-            ",".join(found.letters_of(k)),
-            float(gains.length_m[k]),
-            float(delay_ns[k]),
-            *departure[k].tolist(),
-            *arrival[k].tolist(),
-            float(gain_db[k]),
-            float(phase_deg[k]),
-            ";".join(":".join(repr(c) for c in v) for v in found.vertices_of(k).tolist()),
-        )
-
-
-def _summary(link: PathLink, sums: FloatArray, *, shorten: bool) -> Iterator[str]:
-    coherent_db, power_db = decibels(sums[:, 1]), decibels(sums[:, 2])
-    names = ("rx", "x_m", "y_m", "z_m", "paths", "coherent_db", "power_sum_db")
-    widths = (6, 9, 9, 9, 6, 12, 13)
-    yield " ".join(f"{name:>{width}}" for name, width in zip(names, widths, strict=True))
-    shown = LISTED_RECEIVERS if shorten and len(sums) > LISTED_RECEIVERS else len(sums)
-    for i in range(shown):
-        x, y, z = link.receivers_m[i]
-        yield (
-            f"{i:>6} {x:>9.4f} {y:>9.4f} {z:>9.4f} {int(sums[i, 0]):>6} "
-            f"{coherent_db[i]:>12.4f} {power_db[i]:>13.4f}"
-        )
-    if shown < len(sums):
-        yield f"   ... and {len(sums) - shown} more receivers: see the CSV."
-    yield f"{int(sums[:, 0].sum())} paths to {len(sums)} receiver{'' if len(sums) == 1 else 's'}."
-    tree, edges = link.candidates.images, link.candidates.edges
-    for order in range(tree.max_order + 1):
-        yield (
-            f"order {order}: {tree.considered[order]} sequences considered, "
-            f"{tree.pruned[order]} pruned, {tree.merged[order]} merged, "
-            f"{tree.kept[order]} images kept."
-        )
-    if edges is not None:
-        yield (
-            f"edges: {edges.considered} ways over {len(link.radio.wedges)} wedges considered, "
-            f"{edges.considered - edges.kept} pruned, {edges.kept} kept."
-        )
-
-
-def _angles_deg(directions: FloatArray) -> FloatArray:
-    """Return (k, 2) angles [deg]: theta from +z, phi from +x towards +y in [0, 360)."""
-    across = np.hypot(directions[:, 0], directions[:, 1])
-    theta = np.degrees(np.arctan2(across, directions[:, 2]))
-    phi = np.degrees(np.arctan2(directions[:, 1], directions[:, 0])) % 360.0
-    return np.column_stack([theta, np.where(phi >= 360.0, 0.0, phi)])
+    if number is not None and strongest:
+        msg = "--path and --strongest are both given, but one path is explained; give one."
+        raise ConfigError(msg)
+    if csv_file not in {None, "-"}:
+        refuse_overwrite(Path(str(csv_file)), force=force)
+    link = command_link(
+        study,
+        tx,
+        np.array([rx]),
+        antennas=antennas,
+        max_reflections=max_reflections,
+        progress=Progress(quiet=quiet),
+    )
+    found = Paths(link=link, blocks=tuple(link.blocks()))
+    if len(found) == 0:
+        click.echo("no path arrives there, so there is nothing to explain.", err=csv_file == "-")
+        return
+    if number is not None and number >= len(found):
+        msg = f"--path is {number}, but the paths are numbered 0 to {len(found) - 1}."
+        raise ConfigError(msg)
+    explanation = found.explain(number)
+    if csv_file is not None:
+        put_table(csv_file, BUDGET_COLUMNS, explanation.rows(), force=force)
+    for line in explanation.lines():
+        click.echo(line, err=csv_file == "-")
 
 
 @click.command()
@@ -193,8 +271,7 @@ def rss(
     Writes the poses and rss_1_w ... rss_n_w, coherent power in watts.
     """
     from octant.geometries.files import refuse_overwrite
-    from octant.reader_design.setting.links import study_responses, tag_link
-    from octant.reader_design.setting.setting import build_setting
+    from octant.reader_design.face.rss_map import pose_rss_w, rss_columns, rss_link
     from octant.reader_design.showing.tables import put_table, read_columns
     from octant.reader_design.study_file.loading import load_study
 
@@ -202,16 +279,14 @@ def rss(
     if csv_file not in {None, "-"}:
         refuse_overwrite(Path(str(csv_file)), force=force)
     given = read_columns(poses, ["x_m", "y_m", "heading_deg"])
-    built = build_setting(loaded)
-    tag = built.tag(tag_id)
-    progress = Progress(quiet=quiet)
-    for note in built.notes:
-        progress.say(note)
-    link = tag_link(loaded, built, tag, study_responses(loaded))
-    radians = given * (1.0, 1.0, np.pi / 180.0)
-    header = ["x_m", "y_m", "heading_deg", *(f"rss_{i + 1}_w" for i in range(link.antennas))]
+    link = rss_link(loaded, tag_id, progress=Progress(quiet=quiet))
     blocks = (
-        np.column_stack([given[i : i + 1000], link.rss_w(radians[i : i + 1000])])
+        np.column_stack([given[i : i + 1000], pose_rss_w(link, given[i : i + 1000])])
         for i in range(0, len(given), 1000)
     )
-    put_table(csv_file, header, (row for block in blocks for row in block.tolist()), force=force)
+    put_table(
+        csv_file,
+        rss_columns(link.antennas),
+        (row for block in blocks for row in block.tolist()),
+        force=force,
+    )

@@ -5,8 +5,7 @@ from pathlib import Path
 
 import click
 
-from octant.em.constants import VACUUM_PERMITTIVITY_F_PER_M
-from octant.geometries.errors import ConfigError, MaterialRangeError
+from octant.geometries.errors import ConfigError
 
 HERTZ_PER_GIGAHERTZ = 1e9
 
@@ -25,28 +24,23 @@ def materials(frequency_ghz: float) -> None:
     Permittivity and conductivity follow ITU-R P.2040-4; a dash stands where the recommendation
     gives no value at this frequency.
     """
-    from octant.em.medium.materials import material_table
+    from octant.reader_design.face.materials import materials as table
 
     if not (math.isfinite(frequency_ghz) and frequency_ghz > 0.0):
         msg = f"--frequency-ghz is {frequency_ghz:g} GHz, but a finite positive number is needed."
         raise ConfigError(msg)
-    frequency_hz = frequency_ghz * HERTZ_PER_GIGAHERTZ
+    data = table(frequency_hz=frequency_ghz * HERTZ_PER_GIGAHERTZ)
+    columns = ("eps_r", "sigma", "valid_from", "valid_to")
     click.echo(f"{'material':<20}{'eps_r':>10}{'sigma [S/m]':>14}  valid [GHz]")
-    for entry in material_table():
-        low, high = (bound / HERTZ_PER_GIGAHERTZ for bound in entry.frequency_range_hz)
-        valid = f"{low:g} to {high:g}" if math.isfinite(high) else "any"
-        if entry.is_pec:
-            eps_r, sigma = "-", "infinite"
-        else:
-            try:
-                permittivity = entry.relative_permittivity(frequency_hz)
-            except MaterialRangeError:
-                eps_r, sigma = "-", "-"
-            else:
-                omega = 2.0 * math.pi * frequency_hz
-                eps_r = f"{permittivity.real:.4g}"
-                sigma = f"{-permittivity.imag * omega * VACUUM_PERMITTIVITY_F_PER_M:.4g}"
-        click.echo(f"{entry.name:<20}{eps_r:>10}{sigma:>14}  {valid}")
+    for name, *numbers in zip(
+        data["material"].to_numpy(), *(data[c].to_numpy() for c in columns), strict=True
+    ):
+        eps_r, sigma, low, high = (float(n) for n in numbers)
+        shown = "-" if math.isnan(eps_r) else f"{eps_r:.4g}"
+        conducts = "-" if math.isnan(sigma) else f"{sigma:.4g}"
+        valid = f"{low / 1e9:g} to {high / 1e9:g}" if math.isfinite(high) else "any"
+        conducts = "infinite" if math.isinf(sigma) else conducts
+        click.echo(f"{name:<20}{shown:>10}{conducts:>14}  {valid}")
 
 
 @click.command()
@@ -54,7 +48,7 @@ def materials(frequency_ghz: float) -> None:
 @click.option("--unit", help="Length unit of the file (m, cm, mm, in ...), if it declares none.")
 def audit(mesh: Path, unit: str | None) -> None:
     """Say what is wrong with a MESH file, and what it means for rays."""
-    from octant.geometries.audit import audit_mesh
+    from octant.reader_design.face.materials import audit as audited
 
-    for line in audit_mesh(mesh, unit=unit).lines():
+    for line in audited(mesh, unit=unit).lines():
         click.echo(line)

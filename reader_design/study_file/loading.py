@@ -75,7 +75,26 @@ def parse_study(text: str, *, source: str, directory: Path) -> Study:
     ConfigError
         As `load_study`; the message starts with ``source``.
     """
-    raw = toml_tables(text, source=source)
+    return study_of_tables(toml_tables(text, source=source), source=source, directory=directory)
+
+
+def study_of_tables(raw: dict[str, Any], *, source: str, directory: Path) -> Study:
+    """Return the study that plain tables describe, as those of a study file, checked and resolved.
+
+    Parameters
+    ----------
+    raw : dict
+        Tables with the keys of a study file: text, numbers, booleans, lists and dicts.
+    source : str
+        Name of what holds them in messages.
+    directory : Path
+        Where relative mesh files are looked for.
+
+    Raises
+    ------
+    ConfigError
+        As `load_study`; the message starts with ``source``.
+    """
     try:
         _refuse_infinite(raw, ())
         try:

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from octant.reader_design.commands.map.figures import PAGES
+from octant.reader_design.face.map_figures import PAGES
 from octant.reader_design.showing.netcdf import read_dataset
 
 BOX = """

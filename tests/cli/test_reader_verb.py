@@ -152,7 +152,7 @@ def test_approximate_models_give_patterns_only(octant, study_file, tmp_path):
 def test_convergence_solves_finer_meshes_and_says_what_changes(
     octant, study_file, tmp_path, monkeypatch
 ):
-    from octant.reader_design.commands.reader import verb as reader
+    from octant.reader_design.face import reader
 
     assert reader.DENSITIES == (8.0, 10.0, 14.0)
     monkeypatch.setattr(reader, "DENSITIES", (4.0, 5.0, 6.0))

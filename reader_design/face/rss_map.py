@@ -1,7 +1,7 @@
-"""What ``octant map`` maps for one tag, layer by layer, and the dataset that holds them all."""
+"""Received power: pose by pose, and over the floor of a room as a dataset of layers."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -10,14 +10,23 @@ import numpy.typing as npt
 
 from octant.em.antennas.embedded import ReaderResponse
 from octant.em.antennas.kinds import make_antenna
+from octant.em.decibels import power_dbm
 from octant.em.power.channel_spreads import ChannelSpreads, channel_spreads
-from octant.em.power.disc_mean import mean_over_disc
+from octant.em.power.disc_mean import DISC_PLACES, mean_over_disc
 from octant.em.power.radio_map import RadioMap, map_antenna, map_reader
-from octant.em.power.received_power import antenna_power
+from octant.em.power.received_power import ReaderLink, antenna_power
+from octant.geometries.errors import ConfigError
 from octant.navigation.angles import wrap_angle
-from octant.reader_design.setting.links import tag_link
+from octant.reader_design.keeping.progress import Progress
+from octant.reader_design.setting.links import study_responses, tag_link
+from octant.reader_design.setting.map_grid import LARGEST_MAP, map_axes_m
 from octant.reader_design.setting.measures import vector_sum_bearing_rad
-from octant.reader_design.setting.setting import PlacedTag, Setting, candidates_from
+from octant.reader_design.setting.setting import (
+    PlacedTag,
+    Setting,
+    build_setting,
+    candidates_from,
+)
 from octant.reader_design.showing.netcdf import dataset, variable
 from octant.reader_design.study_file.loading import to_toml
 from octant.reader_design.study_file.schema import Study
@@ -52,17 +61,6 @@ class TagLayers:
     spreads: ChannelSpreads | None = None
 
 
-def heading_deg(study: Study) -> float:
-    """Return the heading of the robot on a map [deg]: that of the mission's start, or 90.
-
-    Parameters
-    ----------
-    study : Study
-        The study.
-    """
-    return 90.0 if study.mission is None else study.mission.heading_deg
-
-
 def tag_map(
     study: Study,
     built: Setting,
@@ -70,7 +68,8 @@ def tag_map(
     responses: Sequence[ReaderResponse],
     *,
     axes: Axes,
-    told: Callable[[int], None],
+    heading_rad: float,
+    progress: Callable[[int], None],
 ) -> RadioMap:
     """Return the power map of one tag [W].
 
@@ -86,23 +85,19 @@ def tag_map(
         The reader's, one a frequency; none for one isotropic_theta antenna.
     axes : pair of (k,) float64
         Grid in x and y [m].
-    told : callable
-        Told how many places are done [-].
-
-    Returns
-    -------
-    RadioMap
-        Of all antennas of the reader, or of the one.
+    heading_rad : float
+        Heading of the robot [rad].
+    progress : callable
+        Called with the number of places that are done.
     """
     x_m, y_m = axes
 
     def rows_done(rows: int, _: int) -> None:
-        told(rows)
+        progress(rows)
 
     if responses:
         link = tag_link(study, built, tag, responses, height_m=study.map.height_m)
-        heading = math.radians(heading_deg(study))
-        return map_reader(link, x_m=x_m, y_m=y_m, heading_rad=heading, progress=rows_done)
+        return map_reader(link, x_m=x_m, y_m=y_m, heading_rad=heading_rad, progress=rows_done)
     found = candidates_from(study, built.radios[0], tag.position_m)
     maps = [
         map_antenna(
@@ -111,12 +106,12 @@ def tag_map(
             x_m=x_m,
             y_m=y_m,
             z_m=built.map_z_m,
-            transmitter=sender,
+            transmitter=transmitter,
             receiver=make_antenna("isotropic_theta", radio.frequency_hz),
             power_w=study.radio.tag_power_w,
             progress=rows_done,
         )
-        for radio, sender in zip(built.radios, tag.antennas, strict=True)
+        for radio, transmitter in zip(built.radios, tag.antennas, strict=True)
     ]
     return replace(
         maps[0],
@@ -132,16 +127,17 @@ def disc_map(
     responses: Sequence[ReaderResponse],
     *,
     axes: Axes,
-    told: Callable[[int], None],
+    heading_rad: float,
+    progress: Callable[[int], None],
 ) -> FloatArray:
     """Return the mean of the coherent power over a disc of one wavelength at each place [W].
 
     Parameters
     ----------
-    study, built, tag, responses, axes
-        As in `tag_map` [m].
-    told : callable
-        Told how many places of each disc are done [-].
+    study, built, tag, responses, axes, heading_rad
+        As in `tag_map` [m], [rad].
+    progress : callable
+        Called with the number of places of each disc that are done.
 
     Returns
     -------
@@ -151,10 +147,9 @@ def disc_map(
     places = _places(axes, built)
     if responses:
         link = tag_link(study, built, tag, responses, height_m=study.map.height_m)
-        heading = math.radians(heading_deg(study))
 
         def power_w(at: FloatArray) -> FloatArray:
-            return link.rss_w(np.column_stack((at[:, :2], np.full(len(at), heading))))
+            return link.rss_w(np.column_stack((at[:, :2], np.full(len(at), heading_rad))))
     else:
         found = candidates_from(study, built.radios[0], tag.position_m)
 
@@ -164,11 +159,11 @@ def disc_map(
                     radio,
                     found,
                     at,
-                    transmitter=sender,
+                    transmitter=transmitter,
                     receiver=make_antenna("isotropic_theta", radio.frequency_hz),
                     power_w=study.radio.tag_power_w,
                 ).coherent_w
-                for radio, sender in zip(built.radios, tag.antennas, strict=True)
+                for radio, transmitter in zip(built.radios, tag.antennas, strict=True)
             ]
             return np.asarray(np.mean(parts, axis=0))
 
@@ -177,7 +172,7 @@ def disc_map(
         places,
         diameter_m=built.radios[0].wavelength_m,
         usable=lambda at: open_places(built, at),
-        told=told,
+        told=progress,
     )
     return mean.reshape(len(axes[0]), len(axes[1]), *mean.shape[1:])
 
@@ -188,13 +183,13 @@ def spread_map(
     tag: PlacedTag,
     *,
     axes: Axes,
-    told: Callable[[int], None],
+    progress: Callable[[int], None],
 ) -> ChannelSpreads:
     """Return the spreads of the channel from a tag to an isotropic_theta antenna.
 
     Parameters
     ----------
-    study, built, tag, axes, told
+    study, built, tag, axes, progress
         As in `tag_map` [m].
 
     Returns
@@ -210,7 +205,7 @@ def spread_map(
         _places(axes, built),
         transmitter=tag.antennas[0],
         receiver=make_antenna("isotropic_theta", radio.frequency_hz),
-        progress=lambda rows, _: told(rows),
+        progress=lambda rows, _: progress(rows),
     )
 
 
@@ -271,7 +266,12 @@ def bearing_error_rad(
 
 
 def map_dataset(
-    study: Study, layers: Sequence[TagLayers], *, antenna: int | None, local_mean: bool
+    study: Study,
+    layers: Sequence[TagLayers],
+    *,
+    antennas: Sequence[int] | None,
+    heading_deg: float,
+    local_mean: bool,
 ) -> "xr.Dataset":
     """Return the dataset of all tags' layers, with units and names.
 
@@ -281,8 +281,10 @@ def map_dataset(
         The study.
     layers : sequence of TagLayers
         One a tag, at least one.
-    antenna : int or None
-        Number of the only antenna of the reader that is kept, from 1; None: all.
+    antennas : sequence of int or None
+        Numbers of the reader's antennas that are kept, from 1; None: all.
+    heading_deg : float
+        Heading of the robot [deg].
     local_mean : bool
         Whether the power sum over paths is stored too.
 
@@ -293,7 +295,7 @@ def map_dataset(
     """
     first = layers[0].power
     of_reader = first.coherent_w.ndim == 3
-    chosen = slice(None) if antenna is None else slice(antenna - 1, antenna)
+    chosen = slice(None) if antennas is None else [number - 1 for number in antennas]
     dims = ["tag", "x", "y", "antenna"] if of_reader else ["tag", "x", "y"]
 
     def power(values: Sequence[FloatArray], what: str) -> "xr.Variable":
@@ -322,7 +324,7 @@ def map_dataset(
             ["antenna"], numbers, units="1", long_name="antenna of the reader"
         )
         coordinates["heading"] = variable(
-            [], heading_deg(study), units="degree", long_name="heading of the robot"
+            [], heading_deg, units="degree", long_name="heading of the robot"
         )
     if local_mean:
         variables["rss_local_mean_w"] = power(
@@ -331,8 +333,8 @@ def map_dataset(
     if all(e.disc_mean_w is not None for e in layers):
         means = [e.disc_mean_w for e in layers if e.disc_mean_w is not None]
         variables["rss_disc_mean_w"] = power(means, "mean over a disc of one wavelength")
-    if of_reader and antenna is None:
-        variables |= _bearing_variables(study, layers)
+    if of_reader and antennas is None:
+        variables |= _bearing_variables(layers, math.radians(heading_deg))
     if all(e.spreads is not None for e in layers):
         variables |= _spread_variables(layers)
     return dataset(
@@ -345,8 +347,7 @@ def map_dataset(
     )
 
 
-def _bearing_variables(study: Study, layers: Sequence[TagLayers]) -> dict[str, "xr.Variable"]:
-    heading_rad = math.radians(heading_deg(study))
+def _bearing_variables(layers: Sequence[TagLayers], heading_rad: float) -> dict[str, "xr.Variable"]:
     errors = [
         bearing_error_rad(
             e.power.coherent_w,
@@ -406,3 +407,249 @@ def _spread_variables(layers: Sequence[TagLayers]) -> dict[str, "xr.Variable"]:
 def _places(axes: Axes, built: Setting) -> FloatArray:
     x, y = np.meshgrid(*axes, indexing="ij")
     return np.column_stack((x.ravel(), y.ravel(), np.full(x.size, built.map_z_m)))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MapWanted:
+    """What a map of a study shows.
+
+    Parameters
+    ----------
+    tag_ids : tuple of str
+        Tags, which transmit; empty: all of the study.
+    antennas : tuple of int or None
+        Numbers of the reader's antennas, from 1; None: all.
+    heading_deg : float or None
+        Heading of the robot [deg]; None: that of the mission's start, or 90.
+    isotropic : bool
+        One ``isotropic_theta`` antenna receives, and no reader.
+    local_mean : bool
+        Add the power sum over paths.
+    local_mean_disc : bool
+        Add the mean over a disc of one wavelength.
+    spreads : bool
+        Add delay spread and angular spreads of the channel.
+    """
+
+    tag_ids: tuple[str, ...] = ()
+    antennas: tuple[int, ...] | None = None
+    heading_deg: float | None = None
+    isotropic: bool = False
+    local_mean: bool = False
+    local_mean_disc: bool = False
+    spreads: bool = False
+
+
+def map_rss(
+    study: Study, wanted: MapWanted, *, progress: Progress
+) -> tuple["xr.Dataset", Setting, tuple[TagLayers, ...]]:
+    """Return the map of a study as a dataset ([W], [ns], [deg]), the room, and what was computed.
+
+    Parameters
+    ----------
+    study : Study
+        The study; its ``[map]`` gives spacing and height.
+    wanted : MapWanted
+        What it shows.
+    progress : Progress
+        Shows what is done.
+
+    Raises
+    ------
+    ConfigError
+        When nothing transmits, an antenna or tag does not exist, or the map is too large.
+    """
+    numbers = wanted.antennas or ()
+    wrong = [n for n in numbers if not 1 <= n <= study.reader.antennas]
+    if wrong:
+        msg = f"antenna {wrong[0]} is asked for, but the reader has antennas 1 to "
+        msg += f"{study.reader.antennas}; choose one of these."
+        raise ConfigError(msg)
+    built = build_setting(study)
+    tags = [built.tag(tag_id) for tag_id in wanted.tag_ids] or list(built.tags)
+    if not tags:
+        msg = "the study has no [[tag]], so there is nothing that transmits; add one."
+        raise ConfigError(msg)
+    axes = map_axes_m(study, built)
+    receivers = 1 if wanted.isotropic else len(numbers) or study.reader.antennas
+    _refuse_huge(study, axes, tags=len(tags), receivers=receivers)
+    for note in built.notes:
+        progress.say(note)
+    responses = () if wanted.isotropic else study_responses(study)
+    heading_deg = wanted.heading_deg
+    if heading_deg is None:
+        heading_deg = 90.0 if study.mission is None else study.mission.heading_deg
+    heading_rad = math.radians(heading_deg)
+    layers = []
+    places = axes[0].size * axes[1].size
+    for tag in tags:
+        with progress.count(places, label=f"tag {tag.id}") as done:
+            one = tag_map(
+                study, built, tag, responses, axes=axes, heading_rad=heading_rad, progress=done
+            )
+        disc = spread = None
+        if wanted.local_mean_disc:
+            with progress.count(DISC_PLACES, label=f"tag {tag.id}, discs") as done:
+                disc = disc_map(
+                    study, built, tag, responses, axes=axes, heading_rad=heading_rad, progress=done
+                )
+        if wanted.spreads:
+            with progress.count(places, label=f"tag {tag.id}, spreads") as done:
+                spread = spread_map(study, built, tag, axes=axes, progress=done)
+        layers.append(TagLayers(tag=tag, power=one, disc_mean_w=disc, spreads=spread))
+    data = map_dataset(
+        study,
+        layers,
+        antennas=wanted.antennas,
+        heading_deg=heading_deg,
+        local_mean=wanted.local_mean,
+    )
+    return data, built, tuple(layers)
+
+
+def _refuse_huge(study: Study, axes: Axes, *, tags: int, receivers: int) -> None:
+    values = axes[0].size * axes[1].size * tags * receivers
+    if values > LARGEST_MAP:
+        msg = (
+            f"map.spacing_m is {study.map.spacing_m:g} m, which with {tags} tags and {receivers} "
+            f"antennas makes {values:.3g} values; choose a coarser grid, or one --tag or --antenna."
+        )
+        raise ConfigError(msg)
+
+
+def with_dbm(data: "xr.Dataset") -> "xr.Dataset":
+    """Return a map with every power in [dBm] too, beside the one in [W].
+
+    Parameters
+    ----------
+    data : xarray.Dataset
+        From `map_rss` or `pose_dataset`.
+    """
+    added = {}
+    for name, power in data.data_vars.items():
+        if str(name).endswith("_w"):
+            level = data[name].copy(data=power_dbm(power.to_numpy()))
+            level.attrs = {**power.attrs, "units": "dBm"}
+            added[f"{str(name).removesuffix('_w')}_dbm"] = level
+    return data.assign(added)
+
+
+def rss_link(study: Study, tag_id: str, *, progress: Progress) -> ReaderLink:
+    """Return the link of one tag of a study to its reader.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    tag_id : str
+        The tag.
+    progress : Progress
+        Says which tags were moved off a surface.
+    """
+    built = build_setting(study)
+    tag = built.tag(tag_id)
+    for note in built.notes:
+        progress.say(note)
+    return tag_link(study, built, tag, study_responses(study))
+
+
+def pose_rss_w(link: ReaderLink, poses: npt.ArrayLike) -> FloatArray:
+    """Return what every antenna receives at each pose, coherent [W].
+
+    Parameters
+    ----------
+    link : ReaderLink
+        From `rss_link`.
+    poses : (k, 3) array_like
+        x, y [m] and heading [deg].
+    """
+    return link.rss_w(np.asarray(poses, dtype=np.float64) * (1.0, 1.0, np.pi / 180.0))
+
+
+def rss_columns(antennas: int) -> list[str]:
+    """Return the columns of a table of RSS: the pose, then a column an antenna.
+
+    Parameters
+    ----------
+    antennas : int
+        Number of antennas.
+    """
+    return ["x_m", "y_m", "heading_deg", *(f"rss_{i + 1}_w" for i in range(antennas))]
+
+
+def pose_dataset(study: Study, tag_ids: Sequence[str], poses: npt.ArrayLike) -> "xr.Dataset":
+    """Return what every antenna receives from tags, pose by pose ([W] and [dBm]).
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    tag_ids : sequence of str
+        The tags.
+    poses : (k, 3) array_like
+        x, y [m] and heading [deg].
+    """
+    import xarray as xr
+
+    given = np.asarray(poses, dtype=np.float64)
+    if given.shape[-1:] != (3,) or given.ndim > 2:
+        msg = (
+            f"poses has shape {given.shape}, but one row (x [m], y [m], heading [deg]) a pose is "
+            "needed."
+        )
+        raise ConfigError(msg)
+    given = given.reshape(-1, 3)
+    rss = [pose_rss_w(rss_link(study, tag, progress=Progress()), given) for tag in tag_ids]
+    numbers = np.arange(1, rss[0].shape[-1] + 1)
+    places = {
+        name: variable(["pose"], given[:, i], units=units, long_name=text)
+        for i, (name, units, text) in enumerate(
+            (
+                ("x", "m", "x in the room"),
+                ("y", "m", "y in the room"),
+                ("heading", "degree", "heading of the robot"),
+            )
+        )
+    }
+    return with_dbm(
+        xr.Dataset(
+            {
+                "rss_w": variable(
+                    ["tag", "pose", "antenna"],
+                    np.stack(rss),
+                    units="W",
+                    long_name="received power, coherent sum",
+                )
+            },
+            coords={
+                "tag": variable(["tag"], list(tag_ids), units="1", long_name="tag"),
+                "antenna": variable(
+                    ["antenna"], numbers, units="1", long_name="antenna of the reader"
+                ),
+                **places,
+            },
+        )
+    )
+
+
+def summary_lines(layers: Sequence[TagLayers]) -> Iterator[str]:
+    """Yield one line for each tag of a map: places without a path, and the range of powers.
+
+    Parameters
+    ----------
+    layers : sequence of TagLayers
+        From `map_rss`.
+    """
+    for layer in layers:
+        tag, power, count = layer.tag.id, layer.power.coherent_w, layer.power.path_count
+        strongest = power.max(axis=-1) if power.ndim == 3 else power
+        heard = strongest[count > 0]
+        if heard.size == 0 or heard.max() <= 0.0:
+            yield f"tag {tag}: no path to any of {count.size} places."
+            continue
+        dbm = power_dbm(heard)
+        yield (
+            f"tag {tag}: {count.size} places, {int((count == 0).sum())} without a "
+            f"path; strongest antenna {dbm.min():.1f} to {dbm.max():.1f} dBm, median "
+            f"{np.median(dbm):.1f} dBm; {int(count.sum())} paths."
+        )

@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.em.decibels import power_dbm
-from octant.reader_design.commands.map.layers import open_places
+from octant.reader_design.face.rss_map import open_places
 from octant.reader_design.setting.setting import Setting
 from octant.reader_design.showing.plan import (
     MapPanel,
@@ -59,7 +59,7 @@ def map_pages(data: "xr.Dataset", built: Setting) -> "Iterator[tuple[str, Figure
     Parameters
     ----------
     data : xarray.Dataset
-        From `octant.reader_design.commands.map.layers.map_dataset`.
+        From `octant.reader_design.face.rss_map.map_dataset`.
     built : Setting
         The room.
 

@@ -1,1 +1,0 @@
-"""``octant map``: received power over the floor of a room."""

@@ -1,0 +1,86 @@
+"""``octant reader``: the reader of a study by itself, its ports, patterns and currents."""
+
+from pathlib import Path
+
+import click
+
+from octant.geometries.errors import ConfigError
+from octant.reader_design.keeping.progress import Progress
+from octant.reader_design.options import common_options
+
+
+@click.command()
+@click.argument("study", type=click.Path(path_type=Path))
+@click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder for results.")
+@click.option(
+    "--step-deg",
+    type=click.FloatRange(min=0.5, max=45.0),
+    default=2.0,
+    show_default=True,
+    help="Step of the patterns over theta and phi [deg]; it must divide 180.",
+)
+@click.option(
+    "--model",
+    type=click.Choice(["fullwave", "rays", "isolated"]),
+    help="How the reader's body enters; default: the study's reader.response.",
+)
+@click.option(
+    "--convergence", is_flag=True, help="Solve with 8, 10 and 14 cells per wavelength too."
+)
+@common_options
+def reader(
+    *,
+    study: Path,
+    out: Path,
+    step_deg: float,
+    model: str | None,
+    convergence: bool,
+    force: bool,
+    quiet: bool,
+) -> None:
+    """Solve the reader of STUDY's table [reader] at the carrier frequency.
+
+    Prints impedances, S-matrix and power balance. Writes reader.nc (patterns, impedances, S-matrix
+    in the reader's frame), one .ffe file for each antenna, reader.sNp (Touchstone), study.toml, and
+    figures of gains, S-matrix and surface currents.
+    """
+    from msgspec.structs import replace
+
+    from octant.geometries.files import refuse_overwrite, write_text
+    from octant.reader_design.face.reader import check_step, solve_reader_of
+    from octant.reader_design.showing.style import save_figure
+    from octant.reader_design.study_file.loading import load_study, to_toml
+
+    loaded = load_study(study)
+    chosen = model or loaded.reader.response
+    loaded = replace(loaded, reader=replace(loaded.reader, response=chosen))
+    check_step(step_deg, name="--step-deg")
+    if convergence and chosen != "fullwave":
+        msg = (
+            f"--convergence is given, but the model is {chosen!r}, which has no mesh; leave it "
+            "out, or give --model fullwave."
+        )
+        raise ConfigError(msg)
+    ports = loaded.reader.antennas
+    names = ["reader.nc", "study.toml", *(f"antenna_{i + 1}.ffe" for i in range(ports))]
+    if chosen == "fullwave":
+        names.append(f"reader.s{ports}p")
+    files = [out / name for name in names]
+    refuse_overwrite(*files, force=force)
+    progress = Progress(quiet=quiet)
+    solved = solve_reader_of(
+        loaded, [loaded.radio.frequency_hz], step_deg=step_deg, progress=progress
+    )
+    write_text(out / "study.toml", to_toml(loaded, relative_to=out))
+    solved.to_netcdf(out / "reader.nc", force=True)
+    solved.to_ffe(out)
+    if solved.results:
+        solved.to_touchstone(out / "reader")
+    for name, figure in progress.track(solved.figures(), label="figures"):
+        save_figure(figure, out / "figures" / f"{name}.png")
+    for line in (solved.alone_line(), *solved.lines()):
+        click.echo(line)
+    if convergence:
+        for line in solved.convergence_lines(progress=progress):
+            click.echo(line)
+    click.echo(f"written: {', '.join(str(p) for p in files)} and {out / 'figures'}")

@@ -1,1 +1,0 @@
-"""``octant reader``: the reader by itself."""

@@ -1,1 +1,0 @@
-"""``octant scene``: the room as a GLB file and as a picture."""

@@ -1,0 +1,401 @@
+"""A robot's drive through tags: what is asked for, and the runs of it."""
+
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import msgspec
+import numpy as np
+import numpy.typing as npt
+
+from octant.em.antennas.embedded import ReaderResponse
+from octant.geometries.errors import ConfigError
+from octant.navigation.missions.files import write_missions_csv, write_trajectory_csv
+from octant.navigation.missions.metrics import MissionMetrics, measure
+from octant.navigation.missions.records import MissionResult
+from octant.navigation.missions.summary import summarise, summary_sentences
+from octant.reader_design.experiments.missions.animation import drive_frames, write_gif
+from octant.reader_design.experiments.missions.drive_figures import drive_of, trajectory_figure
+from octant.reader_design.experiments.missions.drives import drive_missions
+from octant.reader_design.experiments.missions.placements import drive_placements
+from octant.reader_design.experiments.missions.scenery import run_scenery
+from octant.reader_design.face.reader import Reader
+from octant.reader_design.face.room import Room, link_study
+from octant.reader_design.face.shown import figure_html, image_html, progress_of, text_html
+from octant.reader_design.face.tables import Tag
+from octant.reader_design.keeping.progress import Progress
+from octant.reader_design.setting.links import mission_table, study_responses
+from octant.reader_design.setting.setting import Setting, build_setting
+from octant.reader_design.showing.netcdf import variable
+from octant.reader_design.showing.plan import plan_of
+from octant.reader_design.study_file.schema import Study
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+
+class Mission:
+    """A drive through tags, with a reader on a robot in a room.
+
+    Parameters
+    ----------
+    room : Room
+        The room.
+    tags : sequence of Tag
+        The tags that hang in it.
+    reader : Reader, optional
+        The reader; by default that of the thesis.
+    start : (2,) or (3,) sequence of float
+        Where the robot starts: x, y [m] and heading [deg], by default 90.
+    frequency_hz : float
+        Carrier [Hz].
+    channels_hz : sequence of float
+        Hopping frequencies [Hz].
+    sensor, solver : mapping, optional
+        Keys of the tables ``[sensor]`` and ``[solver]`` of a study file.
+    name : str
+        In titles.
+    **keys
+        Keys of the table ``[mission]``: ``navigator``, ``controller``, ``noise_db``,
+        ``arrival_radius_m`` and so on. ``tags`` by name is not needed: the tags are visited in the
+        order given, unless ``order`` names others.
+    order : sequence of str, optional
+        Names of the tags to visit, in this order.
+
+    Examples
+    --------
+    >>> import octant
+    >>> tag = octant.Tag("1", (1.5, 1.0, 2.0))
+    >>> reader = octant.Reader(response="isolated")
+    >>> mission = octant.Mission(octant.Room.free_space(), [tag], reader, start=(0.0, 0.0, 90.0))
+    >>> mission
+    <Mission: 1 from (0, 0) m at 90 deg, navigator thesis>
+    >>> mission.run(2, seed=1, progress=False).success.dims
+    ('run',)
+    """
+
+    __slots__ = ("study",)
+    study: Study
+
+    def __init__(
+        self,
+        room: Room,
+        tags: Sequence[Tag],
+        reader: Reader | None = None,
+        *,
+        start: Sequence[float],
+        order: Sequence[str] | None = None,
+        frequency_hz: float = 2.4e9,
+        channels_hz: Sequence[float] = (),
+        sensor: Mapping[str, Any] | None = None,
+        solver: Mapping[str, Any] | None = None,
+        name: str = "mission",
+        **keys: Any,  # noqa: ANN401  keys of the table [mission]
+    ) -> None:
+        place = [float(c) for c in np.asarray(start, dtype=np.float64).ravel()]
+        if len(place) not in {2, 3}:
+            msg = f"start is {start!r}, but x, y [m] and the heading [deg] are needed."
+            raise ConfigError(msg)
+        table = {
+            "start_m": place[:2],
+            "heading_deg": place[2] if len(place) == 3 else 90.0,
+            "tags": [tag.id for tag in tags] if order is None else list(order),
+            **keys,
+        }
+        self.study = link_study(
+            room,
+            tags,
+            reader,
+            {"name": name, "mission": table, "sensor": sensor, "solver": solver},
+            frequency_hz=frequency_hz,
+            channels_hz=channels_hz,
+        )
+
+    @classmethod
+    def of(cls, study: Study) -> "Mission":
+        """Return the mission of a study.
+
+        Parameters
+        ----------
+        study : Study
+            With a table ``[mission]``.
+        """
+        mission_table(study)
+        made = cls.__new__(cls)
+        made.study = study
+        return made
+
+    def run(
+        self,
+        runs: int | None = None,
+        *,
+        seed: int | None = None,
+        noise_db: float | None = None,
+        progress: bool | Progress = True,
+    ) -> "MissionRuns":
+        """Return the runs of the mission.
+
+        Parameters
+        ----------
+        runs : int, optional
+            Number of runs; by default the mission's.
+        seed : int, optional
+            Seed of every random number; by default the study's.
+        noise_db : float, optional
+            Noise of each reading [dB]; by default the mission's.
+        progress : bool or Progress
+            False silences it.
+
+        Raises
+        ------
+        NavigationError
+            When the mission cannot be driven with this reader.
+        """
+        study = self.study if seed is None else msgspec.structs.replace(self.study, seed=seed)
+        table = mission_table(study)
+        shown = progress_of(progress)
+        built = build_setting(study)
+        for note in built.notes:
+            shown.say(note)
+        responses = study_responses(study)
+        number = table.runs if runs is None else runs
+        with shown.count(number, label="missions") as done:
+            if table.placement_m > 0.0:
+                results, built = drive_placements(
+                    study, None, responses, runs=number, noise_db=noise_db, progress=done
+                )
+            else:
+                results = drive_missions(
+                    study, built, responses, runs=number, noise_db=noise_db, progress=done
+                )
+        return MissionRuns(study=study, built=built, responses=responses, results=tuple(results))
+
+    def __repr__(self) -> str:
+        table = mission_table(self.study)
+        x, y = table.start_m
+        return (
+            f"<Mission: {' -> '.join(table.tags)} from ({x:g}, {y:g}) m at "
+            f"{table.heading_deg:g} deg, navigator {table.navigator}>"
+        )
+
+    def _repr_html_(self) -> str:
+        return text_html(repr(self))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class MissionRuns:
+    """The runs of a mission.
+
+    Parameters
+    ----------
+    study : Study
+        What was driven.
+    built : Setting
+        The room; with random placements that of run 0.
+    responses : tuple of ReaderResponse
+        The reader's.
+    results : tuple of MissionResult
+        Every run.
+    """
+
+    study: Study
+    built: Setting
+    responses: tuple[ReaderResponse, ...]
+    results: tuple[MissionResult, ...]
+
+    def __len__(self) -> int:
+        return len(self.results)
+
+    @property
+    def metrics(self) -> tuple[MissionMetrics, ...]:
+        """Success, times, lengths and errors of every run."""
+        return tuple(measure(result) for result in self.results)
+
+    @property
+    def data(self) -> "xr.Dataset":
+        """Success, time [s], length [m], errors and reason of every run, with units."""
+        import xarray as xr
+
+        metrics = self.metrics
+        columns = (
+            ("success", "1", "whether every tag was reached"),
+            ("captured", "1", "whether the field held the robot at a wrong place"),
+            ("collided", "1", "whether the robot ran into something"),
+            ("time_s", "s", "duration"),
+            ("path_m", "m", "length of the path driven"),
+            ("rmse_m", "m", "rms distance to the straight segments"),
+            ("p90_position_m", "m", "position error of 90 % of the time"),
+            ("p90_heading_rad", "rad", "heading error of 90 % of the time"),
+        )
+        variables = {
+            name: variable(
+                ["run"], [getattr(m, name) for m in metrics], units=units, long_name=text
+            )
+            for name, units, text in columns
+        }
+        variables["arrival_error_m"] = variable(
+            ["run", "target_tag"],
+            np.array([m.arrival_errors_m for m in metrics]),
+            units="m",
+            long_name="distance from the tag's point on arrival",
+        )
+        variables["ended_because"] = variable(
+            ["run"], [r.reason for r in self.results], units="1", long_name="why the run ended"
+        )
+        tags = list(mission_table(self.study).tags)
+        names = {
+            "run": variable(["run"], np.arange(len(self)), units="1", long_name="run"),
+            "target_tag": variable(
+                ["target_tag"], tags, units="1", long_name="tag, in order of the visit"
+            ),
+        }
+        return xr.Dataset(variables, coords=names)
+
+    @property
+    def success(self) -> "xr.DataArray":
+        """Whether each run reached every tag."""
+        return self.data["success"]
+
+    def trajectory(self, run: int = 0) -> "xr.Dataset":
+        """Return the way of one run: time [s], pose [m], [rad], and RSS [W] of every antenna.
+
+        Parameters
+        ----------
+        run : int
+            Number of the run.
+        """
+        import xarray as xr
+
+        result = self._result(run)
+
+        def row(values: npt.ArrayLike, units: str, long_name: str) -> "xr.Variable":
+            return variable(["step"], values, units=units, long_name=long_name)
+
+        ids = np.array(result.mission.tag_ids)
+        return xr.Dataset(
+            {
+                "x": row(result.poses[:, 0], "m", "x of the robot"),
+                "y": row(result.poses[:, 1], "m", "y of the robot"),
+                "heading": row(result.poses[:, 2], "rad", "heading of the robot"),
+                "mode": row(list(result.modes), "1", "what the navigator does"),
+                "target": row(ids[result.targets], "1", "tag that is read"),
+                "rss_w": variable(
+                    ["step", "antenna"], result.rss_w, units="W", long_name="reading"
+                ),
+            },
+            coords={
+                "t": row(result.time_s, "s", "time"),
+                "antenna": variable(
+                    ["antenna"],
+                    np.arange(1, result.rss_w.shape[1] + 1),
+                    units="1",
+                    long_name="antenna of the reader",
+                ),
+            },
+            attrs={"outcome": result.outcome, "reason": result.reason},
+        )
+
+    def animate(self, run: int = 0) -> "Animation":
+        """Return one run as an animated picture: robot, antennas, RSS and the field under them.
+
+        Parameters
+        ----------
+        run : int
+            Number of the run.
+        """
+        result = self._result(run)
+        scenery = run_scenery(self.study, self.built, self.responses, result)
+        frames = drive_frames(drive_of(result), scenery, title=self.study.name)
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder) / "run.gif"
+            count = write_gif(file, frames)
+            return Animation(content=file.read_bytes(), frames=count)
+
+    def plot(self, run: int = 0) -> "Figure":
+        """Return the way of one run in a plan of the room.
+
+        Parameters
+        ----------
+        run : int
+            Number of the run.
+        """
+        result = self._result(run)
+        mission = result.mission
+        points = dict(zip(mission.tag_ids, mission.tag_points_m, strict=True))
+        plan = plan_of(self.built.scene, self.built.reader_z_m)
+        drawn = [(self.built.name, drive_of(result), plan)]
+        return trajectory_figure(drawn, points, title=f"{self.study.name}, run {run}")
+
+    def to_dataframe(self) -> "pd.DataFrame":
+        """Return a table with a row a run."""
+        frame: pd.DataFrame = self.data.drop_dims("target_tag").to_dataframe()
+        return frame
+
+    def to_csv(self, folder: str | Path) -> tuple[Path, Path]:
+        """Return the files ``missions.csv`` and ``trajectory.csv`` (run 0) that are written.
+
+        Parameters
+        ----------
+        folder : str or Path
+            Where they are written; replaced where they exist.
+        """
+        place = Path(folder)
+        place.mkdir(parents=True, exist_ok=True)
+        write_missions_csv(place / "missions.csv", self.results)
+        write_trajectory_csv(place / "trajectory.csv", self.results[0])
+        return place / "missions.csv", place / "trajectory.csv"
+
+    def lines(self) -> Iterator[str]:
+        """Yield what a person wants to read about the runs, with 95 % intervals."""
+        yield from summary_sentences(summarise(self.metrics))
+
+    def _result(self, run: int) -> MissionResult:
+        if not 0 <= run < len(self):
+            msg = f"run {run} is asked for, but the runs are numbered 0 to {len(self) - 1}."
+            raise ConfigError(msg)
+        return self.results[run]
+
+    def __repr__(self) -> str:
+        reached = sum(m.success for m in self.metrics)
+        tags = " -> ".join(mission_table(self.study).tags)
+        return f"<MissionRuns: {reached} of {len(self)} runs reached every tag ({tags})>"
+
+    def _repr_html_(self) -> str:
+        text = "\n".join([repr(self), *self.lines()])
+        return text_html(text) + figure_html(self.plot())
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Animation:
+    """A moving picture.
+
+    Parameters
+    ----------
+    content : bytes
+        A GIF file.
+    frames : int
+        Number of its frames.
+    """
+
+    content: bytes
+    frames: int
+
+    def save(self, path: str | Path) -> None:
+        """Write the GIF file.
+
+        Parameters
+        ----------
+        path : str or Path
+            The file; replaced where it exists.
+        """
+        Path(path).write_bytes(self.content)
+
+    def __repr__(self) -> str:
+        return f"<Animation: {self.frames} frames, {len(self.content) / 1e3:.0f} kB GIF>"
+
+    def _repr_html_(self) -> str:
+        return image_html(self.content, kind="gif")

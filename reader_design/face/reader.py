@@ -1,0 +1,661 @@
+"""A reader by itself: its ports, embedded patterns and surface currents, solved and written."""
+
+import math
+import warnings
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import msgspec
+import numpy as np
+import numpy.typing as npt
+
+from octant.em.antennas.embedded import ReaderResponse
+from octant.em.antennas.from_files import pattern_tables
+from octant.em.antennas.pattern_files.ffe import write_ffe
+from octant.em.antennas.pattern_files.touchstone import write_touchstone
+from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
+from octant.em.reader.fullwave.convergence import convergence_study
+from octant.em.reader.fullwave.response import fullwave_response
+from octant.em.reader.fullwave.result import FullwaveResult
+from octant.em.reader.fullwave.single import dipole_mesh, monopole_mesh
+from octant.em.reader.fullwave.solve import solve_reader
+from octant.em.reader.reader_netcdf import reader_dataset
+from octant.em.reader.surface_currents import current_density_a_per_m
+from octant.geometries.errors import ConfigError, PhysicsWarning
+from octant.reader_design.face.reader_figures import (
+    current_figure,
+    cuts_figure,
+    element_figure,
+    gain_dbi,
+    gain_figure,
+    s_matrix_figure,
+)
+from octant.reader_design.face.shown import figure_html, progress_of, text_html
+from octant.reader_design.face.tables import StudyTable, study_from, with_keys_of
+from octant.reader_design.keeping.progress import Progress
+from octant.reader_design.keeping.versions import versions
+from octant.reader_design.setting.design import response_at
+from octant.reader_design.showing.netcdf import variable, write_dataset
+from octant.reader_design.study_file.loading import to_toml
+from octant.reader_design.study_file.reader import Reader as ReaderTable
+from octant.reader_design.study_file.schema import Study
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+FloatArray = npt.NDArray[np.float64]
+ComplexArray = npt.NDArray[np.complex128]
+
+ELEVATIONS_DEG = (0.0, 30.0, 45.0, 60.0)
+"""Elevations of the polar cuts [deg]."""
+DENSITIES = (8.0, 10.0, 14.0)
+"""Elements per wavelength that a convergence study solves with [-]."""
+FIGURE_STEP_DEG = 3.0
+"""Step of the grid for solids of gain [deg]."""
+
+
+@with_keys_of(ReaderTable)
+class Reader(StudyTable):
+    """A bearing-sensitive reader: its antennas around an axis, ground plane and plates.
+
+    The keys are those of the table ``[reader]`` of a study file.
+
+    Examples
+    --------
+    >>> import octant
+    >>> reader = octant.Reader(antenna_radius_m=0.10, plate_height_m=0.08, response="isolated")
+    >>> reader.antennas
+    8
+    >>> reader.solve(2.4e9, step_deg=30).pattern.dims
+    ('frequency', 'antenna', 'component', 'theta', 'phi')
+    """
+
+    __slots__ = ()
+    _kind = ReaderTable
+
+    def __init__(self, **keys: Any) -> None:  # noqa: ANN401  keys of the table
+        self.table = study_from("Reader", {"reader": keys}).reader
+
+    def solve(
+        self,
+        frequencies_hz: float | Sequence[float] = 2.4e9,
+        *,
+        step_deg: float = 2.0,
+        progress: bool | Progress = True,
+    ) -> "SolvedReader":
+        """Return the reader's ports and embedded patterns at some frequencies.
+
+        Parameters
+        ----------
+        frequencies_hz : float or sequence of float
+            Frequencies [Hz]; antennas without a length are resonant at the first.
+        step_deg : float
+            Step of the patterns over theta and phi [deg]; it must divide 180.
+        progress : bool or Progress
+            False silences it.
+
+        Warns
+        -----
+        PhysicsWarning
+            For what the reader's model is known not to hold.
+        """
+        given = np.atleast_1d(np.asarray(frequencies_hz, dtype=np.float64)).tolist()
+        if not given:
+            msg = "no frequency is given; give one or several in Hz."
+            raise ConfigError(msg)
+        study = study_from("solve", {"reader": self, "radio": {"frequency_hz": given[0]}})
+        return solve_reader_of(study, given, step_deg=step_deg, progress=progress_of(progress))
+
+    def plot(self) -> "Figure":
+        """Return a picture of the reader's metal and antennas."""
+        from octant.geometries.scene import build_scene
+        from octant.reader_design.face.scene_picture import scene_figure
+
+        design = self.table
+        body = design.body()
+        return scene_figure(
+            build_scene([], objects=[body.body]),
+            title=design.label(),
+            tags={str(i + 1): foot for i, foot in enumerate(body.element_feet_m)},
+        )
+
+    def __repr__(self) -> str:
+        return f"<Reader: {self.antennas} {self.table.label()}, {self.response}>"
+
+
+def check_step(step_deg: float, *, name: str) -> None:
+    """Raise when a step does not divide half a turn.
+
+    Parameters
+    ----------
+    step_deg : float
+        The step [deg].
+    name : str
+        Of the argument.
+
+    Raises
+    ------
+    ConfigError
+        When it does not.
+    """
+    steps = 180.0 / step_deg if step_deg > 0.0 else math.nan
+    if not abs(steps - round(steps) if math.isfinite(steps) else math.nan) <= 1e-9:
+        msg = f"{name} is {step_deg:g} degrees, but it must divide 180 degrees; give 1, 2 or 5."
+        raise ConfigError(msg)
+
+
+def solve_reader_of(
+    study: Study,
+    frequencies_hz: Sequence[float],
+    *,
+    step_deg: float,
+    progress: Progress,
+) -> "SolvedReader":
+    """Return the solved reader of a study's table ``[reader]``.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    frequencies_hz : sequence of float
+        Frequencies [Hz]; antennas without a length are resonant at the first.
+    step_deg : float
+        Step of the patterns over theta and phi [deg].
+    progress : Progress
+        Shows what is done.
+    """
+    check_step(step_deg, name="step_deg")
+    design = study.reader
+    first = frequencies_hz[0]
+    cut = msgspec.structs.replace(design, antenna_length_m=design.element(first).length_m)
+    at = [
+        _solved(study, design if f == first else cut, f)
+        for f in progress.track(frequencies_hz, label="frequencies")
+    ]
+    notes = dict.fromkeys((*design.notes(), *(w for r, _ in at for w in r.warnings)))
+    for note in notes:
+        warnings.warn(note, PhysicsWarning, stacklevel=2)
+    return SolvedReader(
+        study=study,
+        design=design,
+        responses=tuple(response for response, _ in at),
+        results=tuple(result for _, result in at if result is not None),
+        step_deg=step_deg,
+    )
+
+
+def _solved(
+    study: Study, design: ReaderTable, frequency_hz: float
+) -> tuple[ReaderResponse, FullwaveResult | None]:
+    """Return the reader's response, and the solution behind it where the model has one."""
+    if study.reader.response != "fullwave":
+        return response_at(design, frequency_hz), None
+    return fullwave_response(
+        design.body(),
+        design.element(frequency_hz),
+        cells_per_wavelength=study.reader.cells_per_wavelength,
+        **design.feed(),
+    )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SolvedReader:
+    """What a reader's ports and patterns are, at one or several frequencies.
+
+    Parameters
+    ----------
+    study : Study
+        What was solved.
+    design : ReaderTable
+        The reader.
+    responses : tuple of ReaderResponse
+        Embedded patterns, one a frequency.
+    results : tuple of FullwaveResult
+        The solutions behind them; empty for models that give patterns only.
+    step_deg : float
+        Step of the patterns over theta and phi [deg].
+    """
+
+    study: Study
+    design: ReaderTable
+    responses: tuple[ReaderResponse, ...]
+    results: tuple[FullwaveResult, ...]
+    step_deg: float
+
+    @property
+    def frequencies_hz(self) -> tuple[float, ...]:
+        """Frequencies [Hz]."""
+        return tuple(response.frequency_hz for response in self.responses)
+
+    def result(self, number: int = 0) -> FullwaveResult:
+        """Return the full-wave solution at one frequency.
+
+        Parameters
+        ----------
+        number : int
+            Of the frequency.
+
+        Raises
+        ------
+        ConfigError
+            When the model gives patterns only.
+        """
+        if not self.results:
+            msg = (
+                f"the model {self.responses[0].model!r} gives patterns only, so there are no "
+                "impedances, S-matrix or currents; solve a Reader with response='fullwave'."
+            )
+            raise ConfigError(msg)
+        return self.results[number]
+
+    def sampled(self, number: int, step_deg: float) -> tuple[FloatArray, FloatArray, ComplexArray]:
+        """Return angles [rad] and the (n, t, p, 2) patterns, phi from 0 to 2 pi with both ends.
+
+        Parameters
+        ----------
+        number : int
+            Of the frequency.
+        step_deg : float
+            Step over theta and phi [deg].
+        """
+        rows, columns = round(180.0 / step_deg) + 1, round(360.0 / step_deg)
+        theta = np.linspace(0.0, math.pi, rows)
+        phi = np.linspace(0.0, 2.0 * math.pi, columns + 1)
+        if not self.results:
+            return theta, phi, self.responses[number].far_field(theta[:, None], phi)
+        pattern = self.results[number].pattern_grid(theta, columns)
+        return theta, phi, np.concatenate((pattern, pattern[:, :, :1]), axis=2)
+
+    @cached_property
+    def _samples(self) -> tuple[tuple[FloatArray, FloatArray, ComplexArray], ...]:
+        return tuple(self.sampled(i, self.step_deg) for i in range(len(self.responses)))
+
+    @property
+    def pattern(self) -> "xr.DataArray":
+        """Embedded realised patterns: complex F_theta and F_phi, |F|^2 = gain."""
+        theta, phi, _ = self._samples[0]
+        values = np.stack([np.moveaxis(p, -1, 1) for _, _, p in self._samples])
+        return self._array(
+            values,
+            ["antenna", "component", "theta", "phi"],
+            units="1",
+            long_name="embedded far field, |F|^2 = gain, phase at the reader's centre, e^{+j w t}",
+            theta=("degree", np.degrees(theta), "angle from +z"),
+            phi=("degree", np.degrees(phi), "azimuth from antenna 1"),
+            component=("1", np.array(["theta", "phi"]), "component of the far field"),
+        )
+
+    @property
+    def s(self) -> "xr.DataArray":
+        """S-matrix: the wave out of ``antenna`` for a unit wave into ``antenna_2``."""
+        self.result()
+        return self._array(
+            np.stack([result.s_matrix for result in self.results]),
+            ["antenna", "antenna_2"],
+            units="1",
+            long_name="wave out of antenna for a unit wave into antenna_2",
+        )
+
+    @property
+    def z(self) -> "xr.DataArray":
+        """Input impedance of each antenna, the others loaded [ohm]."""
+        self.result()
+        return self._array(
+            np.stack([result.input_impedance_ohm for result in self.results]),
+            ["antenna"],
+            units="ohm",
+            long_name="input impedance, the others loaded",
+        )
+
+    def _array(
+        self,
+        values: npt.NDArray[Any],
+        dims: list[str],
+        *,
+        units: str,
+        long_name: str,
+        **axes: tuple[str, npt.NDArray[Any], str],
+    ) -> "xr.DataArray":
+        import xarray as xr
+
+        numbers = np.arange(1, self.responses[0].antennas + 1)
+        known = {
+            "frequency": ("Hz", np.array(self.frequencies_hz), "frequency"),
+            "antenna": ("1", numbers, "number of the antenna"),
+            "antenna_2": ("1", numbers, "number of the antenna that is fed"),
+            **axes,
+        }
+        dims = ["frequency", *dims]
+        return xr.DataArray(
+            values,
+            dims=dims,
+            coords={
+                name: variable(
+                    [name], known[name][1], units=known[name][0], long_name=known[name][2]
+                )
+                for name in dims
+            },
+            attrs={"units": units, "long_name": long_name},
+        )
+
+    def dataset(self, number: int = 0) -> "xr.Dataset":
+        """Return what ``reader.nc`` holds at one frequency: patterns, impedances [ohm], S-matrix.
+
+        Parameters
+        ----------
+        number : int
+            Of the frequency.
+        """
+        result = self.results[number] if self.results else None
+        data = reader_dataset(
+            self._exact(number),
+            impedance_ohm=None if result is None else result.input_impedance_ohm,
+            s_matrix=None if result is None else result.s_matrix,
+        )
+        data.attrs |= {"study": to_toml(self.study), "seed": self.study.seed, **versions()}
+        if result is not None:
+            data["radiated_share"] = variable(
+                ["antenna"],
+                result.radiated_share,
+                units="1",
+                long_name="radiated over available power",
+            )
+            data.attrs |= {
+                "load_ohm": self.study.reader.load_ohm,
+                "unknowns": result.unknowns,
+                "balance_error": result.balance_error,
+            }
+        return data
+
+    def _exact(self, number: int) -> ReaderResponse:
+        """Return the response with patterns that are exact on the grid of the files."""
+        response = self.responses[number]
+        theta, both, pattern = self._samples[number]
+        phi, pattern = both[:-1], pattern[:, :, :-1]
+        st, ct = np.sin(theta)[:, None], np.cos(theta)[:, None]
+        flat = np.broadcast_to(ct, (len(theta), len(phi)))
+        direction = np.stack((st * np.cos(phi), st * np.sin(phi), flat), axis=-1)
+        wavenumber = 2.0 * math.pi * response.frequency_hz / SPEED_OF_LIGHT_M_PER_S
+        ahead = wavenumber * np.einsum("tpc,nc->ntp", direction, response.phase_centres_m)
+        at_centres = np.moveaxis(pattern, -1, 1) * np.exp(-1j * ahead)[:, None]
+        return replace(response, pattern=at_centres)
+
+    def to_netcdf(self, path: str | Path, *, number: int = 0, force: bool = False) -> None:
+        """Write ``reader.nc``, which ``[reader] pattern_files`` and other programs can read.
+
+        Parameters
+        ----------
+        path : str or Path
+            The file.
+        number : int
+            Of the frequency.
+        force : bool
+            Replace a file that exists.
+        """
+        write_dataset(self.dataset(number), Path(path), force=force)
+
+    def to_ffe(self, folder: str | Path) -> tuple[Path, ...]:
+        """Return the FEKO far-field files that are written, one for each antenna.
+
+        Parameters
+        ----------
+        folder : str or Path
+            Where ``antenna_1.ffe`` and so on are written; replaced where they exist.
+        """
+        tables_at = [pattern_tables(self._exact(i)) for i in range(len(self.responses))]
+        files = []
+        Path(folder).mkdir(parents=True, exist_ok=True)
+        for i, tables in enumerate(zip(*tables_at, strict=True)):
+            files.append(Path(folder) / f"antenna_{i + 1}.ffe")
+            write_ffe(files[-1], list(tables))
+        return tuple(files)
+
+    def to_touchstone(self, path: str | Path) -> Path:
+        """Return the Touchstone file of the S-matrix that is written.
+
+        Parameters
+        ----------
+        path : str or Path
+            The file; its suffix becomes ``.sNp``, and it is replaced where it exists.
+        """
+        result = self.result()
+        file = Path(path).with_suffix(f".s{result.ports}p")
+        file.parent.mkdir(parents=True, exist_ok=True)
+        write_touchstone(
+            file,
+            list(self.frequencies_hz),
+            np.stack([r.s_matrix for r in self.results]),
+            reference_ohm=self.study.reader.load_ohm,
+        )
+        return file
+
+    @cached_property
+    def alone(self) -> FullwaveResult:
+        """One antenna alone at the first frequency: a dipole, or a monopole on its own plane."""
+        design = self.design
+        element = design.element(self.frequencies_hz[0])
+        if design.antenna == "dipole":
+            mesh = dipole_mesh(
+                frequency_hz=element.frequency_hz,
+                length_m=element.length_m,
+                wire_radius_m=design.wire_radius_m,
+                feed_gap_m=design.feed_gap_m,
+            )
+        else:
+            mesh = monopole_mesh(
+                frequency_hz=element.frequency_hz,
+                plane_m=design.monopole_plane_m or design.ground_plane_m,
+                length_m=element.length_m,
+                wire_radius_m=design.wire_radius_m,
+                feed_gap_m=design.feed_gap_m,
+            )
+        return solve_reader(mesh, load_ohm=design.load_ohm)
+
+    def _alone_gain(self, theta: FloatArray, phi: FloatArray) -> FloatArray:
+        """Return the (t, p) gain of one antenna alone [dBi], mismatch taken out."""
+        pattern = self.alone.far_field(theta[:, None], phi)[0]
+        return gain_dbi(pattern / math.sqrt(float(self.alone.accepted_share[0])))
+
+    def figures(self, number: int = 0) -> "Iterator[tuple[str, Figure]]":
+        """Yield the name and each figure of the reader at one frequency.
+
+        Parameters
+        ----------
+        number : int
+            Of the frequency.
+        """
+        design = self.design
+        label = design.label()
+        theta, phi, pattern = self.sampled(number, FIGURE_STEP_DEG)
+        single = self._alone_gain(theta, phi)
+        yield (
+            "element",
+            element_figure(theta, phi, single, title=f"A single {design.antenna}, alone"),
+        )
+        yield "cuts", self.plot(number)
+        gain = gain_dbi(pattern[0])
+        yield "gain_antenna_1", gain_figure(theta, phi, gain, title=f"Antenna 1: {label}")
+        if not self.results:
+            return
+        result = self.results[number]
+        yield "s_matrix", s_matrix_figure(result.s_matrix, title=f"S-matrix: {label}")
+        yield (
+            "currents_antenna_1",
+            current_figure(
+                result.basis.corners_m,
+                current_density_a_per_m(result, 0),
+                title=f"Surface current, antenna 1 driven: {label}",
+            ),
+        )
+
+    def plot(self, number: int = 0) -> "Figure":
+        """Return polar cuts of the gain of all antennas at four elevations.
+
+        Parameters
+        ----------
+        number : int
+            Of the frequency.
+        """
+        response = self.responses[number]
+        phi = np.linspace(0.0, 2.0 * math.pi, round(360.0 / FIGURE_STEP_DEG) + 1)
+        cuts = [
+            (float(e), gain_dbi(response.far_field(math.radians(90.0 - e), phi)))
+            for e in ELEVATIONS_DEG
+        ]
+        title = f"All antennas: {self.design.label()}"
+        return cuts_figure(phi, cuts, response.azimuths_rad, title=title)
+
+    def alone_line(self) -> str:
+        """Return impedance and gain of one antenna alone, in one sentence."""
+        theta, phi, _ = self._samples[0]
+        alone, design = self.alone, self.design
+        z, top = alone.input_impedance_ohm[0], float(self._alone_gain(theta, phi).max())
+        accepted = 10.0 * math.log10(float(alone.accepted_share[0]))
+        return (
+            f"A single {design.antenna} alone: {z.real:.1f}{z.imag:+.1f}j ohm, gain {top:.2f} dBi, "
+            f"realised at {design.load_ohm:g} ohm {top + accepted:.2f} dBi."
+        )
+
+    def lines(self, number: int = 0) -> Iterator[str]:
+        """Yield what a person wants to read about the reader at one frequency.
+
+        Parameters
+        ----------
+        number : int
+            Of the frequency.
+        """
+        response = self.responses[number]
+        peak = gain_dbi(self._samples[number][2]).max(axis=(1, 2))
+        frequency = f"{response.frequency_hz / 1e9:g} GHz"
+        head = f"{self.design.label()} at {frequency}, model {response.model}"
+        if not self.results:
+            yield f"{head}: patterns only, the antennas count as matched."
+            yield "greatest gain [dBi]: " + ", ".join(f"{g:.2f}" for g in peak)
+            return
+        result, reader = self.results[number], self.study.reader
+        yield (
+            f"{head}: {result.unknowns} unknowns at {reader.cells_per_wavelength:g} cells per "
+            f"wavelength, loads of {reader.load_ohm:g} ohm."
+        )
+        yield from port_lines(result, response.azimuths_rad, peak)
+        yield from s_matrix_lines(result.s_matrix)
+        yield balance_line(result)
+
+    def convergence_lines(self, *, progress: bool | Progress = True) -> Iterator[str]:
+        """Yield how impedances and gains move with the mesh, at the first frequency.
+
+        Parameters
+        ----------
+        progress : bool or Progress
+            False silences it.
+        """
+        self.result()
+        shown = progress_of(progress)
+
+        def solve(cells: float) -> FullwaveResult:
+            shown.say(f"convergence: {cells:g} cells per wavelength")
+            return fullwave_response(
+                self.design.body(),
+                self.design.element(self.frequencies_hz[0]),
+                cells_per_wavelength=cells,
+                **self.design.feed(),
+            )[1]
+
+        yield "Convergence, against the finest mesh:"
+        yield from convergence_study(solve, DENSITIES).lines()
+
+    def __repr__(self) -> str:
+        frequencies = ", ".join(f"{f / 1e9:g}" for f in self.frequencies_hz)
+        peak = float(gain_dbi(self._samples[0][2]).max())
+        text = f"<SolvedReader: {self.responses[0].antennas} {self.design.label()}, "
+        text += f"{self.responses[0].model}, {frequencies} GHz, greatest gain {peak:.2f} dBi"
+        if self.results:
+            returned = float(np.abs(np.diagonal(self.results[0].s_matrix)).max())
+            text += f", |S11| up to {20.0 * math.log10(max(returned, 1e-10)):.1f} dB"
+        return text + ">"
+
+    def _repr_html_(self) -> str:
+        return text_html("\n".join(self.lines())) + figure_html(self.plot())
+
+
+def port_lines(
+    result: FullwaveResult,
+    azimuths_rad: npt.NDArray[np.float64],
+    peak_gain_dbi: npt.NDArray[np.float64],
+) -> Iterator[str]:
+    """Yield one line for each antenna: impedance [ohm], reflection [dB], power [%], gain [dBi].
+
+    Parameters
+    ----------
+    result : FullwaveResult
+        Solution.
+    azimuths_rad : (n,) float64
+        Azimuths of the antennas [rad].
+    peak_gain_dbi : (n,) float64
+        Greatest realised gain of each antenna [dBi].
+
+    Yields
+    ------
+    str
+        A heading, then one line an antenna.
+    """
+    yield (
+        "antenna  azimuth [°]  input impedance [ohm]  reflection [dB]  radiated [%]  "
+        "to other loads [%]  greatest gain [dBi]"
+    )
+    s_matrix = result.s_matrix
+    returned = np.abs(np.diagonal(s_matrix)) ** 2
+    coupled = (np.abs(s_matrix) ** 2).sum(axis=0) - returned
+    for i, z in enumerate(result.input_impedance_ohm):
+        seen = f"{z.real:.1f}{z.imag:+.1f}j"
+        yield (
+            f"{i + 1:>7}{np.degrees(azimuths_rad[i]):>13.1f}{seen:>23}"
+            f"{10.0 * np.log10(max(returned[i], 1e-10)):>17.2f}"
+            f"{100.0 * result.radiated_share[i]:>14.1f}{100.0 * coupled[i]:>20.1f}"
+            f"{peak_gain_dbi[i]:>21.2f}"
+        )
+
+
+def s_matrix_lines(s_matrix: npt.NDArray[np.complex128]) -> Iterator[str]:
+    """Yield the magnitudes of a scattering matrix [dB], a line for each receiving antenna.
+
+    Parameters
+    ----------
+    s_matrix : (n, n) complex128
+        Scattering matrix [-].
+
+    Yields
+    ------
+    str
+        A heading with the driven antennas, then the rows.
+    """
+    level = 20.0 * np.log10(np.maximum(np.abs(s_matrix), 1e-10))
+    numbers = "".join(f"{i + 1:>8}" for i in range(len(level)))
+    yield f"|S| [dB]{numbers}"
+    for i, row in enumerate(level):
+        yield f"{i + 1:>8}" + "".join(f"{value:>8.2f}" for value in row)
+
+
+def balance_line(result: FullwaveResult) -> str:
+    """Return the power balance of a solution in one sentence [%].
+
+    Parameters
+    ----------
+    result : FullwaveResult
+        Solution.
+
+    Returns
+    -------
+    str
+        Radiated against accepted power, and how symmetric the scattering matrix is.
+    """
+    s_matrix = result.s_matrix
+    skew = float(np.abs(s_matrix - s_matrix.T).max())
+    return (
+        f"Power balance: radiated and accepted power differ by {100.0 * result.balance_error:.2g} "
+        f"% at most; the S-matrix is symmetric within {skew:.1e}."
+    )

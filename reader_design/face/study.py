@@ -1,0 +1,589 @@
+"""A whole study as an object: what it asks, what it computes, and what it leaves in a folder."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self
+
+import msgspec
+import numpy.typing as npt
+
+from octant.geometries.errors import ConfigError
+from octant.geometries.files import refuse_overwrite, write_text
+from octant.reader_design.face.mission import Mission
+from octant.reader_design.face.paths import End, Paths, path_link
+from octant.reader_design.face.reader import Reader, SolvedReader, solve_reader_of
+from octant.reader_design.face.room import Room, scene_picture
+from octant.reader_design.face.rss_map import MapWanted, map_rss, pose_dataset, with_dbm
+from octant.reader_design.face.shown import figure_html, image_html, progress_of, text_html
+from octant.reader_design.face.tables import Tag, plain, study_from
+from octant.reader_design.keeping.progress import Progress
+from octant.reader_design.setting.links import study_responses
+from octant.reader_design.setting.setting import build_setting
+from octant.reader_design.showing.netcdf import read_dataset
+from octant.reader_design.study_file.loading import load_study, to_toml, vary
+from octant.reader_design.study_file.schema import Study as StudyTables
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+DATA_FILES = ("results.nc", "sweep.nc", "tolerance.nc", "reader.nc", "map.nc")
+"""The datasets that a folder of results may hold, the main one first."""
+
+
+class Study:
+    """A whole study: a room with tags, a reader, and what is to be found out about them.
+
+    Parameters
+    ----------
+    room : Room
+        The room.
+    tags : sequence of Tag
+        The tags that hang in it.
+    reader : Reader, optional
+        The reader; by default that of the thesis.
+    **tables
+        Further tables of a study file by name, each a mapping of its keys: ``radio``, ``solver``,
+        ``map``, ``mission``, ``sensor``, ``sweep``, ``scoring``, ``choice``, ``optimise``,
+        ``tolerance``, ``track``, ``dock``; a list of mappings for ``layout``; and ``name`` and
+        ``seed``.
+
+    Examples
+    --------
+    >>> import octant
+    >>> study = octant.Study(
+    ...     octant.Room.box((5, 4, 3)),
+    ...     tags=[octant.Tag("1", (2.0, 0.5, 2.9))],
+    ...     reader=octant.Reader(response="isolated"),
+    ... )
+    >>> study
+    <Study study: 1 tag, 8 dipole r_a = 10 cm h_p = 8 cm>
+    >>> study.replaced({"antennas": 4}).reader.antennas
+    4
+    """
+
+    __slots__ = ("tables",)
+    tables: StudyTables
+
+    def __init__(
+        self,
+        room: Room,
+        *,
+        tags: Sequence[Tag] = (),
+        reader: Reader | None = None,
+        **tables: Any,  # noqa: ANN401  tables of a study file
+    ) -> None:
+        if tags and "tag_power_w" not in tables.get("radio", {}):
+            radio = {**tables.get("radio", {}), "tag_power_w": tags[0].power_w}
+            tables = {**tables, "radio": radio}
+        self.tables = study_from(
+            "Study", {"room": room, "tag": list(tags), "reader": reader, **tables}
+        )
+
+    @classmethod
+    def load(cls, file: str | Path | None = None, *, built_in: str = "thesis_study") -> Self:
+        """Return the study of a study file, or one that comes with Octant.
+
+        Parameters
+        ----------
+        file : str or Path, optional
+            The TOML file.
+        built_in : {"thesis_study", "track_study", "dock_study"}
+            Which study where no file is given.
+        """
+        return cls.of(load_study(file, built_in=built_in))
+
+    @classmethod
+    def of(cls, tables: StudyTables) -> Self:
+        """Return the study of tables that have been checked.
+
+        Parameters
+        ----------
+        tables : Study
+            From `octant.reader_design.study_file.loading.load_study`.
+        """
+        made = cls.__new__(cls)
+        made.tables = tables
+        return made
+
+    @property
+    def room(self) -> Room:
+        """The room."""
+        return Room.of(self.tables.room)
+
+    @property
+    def reader(self) -> Reader:
+        """The reader."""
+        return Reader.of(self.tables.reader)
+
+    @property
+    def tags(self) -> tuple[Tag, ...]:
+        """The tags."""
+        power_w = self.tables.radio.tag_power_w
+        return tuple(Tag.of(tag, power_w=power_w) for tag in self.tables.tags)
+
+    @property
+    def mission(self) -> Mission:
+        """The drive of the table ``[mission]``."""
+        return Mission.of(self.tables)
+
+    def replaced(self, changes: Mapping[str, Any]) -> Self:
+        """Return the study with other values in some places.
+
+        Parameters
+        ----------
+        changes : mapping
+            Value by name, as in the table ``[sweep]``: a key of the reader, or the path of a key,
+            such as ``"radio.frequency_hz"``; in the unit of the key.
+        """
+        return type(self).of(vary(self.tables, plain(changes), directory=Path.cwd()))
+
+    def to_toml(self, path: str | Path | None = None, *, force: bool = False) -> str:
+        """Return the study file with every default written out.
+
+        Parameters
+        ----------
+        path : str or Path, optional
+            Where it is written too; mesh files are then named relative to it.
+        force : bool
+            Replace a file that exists.
+        """
+        if path is None:
+            return to_toml(self.tables)
+        refuse_overwrite(Path(path), force=force)
+        text = to_toml(self.tables, relative_to=Path(path).parent)
+        write_text(Path(path), text)
+        return text
+
+    def paths(
+        self,
+        tx: npt.ArrayLike,
+        rx: npt.ArrayLike,
+        *,
+        max_reflections: int | None = None,
+        tx_antenna: str = "dipole",
+        rx_antenna: str = "dipole",
+    ) -> Paths:
+        """Return every path between a transmitter and receivers in the study's room.
+
+        Parameters
+        ----------
+        tx : (3,) array_like
+            Transmitter [m].
+        rx : (3,) or (m, 3) array_like
+            Receivers [m].
+        max_reflections : int, optional
+            Highest number of reflections and diffractions; by default the study's.
+        tx_antenna, rx_antenna : str
+            As in `Room.paths`.
+        """
+        ends = {
+            name: End(place_key=name, antenna_key=f"{name}_antenna", antenna=antenna)
+            for name, antenna in (("tx", tx_antenna), ("rx", rx_antenna))
+        }
+        link = path_link(self.tables, tx, rx, **ends, max_reflections=max_reflections)
+        return Paths(link=link, blocks=tuple(link.blocks()))
+
+    def rss(self, poses: npt.ArrayLike, *, tags: Sequence[str] | None = None) -> "xr.Dataset":
+        """Return what every antenna receives from the tags, pose by pose ([W] and [dBm]).
+
+        Parameters
+        ----------
+        poses : (k, 3) array_like
+            x, y [m] and heading [deg].
+        tags : sequence of str, optional
+            Names of the tags; by default all.
+        """
+        chosen = [tag.id for tag in self.tables.tags] if tags is None else list(tags)
+        return pose_dataset(self.tables, chosen, poses)
+
+    def rss_map(
+        self,
+        *,
+        tags: Sequence[str] = (),
+        antennas: Sequence[int] | None = None,
+        heading_deg: float | None = None,
+        isotropic: bool = False,
+        local_mean: bool = False,
+        local_mean_disc: bool = False,
+        spreads: bool = False,
+        progress: bool | Progress = True,
+    ) -> "xr.Dataset":
+        """Return what the reader receives over the floor ([W] and [dBm]), as ``octant map`` does.
+
+        Parameters
+        ----------
+        tags : sequence of str
+            Names of the tags; by default all.
+        antennas, heading_deg, local_mean, local_mean_disc, spreads, progress
+            As in `Room.rss_map` [deg]; the heading is by default that of the mission, or 90.
+        isotropic : bool
+            One ``isotropic_theta`` antenna receives, and no reader.
+        """
+        wanted = MapWanted(
+            tag_ids=tuple(tags),
+            antennas=None if antennas is None else tuple(antennas),
+            heading_deg=heading_deg,
+            isotropic=isotropic,
+            local_mean=local_mean,
+            local_mean_disc=local_mean_disc,
+            spreads=spreads,
+        )
+        return with_dbm(map_rss(self.tables, wanted, progress=progress_of(progress))[0])
+
+    def solve(self, *, step_deg: float = 2.0, progress: bool | Progress = True) -> SolvedReader:
+        """Return the reader's ports and patterns at the carrier, as ``octant reader`` does.
+
+        Parameters
+        ----------
+        step_deg : float
+            Step of the patterns over theta and phi [deg].
+        progress : bool or Progress
+            False silences it.
+        """
+        carrier = [self.tables.radio.frequency_hz]
+        return solve_reader_of(
+            self.tables, carrier, step_deg=step_deg, progress=progress_of(progress)
+        )
+
+    def plot(self) -> "Figure":
+        """Return a picture of the room with its tags, and the reader where the mission starts."""
+        return scene_picture(self.tables, build_setting(self.tables))
+
+    def run(
+        self,
+        out: str | Path,
+        *,
+        quick: bool = False,
+        workers: int | None = 1,
+        cluster: str | None = None,
+        force: bool = False,
+        progress: bool | Progress = True,
+    ) -> "Results":
+        """Return the results of the main job: sweep, choice, map, missions, report.
+
+        Parameters
+        ----------
+        out : str or Path
+            Folder of the results; the same call goes on where the last one stopped.
+        quick : bool
+            Coarse sampling, a coarse map and few runs.
+        workers : int or None
+            Processes; None: one for each core. A script that starts processes must guard its main
+            part with ``if __name__ == "__main__"``.
+        cluster : str, optional
+            Address of a dask scheduler, or ``local:N``; in place of ``workers``.
+        force : bool
+            Replace the results of another study in that folder.
+        progress : bool or Progress
+            False silences it.
+        """
+        from octant.reader_design.experiments.study.run import run_study
+
+        run_study(
+            self.tables,
+            Path(out),
+            quick=quick,
+            force=force,
+            progress=progress_of(progress),
+            workers=workers,
+            cluster=cluster,
+        )
+        return open_results(out)
+
+    def sweep(
+        self,
+        out: str | Path,
+        *,
+        workers: int | None = 1,
+        cluster: str | None = None,
+        force: bool = False,
+        progress: bool | Progress = True,
+    ) -> "Results":
+        """Return the scores of every combination of the values in the table ``[sweep]``.
+
+        Parameters
+        ----------
+        out, workers, cluster, force, progress
+            As in `run`.
+        """
+        from octant.reader_design.experiments.sweep.compute import sweep_study
+
+        sweep_study(
+            self.tables,
+            Path(out),
+            workers=workers,
+            cluster=cluster,
+            force=force,
+            progress=progress_of(progress),
+        )
+        return open_results(out)
+
+    def optimise(
+        self,
+        out: str | Path,
+        *,
+        workers: int | None = 1,
+        cluster: str | None = None,
+        force: bool = False,
+        progress: bool | Progress = True,
+    ) -> "Results":
+        """Return the results of the search for a reader that the table ``[optimise]`` asks for.
+
+        Parameters
+        ----------
+        out, workers, cluster, force, progress
+            As in `run`.
+        """
+        from octant.reader_design.experiments.optimise.run import run_optimise
+
+        run_optimise(
+            self.tables,
+            Path(out),
+            workers=workers,
+            cluster=cluster,
+            force=force,
+            progress=progress_of(progress),
+        )
+        return open_results(out)
+
+    def tolerance(
+        self,
+        out: str | Path,
+        *,
+        samples: int | None = None,
+        workers: int | None = 1,
+        cluster: str | None = None,
+        force: bool = False,
+        progress: bool | Progress = True,
+    ) -> "Results":
+        """Return what build errors do to the reader, as the table ``[tolerance]`` asks for.
+
+        Parameters
+        ----------
+        out, workers, cluster, force, progress
+            As in `run`.
+        samples : int, optional
+            Readers that are built; by default the study's.
+        """
+        from octant.reader_design.experiments.tolerance.run import run_tolerance
+
+        run_tolerance(
+            self.tables,
+            Path(out),
+            samples=samples,
+            workers=workers,
+            cluster=cluster,
+            force=force,
+            progress=progress_of(progress),
+        )
+        return open_results(out)
+
+    def track(
+        self,
+        out: str | Path,
+        *,
+        workers: int | None = 1,
+        cluster: str | None = None,
+        force: bool = False,
+        progress: bool | Progress = True,
+    ) -> "Results":
+        """Return how controllers follow trajectories from RSS, as ``[track]`` asks for.
+
+        Parameters
+        ----------
+        out, workers, cluster, force, progress
+            As in `run`.
+        """
+        from octant.reader_design.experiments.tracking.compute import run_tracking
+
+        run_tracking(
+            self.tables,
+            Path(out),
+            workers=workers,
+            cluster=cluster,
+            force=force,
+            progress=progress_of(progress),
+        )
+        return open_results(out)
+
+    def dock(
+        self,
+        out: str | Path,
+        *,
+        runs: int | None = None,
+        workers: int = 1,
+        force: bool = False,
+        progress: bool | Progress = True,
+    ) -> "Results":
+        """Return how a robot docks at the station of the table ``[dock]``.
+
+        Parameters
+        ----------
+        out, workers, force, progress
+            As in `run`.
+        runs : int, optional
+            Runs in each room; by default the study's.
+        """
+        from octant.reader_design.experiments.docking.compute import (
+            FILES,
+            docking_rooms,
+            run_docking_study,
+        )
+
+        folder = Path(out)
+        refuse_overwrite(*(folder / name for name in FILES), force=force)
+        rooms = docking_rooms(self.tables)
+        run_docking_study(
+            self.tables,
+            rooms,
+            study_responses(self.tables),
+            folder,
+            runs=runs,
+            workers=workers,
+            progress=progress_of(progress),
+        )
+        return open_results(out)
+
+    @staticmethod
+    def compare(
+        file: str | Path,
+        out: str | Path,
+        *,
+        runs: int | None = None,
+        force: bool = False,
+        progress: bool | Progress = True,
+    ) -> "Results":
+        """Return the missions of a comparison file: layouts, links, readers and controllers.
+
+        Parameters
+        ----------
+        file : str or Path
+            The comparison, as ``octant navigate --compare`` takes it.
+        out, force, progress
+            As in `run`.
+        runs : int, optional
+            Runs of each mission; by default the comparison's.
+        """
+        from octant.reader_design.experiments.missions.comparison_file import load_comparison
+        from octant.reader_design.experiments.missions.comparison_run import run_comparison
+
+        comparison = load_comparison(Path(file))
+        if runs is not None:
+            comparison = msgspec.structs.replace(comparison, runs=runs)
+        run_comparison(comparison, Path(out), force=force, progress=progress_of(progress))
+        return open_results(out)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Study) and self.tables == other.tables
+
+    def __hash__(self) -> int:
+        return hash(repr(self.tables))
+
+    def __repr__(self) -> str:
+        tags = len(self.tables.tags)
+        reader = repr(self.reader).removeprefix("<Reader: ").rpartition(",")[0]
+        return f"<Study {self.tables.name}: {tags} tag{'' if tags == 1 else 's'}, {reader}>"
+
+    def _repr_html_(self) -> str:
+        return text_html(repr(self)) + figure_html(self.plot())
+
+
+@dataclass(frozen=True, slots=True)
+class Results:
+    """What a study left in a folder.
+
+    Parameters
+    ----------
+    folder : Path
+        The folder.
+    """
+
+    folder: Path
+
+    @property
+    def data(self) -> "xr.Dataset":
+        """The main dataset, with units: ``results.nc``, or that of a sweep or of tolerances."""
+        for name in DATA_FILES:
+            if (self.folder / name).is_file():
+                return read_dataset(self.folder / name)
+        msg = f"{self.folder} holds no netCDF file; read one of its tables: {self._names()}."
+        raise ConfigError(msg)
+
+    @property
+    def study(self) -> Study:
+        """The study, with every default resolved."""
+        return Study.load(self.folder / "study.toml")
+
+    @property
+    def tables(self) -> tuple[str, ...]:
+        """Names of the tables."""
+        return tuple(sorted(path.stem for path in self.folder.glob("*.csv")))
+
+    @property
+    def figures(self) -> tuple[Path, ...]:
+        """The pictures."""
+        return tuple(sorted((self.folder / "figures").glob("*.png")))
+
+    @property
+    def report(self) -> Path:
+        """The page, where there is one."""
+        return self.folder / "report.html"
+
+    def table(self, name: str) -> "pd.DataFrame":
+        """Return one of the tables.
+
+        Parameters
+        ----------
+        name : str
+            One of ``tables``.
+        """
+        import pandas as pd
+
+        if name not in self.tables:
+            msg = f"{self.folder} holds no table {name!r}; choose one of {self._names()}."
+            raise ConfigError(msg)
+        frame: pd.DataFrame = pd.read_csv(self.folder / f"{name}.csv", comment="#")
+        return frame
+
+    def _names(self) -> str:
+        return ", ".join(self.tables) or "no table"
+
+    def __repr__(self) -> str:
+        report = "a report, " if self.report.is_file() else ""
+        return f"<Results in {self.folder}: {report}{len(self.figures)} figures, {self._names()}>"
+
+    def _repr_html_(self) -> str:
+        first = self.figures[:1]
+        shown = "".join(image_html(path.read_bytes(), kind="png") for path in first)
+        return text_html(repr(self)) + shown
+
+
+def open_results(folder: str | Path) -> Results:
+    """Return the results that a study, a sweep or another experiment left in a folder.
+
+    Parameters
+    ----------
+    folder : str or Path
+        What was given as ``out``.
+
+    Raises
+    ------
+    ConfigError
+        When there are no results.
+
+    Examples
+    --------
+    >>> import octant
+    >>> octant.open_results("nothing-here")
+    Traceback (most recent call last):
+    ...
+    octant.geometries.errors.ConfigError: nothing-here holds no results; give the folder of a study.
+    """
+    place = Path(folder)
+    if not any((*place.glob("*.nc"), *place.glob("*.csv"))):
+        msg = f"{place} holds no results; give the folder of a study."
+        raise ConfigError(msg)
+    return Results(place)

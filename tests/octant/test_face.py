@@ -1,0 +1,259 @@
+"""The face: quick to import, documented by examples that run, and equal to the commands."""
+
+import csv
+import doctest
+import subprocess
+import sys
+import time
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import octant
+from octant.geometries.errors import ConfigError
+from octant.reader_design.cli import run
+from octant.reader_design.showing.netcdf import read_dataset
+
+STUDY = """
+[room]
+box_m = [4.0, 3.0, 2.5]
+material = "brick"
+[[room.object]]
+kind = "cabinet"
+size_m = [0.5, 0.5, 1.0]
+position_m = [3.0, 2.0, 0.0]
+[[tag]]
+id = "A"
+position_m = [1.0, 1.0, 2.3]
+[reader]
+response = "isolated"
+antennas = 6
+[solver]
+max_reflections = 2
+diffraction = true
+[map]
+spacing_m = 0.5
+[mission]
+start_m = [2.0, 1.0]
+heading_deg = 120.0
+tags = ["A"]
+runs = 2
+"""
+QUIET = "ignore::octant.geometries.errors.PhysicsWarning"
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture
+def study_file(tmp_path):
+    path = tmp_path / "study.toml"
+    path.write_text(STUDY)
+    return path
+
+
+@pytest.mark.filterwarnings(QUIET)
+@pytest.mark.parametrize("name", octant.__all__)
+def test_every_name_has_an_example_that_runs(name, monkeypatch):
+    monkeypatch.chdir(ROOT)
+    thing = getattr(octant, name)
+    tests = doctest.DocTestFinder(recurse=False).find(thing, name, globs={})
+    assert sum(len(test.examples) for test in tests) > 0
+    runner = doctest.DocTestRunner(optionflags=doctest.ELLIPSIS)
+    assert not sum(runner.run(test).failed for test in tests)
+
+
+def test_names_are_listed_and_unknown_ones_refused():
+    assert set(octant.__all__) <= set(dir(octant))
+    with pytest.raises(AttributeError, match="has no attribute 'Rom'"):
+        _ = octant.Rom
+
+
+def test_octant_is_imported_in_a_tenth_of_a_second():
+    code = (
+        "import time; t = time.perf_counter(); import octant; print(time.perf_counter() - t);"
+        "import sys; assert 'numpy' not in sys.modules"
+    )
+    call = [sys.executable, "-c", code]
+    times = [float(subprocess.run(call, capture_output=True, check=True).stdout) for _ in range(3)]
+    assert min(times) < 0.1
+
+
+@pytest.mark.slow
+def test_help_takes_half_a_second():
+    code = "from octant.reader_design.cli import run; run(['--help'])"
+    times = []
+    for _ in range(3):
+        began = time.perf_counter()
+        subprocess.run([sys.executable, "-c", code], capture_output=True, check=True)
+        times.append(time.perf_counter() - began)
+    assert min(times) < 0.5
+
+
+def column(path, name):
+    """Return one column of a CSV file with the numbers that its text means exactly."""
+    with path.open(newline="") as file:
+        return [float(row[name]) for row in csv.DictReader(file)]
+
+
+def face_room():
+    return octant.Room.box(
+        (4.0, 3.0, 2.5),
+        "brick",
+        objects=[{"kind": "cabinet", "size_m": (0.5, 0.5, 1.0), "position_m": (3.0, 2.0, 0.0)}],
+    )
+
+
+SOLVER = {"max_reflections": 2, "diffraction": True}
+
+
+def test_paths_equal_the_command_to_the_bit(study_file, tmp_path):
+    out_csv = tmp_path / "paths.csv"
+    ends = ["--tx", "1,1,2.3", "--rx", "3.5,0.4,0.3", "--rx", "0.4,2.5,1.1"]
+    assert run(["paths", str(study_file), *ends, "--csv", str(out_csv), "-q"]) == 0
+    places = [(3.5, 0.4, 0.3), (0.4, 2.5, 1.1)]
+    tag = octant.Tag("A", (1.0, 1.0, 2.3))
+    found = face_room().paths(tag, places, solver=SOLVER)
+    found.to_csv(tmp_path / "face.csv")
+    assert (tmp_path / "face.csv").read_bytes() == out_csv.read_bytes()
+    again = octant.Study.load(study_file).paths((1, 1, 2.3), places)
+    pd.testing.assert_frame_equal(again.to_dataframe(), found.to_dataframe(), check_exact=True)
+
+
+def test_explain_equals_the_command_to_the_bit(study_file, tmp_path, capsys):
+    out_csv = tmp_path / "budget.csv"
+    ends = ["--tx", "1,1,2.3", "--rx", "3.5,0.4,0.3", "--path", "3"]
+    assert run(["explain", str(study_file), *ends, "--csv", str(out_csv), "-q"]) == 0
+    found = face_room().paths((1.0, 1.0, 2.3), (3.5, 0.4, 0.3), solver=SOLVER).explain(3)
+    assert capsys.readouterr().out == "\n".join(found.lines()) + "\n"
+    assert column(out_csv, "change_db") == found.to_dataframe()["change_db"].tolist()
+
+
+@pytest.mark.filterwarnings(QUIET)
+def test_maps_and_rss_equal_the_commands_to_the_bit(study_file, tmp_path):
+    out, poses, out_csv = tmp_path / "map.nc", tmp_path / "poses.csv", tmp_path / "rss.csv"
+    poses.write_text("x_m,y_m,heading_deg\n0.5,0.7,10\n2.0,1.5,200\n")
+    assert run(["map", str(study_file), "--out", str(out), "--local-mean", "--spreads", "-q"]) == 0
+    call = ["--tag", "A", "--poses", str(poses), "--csv", str(out_csv), "-q"]
+    assert run(["rss", str(study_file), *call]) == 0
+    reader = octant.Reader(response="isolated", antennas=6)
+    room, tag = face_room(), octant.Tag("A", (1.0, 1.0, 2.3))
+    made = room.rss_map(
+        [tag],
+        reader,
+        spacing_m=0.5,
+        heading_deg=120.0,
+        local_mean=True,
+        spreads=True,
+        solver=SOLVER,
+        progress=False,
+    )
+    for name, values in read_dataset(out).variables.items():
+        np.testing.assert_array_equal(made[name].to_numpy(), values.to_numpy(), name)
+        assert made[name].attrs["units"] == values.attrs["units"]
+    rss = room.rss([tag], reader, [(0.5, 0.7, 10), (2.0, 1.5, 200)], solver=SOLVER)
+    table = [column(out_csv, f"rss_{i + 1}_w") for i in range(6)]
+    assert rss["rss_w"].to_numpy()[0].T.tolist() == table
+
+
+@pytest.mark.filterwarnings(QUIET)
+def test_readers_equal_the_command_to_the_bit(study_file, tmp_path):
+    out = tmp_path / "out"
+    assert run(["reader", str(study_file), "--out", str(out), "--step-deg", "30", "-q"]) == 0
+    solved = octant.Reader(response="isolated", antennas=6).solve(step_deg=30, progress=False)
+    stored = read_dataset(out / "reader.nc")
+    made = solved.dataset()
+    for name, values in stored.variables.items():
+        np.testing.assert_array_equal(made[name].to_numpy(), values.to_numpy(), name)
+    solved.to_ffe(tmp_path / "face")
+    for file in (tmp_path / "face").iterdir():
+        assert file.read_bytes() == (out / file.name).read_bytes()
+
+
+@pytest.mark.filterwarnings(QUIET)
+def test_missions_equal_the_command_to_the_bit(study_file, tmp_path):
+    assert run(["navigate", str(study_file), "--out", str(tmp_path / "out"), "-q"]) == 0
+    mission = octant.Mission(
+        face_room(),
+        [octant.Tag("A", (1.0, 1.0, 2.3))],
+        octant.Reader(response="isolated", antennas=6),
+        start=(2.0, 1.0, 120.0),
+        solver=SOLVER,
+    )
+    mission.run(2, seed=1, progress=False).to_csv(tmp_path)
+    for name in ("missions.csv", "trajectory.csv"):
+        assert (tmp_path / name).read_bytes() == (tmp_path / "out" / name).read_bytes()
+
+
+def test_what_a_study_file_says_the_face_says(study_file, tmp_path):
+    said = octant.Study(
+        face_room(),
+        tags=[octant.Tag("A", (1.0, 1.0, 2.3))],
+        reader=octant.Reader(response="isolated", antennas=6),
+        solver=SOLVER,
+        map={"spacing_m": 0.5},
+        mission={"start_m": (2.0, 1.0), "heading_deg": 120.0, "tags": ["A"], "runs": 2},
+    )
+    assert said == octant.Study.load(study_file)
+    text = said.to_toml(tmp_path / "again.toml")
+    assert octant.Study.load(tmp_path / "again.toml") == said
+    assert tomllib.loads(text)["reader"]["antennas"] == 6
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda: octant.Room.box((5, 4, 3), "concret"), "did you mean 'concrete'"),
+        (lambda: octant.Reader(plate_hight_m=0.1), "did you mean 'plate_height_m'"),
+        (lambda: octant.Tag("1", (9, 9)), "a list of 3 is needed"),
+        (lambda: octant.Room.load("nothing.glb", unit="m"), "give an existing file"),
+        (lambda: octant.Room.box((5, 4, 3)).paths((1, 1), (2, 2, 2)), "give a Tag"),
+        (lambda: octant.Room.box((5, 4, 3)).paths((9, 9, 9), (2, 2, 2)), "outside the room"),
+        (lambda: octant.Room.box((5, 4, 3)).audit(), "nothing to audit"),
+        (lambda: octant.Room.box((5, 4, 3)).rss_map([(1, 1, 1)]), "octant.Tag is needed"),
+        (lambda: octant.Room.box((5, 4, 3)).rss_map([], octant.Reader()), "nothing that transmits"),
+        (lambda: octant.sweep(octant.Reader(), {}), "no parameter is swept"),
+        (lambda: octant.sweep(octant.Reader(), {"gap": [1.0]}), "did you mean 'gap_m'"),
+        (
+            lambda: octant.Reader(response="isolated").solve(step_deg=30, progress=False).s,
+            "gives patterns only",
+        ),
+    ],
+)
+@pytest.mark.filterwarnings(QUIET)
+def test_mistakes_are_refused_in_one_sentence(call, words):
+    with pytest.raises(ConfigError) as error:
+        call()
+    assert words in str(error.value)
+
+
+def test_progress_is_silent_when_asked(capsys):
+    room = octant.Room.box((2, 2, 2))
+    tag = octant.Tag("1", (1, 1, 1.9))
+    solver = {"max_reflections": 0}
+    room.rss_map([tag], spacing_m=1.0, solver=solver, progress=False)
+    assert capsys.readouterr().err == ""
+    room.rss_map([tag], spacing_m=1.0, solver=solver)
+    assert "tag 1" in capsys.readouterr().err
+
+
+def test_a_failing_score_is_said_and_kept_apart(tmp_path):
+    reader = octant.Reader(response="isolated", plate_height_m=0.0)
+    swept = octant.sweep(
+        reader,
+        {"antennas": [4, 6]},
+        score=_only_four,
+        store=tmp_path,
+        progress=False,
+    )
+    assert swept["fours"].to_numpy()[0] == 4.0
+    assert np.isnan(swept["fours"].to_numpy()[1])
+    assert "six" in str(swept["failed_because"].to_numpy()[1])
+
+
+def _only_four(study):
+    if study.reader.antennas != 4:
+        msg = "six is too many."
+        raise ConfigError(msg)
+    return {"fours": study.reader.antennas}
