@@ -13,6 +13,9 @@ from pathlib import Path
 from octant.em.antennas.pattern_files.common import DBI_FLOOR
 from octant.geometries.errors import PatternFileError
 
+HERTZ = {"HZ": 1.0, "KHZ": 1e3, "MHZ": 1e6, "GHZ": 1e9}
+"""Units of frequency in capitals [Hz]."""
+
 _LARGEST = 1e30
 _MOST_SAMPLES = 20_000_000
 

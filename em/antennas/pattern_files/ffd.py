@@ -19,6 +19,7 @@ import numpy as np
 
 from octant.em.antennas.pattern_files._grids import fold
 from octant.em.antennas.pattern_files._lines import (
+    HERTZ,
     Row,
     number,
     numbers,
@@ -28,8 +29,6 @@ from octant.em.antennas.pattern_files._lines import (
 )
 from octant.em.antennas.pattern_files.common import VOLT_PER_ROOT_WATT, PatternTable
 from octant.geometries.errors import PatternFileError
-
-_UNITS_HZ = {"": 1.0, "hz": 1.0, "khz": 1e3, "mhz": 1e6, "ghz": 1e9}
 
 
 def read_ffd(path: Path, *, incident_power_w: float = 1.0) -> tuple[PatternTable, ...]:
@@ -137,7 +136,7 @@ def _frequency(path: Path, line: int, tokens: Sequence[str]) -> float:
     found = re.fullmatch(r"([-+.\deE]+)([kKmMgG]?[hH][zZ])?", text)
     if not found:
         raise refusal(path, line, f"{text[:40]!r} is not a frequency; give a number of Hz.")
-    frequency_hz = number(path, line, found.group(1)) * _UNITS_HZ[(found.group(2) or "").lower()]
+    frequency_hz = number(path, line, found.group(1)) * HERTZ[(found.group(2) or "HZ").upper()]
     if frequency_hz <= 0.0:
         raise refusal(path, line, f"frequency {text} is not a frequency; give more than 0 Hz.")
     return frequency_hz

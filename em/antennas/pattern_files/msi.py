@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from octant.em.antennas.pattern_files._lines import (
+    HERTZ,
     Row,
     checked_gain_dbi,
     number,
@@ -30,8 +31,6 @@ from octant.em.antennas.pattern_files.common import NO_PHASE_WARNING, PatternTab
 
 DIPOLE_DBI = 2.15
 """Gain [dBi] of the half-wave dipole that dBd refers to."""
-
-_UNITS_HZ = {"HZ": 1.0, "KHZ": 1e3, "MHZ": 1e6, "GHZ": 1e9}
 
 
 @dataclass(slots=True)
@@ -150,7 +149,7 @@ def _frequency(path: Path, content: _File) -> float | None:
     if not tokens or re.match(r"[\d.]+([KMG]?HZ)?[-/~]", joined):
         return None
     unit = next((u for u in ("KHZ", "MHZ", "GHZ", "HZ") if joined.endswith(u)), "")
-    value_hz = number(path, line, joined.removesuffix(unit)) * _UNITS_HZ[unit or "MHZ"]
+    value_hz = number(path, line, joined.removesuffix(unit)) * HERTZ[unit or "MHZ"]
     if value_hz <= 0.0:
         raise refusal(path, line, f"frequency {joined} is not a frequency; give more than 0 MHz.")
     return value_hz

@@ -22,6 +22,7 @@ import numpy as np
 
 from octant.em.antennas.pattern_files._grids import fold, loop_grid
 from octant.em.antennas.pattern_files._lines import (
+    HERTZ,
     Row,
     checked_gain_dbi,
     number,
@@ -38,7 +39,6 @@ from octant.em.antennas.pattern_files.common import (
 from octant.em.decibels import decibels
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[EeDd][-+]?\d+)?"
-_UNITS_HZ = {"HZ": 1.0, "KHZ": 1e3, "MHZ": 1e6, "GHZ": 1e9}
 _AGREEMENT_DB = 0.1
 _THETA, _PHI, _TOTAL, _E_THETA, _E_PHI = 0, 1, 4, 7, 9
 
@@ -82,7 +82,7 @@ def read_nec(path: Path) -> tuple[PatternTable, ...]:
         upper = " ".join(text.upper().split())
         frequency = re.search(rf"\bFREQUENCY ?[=:] ?({_NUMBER}) ?([KMG]?HZ)", upper)
         if frequency:
-            value_hz = number(path, line, frequency.group(1)) * _UNITS_HZ[frequency.group(2)]
+            value_hz = number(path, line, frequency.group(1)) * HERTZ[frequency.group(2)]
             state, section = _State(frequency_hz=value_hz), ""
         elif "ANTENNA INPUT PARAMETERS" in upper:
             # a new run at the same frequency: what the last run gave no longer holds

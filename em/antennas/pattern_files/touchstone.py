@@ -18,7 +18,7 @@ from typing import Literal, get_args
 import numpy as np
 import numpy.typing as npt
 
-from octant.em.antennas.pattern_files._lines import number, read_lines, refusal
+from octant.em.antennas.pattern_files._lines import HERTZ, number, read_lines, refusal
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import PatternFileError
 from octant.geometries.files import write_text
@@ -26,7 +26,6 @@ from octant.geometries.files import write_text
 NumberForm = Literal["RI", "MA", "DB"]
 """Pairs in a file: real and imaginary, magnitude and degrees, decibels and degrees."""
 
-_UNITS_HZ = {"HZ": 1.0, "KHZ": 1e3, "MHZ": 1e6, "GHZ": 1e9}
 _PAIRS_A_LINE = 4
 
 
@@ -188,8 +187,8 @@ def _options(path: Path) -> tuple[float, str, float, list[tuple[int, list[str]]]
             seen = True
             words = iter(text[1:].upper().split())
             for word in words:
-                if word in _UNITS_HZ:
-                    unit_hz = _UNITS_HZ[word]
+                if word in HERTZ:
+                    unit_hz = HERTZ[word]
                 elif word in get_args(NumberForm):
                     form = word
                 elif word == "R":
