@@ -22,8 +22,11 @@ from pathlib import Path
 import numpy as np
 
 from octant.em.antennas.kinds import Antenna
+from octant.navigation.sensing.bearing import reader_azimuth
+from octant.reader_design.setting.bearing_errors import vector_errors_rad
 from octant.reader_design.setting.design import reader_responses
-from octant.reader_design.setting.random_poses import random_pose_errors_rad
+from octant.reader_design.setting.links import tag_link
+from octant.reader_design.setting.samples import standing_room
 from octant.reader_design.setting.setting import build_setting
 from octant.reader_design.study_file.loading import parse_study
 
@@ -77,6 +80,35 @@ def cosine_antenna(frequency_hz):
         axis=np.array([0.0, 0.0, 1.0]),
         pattern=table,
     )
+
+
+def random_pose_errors_rad(study, place, responses, *, area_m, poses, rng):
+    """Return the vector sum's bearing errors [rad] at poses drawn evenly from (0, 0) to area_m [m].
+
+    Poses where the reader does not fit are left out; an error is pi where there is no bearing.
+    """
+    places = rng.uniform((0.0, 0.0), area_m, (poses, 2))
+    headings = rng.uniform(-np.pi, np.pi, poses)
+    asked = rng.integers(len(place.tags), size=poses)
+    fits = standing_room(
+        place.scene,
+        places,
+        reader_z_m=place.reader_z_m,
+        clearance_m=study.reader.ground_plane_m / 2.0,
+    )
+    errors = []
+    for number, tag in enumerate(place.tags):
+        mine = fits & (asked == number)
+        if not mine.any():
+            continue
+        rss = tag_link(study, place, tag, responses).rss_w(
+            np.column_stack([places[mine], headings[mine]])
+        )
+        towards = np.arctan2(*(tag.position_m[:2] - places[mine]).T[::-1])
+        azimuth = reader_azimuth(headings[mine], towards)
+        elements = responses[0].azimuths_rad
+        errors.append(vector_errors_rad(rss[:, None], azimuth[:, None], elements)[:, 0])
+    return np.concatenate(errors)
 
 
 def errors_deg(study, responses, *, antenna, poses):

@@ -186,14 +186,15 @@ def resolved(study: Study, *, directory: Path) -> Study:
 def vary(
     study: Study, values: Mapping[str, Any], *, directory: Path = Path("/"), shapes: bool = True
 ) -> Study:
-    """Return a study with other values in some places: one cell of its sweep.
+    """Return a study with other values in some places, such as a cell of its sweep.
 
     Parameters
     ----------
     study : Study
         The study.
     values : mapping
-        Value by parameter, named as in ``[sweep]`` and in the unit of its key ([m], [Hz], ...).
+        Value by parameter, named as in ``[sweep]``, or by the dotted path of any other key such as
+        ``mission.runs``; in the unit of the key ([m], [Hz], ...).
     directory : Path
         Where relative files among the values are looked for; those of a loaded study are absolute.
     shapes : bool

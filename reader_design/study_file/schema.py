@@ -1,7 +1,7 @@
 """The study file as typed, frozen tables: one class per TOML table, every key with its unit.
 
-Only shape and single-value rules stand here; what one key demands of another is in
-`config_checks`, what only the finished room can tell (a tag outside it) in `study_scene`.
+Only shape and single-value rules stand here; what one key demands of another is in `checks`, what
+only the finished room can tell (a tag outside it) in `octant.reader_design.setting.setting`.
 """
 
 from typing import Annotated, Any, Literal
@@ -189,6 +189,10 @@ class Study(Table, frozen=True, kw_only=True):
         What is studied, see the classes of these names (all units SI, angles in [deg]).
     tags : tuple of Tag
         The tables ``[[tag]]``.
+    scoring : Scoring
+        The receiver whose readings are scored.
+    choice : Choice
+        How the design to build is chosen.
     scoring : Scoring
         The receiver whose readings are scored beside the exact RSS.
     choice : Choice

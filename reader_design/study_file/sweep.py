@@ -176,7 +176,8 @@ def put(study: Study, values: Mapping[str, Any]) -> Tables:
     study : Study
         The study.
     values : mapping
-        Value by parameter, in the unit of its key ([m], [Hz], ...).
+        Value by parameter of a sweep, or by the dotted path of any other key, in the unit of the
+        key ([m], [Hz], ...).
 
     Returns
     -------
@@ -191,7 +192,8 @@ def put(study: Study, values: Mapping[str, Any]) -> Tables:
     paths = parameter_paths()
     tables: Tables = msgspec.to_builtins(msgspec.structs.replace(study, sweep={}))
     for name, value in values.items():
-        tables = _placed(tables, paths[name], value, done=())
+        path = paths.get(name) or tuple(name.split("."))
+        tables = _placed(tables, path, value, done=())
     return tables
 
 

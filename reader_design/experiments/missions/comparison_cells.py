@@ -15,10 +15,8 @@ from octant.reader_design.experiments.missions.comparison_file import (
     LinkEntry,
 )
 from octant.reader_design.setting.links import mission_table
-from octant.reader_design.study_file.loading import load_study, parse_study, to_toml
-from octant.reader_design.study_file.schema import Study
-from octant.reader_design.study_file.toml import toml_text
-from octant.reader_design.study_file.toml_files import toml_tables
+from octant.reader_design.study_file.loading import load_study, vary
+from octant.reader_design.study_file.schema import Map, Study
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -105,16 +103,14 @@ def _combined(
     study: Study, link: LinkEntry, others: dict[str, dict[str, Any]], *, source: str
 ) -> Study:
     """Return a study with keys of its tables replaced."""
-    tables = toml_tables(to_toml(study), source=source)
     # What no mission looks at goes, for it may contradict the new keys.
-    for name in ("sweep", "map", "layout", "track", "dock"):
-        tables.pop(name, None)
-    for name, keys in {"radio": link.radio, "sensor": link.sensor, **others}.items():
-        tables[name] = {**tables.get(name, {}), **keys}
-    if "antenna" in link.tag:
-        for tag in tables["tag"]:
-            tag.pop("axis", None)
-    tables["tag"] = [{**tag, **link.tag} for tag in tables["tag"]]
-    if not tables["sensor"]:
-        del tables["sensor"]
-    return parse_study(toml_text(tables), source=source, directory=Path("/"))
+    plain = msgspec.structs.replace(study, map=Map(), layouts=(), track=None, dock=None)
+    tables = {"radio": link.radio, "sensor": link.sensor, "tag": link.tag, **others}
+    values: dict[str, Any] = {"tag.axis": None} if "antenna" in link.tag else {}
+    for table, keys in tables.items():
+        values |= {f"{table}.{key}": value for key, value in keys.items()}
+    try:
+        return vary(plain, values)
+    except ConfigError as exc:
+        msg = f"{source}: {exc}"
+        raise ConfigError(msg) from exc

@@ -9,7 +9,6 @@ import pytest
 
 from octant.em.reader.response import sector_response
 from octant.reader_design.setting.design import reader_responses
-from octant.reader_design.setting.random_poses import random_pose_errors_rad
 from octant.reader_design.setting.setting import build_setting
 
 BENCH = Path(__file__).resolve().parents[3] / "benchmarks" / "bench_room_bearing.py"
@@ -78,7 +77,7 @@ def test_random_poses_come_from_the_generator_and_lie_in_the_area():
 
     def drawn(seed):
         rng = np.random.default_rng(seed)
-        return random_pose_errors_rad(
+        return bench.random_pose_errors_rad(
             study, built, (response,), area_m=(5.0, 5.0), poses=50, rng=rng
         )
 
