@@ -1,4 +1,4 @@
-"""The numbers that a change of layout must not move: short runs of every verb, digested.
+"""The numbers of every verb in short runs, as digests, so that no change moves one unnoticed.
 
 ``python tests/regression/golden.py`` (with Octant importable) runs every case and writes
 ``golden.json`` anew: for each file that a case leaves, each column or variable with its shape, the

@@ -1,4 +1,4 @@
-"""A change of layout moves no number: every verb in short form against what it gave before."""
+"""Short runs of every verb give the numbers that are kept in golden.json."""
 
 import json
 import math
@@ -8,7 +8,7 @@ import pytest
 
 KEPT = json.loads(golden.GOLDEN.read_text())
 CLOSED_LOOP = ("study", "navigate", "compare", "dock", "track")
-"""Verbs whose robots magnify a last bit until it can be seen."""
+"""Verbs that drive robots: each step repeats the rounding of the last and makes it larger."""
 
 
 @pytest.mark.slow
@@ -19,7 +19,7 @@ def test_numbers_are_those_that_were_kept(name, tmp_path):
     assert {f: sorted(v) for f, v in found.items()} == {f: sorted(v) for f, v in kept.items()}
     here = golden.machine() == KEPT["machine"]
     if not here and name.startswith(CLOSED_LOOP):
-        return  # another processor or library rounds otherwise, and the ways part
+        return  # another processor or library rounds differently, and a robot's path with it
     wrong = [
         f"{file}: {variable}: {kept[file][variable]} became {new}"
         for file, variables in found.items()
