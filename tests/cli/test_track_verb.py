@@ -93,6 +93,8 @@ def test_a_killed_study_goes_on_where_it_stopped_with_the_same_bits(
     assert stopped.code == 130
     assert not (out / "report.html").exists()
     assert len(list((out / "cases").iterdir())) == 1
+    plan = octant("track", study, "--out", out, "--dry-run")
+    assert plan.out == "3 parts, of which 1 are computed already.\n"
     assert octant("track", study, "--out", out, "-q", "--workers", "1").code == 0
     whole, resumed = (read_dataset(f / "results.nc") for f in (tmp_path / "whole", out))
     assert whole.equals(resumed)

@@ -47,9 +47,16 @@ from octant.reader_design.experiments.tracking.settings import (
     Settings,
     settings_of,
 )
-from octant.reader_design.keeping.finished import begin_results, finish_results
-from octant.reader_design.keeping.keeper import RecordCodec, map_cases
+from octant.reader_design.keeping.keeper import RecordCodec, kept_cases, map_cases
 from octant.reader_design.keeping.progress import Progress
+from octant.reader_design.keeping.results import (
+    complete_line,
+    is_complete,
+    mark_complete,
+    refuse_another,
+)
+from octant.reader_design.keeping.versions import versions
+from octant.reader_design.setting.design import content_hash
 from octant.reader_design.showing.netcdf import write_dataset
 from octant.reader_design.showing.tables import put_table
 from octant.reader_design.study_file.loading import to_toml
@@ -326,15 +333,42 @@ def run_tracking(
     if "room" in settings.track.chapters:
         check_room(settings)
     text = to_toml(study, relative_to=out_dir)
-    complete = begin_results(out_dir, ["track", text], files=FILES, force=force)
+    refuse_another(out_dir, text, force=force, outputs=(*FILES, "*.csv", "figures/*.png"))
+    write_text(out_dir / "study.toml", text)
     content = _computed(
         settings, text, out_dir, workers=workers, cluster=cluster, progress=progress
     )
-    if complete:
-        progress.say(f"{out_dir} is complete already; nothing was written.")
+    stamp, key = out_dir / CASES / "finished.json", content_hash([text, versions()])
+    if is_complete(stamp, key):
+        progress.say(complete_line(out_dir))
     else:
-        finish_results(out_dir, publish(content, out_dir, progress))
+        mark_complete(stamp, key, publish(content, out_dir, progress))
     return content
+
+
+def plan_line(study: Study, out_dir: Path) -> str:
+    """Return how many parts a tracking study has, and how many the folder holds.
+
+    Parameters
+    ----------
+    study : Study
+        With a table ``[track]``.
+    out_dir : Path
+        Folder of the results.
+    """
+    settings = settings_of(study)
+    parts = parts_of(settings)
+    kept = kept_cases(
+        compute_part,
+        parts,
+        context=study,
+        folder=out_dir / CASES,
+        codec=RecordCodec(PartRecord),
+        leave_out=_NO_EFFECT,
+    )
+    there = sum(one is not None for one in kept)
+    costs = ", and the costs" if "costs" in settings.track.chapters else ""
+    return f"{len(parts)} parts, of which {there} are computed already{costs}."
 
 
 def _computed(
@@ -421,6 +455,5 @@ def publish(content: TrackingContent, out_dir: Path, progress: Progress) -> list
         save_figure(one.figure, path)
         entries.setdefault(one.section, []).append((one.title, one.caption, path))
         written.append(path)
-    write_text(out_dir / "study.toml", content.study_toml)
     write_text(out_dir / "report.html", render_report(tracking_report(content, entries)))
     return written

@@ -17,16 +17,13 @@ def track(*, study: Path | None, options: RunOptions) -> Ended:
     results.nc, tracking.csv, costs.csv, slam.csv, figures, study.toml and report.html to --out; the
     same command again goes on where the last one stopped.
     """
-    from octant.reader_design.experiments.tracking.compute import parts_of, run_tracking
+    from octant.reader_design.experiments.tracking.compute import plan_line, run_tracking
     from octant.reader_design.experiments.tracking.page import summary_lines
-    from octant.reader_design.experiments.tracking.settings import settings_of
     from octant.reader_design.study_file.loading import load_study
 
     loaded = load_study(study, built_in="track_study")
     if options.dry_run:
-        settings = settings_of(loaded)
-        chapters = ", ".join(settings.track.chapters)
-        return Ended(lines=(f"{len(parts_of(settings))} parts of the chapters {chapters}.",))
+        return Ended(lines=(plan_line(loaded, options.out),))
     content = run_tracking(
         loaded,
         options.out,
