@@ -2,8 +2,6 @@
 
 import json
 import math
-import os
-import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,34 +16,6 @@ from octant.geometries.errors import PatternFileError
 
 if TYPE_CHECKING:
     import xarray as xr
-
-
-def write_reader_netcdf(
-    path: str | Path,
-    response: ReaderResponse,
-    *,
-    impedance_ohm: npt.ArrayLike | None = None,
-    s_matrix: npt.ArrayLike | None = None,
-    step_deg: float | None = None,
-) -> None:
-    """Write a reader's response as netCDF, in the reader's own frame.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file; replaced where it exists.
-    response, impedance_ohm, s_matrix, step_deg
-        As in `reader_dataset` ([ohm], [-], [deg]).
-
-    Raises
-    ------
-    PatternFileError
-        When shapes or the step do not fit, or the file cannot be written.
-    """
-    data = reader_dataset(
-        response, impedance_ohm=impedance_ohm, s_matrix=s_matrix, step_deg=step_deg
-    )
-    _store(Path(path), data)
 
 
 def reader_dataset(
@@ -68,11 +38,6 @@ def reader_dataset(
     step_deg : float, optional
         Step [deg] of theta and phi, a divisor of 180; the response's own grid where it is left
         out, which comes back exactly.
-
-    Raises
-    ------
-    PatternFileError
-        When shapes or the step do not fit.
     """
     import xarray as xr
 
@@ -185,43 +150,15 @@ def _coordinates(
     return coordinates
 
 
-def _store(path: Path, data: "xr.Dataset") -> None:
-    """Write a data set whole or not at all."""
-    part = None
-    try:
-        handle, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=".nc", dir=path.parent)
-        os.close(handle)
-        part = Path(name)
-        data.to_netcdf(part, engine="h5netcdf")
-        part.chmod(0o644)
-        part.replace(path)
-    except OSError as exc:
-        msg = f"{path} cannot be written ({exc.strerror}); give a folder that can be written to."
-        raise PatternFileError(msg) from exc
-    finally:
-        if part is not None:
-            part.unlink(missing_ok=True)
-
-
 def read_reader_netcdf(path: str | Path) -> ReaderResponse:
-    """Return the reader's response that a ``reader.nc`` holds.
+    """Return the response that a ``reader.nc`` holds, phase referred to each antenna's place.
 
     Parameters
     ----------
     path : str or Path
-        The file, of `write_reader_netcdf` or another program: ``pattern`` on a uniform grid with
+        The file, of `reader_dataset` or another program: ``pattern`` on a uniform grid with
         ``theta_deg`` 0..180 and ``phi_deg`` 0..360, and ``frequency_hz``; ``phase_centre_m`` is 0
         and ``azimuth_deg`` evenly spread where they are missing.
-
-    Returns
-    -------
-    ReaderResponse
-        Patterns, phase referred to each antenna's place.
-
-    Raises
-    ------
-    PatternFileError
-        When the file cannot be read, or a variable is missing or does not fit.
     """
     import xarray as xr
 
