@@ -14,7 +14,8 @@ import numpy.typing as npt
 
 from octant.geometries.errors import NavigationError
 from octant.navigation.robot.drive import DifferentialDrive
-from octant.navigation.robot.odometry import Integration, move, wheel_travel
+from octant.navigation.robot.motion import Integration, move
+from octant.navigation.robot.odometry import wheel_travel
 
 FloatArray = npt.NDArray[np.float64]
 Belief = TypeVar("Belief")

@@ -12,7 +12,7 @@ from octant.geometries.errors import NavigationError, PhysicsWarning
 from octant.geometries.tolerances import LENGTHS
 from octant.navigation.navigators.arrival import ArrivalTest
 from octant.navigation.robot.floor import Contact, MotionStep
-from octant.navigation.robot.rolling import Rolling
+from octant.navigation.robot.odometry import Rolling
 
 MissionOutcome = Literal[
     "completed", "time-out", "no signal", "collision", "stuck", "left the room"

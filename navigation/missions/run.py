@@ -16,8 +16,7 @@ from octant.navigation.navigators.interface import STILL, Decision, Navigator, O
 from octant.navigation.robot.drive import DifferentialDrive
 from octant.navigation.robot.floor import Blocked, Floor, check_start
 from octant.navigation.robot.motion import AT_REST, Motion
-from octant.navigation.robot.odometry import wheel_travel
-from octant.navigation.robot.rolling import RollingWheels
+from octant.navigation.robot.odometry import RollingWheels, wheel_travel
 from octant.navigation.sensing.sensor import RssSensor, unknown_tag
 
 

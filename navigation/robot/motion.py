@@ -1,11 +1,54 @@
 """How a robot moves for a moment: forward and turning at constant speeds, along an arc."""
 
 from dataclasses import dataclass
+from typing import Literal, get_args
 
 import numpy as np
 import numpy.typing as npt
 
 from octant.geometries.errors import NavigationError
+
+Integration = Literal["euler", "rk2", "exact"]
+"""Euler (11.83), second-order Runge-Kutta (11.84), or the exact arc (11.85) of the textbook."""
+
+
+def move(
+    pose: npt.ArrayLike,
+    *,
+    distance_m: npt.ArrayLike,
+    turn_rad: npt.ArrayLike,
+    method: Integration = "exact",
+) -> npt.NDArray[np.float64]:
+    """Return the pose after one sample interval [m, rad], the heading not wrapped.
+
+    Parameters
+    ----------
+    pose : (..., 3) float64
+        x [m], y [m], heading [rad] at its start.
+    distance_m : (...) float64
+        Length Δs = v T of the way, negative backwards [m].
+    turn_rad : (...) float64
+        Turn Δθ = ω T, counter-clockwise positive [rad].
+    method : {"euler", "rk2", "exact"}
+        Straight along the old heading, along the mean heading, or on the circular arc.
+
+    Notes
+    -----
+    Textbook (11.83)-(11.86). The exact arc is written as its chord Δs sinc(Δθ/2) along θ + Δθ/2,
+    the same as (11.85) without its division by ω. Exact for constant v and ω only.
+    """
+    start = np.asarray(pose, dtype=np.float64)
+    length = np.asarray(distance_m, dtype=np.float64)
+    turn = np.asarray(turn_rad, dtype=np.float64)
+    if method not in get_args(Integration):
+        msg = f"method is {method!r}, but it must be one of {list(get_args(Integration))}."
+        raise NavigationError(msg)
+    if method == "exact":
+        length = length * np.sinc(turn / (2.0 * np.pi))
+    along = start[..., 2] + (0.0 if method == "euler" else 0.5) * turn
+    moves = np.broadcast_arrays(length * np.cos(along), length * np.sin(along), turn)
+    moved: npt.NDArray[np.float64] = start + np.stack(moves, axis=-1)
+    return moved
 
 
 def pose_on_arc(
@@ -32,13 +75,12 @@ def pose_on_arc(
     -----
     The exact solution of thesis (3.7): a chord of length v t sinc(ω t / 2) along θ + ω t / 2.
     """
-    start = np.asarray(pose, dtype=np.float64)
-    turn = np.asarray(time_s) * np.asarray(turn_rate_rad_per_s)
-    chord = np.asarray(time_s) * np.asarray(speed_m_per_s) * np.sinc(turn / (2.0 * np.pi))
-    along = start[..., 2] + 0.5 * turn
-    moves = np.broadcast_arrays(chord * np.cos(along), chord * np.sin(along), turn)
-    moved: npt.NDArray[np.float64] = start + np.stack(moves, axis=-1)
-    return moved
+    time = np.asarray(time_s)
+    return move(
+        pose,
+        distance_m=time * np.asarray(speed_m_per_s),
+        turn_rad=time * np.asarray(turn_rate_rad_per_s),
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

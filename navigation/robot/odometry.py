@@ -1,56 +1,15 @@
-"""Odometric localisation: the pose from wheel-encoder increments or from velocities."""
+"""Wheels on a real floor: they slip, their encoders count whole ticks, and odometry adds up."""
 
-from typing import Literal, get_args
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from octant.geometries.errors import NavigationError
+from octant.navigation.checks import check_positive
 from octant.navigation.robot.drive import DifferentialDrive
 
 FloatArray = npt.NDArray[np.float64]
-
-Integration = Literal["euler", "rk2", "exact"]
-"""Euler (11.83), second-order Runge-Kutta (11.84), or the exact arc (11.85) of the textbook."""
-
-
-def move(
-    pose: npt.ArrayLike,
-    *,
-    distance_m: npt.ArrayLike,
-    turn_rad: npt.ArrayLike,
-    method: Integration = "exact",
-) -> FloatArray:
-    """Return the pose after one sample interval [m, rad], the heading not wrapped.
-
-    Parameters
-    ----------
-    pose : (..., 3) float64
-        x [m], y [m], heading [rad] at its start.
-    distance_m : (...) float64
-        Length Δs = v T of the way, negative backwards [m].
-    turn_rad : (...) float64
-        Turn Δθ = ω T, counter-clockwise positive [rad].
-    method : {"euler", "rk2", "exact"}
-        Straight along the old heading, along the mean heading, or on the circular arc.
-
-    Notes
-    -----
-    Textbook (11.83)-(11.86). The exact arc is written as its chord Δs sinc(Δθ/2) along θ + Δθ/2,
-    the same as (11.85) without its division by ω. Exact for constant v and ω only.
-    """
-    start = np.asarray(pose, dtype=np.float64)
-    length = np.asarray(distance_m, dtype=np.float64)
-    turn = np.asarray(turn_rad, dtype=np.float64)
-    if method not in get_args(Integration):
-        msg = f"method is {method!r}, but it must be one of {list(get_args(Integration))}."
-        raise NavigationError(msg)
-    if method == "exact":
-        length = length * np.sinc(turn / (2.0 * np.pi))
-    along = start[..., 2] + (0.0 if method == "euler" else 0.5) * turn
-    moves = np.broadcast_arrays(length * np.cos(along), length * np.sin(along), turn)
-    moved: FloatArray = start + np.stack(moves, axis=-1)
-    return moved
 
 
 def wheel_travel(
@@ -95,3 +54,81 @@ def counted_rotation(turned_rad: npt.ArrayLike, *, tick_rad: float) -> FloatArra
         raise NavigationError(msg)
     counted: FloatArray = tick_rad * np.floor(np.asarray(turned_rad) / tick_rad)
     return counted
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rolling:
+    """How wheels roll: shares of slip, and the encoders' resolution.
+
+    Parameters
+    ----------
+    slip_sd : float
+        Standard deviation of the share by which each wheel's rolling differs from its rotation,
+        anew in every period [-].
+    scale_sd : float
+        Standard deviation of the same, constant over a run: tyres, load, floor [-].
+    tick_rad : float
+        Rotation that one count of an encoder stands for [rad]; 0 for an exact one.
+
+    Notes
+    -----
+    Encoders see the wheel's rotation and not its slip, so slip and scale stay hidden from the
+    robot. 2 % each and 2000 counts a turn are a usual indoor robot.
+    """
+
+    slip_sd: float = 0.0
+    scale_sd: float = 0.0
+    tick_rad: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name, unit in (("slip_sd", "1"), ("scale_sd", "1"), ("tick_rad", "rad")):
+            check_positive(getattr(self, name), name=name, unit=unit, allow_zero=True)
+
+
+class RollingWheels:
+    """The two wheels of one run; what they truly do is for the world only.
+
+    Parameters
+    ----------
+    rolling : Rolling
+        How they roll.
+    rng : numpy.random.Generator
+        Source of the slip; nothing is drawn where a deviation is zero.
+    """
+
+    def __init__(self, rolling: Rolling, rng: np.random.Generator) -> None:
+        self._rolling, self._rng = rolling, rng
+        scale = rng.normal(0.0, rolling.scale_sd, 2) if rolling.scale_sd > 0.0 else np.zeros(2)
+        self._scale: FloatArray = 1.0 + scale
+        self._turned_rad: FloatArray = np.zeros(2)
+
+    def roll(self, rotations_rad: FloatArray) -> FloatArray:
+        """Return the rotations that would make the same way without slip [rad].
+
+        Parameters
+        ----------
+        rotations_rad : (2,) float64
+            Rotations of the right and the left wheel in a period [rad].
+        """
+        share = self._scale
+        if self._rolling.slip_sd > 0.0:
+            share = share + self._rng.normal(0.0, self._rolling.slip_sd, 2)
+        return np.asarray(rotations_rad * share)
+
+    def count(self, rotations_rad: FloatArray) -> FloatArray:
+        """Return the whole ticks that the encoders report [rad]; what is less is counted later.
+
+        Parameters
+        ----------
+        rotations_rad : (2,) float64
+            Rotations of the right and the left wheel since the last call [rad].
+        """
+        tick_rad = self._rolling.tick_rad
+        before = self._turned_rad
+        self._turned_rad = before + rotations_rad
+        if tick_rad == 0.0:
+            return rotations_rad
+        return np.asarray(
+            counted_rotation(self._turned_rad, tick_rad=tick_rad)
+            - counted_rotation(before, tick_rad=tick_rad)
+        )

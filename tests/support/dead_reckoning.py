@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from octant.navigation.robot.odometry import move
+from octant.navigation.robot.motion import move
 
 
 def dead_reckon(start, *, distance_m, turn_rad, method="exact"):

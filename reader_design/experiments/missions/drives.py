@@ -14,7 +14,7 @@ from octant.navigation.missions.starts import ListedStarts, RandomStarts, Starts
 from octant.navigation.navigators.arrival import ArrivalTest, arrival_tests
 from octant.navigation.robot.drive import DifferentialDrive
 from octant.navigation.robot.floor import RobotSpace
-from octant.navigation.robot.rolling import Rolling
+from octant.navigation.robot.odometry import Rolling
 from octant.navigation.sensing.sensor import PowerLink
 from octant.reader_design.experiments.missions.navigators import study_navigator
 from octant.reader_design.keeping.workers import worker_map

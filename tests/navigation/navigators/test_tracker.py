@@ -13,7 +13,7 @@ from octant.navigation.navigators._place_kernels import place_log_likelihood
 from octant.navigation.navigators.interface import STILL, Odometry
 from octant.navigation.navigators.place_particles import PlaceBelief, PlaceFilter
 from octant.navigation.robot.drive import DifferentialDrive
-from octant.navigation.robot.rolling import Rolling
+from octant.navigation.robot.odometry import Rolling
 from octant.navigation.sensing.pattern_match import power_table
 from octant.navigation.sensing.sensor import FieldSensor
 

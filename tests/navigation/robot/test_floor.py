@@ -8,7 +8,7 @@ from octant.geometries.scene import build_scene, free_space_scene
 from octant.navigation.missions.starts import ListedStarts, RandomStarts
 from octant.navigation.robot.drive import DifferentialDrive
 from octant.navigation.robot.floor import Floor, RobotSpace, footprint
-from octant.navigation.robot.rolling import Rolling, RollingWheels
+from octant.navigation.robot.odometry import Rolling, RollingWheels
 
 ROBOT = DifferentialDrive()
 

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 
 from octant.geometries.errors import NavigationError
 from octant.navigation.robot.drive import DifferentialDrive
-from octant.navigation.robot.odometry import counted_rotation, move, wheel_travel
+from octant.navigation.robot.motion import move
+from octant.navigation.robot.odometry import counted_rotation, wheel_travel
 from octant.navigation.tracking.shapes import lemniscate
 from octant.navigation.tracking.trajectories import desired_trajectory
 
