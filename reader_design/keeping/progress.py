@@ -36,7 +36,7 @@ class Progress:
             The line, without its end.
         """
         if not self.quiet:
-            from tqdm import tqdm
+            from tqdm.auto import tqdm
 
             tqdm.write(message, file=self.stream or sys.stderr)
 
@@ -59,7 +59,7 @@ class Progress:
         object
             Each item, in order.
         """
-        from tqdm import tqdm
+        from tqdm.auto import tqdm
 
         bar = tqdm(
             items,
@@ -88,7 +88,7 @@ class Progress:
         callable
             Takes the number of items done so far.
         """
-        from tqdm import tqdm
+        from tqdm.auto import tqdm
 
         with tqdm(
             total=total,
