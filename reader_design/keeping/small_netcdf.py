@@ -6,11 +6,16 @@ takes 20 ms to write and 8 ms to read, against 130 ms and 60 ms with h5netcdf an
 """
 
 import io
+import tempfile
 from collections.abc import Mapping, Sequence
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 Stored = tuple[Sequence[str], npt.ArrayLike, str, str]
 """Dimensions, values, units and long name of a variable."""
@@ -97,3 +102,40 @@ def read_netcdf(content: bytes) -> tuple[dict[str, npt.NDArray[Any]], dict[str, 
             for name, item in file.items()
         }
         return arrays, dict(file.attrs)
+
+
+class DatasetCodec:
+    """Keeps an xarray dataset as netCDF4, with the keeper."""
+
+    suffix = ".nc"
+
+    def encode(self, record: "xr.Dataset", case: object) -> bytes:
+        """Return the content of the file of a dataset.
+
+        Parameters
+        ----------
+        record : xarray.Dataset
+            With units on everything.
+        case : object
+            As in `octant.reader_design.keeping.keeper.Codec`.
+        """
+        del case
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "data.nc"
+            record.to_netcdf(path, engine="h5netcdf")
+            return path.read_bytes()
+
+    def decode(self, content: bytes, case: object) -> "xr.Dataset":
+        """Return the dataset of a file, loaded into memory.
+
+        Parameters
+        ----------
+        content : bytes
+            From `encode`.
+        case : object
+            As in `octant.reader_design.keeping.keeper.Codec`.
+        """
+        import xarray as xr
+
+        del case
+        return xr.load_dataset(io.BytesIO(content), engine="h5netcdf")

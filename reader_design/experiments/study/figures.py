@@ -15,7 +15,6 @@ from octant.reader_design.experiments.missions.drive_figures import (
     trajectory_figure,
 )
 from octant.reader_design.experiments.missions.mission_stage import RoomMission
-from octant.reader_design.experiments.study.map_stage import RoomMap
 from octant.reader_design.experiments.study.reader_plots import (
     ErrorCurve,
     bearing_error_figure,
@@ -45,7 +44,7 @@ AZIMUTH_DISTANCE_M = 2.0
 
 
 def reader_figures(
-    study: Study, cell: Cell, elements_rad: FloatArray, room_map: RoomMap
+    study: Study, cell: Cell, elements_rad: FloatArray, room_map: "xr.Dataset"
 ) -> Iterator[NamedFigure]:
     """Yield the figures of the chosen reader: patterns [dBm] and bearing errors [deg].
 
@@ -57,7 +56,7 @@ def reader_figures(
         Its cell.
     elements_rad : (n,) float64
         Azimuths of its antennas [rad].
-    room_map : RoomMap
+    room_map : xarray.Dataset
         Holds the samples of the room.
 
     Yields
@@ -95,9 +94,9 @@ def reader_figures(
         ),
     )
     surroundings = [("free space, all distances", azimuths, cell.free_rss_w)]
-    if "sample_rss_w" in room_map.data:
-        samples = room_map.data["sample_rss_w"].values.astype(np.float64)
-        in_room = np.radians(room_map.data["sample_azimuth"].values)
+    if "sample_rss_w" in room_map:
+        samples = room_map["sample_rss_w"].values.astype(np.float64)
+        in_room = np.radians(room_map["sample_azimuth"].values)
         surroundings.append(("in the room, all places and tags", in_room, samples))
     yield NamedFigure(
         file="bearing_error.png",
@@ -145,7 +144,7 @@ def reader_figures(
 
 
 def room_figures(
-    context: Setting, room_map: RoomMap, elements_rad: FloatArray
+    context: Setting, room_map: "xr.Dataset", elements_rad: FloatArray
 ) -> Iterator[NamedFigure]:
     """Yield the maps of the room: RSS [dBm] of the strongest antenna, bearing error [deg].
 
@@ -153,7 +152,7 @@ def room_figures(
     ----------
     context : Setting
         Study and room.
-    room_map : RoomMap
+    room_map : xarray.Dataset
         The maps.
     elements_rad : (n,) float64
         Azimuths of the antennas [rad].
@@ -163,7 +162,7 @@ def room_figures(
     NamedFigure
         RSS, bearing error and capture.
     """
-    data, built = room_map.data, context
+    data, built = room_map, context
     plan = plan_of(built.scene, built.reader_z_m)
     x, y = data["x"].values, data["y"].values
     blocked = data["standing"].values == 0

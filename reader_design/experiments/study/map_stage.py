@@ -1,6 +1,6 @@
 """Maps of the chosen reader over the room, kept in a file named by the hash of their input."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -8,94 +8,106 @@ import numpy as np
 
 from octant.em.antennas.embedded import ReaderResponse
 from octant.em.power.radio_map import map_reader
+from octant.geometries.errors import OctantError
 from octant.reader_design.experiments.study.error_maps import error_maps
+from octant.reader_design.keeping.keeper import map_cases
 from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.setting.design import content_hash
+from octant.reader_design.keeping.small_netcdf import DatasetCodec
 from octant.reader_design.setting.evaluation import room_samples_w
+from octant.reader_design.setting.setting import Setting
 from octant.reader_design.setting.links import tag_link
 from octant.reader_design.setting.map_grid import map_axes_m
 from octant.reader_design.setting.samples import grid_azimuths_rad, standing_room
-from octant.reader_design.setting.setting import Setting
-from octant.reader_design.showing.netcdf import dataset, read_dataset, variable, write_dataset
+from octant.reader_design.showing.netcdf import dataset, variable
 from octant.reader_design.study_file.loading import to_toml
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
-MAP_FORMAT = 2
-"""Raised when the meaning of a map changes, so that old files are computed again."""
+LEFT_OUT = (
+    "MapCase.progress",
+    "Setting.name",
+    "Setting.notes",
+    *(
+        f"Study.{table}"
+        for table in (
+            "sweep", "scoring", "choice", "sensor", "track", "dock", "optimise", "tolerance",
+            "layouts",
+        )
+    ),
+)  # fmt: skip
+"""What cannot change a map, so that its key does not contain it."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class RoomMap:
-    """RSS of the chosen reader over the room, and the samples behind its room scores.
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class MapCase:
+    """What the maps of a study are made of.
 
     Attributes
-    ----------
-    data : xarray.Dataset
-        ``rss_w`` and ``local_mean_rss_w`` (tag, x, y, antenna) [W], ``path_count`` (tag, x, y),
-        ``standing`` (x, y), the maps of :func:`error_maps`,
-        ``sample_rss_w`` (sample, sample_azimuth, antenna) [W].
-    """
-
-    data: "xr.Dataset"
-
-
-def map_stage(
-    context: Setting,
-    responses: tuple[ReaderResponse, ...],
-    *,
-    cell_key: str,
-    folder: Path,
-    progress: Progress,
-) -> RoomMap:
-    """Return the maps of the chosen reader for every tag, read or computed; powers in [W].
-
-    Parameters
     ----------
     context : Setting
         Study, room and sampling.
     responses : tuple of ReaderResponse
-        Of the chosen reader.
-    cell_key : str
-        Its cell, which stands for everything that its RSS depends on.
+        Of the chosen reader, one for each frequency.
+    progress : Progress
+        Shows receivers.
+    """
+
+    context: Setting
+    responses: tuple[ReaderResponse, ...]
+    progress: Progress
+
+
+def map_stage(case: MapCase, folder: Path) -> "xr.Dataset":
+    """Return the maps of the chosen reader for every tag, read or computed; powers in [W].
+
+    Parameters
+    ----------
+    case : MapCase
+        What they are made of.
     folder : Path
         Where stages are kept.
-    progress : Progress
-        Told about receivers.
 
     Returns
     -------
-    RoomMap
-        The robot's heading is that of the mission's start, or 90 degrees.
+    xarray.Dataset
+        ``rss_w`` and ``local_mean_rss_w`` (tag, x, y, antenna) [W], ``path_count`` (tag, x, y),
+        ``standing`` (x, y), the maps of :func:`error_maps`,
+        ``sample_rss_w`` (sample, sample_azimuth, antenna) [W].
     """
-    study = context.study
-    heading_rad = np.radians(90.0 if study.mission is None else study.mission.heading_deg)
-    key = content_hash(
-        {
-            "stage": "map",
-            "format": MAP_FORMAT,
-            "cell": cell_key,
-            "spacing_m": study.map.spacing_m,
-            "h": heading_rad,
-        }
+    kept = map_cases(
+        mapped,
+        [case],
+        context=None,
+        folder=folder,
+        codec=DatasetCodec(),
+        leave_out=LEFT_OUT,
+        progress=replace(case.progress, bars=False),
+        label="maps",
+        raises=(OctantError,),
     )
-    path = folder / f"map-{key[:16]}.nc"
-    if path.exists():
-        return RoomMap(data=read_dataset(path))
-    data = _mapped(context, responses, float(heading_rad), progress)
-    write_dataset(data, path, force=True)
-    return RoomMap(data=data)
+    data: xr.Dataset = kept[0].value
+    return data
 
 
-def _mapped(
-    context: Setting,
-    responses: tuple[ReaderResponse, ...],
-    heading_rad: float,
-    progress: Progress,
-) -> "xr.Dataset":
+def mapped(_context: None, case: MapCase) -> "xr.Dataset":
+    """Return the maps of the chosen reader, as `map_stage` does.
+
+    Parameters
+    ----------
+    _context : None
+        There is one case only.
+    case : MapCase
+        What they are made of.
+
+    Notes
+    -----
+    The robot's heading is that of the mission's start, or 90 degrees.
+    """
+    context, responses, progress = case.context, case.responses, case.progress
     study, built = context.study, context
+    heading_rad = float(np.radians(90.0 if study.mission is None else study.mission.heading_deg))
     x, y = map_axes_m(study, built)
     grid = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
     standing = standing_room(

@@ -105,11 +105,6 @@ class StudyContent:
         """The chosen design's cell, RSS in [W]."""
         return next(cell for cell in self.cells if cell.key == self.chosen.key)
 
-    @property
-    def candidates_antennas(self) -> int:
-        """Number of antennas of the chosen design."""
-        return self.chosen_cell.design.antennas
-
 
 def study_report(content: StudyContent, figures: dict[str, list[tuple[str, str, Path]]]) -> Report:
     """Return the report of a study; numbers carry their units [m, dB, deg, s].
@@ -252,7 +247,7 @@ def _scores_section(content: StudyContent) -> ReportSection:
 
 
 def _design_points(content: StudyContent) -> tuple[str, ...]:
-    design = next(c.design for c in content.cells if c.key == content.chosen.key)
+    design = content.chosen_cell.design
     element = design.element(content.context.study.radio.frequency_hz)
     points = [
         (

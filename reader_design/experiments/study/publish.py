@@ -1,37 +1,41 @@
 """What a study leaves for people: results, tables, figures and the report."""
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from octant.geometries.files import whole_file, write_text
 from octant.reader_design.experiments.missions.mission_stage import RoomMission
-from octant.reader_design.experiments.study.map_stage import RoomMap
 from octant.reader_design.experiments.study.page import StudyContent, study_report
+from octant.reader_design.keeping.keys import digest
 from octant.reader_design.keeping.progress import Progress
+from octant.reader_design.keeping.results import complete_line, is_complete, mark_complete
 from octant.reader_design.keeping.versions import versions
-from octant.reader_design.setting.design import content_hash
 from octant.reader_design.setting.setting import Setting
 from octant.reader_design.showing.netcdf import write_dataset
+from octant.reader_design.showing.pages import render_report
 from octant.reader_design.showing.tables import put_table
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 def publish(
     content: StudyContent,
-    room_map: RoomMap,
+    room_map: "xr.Dataset",
     rooms: Sequence[tuple[str, str, Setting]],
     out_dir: Path,
     *,
     force: bool,
     progress: Progress,
 ) -> None:
-    """Return nothing; write results, tables, figures and report, unless these are there already.
+    """Write results, tables, figures and report, unless these are there already.
 
     Parameters
     ----------
     content : StudyContent
         What was found; units as there.
-    room_map : RoomMap
+    room_map : xarray.Dataset
         Maps of the chosen reader [W].
     rooms : sequence of (str, str, Setting)
         Name, file name and scene of the study's room and of its layouts [m].
@@ -40,14 +44,14 @@ def publish(
     force : bool
         Write all the same.
     progress : Progress
-        Told about figures.
+        Shows figures.
 
     Raises
     ------
     ConfigError
         When the folder cannot be written to.
     """
-    key = content_hash(
+    key = digest(
         {
             "cells": [[c.key, c.reason] for c in content.cells],
             "missions": [[m.folder.name, m.reason] for d in content.driven for m in d.missions],
@@ -58,33 +62,21 @@ def publish(
         }
     )
     stamp = out_dir / "stages" / "finished.json"
-    if not force and _finished(stamp, key, out_dir):
-        progress.say(f"{out_dir} is complete already; nothing was written.")
+    if not force and is_complete(stamp, key):
+        progress.say(complete_line(out_dir))
         return
     stamp.unlink(missing_ok=True)
     written = _results(content, room_map, out_dir)
     written += _tables(content.missions, out_dir)
     figures = _figures(content, room_map, rooms, out_dir, progress)
     written += [path for entries in figures.values() for _, _, path in entries]
-    from octant.reader_design.showing.pages import render_report
-
     report = out_dir / "report.html"
     write_text(report, render_report(study_report(content, figures)))
     written.append(report)
-    names = [str(path.relative_to(out_dir)) for path in written]
-    write_text(stamp, json.dumps({"key": key, "files": names}, indent=1))
+    mark_complete(stamp, key, written)
 
 
-def _finished(stamp: Path, key: str, out_dir: Path) -> bool:
-    """Return whether a former run wrote exactly these results and they are still there."""
-    try:
-        told = json.loads(stamp.read_text("utf-8"))
-        return told["key"] == key and all((out_dir / name).is_file() for name in told["files"])
-    except (OSError, ValueError, KeyError, TypeError):
-        return False
-
-
-def _results(content: StudyContent, room_map: RoomMap, out_dir: Path) -> list[Path]:
+def _results(content: StudyContent, room_map: "xr.Dataset", out_dir: Path) -> list[Path]:
     """Write the results file and the table of designs."""
     from octant.reader_design.experiments.study.results import design_table, study_dataset
 
@@ -112,7 +104,7 @@ def _tables(missions: Sequence[RoomMission], out_dir: Path) -> list[Path]:
 
 def _figures(
     content: StudyContent,
-    room_map: RoomMap,
+    room_map: "xr.Dataset",
     rooms: Sequence[tuple[str, str, Setting]],
     out_dir: Path,
     progress: Progress,
@@ -130,7 +122,7 @@ def _figures(
     from octant.reader_design.showing.style import save_figure
 
     study = content.context.study
-    cell = next(c for c in content.cells if c.key == content.chosen.key)
+    cell = content.chosen_cell
     elements = cell.design.body().element_azimuths_rad
     plans = [plan_of(built.scene, built.reader_z_m) for _, _, built in rooms]
     pairs = list(zip(content.missions, plans, strict=False))

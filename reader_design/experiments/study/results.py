@@ -8,7 +8,6 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.reader_design.experiments.missions.mission_stage import RoomMission
-from octant.reader_design.experiments.study.map_stage import RoomMap
 from octant.reader_design.experiments.study.page import StudyContent
 from octant.reader_design.experiments.sweep.cells import stored_scores, stored_surroundings
 from octant.reader_design.keeping.small_netcdf import Stored
@@ -47,14 +46,14 @@ PER_STEP = (
 """Variables of run 0 by step; shorter runs are filled with NaN."""
 
 
-def study_dataset(content: StudyContent, room_map: RoomMap) -> "xr.Dataset":
+def study_dataset(content: StudyContent, room_map: "xr.Dataset") -> "xr.Dataset":
     """Return everything that a study computed, each variable with its unit ([W], [m], [rad],).
 
     Parameters
     ----------
     content : StudyContent
         Cells, choice and missions.
-    room_map : RoomMap
+    room_map : xarray.Dataset
         Maps of the chosen reader.
 
     Returns
@@ -63,7 +62,7 @@ def study_dataset(content: StudyContent, room_map: RoomMap) -> "xr.Dataset":
         Dimensions ``design``, ``surrounding``, ``distance``, ``azimuth``, ``travel``, ``antenna``,
         ``tag``, ``x``, ``y``, ``place`` (rooms of the missions), ``run``, ``step``.
     """
-    maps = room_map.data
+    maps = room_map
     coordinates = {
         **_sweep_coordinates(content),
         **{name: maps[name].variable for name in ("x", "y", "tag")},
@@ -81,7 +80,7 @@ def study_dataset(content: StudyContent, room_map: RoomMap) -> "xr.Dataset":
         variables["sample_rss_w"] = maps["sample_rss_w"].variable
         coordinates["sample_azimuth"] = maps["sample_azimuth"].variable
     if content.missions:
-        variables |= _mission_variables(content.missions, content.candidates_antennas)
+        variables |= _mission_variables(content.missions, content.chosen_cell.design.antennas)
         coordinates["place"] = variable(
             ["place"], [m.name for m in content.missions], units="1", long_name="room of missions"
         )
@@ -161,7 +160,7 @@ def _sweep_coordinates(content: StudyContent) -> "dict[str, xr.Variable]":
         ),
         "antenna": variable(
             ["antenna"],
-            np.arange(1, content.candidates_antennas + 1),
+            np.arange(1, content.chosen_cell.design.antennas + 1),
             units="1",
             long_name="number of the antenna",
         ),

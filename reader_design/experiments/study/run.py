@@ -19,7 +19,7 @@ from octant.geometries.files import write_text
 from octant.reader_design.experiments.choice.thesis_claims import claim_sentence
 from octant.reader_design.experiments.missions.mission_stage import collected_warnings
 from octant.reader_design.experiments.study.approximations import approximation_errors
-from octant.reader_design.experiments.study.map_stage import map_stage
+from octant.reader_design.experiments.study.map_stage import MapCase, map_stage
 from octant.reader_design.experiments.study.mission_sections import mission_sentence
 from octant.reader_design.experiments.study.page import StudyContent
 from octant.reader_design.experiments.study.publish import publish
@@ -211,7 +211,7 @@ def run_study(
         approximations = approximation_errors(context, chosen.design)
         stages = out_dir / "stages"
         room_map = map_stage(
-            context, responses, cell_key=chosen.key, folder=stages, progress=progress
+            MapCase(context=context, responses=responses, progress=progress), stages
         )
         driven = drive_shortlist(
             setting,
