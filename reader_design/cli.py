@@ -63,7 +63,7 @@ VERBS = {
         "commands.warm_up:warm_up",
         "Compile everything now, so that no command waits for it.",
     ),
-    "materials": ("commands.tables:materials", "The table of materials in force."),
+    "materials": ("commands.tables:materials", "The table of materials."),
 }
 CONTEXT = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
 
@@ -82,11 +82,6 @@ class VerbGroup(click.Group):
         ----------
         ctx : click.Context
             Of the call.
-
-        Returns
-        -------
-        list of str
-            Names.
         """
         del ctx
         return list(VERBS)
@@ -100,11 +95,6 @@ class VerbGroup(click.Group):
             Of the call.
         cmd_name : str
             What was typed.
-
-        Returns
-        -------
-        click.Command
-            The verb.
 
         Raises
         ------
@@ -124,30 +114,25 @@ class VerbGroup(click.Group):
         return command
 
     def invoke(self, ctx: click.Context) -> int | None:
-        """Return what the verb returns; a reader of its output that has left is no error.
+        """Return the exit code; when the program that reads stdout has ended, that is no error.
 
         Parameters
         ----------
         ctx : click.Context
             Of the call.
-
-        Returns
-        -------
-        int or None
-            Exit code; None is 0.
         """
         try:
             result: int | None = super().invoke(ctx)
             sys.stdout.flush()
         except BrokenPipeError:
-            # A pager or `head` has what it wanted; without this, click would exit with 1 and
+            # A pager or `head` has ended; without this, click would exit with 1 and
             # Python would complain once more when it flushes stdout at the end.
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             return 0
         return result
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Return nothing; write the list of verbs from the table, importing none of them.
+        """Write the list of verbs without importing them.
 
         Parameters
         ----------
@@ -177,7 +162,7 @@ def _version(ctx: click.Context, _parameter: click.Parameter, wanted: bool) -> N
     context_settings=CONTEXT,
     invoke_without_command=True,
     epilog="Exit codes: 0 done, 2 bad input, 3 finished with failed cells, 130 interrupted. "
-    "'octant VERB --help' tells more.",
+    "See 'octant VERB --help'.",
 )
 @click.option(
     "--version",
@@ -201,11 +186,6 @@ def run(arguments: Sequence[str] | None = None) -> int:
     ----------
     arguments : sequence of str or None
         What follows ``octant``; None: the process's own arguments.
-
-    Returns
-    -------
-    int
-        0 done, 2 bad input, 3 finished with failed cells, 130 interrupted.
     """
     with warnings.catch_warnings():
         warnings.showwarning = _warning_printer(set())
@@ -228,7 +208,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
 
 
 def main() -> None:
-    """Return nothing; run the command line and leave the process with its exit code."""
+    """Run the command line and end the process with its exit code."""
     sys.exit(run())
 
 
@@ -244,7 +224,7 @@ _EXPECTED = (
 
 
 def _ending(exc: BaseException) -> tuple[str, int]:
-    """Return the line that tells of an error and the exit code; a bug is not among these."""
+    """Return the line for an expected error, and the exit code."""
     if isinstance(exc, InterruptedRunError):
         return f"interrupted: {exc}", 130
     if isinstance(exc, click.Abort | KeyboardInterrupt):

@@ -57,11 +57,6 @@ def recorded_compilation(
     ----------
     on_first : callable, optional
         Called before the first kernel is compiled, if any is.
-
-    Yields
-    ------
-    CompilationRecord
-        Complete when the block ends.
     """
     from numba.core import event
 

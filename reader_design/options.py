@@ -48,11 +48,6 @@ def common_options(command: Decorated) -> Decorated:
     ----------
     command : callable
         With the parameters ``quiet`` and ``force``.
-
-    Returns
-    -------
-    callable
-        The same, with the two options.
     """
 
     @wraps(command)

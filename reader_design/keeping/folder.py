@@ -89,11 +89,6 @@ def write_case(path: Path, content: bytes, facts: Mapping[str, Any]) -> None:
         What the codec made; empty for a case without a record.
     facts : mapping
         Plain values: the key, seconds, and the reason where there is no record.
-
-    Raises
-    ------
-    ConfigError
-        When the folder cannot be written to, or the disk is full.
     """
     line = json.dumps({**facts, "digest": _digest(content, facts)})
     put_bytes(path, content + b"\n" * bool(content) + line.encode() + b"\n")
@@ -108,11 +103,6 @@ def put_bytes(path: Path, content: bytes) -> None:
         The file.
     content : bytes
         All of it.
-
-    Raises
-    ------
-    ConfigError
-        When the folder cannot be written to, or the disk is full.
     """
     try:
         with whole_file(path) as part:

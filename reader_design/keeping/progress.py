@@ -53,11 +53,6 @@ class Progress:
             Number of items; None: ``len(items)`` where it has one.
         label : str
             What the bar is called.
-
-        Yields
-        ------
-        object
-            Each item, in order.
         """
         from tqdm.auto import tqdm
 
@@ -82,11 +77,6 @@ class Progress:
             Number of items.
         label : str
             What the bar is called.
-
-        Yields
-        ------
-        callable
-            Takes the number of items done so far.
         """
         from tqdm.auto import tqdm
 

@@ -34,11 +34,6 @@ def netcdf_bytes(
     attributes : mapping
         Of the file [-].
 
-    Returns
-    -------
-    bytes
-        The same for the same content.
-
     Raises
     ------
     ValueError

@@ -59,18 +59,13 @@ class Crew(Protocol):
             A function of a module, which a worker can import.
         *arguments : object
             What it takes; must be picklable.
-
-        Returns
-        -------
-        Future
-            Of its result.
         """
 
     def renew(self) -> None:
-        """Return nothing; replace workers after one was killed and took the others with it."""
+        """Replace the workers after one was killed and took the others with it."""
 
     def stop(self) -> None:
-        """Return nothing; end at once, whatever is being computed."""
+        """End all workers at once, whatever they compute."""
 
 
 class GivenExecutor:
@@ -97,19 +92,14 @@ class GivenExecutor:
             A function of a module.
         *arguments : object
             What it takes.
-
-        Returns
-        -------
-        Future
-            Of its result.
         """
         return self._executor.submit(call, *arguments)
 
     def renew(self) -> None:
-        """Return nothing; whoever made the executor would have to replace it."""
+        """Do nothing: the executor belongs to the caller."""
 
     def stop(self) -> None:
-        """Return nothing; whoever made the executor stops it."""
+        """Do nothing: the executor belongs to the caller."""
 
 
 class LocalProcesses:
@@ -135,11 +125,6 @@ class LocalProcesses:
             A function of a module.
         *arguments : object
             What it takes.
-
-        Returns
-        -------
-        Future
-            Of its result.
         """
         if self._pool is None:
             # Spawned, not forked: a fork copies the locks of numerical libraries in any state.
@@ -154,11 +139,11 @@ class LocalProcesses:
         return self._pool.submit(call, *arguments)
 
     def renew(self) -> None:
-        """Return nothing; the next call starts new processes."""
+        """End the processes; the next call starts new ones."""
         self.stop()
 
     def stop(self) -> None:
-        """Return nothing; end the processes at once, whatever they compute."""
+        """End the processes at once, whatever they compute."""
         if self._pool is None or self._lifeline is None:
             return
         self._lifeline.close()
@@ -167,7 +152,7 @@ class LocalProcesses:
 
 
 def begin(lifeline: Connection, threads: int) -> None:
-    """Return nothing; make a new process a worker that ends with the one that started it.
+    """Make a new process a worker that ends when the process that started it ends.
 
     Parameters
     ----------
@@ -235,11 +220,6 @@ def worker_map(workers: int) -> Iterator[Callable[[Callable[[Any], Any], Sequenc
     ----------
     workers : int
         Number of processes; 1: this process makes all calls.
-
-    Yields
-    ------
-    callable
-        Function and arguments to results, in the order of the arguments.
     """
     with open_crew(workers=workers) as crew:
         yield map if crew is None else partial(_shared, crew)
@@ -274,7 +254,7 @@ def _cluster_crew(address: str) -> Iterator[Crew]:
             "extra [cluster]: pip install 'octant[cluster]'."
         )
         raise ConfigError(msg) from exc
-    # Lost connections are told in sentences of our own.
+    # The keeper reports lost connections itself.
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
     with _scheduler(distributed, address) as where:
         try:
@@ -306,7 +286,7 @@ def _scheduler(distributed: Any, address: str) -> Iterator[Any]:  # noqa: ANN401
     if not count.isdecimal() or int(count) < 1:
         msg = f"--cluster is {address!r}, but a number of workers must follow: local:2."
         raise ConfigError(msg)
-    with _deaf_to_interrupts():
+    with _ignoring_interrupts():
         started = distributed.LocalCluster(
             n_workers=int(count),
             threads_per_worker=1,
@@ -319,8 +299,8 @@ def _scheduler(distributed: Any, address: str) -> Iterator[Any]:  # noqa: ANN401
 
 
 @contextmanager
-def _deaf_to_interrupts() -> Iterator[None]:
-    """Start processes that inherit deafness to Ctrl-C: this process alone decides what it means."""
+def _ignoring_interrupts() -> Iterator[None]:
+    """Let processes started in the block ignore Ctrl-C: only this process reacts to it."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -332,7 +312,7 @@ def _deaf_to_interrupts() -> Iterator[None]:
 
 
 def _answer(address: str) -> None:
-    """Raise at once when nobody listens at HOST:PORT; a client would keep trying in a thread."""
+    """Raise at once when nothing answers at HOST:PORT; a client would keep trying."""
     scheme, _, place = address.rpartition("://")
     host, _, port = place.rpartition(":")
     if scheme in {"", "tcp", "tls"}:

@@ -91,11 +91,6 @@ def merit_table(candidates: Sequence[Candidate], choice: Choice) -> ReportTable:
         Scored designs.
     choice : Choice
         Their ranking.
-
-    Returns
-    -------
-    ReportTable
-        One row for each design.
     """
     rows = []
     for rank, index in enumerate(choice.ranking):

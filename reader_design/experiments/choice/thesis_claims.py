@@ -126,11 +126,6 @@ def claim_sentence(claims: Sequence[Claim]) -> str:
     ----------
     claims : sequence of Claim
         At least one.
-
-    Returns
-    -------
-    str
-        How many hold, and the others in the thesis' words.
     """
     tested = [c for c in claims if c.agrees is not None]
     against = [c.text.rstrip(".") for c in tested if not c.agrees]
@@ -147,11 +142,6 @@ def claim_table(claims: Sequence[Claim]) -> ReportTable:
     ----------
     claims : sequence of Claim
         At least one.
-
-    Returns
-    -------
-    ReportTable
-        What the thesis says, whether this study agrees, what it found.
     """
     verdict = {True: "yes", False: "no", None: "–"}
     return ReportTable(

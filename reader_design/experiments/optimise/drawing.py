@@ -44,11 +44,6 @@ def drawing(design: Reader, *, frequency_hz: float, title: str) -> "Figure":
     title : str
         Name in the title block.
 
-    Returns
-    -------
-    Figure
-        An A4 sheet; for :func:`save_drawing`.
-
     Raises
     ------
     GeometryError, AntennaError
@@ -79,7 +74,7 @@ def drawing(design: Reader, *, frequency_hz: float, title: str) -> "Figure":
 
 
 def save_drawing(figure: "Figure", path: Path) -> None:
-    """Return nothing; write a drawing as PNG, SVG or PDF, whole or not at all, as its suffix says.
+    """Write a drawing as PNG, SVG or PDF, whole or not at all, as its suffix says.
 
     Parameters
     ----------

@@ -31,7 +31,7 @@ STAGES = (
 )
 """Colour, marker and size [points^2] of each stage of a search."""
 DASHES = ("-", "--", ":", "-.")
-"""Line styles by which lines that lie on each other are told apart."""
+"""Line styles that keep lines apart which lie on each other."""
 MOST_SCORES = 3
 """Scores that the figure of the Pareto front pairs [-]; more would make too many panels."""
 BEST_COLOUR, GOAL_COLOUR = "#117733", "#999999"
@@ -199,11 +199,6 @@ def comparison_figure(
         Horizontal distances of the tag [m].
     title : str
         Above the figure.
-
-    Returns
-    -------
-    Figure
-        All panels on the same scales.
     """
     levels = [power_dbm(np.maximum(rss, 1e-30)) for _, rss in rows]
     top = max(float(level.max()) for level in levels)

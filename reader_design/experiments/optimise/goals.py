@@ -80,11 +80,6 @@ class Targets:
         ----------
         evaluation : Evaluation
             A design with scores.
-
-        Returns
-        -------
-        tuple of float
-            In the order of the goals.
         """
         return tuple(self.score(evaluation, goal) for goal in self.goals)
 
@@ -95,11 +90,6 @@ class Targets:
         ----------
         evaluation : Evaluation
             A design with scores.
-
-        Returns
-        -------
-        tuple of float
-            In the order of the goals.
         """
         values = zip(self.goals, self.scores(evaluation), strict=True)
         return tuple(goal.weight * direction(goal) * (v - goal.value) for goal, v in values)
@@ -147,11 +137,6 @@ class Targets:
         ----------
         evaluation : Evaluation
             A design with scores.
-
-        Returns
-        -------
-        tuple of bool
-            In the order of the goals.
         """
         return tuple(slack >= 0.0 for slack in self.slacks(evaluation))
 

@@ -75,11 +75,6 @@ def design_text(design: Reader, frequency_hz: float) -> str:
         The design.
     frequency_hz : float
         Frequency at which antennas without a length are cut [Hz].
-
-    Returns
-    -------
-    str
-        Antennas, plates, ground plane, load.
     """
     body = design.body()
     length = 1e3 * (design.element(frequency_hz).length_m or 0.0)
@@ -105,11 +100,6 @@ def gain_sentence(search: Search) -> str:
     ----------
     search : Search
         A finished search.
-
-    Returns
-    -------
-    str
-        One sentence; also when there was no refinement or it gained nothing.
     """
     start, end = search.best_of("survey"), search.best_of("refinement")
     if start is None or end is None:
@@ -144,11 +134,6 @@ def optimise_report(
         The search.
     figures : dict of list of (str, str, Path)
         By section: title, caption and file of each figure.
-
-    Returns
-    -------
-    Report
-        Ready to be rendered.
     """
     search = content.search
     infeasible = [t for t in search.trials if not t.evaluation.feasible]

@@ -96,13 +96,7 @@ class SearchOutcome:
     report: Path
 
     def lines(self) -> tuple[str, ...]:
-        """Return what a person wants to read at the end; numbers carry their units [mm, dB, deg].
-
-        Returns
-        -------
-        tuple of str
-            The short list with reasons, what the refinement gained, where the report is.
-        """
+        """Return what a person wants to read at the end, numbers with units [mm, dB, deg]."""
         frequency = self.content.frequency_hz
         listed = [
             f"{design_text(entry.trial.evaluation.design, frequency)}. {entry.reason}"
@@ -138,11 +132,6 @@ def run_optimise(
         Address of a dask scheduler, or ``local:N``, in place of ``workers``.
     progress : Progress, optional
         Shows what happens.
-
-    Returns
-    -------
-    SearchOutcome
-        Also when the goals are not met.
 
     Raises
     ------
@@ -242,11 +231,6 @@ def plan_lines(study: Study, out_dir: Path) -> tuple[str, ...]:
         With a table ``[optimise]``.
     out_dir : Path
         Folder of the results, where evaluations may be kept already.
-
-    Returns
-    -------
-    tuple of str
-        Number of designs, goals, limits.
 
     Raises
     ------

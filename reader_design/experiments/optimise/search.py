@@ -86,11 +86,6 @@ class Search:
         ----------
         stage : str
             ``reader``, ``survey`` or ``refinement``.
-
-        Returns
-        -------
-        Trial or None
-            The earlier of equals.
         """
         found = [t for t in self.trials if t.stage == stage and t.evaluation.feasible]
         return max(found, key=lambda t: (t.attainment, -t.number)) if found else None
@@ -163,11 +158,6 @@ def search(
     prepare : callable, optional
         Receives all designs of the survey before they are evaluated one by one: they do not depend
         on each other, so that workers can compute them at the same time.
-
-    Returns
-    -------
-    Search
-        With the winner.
 
     Raises
     ------

@@ -47,11 +47,6 @@ class Box:
         ----------
         point : (p,) array_like
             Place between the bounds [-], 0 to 1 each; outside, the nearest bound.
-
-        Returns
-        -------
-        Reader
-            The base with these parameters.
         """
         share = np.clip(np.asarray(point, dtype=np.float64), 0.0, 1.0)
         values: dict[str, Any] = {
@@ -69,11 +64,6 @@ class Box:
             Any design [m], [ohm].
         frequency_hz : float
             Frequency at which antennas without a length are resonant [Hz].
-
-        Returns
-        -------
-        (p,) float64
-            Place between the bounds, 0 to 1 each.
         """
         low, high = np.array(self.low), np.array(self.high)
         values = [_value(design, name, frequency_hz) for name in self.names]

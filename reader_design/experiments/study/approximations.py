@@ -56,11 +56,6 @@ def approximation_table(errors: tuple[ResponseDifference, ...]) -> ReportTable:
     ----------
     errors : tuple of ResponseDifference
         From `approximation_errors`, at least one.
-
-    Returns
-    -------
-    ReportTable
-        One row a model.
     """
     rows = tuple(
         (

@@ -77,7 +77,7 @@ def error_maps(
     standing : (nx, ny) bool
         Where the reader fits [-]; elsewhere the maps hold NaN.
     progress : Progress
-        Told about places.
+        Shows places.
 
     Returns
     -------

@@ -58,11 +58,6 @@ def reader_figures(
         Azimuths of its antennas [rad].
     room_map : xarray.Dataset
         Holds the samples of the room.
-
-    Yields
-    ------
-    NamedFigure
-        Four figures.
     """
     azimuths = grid_azimuths_rad(1, cell.free_rss_w.shape[1])
     nearest = int(np.argmin(np.abs(cell.distances_m - AZIMUTH_DISTANCE_M)))
@@ -156,11 +151,6 @@ def room_figures(
         The maps.
     elements_rad : (n,) float64
         Azimuths of the antennas [rad].
-
-    Yields
-    ------
-    NamedFigure
-        RSS, bearing error and capture.
     """
     data, built = room_map, context
     plan = plan_of(built.scene, built.reader_z_m)

@@ -20,11 +20,6 @@ def mission_sentence(mission: RoomMission) -> str:
     ----------
     mission : RoomMission
         The runs.
-
-    Returns
-    -------
-    str
-        Success, errors, and why runs failed.
     """
     if mission.data is None:
         return f"Mission in {mission.name}: it could not be driven: {mission.reason}"
@@ -132,11 +127,6 @@ def shortlist_table(
         Their ranking.
     driven : sequence of DrivenDesign
         Those that drove the missions.
-
-    Returns
-    -------
-    ReportTable
-        One row for each design of the short list.
     """
     missions = {d.index: d.missions for d in driven}
     names = [m.name for m in driven[0].missions] if driven else []

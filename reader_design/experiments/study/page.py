@@ -115,11 +115,6 @@ def study_report(content: StudyContent, figures: dict[str, list[tuple[str, str, 
         The results.
     figures : dict of list of (str, str, Path)
         By section: title, caption and file of each figure.
-
-    Returns
-    -------
-    Report
-        Ready to be rendered.
     """
     study, chosen = content.context.study, content.chosen
     failed = [c for c in content.cells if c.reason]

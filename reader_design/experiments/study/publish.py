@@ -45,11 +45,6 @@ def publish(
         Write all the same.
     progress : Progress
         Shows figures.
-
-    Raises
-    ------
-    ConfigError
-        When the folder cannot be written to.
     """
     key = digest(
         {

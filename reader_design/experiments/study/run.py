@@ -87,13 +87,7 @@ class StudyOutcome:
         return tuple((c.label, c.reason) for c in self.content.cells if c.reason)
 
     def lines(self) -> tuple[str, ...]:
-        """Return what a person wants to read at the end; numbers carry their units [m, dB, deg].
-
-        Returns
-        -------
-        tuple of str
-            Which design was chosen and why, how the missions went, where the report is.
-        """
+        """Return what a person wants to read at the end; numbers carry their units [m, dB, deg]."""
         failed = [f"No scores for {label}: {reason}" for label, reason in self.failed]
         claims = self.content.claims
         return (
@@ -146,7 +140,7 @@ def run_study(
     workers: int | None = 1,
     cluster: str | None = None,
 ) -> StudyOutcome:
-    """Return the outcome of a study and leave its files; see DESIGN section 6 for what they hold.
+    """Return the outcome of a study and leave its files.
 
     Parameters
     ----------
@@ -159,18 +153,13 @@ def run_study(
     force : bool
         Replace the results of another study in that folder.
     progress : Progress, optional
-        Told what happens.
+        Shows what happens.
     workers : int or None
         Processes of this machine that compute; 1: this one; None: one for each
         core where the sweep is long enough to gain from it. A script that starts processes must
         guard its main part with ``if __name__ == "__main__"``.
     cluster : str or None
         Address of a dask scheduler that computes them instead, or ``local:N``.
-
-    Returns
-    -------
-    StudyOutcome
-        Also when some designs failed; then it says which and why.
 
     Raises
     ------
@@ -259,7 +248,7 @@ def _swept(
     cluster: str | None,
     progress: Progress,
 ) -> tuple[Cell, ...]:
-    """Return the cells of the sweep, computed by whoever was asked for."""
+    """Return the cells of the sweep."""
     missing = missing_cells(plan, known_rows(plan, out_dir, progress=Progress()))
     if workers is None:
         long = sum(cell_cost(p).seconds for p in missing) > WORTH_PROCESSES_S

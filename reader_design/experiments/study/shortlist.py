@@ -87,7 +87,7 @@ def drive_shortlist(
     folder : Path
         Where stages are kept.
     progress : Progress
-        Told about runs.
+        Shows runs.
 
     Returns
     -------

@@ -30,7 +30,7 @@ def tolerance_stage(
     folder : Path
         Where the readers' files and the results of :func:`write_results` lie.
     progress : Progress
-        Told about readers.
+        Shows readers.
     workers : int or None
         Processes; None: one for each core.
 

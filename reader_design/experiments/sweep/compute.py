@@ -65,13 +65,7 @@ class SweepOutcome:
         return tuple((label, row.reason) for label, row in tried if row is not None and row.reason)
 
     def lines(self) -> tuple[str, ...]:
-        """Return what a person wants to read at the end, counts without unit.
-
-        Returns
-        -------
-        tuple of str
-            How many cells ended how, why some have no scores, where the tables are.
-        """
+        """Return what a person wants to read at the end, counts without unit."""
         ends = Counter(
             row.status if (row := self.rows.get(cell.key)) is not None else MISSING
             for cell in self.plan.cells
@@ -95,11 +89,6 @@ def study_plan(study: Study) -> SweepPlan:
     ----------
     study : Study
         From :func:`octant.reader_design.study_file.loading.load_study`.
-
-    Returns
-    -------
-    SweepPlan
-        Nothing is computed yet.
 
     Raises
     ------
@@ -138,12 +127,7 @@ def sweep_study(
     force : bool
         Go on in a folder that holds another sweep; its cells are kept where they fit.
     progress : Progress, optional
-        Told what happens.
-
-    Returns
-    -------
-    SweepOutcome
-        Also when some cells failed; then it says which and why.
+        Shows what happens.
 
     Raises
     ------

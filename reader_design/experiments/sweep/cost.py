@@ -187,11 +187,6 @@ def plan_lines(
         What is there, by key.
     workers : int or None
         Processes; None: one for each core.
-
-    Returns
-    -------
-    tuple of str
-        A summary, then one line for each cell, at most ``MOST_LINES``.
     """
     missing = missing_cells(plan, rows)
     scale = time_scale(plan.cells, rows) or 1.0

@@ -151,11 +151,6 @@ def plan_sweep(context: Setting) -> SweepPlan:
     ----------
     context : Setting
         Study, room and sampling.
-
-    Returns
-    -------
-    SweepPlan
-        Nothing is computed yet.
     """
     rooms: dict[bytes, Setting | OctantError] = {}
     rooms[_room_inputs(context.study)] = context

@@ -144,11 +144,6 @@ def missing_cells(plan: SweepPlan, rows: Mapping[str, CellRow]) -> list[PlannedC
         What the sweep consists of.
     rows : mapping of str to CellRow
         What is there, by key.
-
-    Returns
-    -------
-    list of PlannedCell
-        In the order of the sweep.
     """
     there = {key for key, row in rows.items() if row.status != FAILED}
     return [cell for cell in plan.cells if cell.key not in there]
@@ -189,11 +184,6 @@ def write_table(plan: SweepPlan, rows: Mapping[str, CellRow], folder: Path, toml
         Folder of the sweep.
     toml : str
         The resolved study.
-
-    Raises
-    ------
-    ConfigError
-        When the folder cannot be written to, or the disk is full.
     """
     ordered = [rows.get(p.key) or CellRow(key=p.key, status=MISSING) for p in plan.cells]
     header, lines = _csv_rows(plan.cells, ordered)

@@ -46,11 +46,6 @@ def as_drawn(antennas: int) -> Deviation:
     ----------
     antennas : int
         Number of antennas.
-
-    Returns
-    -------
-    Deviation
-        Zero errors, factors of one.
     """
     return Deviation(build=common_errors(antennas))
 

@@ -21,11 +21,6 @@ def summary_sentences(result: ToleranceStudy) -> tuple[str, ...]:
     ----------
     result : ToleranceStudy
         The study.
-
-    Returns
-    -------
-    tuple of str
-        Sentences.
     """
     chosen, tolerance = result.chosen, result.tolerance
     how = "within plus and minus" if tolerance.distribution == "uniform" else "with deviations of"
@@ -82,11 +77,6 @@ def tolerance_section(
         The study.
     figures : tuple of ReportFigure
         Its figures.
-
-    Returns
-    -------
-    ReportSection
-        Sentences, warnings, tables, figures.
     """
     return ReportSection(
         heading="As built",

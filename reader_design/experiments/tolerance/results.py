@@ -66,11 +66,6 @@ def write_results(result: ToleranceStudy, out: Path) -> ReportSection:
     -------
     ReportSection
         Its paragraphs are the summary for people ([mm], [deg], [%]).
-
-    Raises
-    ------
-    ConfigError
-        When the folder cannot be written to.
     """
     figures = _figures(result, out / "figures")
     write_dataset(tolerance_dataset(result), out / "tolerance.nc", force=True)
@@ -96,11 +91,6 @@ def csv_rows(result: ToleranceStudy) -> Iterator[tuple[object, ...]]:
     ----------
     result : ToleranceStudy
         The study.
-
-    Yields
-    ------
-    tuple
-        Cells.
     """
     for one in (result.chosen, *result.rivals):
         for view, spread in zip(result.shown, one.spreads, strict=True):

@@ -17,7 +17,7 @@ SAME_SLOPE = 0.05
 """Share [-] of the steeper slope by which slopes of two steps may differ and count as one."""
 
 SMALL = 1e-3
-"""Change of a score [dB or deg] that nobody asks about, be it a bend or rounding."""
+"""Change of a score [dB or deg] that is too small to matter."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -56,11 +56,6 @@ class Parameter:
             Number of antennas.
         amount : float
             Amount [unit], of either sign.
-
-        Returns
-        -------
-        BuildErrors
-            A negative tilt leans the other way.
         """
         value = amount * self.per_unit
         given = {self.field: value}
@@ -132,11 +127,6 @@ def parameters_of(design: Reader) -> tuple[Parameter, ...]:
     ----------
     design : Reader
         A design without plates has no h_p [m]; a monopole joined to the ground plane no gap.
-
-    Returns
-    -------
-    tuple of Parameter
-        Of ``PARAMETERS``.
     """
     plates = max(design.plate_height_m, design.plate_height_axis_m or 0.0) > 0.0
     joined = design.antenna == "monopole" and design.monopole_plane_m == 0.0

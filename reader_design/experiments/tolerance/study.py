@@ -163,7 +163,7 @@ def run_tolerance_study(
     sampling : Sampling, optional
         How densely designs are probed [m]; default: that of Sampling.
     progress : Progress, optional
-        Told about cases.
+        Shows cases.
 
     Returns
     -------

@@ -49,11 +49,6 @@ class View:
         ----------
         scores : CaseScores
             The case.
-
-        Returns
-        -------
-        float
-            In the view's unit.
         """
         if scores.reason:
             return math.nan
@@ -83,11 +78,6 @@ def views(distances_m: tuple[float, ...], *, room: bool) -> tuple[View, ...]:
         Distances in free space [m].
     room : bool
         Whether the room is scored, too.
-
-    Returns
-    -------
-    tuple of View
-        Those of free space first.
     """
     shown = [
         View(
