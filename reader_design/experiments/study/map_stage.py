@@ -14,10 +14,10 @@ from octant.reader_design.keeping.keeper import map_cases
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.keeping.small_netcdf import DatasetCodec
 from octant.reader_design.setting.evaluation import room_samples_w
-from octant.reader_design.setting.setting import Setting
 from octant.reader_design.setting.links import tag_link
 from octant.reader_design.setting.map_grid import map_axes_m
 from octant.reader_design.setting.samples import grid_azimuths_rad, standing_room
+from octant.reader_design.setting.setting import Setting
 from octant.reader_design.showing.netcdf import dataset, variable
 from octant.reader_design.study_file.loading import to_toml
 
