@@ -96,6 +96,7 @@ def test_without_compensation_a_slip_stalls_the_robot_at_b_over_gamma():
         assert estimated.min() == pytest.approx(0.08, abs=0.02)
 
 
+@pytest.mark.slow
 def test_missions_dock_from_anywhere_in_a_concrete_room(concrete):
     runs = run_seeded(concrete, runs=12, seed=1)
     assert sum(r.success for r in runs) == 12

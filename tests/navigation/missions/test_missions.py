@@ -274,6 +274,7 @@ def test_results_do_not_depend_on_the_number_of_workers(thesis_setup, workers):
     assert finished == list(range(1, 8))
 
 
+@pytest.mark.slow
 def test_results_from_other_processes_are_the_same_bits(tmp_path, monkeypatch):
     # A worker process imports what it unpickles, so the link has to live in a module it can find.
     (tmp_path / "octant_test_link.py").write_text(
