@@ -1,14 +1,17 @@
-"""The errors of the device that measures the RSS, as the scores see them."""
+"""The device that measures the RSS: as the scores see it, and as a robot carries it."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from octant.geometries.errors import ConfigError
-from octant.navigation.sensing.rss_detector import RssQuantiser, log_normal_rss
+from octant.navigation.sensing.rss_detector import RssQuantiser, ThermalNoise, log_normal_rss
+from octant.navigation.sensing.sensor import FieldSensor, PowerLink
 from octant.reader_design.study_file.choice import Scoring
 from octant.reader_design.study_file.schema import Study
+from octant.reader_design.study_file.sensor import Sensor
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -86,6 +89,21 @@ class RssReceiver:
         return np.concatenate([self.read(rss_w, rng) for _ in range(count)])
 
 
+def quantiser_of(table: Scoring | Sensor) -> RssQuantiser | None:
+    """Return the codes in which RSS readings come; None where the table gives no bits.
+
+    Parameters
+    ----------
+    table : Scoring or Sensor
+        Table ``[scoring]`` or ``[sensor]``; its levels are in [dBm].
+    """
+    if not table.bits:
+        return None
+    return RssQuantiser(
+        bits=table.bits, floor_dbm=table.floor_dbm, full_scale_dbm=table.full_scale_dbm
+    )
+
+
 def receiver_of(table: Scoring) -> RssReceiver:
     """Return the receiver that a study's table ``[scoring]`` describes [W], [dB].
 
@@ -99,15 +117,10 @@ def receiver_of(table: Scoring) -> RssReceiver:
     RssReceiver
         With its quantiser, unless ``bits`` is 0.
     """
-    quantiser = None
-    if table.bits:
-        quantiser = RssQuantiser(
-            bits=table.bits, floor_dbm=table.floor_dbm, full_scale_dbm=table.full_scale_dbm
-        )
     return RssReceiver(
         noise_db=table.noise_db,
         thermal_noise_w=10.0 ** ((table.thermal_noise_dbm - 30.0) / 10.0),
-        quantiser=quantiser,
+        quantiser=quantiser_of(table),
     )
 
 
@@ -129,3 +142,52 @@ def scoring_readings_w(study: Study, rss_w: FloatArray) -> FloatArray:
     """
     rng = np.random.default_rng((study.seed, SCORING_STREAM))
     return receiver_of(study.scoring).readings(rss_w, rng, draws=study.scoring.draws)
+
+
+def study_sensor(
+    table: Sensor,
+    links: Mapping[str, PowerLink],
+    azimuths_rad: npt.NDArray[np.float64],
+    *,
+    noise_db: float,
+) -> FieldSensor:
+    """Return the sensor that a study's table ``[sensor]`` describes.
+
+    Parameters
+    ----------
+    table : Sensor
+        The table [s], [Hz], [dB], [dBm].
+    links : mapping of str to PowerLink
+        Link of each tag that the robot may ask for.
+    azimuths_rad : (n,) float64
+        Azimuths of the reader's antennas [rad].
+    noise_db : float
+        Standard deviation of the log-normal error [dB]: the mission's.
+
+    Returns
+    -------
+    FieldSensor
+        For `octant.navigation.missions.run.run_missions`.
+    """
+    thermal, limits_w = None, [0.0]
+    if table.sensitivity_dbm is not None:
+        limits_w.append(10.0 ** ((table.sensitivity_dbm - 30.0) / 10.0))
+    if table.bandwidth_hz is not None:
+        thermal = ThermalNoise(
+            bandwidth_hz=table.bandwidth_hz,
+            noise_figure_db=table.noise_figure_db,
+            samples=table.samples,
+        )
+        if table.required_snr_db is not None:
+            limits_w.append(thermal.power_w * 10.0 ** (table.required_snr_db / 10.0))
+    return FieldSensor(
+        links=links,
+        azimuths_rad=azimuths_rad,
+        noise_db=noise_db,
+        sensitivity_w=max(limits_w),
+        quantiser=quantiser_of(table),
+        dwell_s=table.dwell_s,
+        thermal=thermal,
+        drop_out_probability=table.drop_out_probability,
+        read_probability=table.read_probability,
+    )

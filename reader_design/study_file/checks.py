@@ -48,7 +48,7 @@ def unknown_antenna(path: str, name: str) -> str:
 
 
 def check_study(study: Study, *, shapes: bool = True) -> None:
-    """Return nothing; refuse a study whose keys contradict each other.
+    """Refuse a study whose keys contradict each other.
 
     Parameters
     ----------
@@ -66,7 +66,8 @@ def check_study(study: Study, *, shapes: bool = True) -> None:
     check_rooms(study, shapes=shapes)
     _check_unique("layout", "name", [layout.name for layout in study.layouts])
     _check_tags(study.tags)
-    _check_scoring(study.scoring)
+    _check_codes("scoring", study.scoring)
+    _check_codes("sensor", study.sensor)
     _check_choice(study.choice)
     _check_reader(study.reader)
     _check_pattern_files(study.reader)
@@ -85,11 +86,11 @@ def check_study(study: Study, *, shapes: bool = True) -> None:
         check_material(path, spec, study.radio.frequencies_hz)
 
 
-def _check_scoring(scoring: Scoring) -> None:
-    if scoring.floor_dbm >= scoring.full_scale_dbm:
+def _check_codes(path: str, table: Scoring | Sensor) -> None:
+    if table.floor_dbm >= table.full_scale_dbm:
         msg = (
-            f"scoring.floor_dbm is {scoring.floor_dbm:g} dBm, but the codes must rise to "
-            f"scoring.full_scale_dbm = {scoring.full_scale_dbm:g} dBm; choose less."
+            f"{path}.floor_dbm is {table.floor_dbm:g} dBm, but the codes must rise to "
+            f"{path}.full_scale_dbm = {table.full_scale_dbm:g} dBm; choose less."
         )
         raise ConfigError(msg)
 
@@ -222,12 +223,6 @@ def _check_sensor(sensor: Sensor) -> None:
             f"sensor.required_snr_db is {sensor.required_snr_db:g} dB, but without "
             "sensor.bandwidth_hz the receiver has no noise; give the bandwidth, or "
             "sensor.sensitivity_dbm instead."
-        )
-        raise ConfigError(msg)
-    if sensor.floor_dbm >= sensor.full_scale_dbm:
-        msg = (
-            f"sensor.floor_dbm is {sensor.floor_dbm:g} dBm and sensor.full_scale_dbm "
-            f"{sensor.full_scale_dbm:g} dBm, but the floor must lie below; exchange them."
         )
         raise ConfigError(msg)
 

@@ -46,7 +46,7 @@ class Dock(Table, frozen=True, kw_only=True):
     sample_time_s : float
         Time between two images of the camera and two commands of the docking law [s].
     gamma_per_s, h, k_per_s : float
-        Gains of the docking law [1/s],, [1/s].
+        Gains of the docking law [1/s], [-], [1/s].
     max_speed_m_per_s : float
         Limit of the docking law's speed [m/s].
     max_turn_rate_deg_per_s : float
@@ -58,9 +58,9 @@ class Dock(Table, frozen=True, kw_only=True):
     compensate_slips : bool
         Whether estimated slips are taken off the commands.
     linear_slip_m_per_s : float
-        How much faster the robot drives than told [m/s].
+        How much faster the robot drives than it is commanded to [m/s].
     angular_slip_deg_per_s : float
-        How much faster it turns than told [deg/s].
+        How much faster it turns than it is commanded to [deg/s].
     robot_radius_m, robot_height_m : float
         The round body that collides [m].
     camera_range_m : float

@@ -120,7 +120,7 @@ def room_material(room: Room) -> str | RoomMaterial | None:
 
 
 def check_material(path: str, spec: MaterialSpec, frequencies_hz: Sequence[float]) -> None:
-    """Return nothing; refuse a material that does not exist or does not cover the frequencies.
+    """Refuse a material that does not exist or does not cover the frequencies.
 
     Parameters
     ----------

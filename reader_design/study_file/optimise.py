@@ -192,7 +192,7 @@ class Optimise(Table, frozen=True, kw_only=True):
 
 
 def check_optimise(table: Optimise) -> None:
-    """Return nothing; refuse bounds, choices and goals that contradict each other.
+    """Refuse bounds, choices and goals that contradict each other.
 
     Parameters
     ----------

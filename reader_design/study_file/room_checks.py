@@ -14,7 +14,7 @@ from octant.reader_design.study_file.schema import Study
 
 
 def check_rooms(study: Study, *, shapes: bool) -> None:
-    """Return nothing; refuse rooms whose keys contradict each other, lengths in [m].
+    """Refuse rooms whose keys contradict each other, lengths in [m].
 
     Parameters
     ----------

@@ -24,8 +24,8 @@ class Sensor(Table, frozen=True, kw_only=True):
     samples : int
         Independent samples that a reading averages in power.
     required_snr_db : float or None
-        Ratio [dB] of a reading to the thermal noise below which the tag is not decoded; None: none
-        is needed.
+        Ratio [dB] of a reading to the thermal noise below which the tag is not decoded; None: no
+        ratio is required.
     sensitivity_dbm : float or None
         Power [dBm] below which nothing is received; None: no limit.
     bits : int or None

@@ -72,8 +72,8 @@ class Track(Table, frozen=True, kw_only=True):
         Standard deviation of what a wheel adds to its command in a period [rad/s]; the thesis
         prints it for SLAM only.
     encoder_counts : int or None
-        Counts of a wheel encoder per turn, of which the estimators are told; None: they are told
-        the commands, as in the thesis.
+        Counts of a wheel encoder per turn, which the estimators receive; None: they receive the
+        commands, as in the thesis.
     start_sigma_m, start_sigma_deg : float
         How wrong the assumed start is [m], [deg].
     feedback_tags, tags : int

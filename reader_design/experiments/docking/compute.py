@@ -40,8 +40,8 @@ from octant.reader_design.experiments.docking.published import (
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.keeping.workers import worker_map
 from octant.reader_design.setting.links import tag_link
+from octant.reader_design.setting.receiver import study_sensor
 from octant.reader_design.setting.robot import robot_space
-from octant.reader_design.setting.sensor import study_sensor
 from octant.reader_design.setting.setting import Setting, build_setting
 from octant.reader_design.showing.pages import render_report
 from octant.reader_design.study_file.dock import Dock

@@ -19,8 +19,8 @@ from octant.navigation.sensing.sensor import PowerLink
 from octant.reader_design.experiments.missions.navigators import study_navigator
 from octant.reader_design.keeping.workers import worker_map
 from octant.reader_design.setting.links import mission_table, open_link, tag_link
+from octant.reader_design.setting.receiver import study_sensor
 from octant.reader_design.setting.robot import robot_space
-from octant.reader_design.setting.sensor import study_sensor
 from octant.reader_design.setting.setting import Setting
 from octant.reader_design.study_file.schema import Study
 

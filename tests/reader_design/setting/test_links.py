@@ -23,7 +23,7 @@ from octant.reader_design.experiments.missions.drives import (
 )
 from octant.reader_design.experiments.missions.navigators import study_navigator
 from octant.reader_design.setting.links import tag_link
-from octant.reader_design.setting.sensor import study_sensor
+from octant.reader_design.setting.receiver import study_sensor
 from octant.reader_design.setting.setting import build_setting
 from octant.reader_design.study_file.loading import parse_study, to_toml
 from octant.reader_design.study_file.sensor import Sensor
@@ -183,7 +183,7 @@ def test_a_sensor_table_is_written_out_and_read_back():
         ("bits = 0", "sensor.bits"),
         ("read_probability = 1.5", "sensor.read_probability"),
         ("required_snr_db = 3.0", "without sensor.bandwidth_hz"),
-        ("floor_dbm = 0.0", "the floor must lie below"),
+        ("floor_dbm = 0.0", "the codes must rise"),
         ("dwel_s = 0.1", "'dwell_s'"),
     ],
 )
