@@ -108,11 +108,11 @@ def _reason(search: Search, trial: Trial, place: int) -> str:
             if not done
         ]
         head = f"{lead}; it meets {sum(met)} of {len(goals)} goals and misses {', '.join(missed)}"
-    scores = ", ".join(
+    listed = ", ".join(
         f"{goal_words(goal)} {value_text(goal, value)}"
         for goal, value in zip(goals, scores, strict=True)
     )
-    return f"{head}: {scores}.{_against_reader(targets, trial, search.reader)}"
+    return f"{head}: {listed}.{_against_reader(targets, trial, search.reader)}"
 
 
 def _against_reader(targets: Targets, trial: Trial, reader: Trial) -> str:
