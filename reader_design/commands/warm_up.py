@@ -81,8 +81,8 @@ CALLS = (
 def warm_up(*, quiet: bool) -> None:
     """Compile every kernel now, so that no later command has to.
 
-    Runs each verb once on a small scene of its own, but for ``track`` and ``dock``, which compile
-    their own loops when they first run; nothing is kept but the compiled kernels.
+    Runs each verb once on a small scene of its own, except ``track`` and ``dock``, which compile
+    their own loops when they first run; only the compiled kernels are kept.
     They stay beside the installed package, or in the user's cache folder where the package's cannot
     be written, or in the folder that the environment variable NUMBA_CACHE_DIR names.
     """

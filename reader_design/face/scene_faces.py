@@ -121,7 +121,7 @@ def _polygon(rim_m: FloatArray) -> tuple[FloatArray, ...]:
 
 
 def _with_walls(scene: Scene, faces: list[Face]) -> list[Face]:
-    """Return the faces told apart: a wall has the outside of the room on one of its sides."""
+    """Return the faces with walls marked: a wall has the outside of the room on one side."""
     step = LENGTHS.step_per_extent * scene.extent_m
     middles = []
     for face in faces:

@@ -33,7 +33,7 @@ _TUBE_SIDES = 6
 def write_scene(
     scene: Scene, path: Path, *, paths: "DrawnPaths | None", ends_m: Mapping[str, FloatArray]
 ) -> None:
-    """Return nothing; write a scene to a GLB file.
+    """Write a scene to a GLB file.
 
     Parameters
     ----------

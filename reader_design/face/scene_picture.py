@@ -23,7 +23,7 @@ FloatArray = npt.NDArray[np.float64]
 
 
 ColourBy = Literal["gain", "order"]
-"""What the colour of a path tells."""
+"""What the colour of a path shows."""
 
 ORDER_COLOURS = ("#332288", "#cc6677", "#117733", "#ddaa33", "#88ccee", "#aa4499", "#999933")
 """One colour for each order of a path, line of sight first."""
@@ -150,7 +150,7 @@ class SceneDrawing:
         paths : DrawnPaths
             The paths [m].
         colour_by : {"gain", "order"}
-            What their colour tells.
+            What their colour shows.
         """
         from matplotlib.lines import Line2D
 
@@ -341,7 +341,7 @@ class View:
         if not (np.isfinite(self.azimuth_deg) and 0.0 < self.elevation_deg <= 90.0):
             msg = (
                 f"the view from azimuth {self.azimuth_deg} and elevation {self.elevation_deg} "
-                "degrees is none; give an elevation above 0 and up to 90 degrees."
+                "degrees is not possible; give an elevation above 0 and up to 90 degrees."
             )
             raise ConfigError(msg)
 
@@ -381,7 +381,7 @@ def scene_figure(
     paths : DrawnPaths, optional
         Paths between the ends.
     colour_by : {"gain", "order"}
-        What their colour tells.
+        What their colour shows.
     view : View, optional
         From where it is seen.
 
