@@ -186,23 +186,6 @@ def test_interruption_keeps_the_table_of_what_is_there(octant, study_file, tmp_p
     assert octant("sweep", study, "--out", out, "--workers", "1").code == 0
 
 
-def test_damaged_cells_are_said_and_computed_again(octant, study_file, tmp_path):
-    study, out = study_file(STUDY), tmp_path / "out"
-    octant("sweep", study, "--out", out, "--workers", "1", "--quiet")
-    before, rows = sorted((out / "cells").glob("*.nc")), rows_of(out)
-    content = bytearray(before[0].read_bytes())
-    content[len(content) // 2] ^= 1
-    before[0].write_bytes(content)
-    before[1].write_bytes(b"")
-    before[2].write_bytes(before[3].read_bytes())
-    call = octant("sweep", study, "--out", out, "--workers", "1")
-    assert call.code == 0
-    for path in before[:3]:
-        assert path.name in call.err
-    assert call.err.count("computed again") == 3
-    assert rows_of(out) == rows
-
-
 def test_folder_of_another_sweep_is_taken_by_force_only(octant, study_file, tmp_path, monkeypatch):
     out = tmp_path / "out"
     octant("sweep", study_file(STUDY), "--out", out, "--workers", "1", "--quiet")
