@@ -19,11 +19,11 @@ from octant.em.decibels import power_dbm
 from octant.navigation.angles import wrap_angle
 from octant.navigation.navigators.arrival import arrival_threshold_w, rss_spread_w
 from octant.navigation.sensing.bearing import room_azimuth, vector_sum_bearing
-from octant.reader_design.experiments.missions.comparison_cells import (
+from octant.reader_design.experiments.missions.comparison import (
     ComparisonCell,
+    load_comparison,
     plan_comparison,
 )
-from octant.reader_design.experiments.missions.comparison_file import load_comparison
 from octant.reader_design.setting.links import mission_table, study_responses, tag_link
 from octant.reader_design.setting.samples import standing_room
 from octant.reader_design.setting.setting import Setting, build_setting

@@ -228,7 +228,7 @@ def run_missions(
         Called with the number of finished runs, whenever one has finished.
     """
     results = run_seeded(
-        _Job(
+        MissionJob(
             mission=mission,
             sensor=sensor,
             navigator=navigator,
@@ -251,16 +251,31 @@ def run_missions(
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Job:
+class MissionJob:
+    """Makes one run of a mission from its seed.
+
+    Parameters
+    ----------
+    mission, sensor, navigator, robot, blocked, outside, starts
+        As for `run_missions`.
+    """
+
     mission: Mission
     sensor: RssSensor
     navigator: Navigator[Any]
     robot: DifferentialDrive
-    blocked: Blocked | None
-    outside: Blocked | None
-    starts: Starts | None
+    blocked: Blocked | None = None
+    outside: Blocked | None = None
+    starts: Starts | None = None
 
     def __call__(self, seed: np.random.SeedSequence) -> MissionResult:
+        """Return the run of a seed.
+
+        Parameters
+        ----------
+        seed : numpy.random.SeedSequence
+            Its start and all its noise come from it.
+        """
         mission = self.mission
         if self.starts is not None:
             x, y, heading = self.starts.start(seed)

@@ -16,11 +16,13 @@ from octant.navigation.missions.files import write_missions_csv, write_trajector
 from octant.navigation.missions.metrics import MissionMetrics, measure
 from octant.navigation.missions.records import MissionResult
 from octant.navigation.missions.summary import summarise, summary_sentences
-from octant.reader_design.experiments.missions.animation import drive_frames, write_gif
+from octant.reader_design.experiments.missions.animation import (
+    drive_frames,
+    run_scenery,
+    write_gif,
+)
+from octant.reader_design.experiments.missions.compute import drive_missions, mission_runs
 from octant.reader_design.experiments.missions.drive_figures import drive_of, trajectory_figure
-from octant.reader_design.experiments.missions.drives import drive_missions
-from octant.reader_design.experiments.missions.placements import drive_placements
-from octant.reader_design.experiments.missions.scenery import run_scenery
 from octant.reader_design.face.reader import Reader
 from octant.reader_design.face.room import Room, link_study
 from octant.reader_design.face.shown import figure_html, image_html, progress_of, text_html
@@ -164,14 +166,11 @@ class Mission:
         responses = study_responses(study)
         number = table.runs if runs is None else runs
         with shown.count(number, label="missions") as done:
-            if table.placement_m > 0.0:
-                results, built = drive_placements(
-                    study, None, responses, runs=number, noise_db=noise_db, progress=done
-                )
-            else:
-                results = drive_missions(
-                    study, built, responses, runs=number, noise_db=noise_db, progress=done
-                )
+            results = drive_missions(
+                study, built, responses, runs=number, noise_db=noise_db, progress=done
+            )
+        if table.placement_m > 0.0:  # run 0 is shown among the objects as they were placed
+            built = mission_runs(study, built, responses, runs=number)[0].built
         return MissionRuns(study=study, built=built, responses=responses, results=tuple(results))
 
     def __repr__(self) -> str:

@@ -18,7 +18,6 @@ from octant.reader_design.face.rss_map import MapWanted, map_rss, pose_dataset, 
 from octant.reader_design.face.shown import figure_html, image_html, progress_of, text_html
 from octant.reader_design.face.tables import Tag, plain, study_from
 from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.setting.links import study_responses
 from octant.reader_design.setting.setting import build_setting
 from octant.reader_design.showing.netcdf import read_dataset
 from octant.reader_design.study_file.loading import load_study, to_toml, vary
@@ -427,23 +426,11 @@ class Study:
         runs : int, optional
             Runs in each room; by default the study's.
         """
-        from octant.reader_design.experiments.docking.compute import (
-            FILES,
-            docking_rooms,
-            run_docking_study,
-        )
+        from octant.reader_design.experiments.docking.page import run_docking_study
 
-        folder = Path(out)
-        refuse_overwrite(*(folder / name for name in FILES), force=force)
-        rooms = docking_rooms(self.tables)
+        study = self.tables if runs is None else vary(self.tables, {"dock.runs": runs})
         run_docking_study(
-            self.tables,
-            rooms,
-            study_responses(self.tables),
-            folder,
-            runs=runs,
-            workers=workers,
-            progress=progress_of(progress),
+            study, Path(out), workers=workers, force=force, progress=progress_of(progress)
         )
         return open_results(out)
 
@@ -467,8 +454,10 @@ class Study:
         runs : int, optional
             Runs of each mission; by default the comparison's.
         """
-        from octant.reader_design.experiments.missions.comparison_file import load_comparison
-        from octant.reader_design.experiments.missions.comparison_run import run_comparison
+        from octant.reader_design.experiments.missions.comparison import (
+            load_comparison,
+            run_comparison,
+        )
 
         comparison = load_comparison(Path(file))
         if runs is not None:

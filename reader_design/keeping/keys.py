@@ -12,6 +12,7 @@ import struct
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from pathlib import Path
+from types import MethodType
 from typing import Any
 
 import msgspec
@@ -126,6 +127,8 @@ class _Digests:
             return b"set ", *sorted(self.of(item) for item in value)
         if isinstance(value, list | tuple):
             return b"sequence ", *(self.of(item) for item in value)
+        if isinstance(value, MethodType):  # its object says all that it reads
+            return b"method ", value.__name__.encode(), b" of ", self.of(value.__self__)
         return self._fields(value)
 
     def _fields(self, value: Any) -> Iterable[bytes]:  # noqa: ANN401  anything with fields

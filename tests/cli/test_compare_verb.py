@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from octant.reader_design.experiments.missions import comparison_run
-from octant.reader_design.experiments.missions import mission_stage as stage
+from octant.navigation.missions.run import MissionJob
 from octant.reader_design.experiments.missions.animation import frame_samples
-from octant.reader_design.experiments.missions.comparison_outcomes import COLUMNS
+from octant.reader_design.experiments.missions.comparison import COLUMNS
 
 YARD = """
 name = "yard"
@@ -68,7 +67,7 @@ def test_a_comparison_resumes_and_its_numbers_are_those_of_single_runs(
     octant, comparison, study_file, tmp_path, monkeypatch
 ):
     out = tmp_path / "out"
-    call = octant("navigate", comparison, "--compare", "--out", out)
+    call = octant("navigate", comparison, "--compare", "--out", out, "--workers", "1")
     assert call.code == 0, call.err
     assert "cells" in call.err
     table = out / "compare.csv"
@@ -78,7 +77,8 @@ def test_a_comparison_resumes_and_its_numbers_are_those_of_single_runs(
     assert "every combination" in (out / "report.html").read_text()
 
     study = study_file(YARD.replace('"a"]', '"a"]\ncontroller = "fuzzy"'), "single.toml")
-    single = octant("navigate", study, "--out", tmp_path / "one", "--runs", "2", "-q")
+    options = ("--out", tmp_path / "one", "--runs", "2", "-q", "--workers", "1")
+    single = octant("navigate", study, *options)
     assert single.code == 0, single.err
     runs = rows_of(tmp_path / "one" / "missions.csv")
     assert float(rows[0]["rmse_median_m"]) == np.median([float(r["rmse_m"]) for r in runs])
@@ -88,47 +88,62 @@ def test_a_comparison_resumes_and_its_numbers_are_those_of_single_runs(
     assert kept.read_bytes() == (tmp_path / "one" / "missions.csv").read_bytes()
 
     before = table.read_bytes()
-    assert "--force" in octant("navigate", comparison, "--compare", "--out", out).refused()
+    again = octant("navigate", comparison, "--compare", "--out", out)
+    assert again.code == 0
+    assert "complete already" in again.err
+    other = octant("navigate", comparison, "--compare", "--out", out, "--runs", "3")
+    assert "another study" in other.refused()
     table.unlink()
-    for file in (out / "cells" / rows[1]["cell"]).iterdir():
-        file.unlink()
-    driven = []
-    whole = stage.drive_missions
-
-    def counted(study, *arguments, **options):
-        driven.append(study.mission.controller)
-        return whole(study, *arguments, **options)
-
-    monkeypatch.setattr(stage, "drive_missions", counted)
-    again = octant("navigate", comparison, "--compare", "--out", out, "--force", "-q")
+    monkeypatch.setattr(MissionJob, "__call__", never)
+    again = octant("navigate", comparison, "--compare", "--out", out, "-q")
     assert again.code == 0, again.err
-    assert driven == ["vector_sum"]
     assert table.read_bytes() == before
 
 
+def never(*_):
+    raise AssertionError
+
+
 @pytest.mark.slow
-def test_an_interrupted_comparison_keeps_its_cells_and_says_so(
+def test_an_interrupted_comparison_keeps_its_runs_and_says_so(
     octant, comparison, tmp_path, monkeypatch
 ):
-    out, whole = tmp_path / "out", comparison_run.mission_stage
+    out, whole = tmp_path / "out", MissionJob.__call__
 
-    def interrupted(study, *arguments, **options):
-        if study.mission.controller == "vector_sum":
+    def interrupted(job, seed):
+        if "VectorSum" in type(job.navigator.controller).__name__:
             raise KeyboardInterrupt
-        return whole(study, *arguments, **options)
+        return whole(job, seed)
 
-    monkeypatch.setattr(comparison_run, "mission_stage", interrupted)
-    call = octant("navigate", comparison, "--compare", "--out", out, "-q")
+    monkeypatch.setattr(MissionJob, "__call__", interrupted)
+    call = octant("navigate", comparison, "--compare", "--out", out, "-q", "--workers", "1")
     assert call.code == 130
     assert str(out) in call.err
-    assert len(list((out / "cells").glob("*/mission.nc"))) == 1
+    assert len(list((out / "cells" / "runs").glob("*.msgpack"))) == 1
     assert not (out / "compare.csv").exists()
+
+
+def test_a_mission_that_is_driven_already_is_complete(octant, study_file, tmp_path, monkeypatch):
+    study, out = study_file(YARD), tmp_path / "o"
+    call = octant("navigate", study, "--out", out, "--runs", "2", "-q", "--workers", "1")
+    assert call.code == 0, call.err
+    figures = {path.stem for path in (out / "figures").iterdir()}
+    assert figures == {"trajectory", "percentiles", "rss", "membership"}
+    monkeypatch.setattr(MissionJob, "__call__", never)
+    again = octant("navigate", study, "--out", out, "--runs", "2")
+    assert again.code == 0, again.err
+    assert "complete already" in again.err
+    assert again.out == call.out
+    assert "another study" in octant("navigate", study, "--out", out, "--runs", "3").refused()
+    plan = octant("navigate", study, "--out", out, "--runs", "2", "--dry-run")
+    assert plan.out == "2 runs, of which 2 are driven already.\n"
 
 
 def test_an_animation_has_one_frame_a_sample(octant, study_file, tmp_path):
     study = study_file(YARD)
     gif = tmp_path / "run.gif"
-    call = octant("navigate", study, "--out", tmp_path / "o", "--runs", "1", "--animate", gif, "-q")
+    options = ("--out", tmp_path / "o", "--runs", "1", "--animate", gif, "-q", "--workers", "1")
+    call = octant("navigate", study, *options)
     assert call.code == 0, call.err
     samples = len(rows_of(tmp_path / "o" / "trajectory.csv"))
     with Image.open(gif) as picture:

@@ -7,10 +7,13 @@ import numpy as np
 import pytest
 
 from octant.reader_design.experiments.docking.compute import (
+    compute_docking,
     docking_job,
+    docking_jobs,
     docking_rooms,
     docking_space,
     docking_task,
+    kept_runs,
 )
 from octant.reader_design.setting.links import study_responses
 from octant.reader_design.study_file.loading import load_study
@@ -77,7 +80,26 @@ def test_a_study_leaves_tables_figures_and_a_report(octant, study_file, tmp_path
     page = (out / "report.html").read_text()
     assert page.count("<img") == len(FIGURES)
     assert load_study(out / "study.toml") == load_study(study)
-    assert "exists" in octant("dock", study, "--out", out, "-q").refused()
+    again = octant("dock", study, "--out", out)
+    assert again.code == 0
+    assert "complete already" in again.err
+    assert again.out == call.out
+    assert "another study" in octant("dock", study, "--out", out, "--runs", "3").refused()
+
+
+@pytest.mark.filterwarnings("ignore::octant.geometries.errors.PhysicsWarning")
+def test_runs_are_kept_and_the_same_bits(study_file, tmp_path):
+    study = load_study(study_file(STUDY))
+    rooms = docking_rooms(study)
+    jobs = docking_jobs(study, rooms, study_responses(study))
+    content = compute_docking(study, rooms, jobs, tmp_path)
+    assert kept_runs(study, jobs, tmp_path) == "8 runs, of which 8 are computed already."
+    job, _ = jobs["station"]
+    for seed, kept in zip(
+        np.random.SeedSequence(3).spawn(2), content.results["station"], strict=True
+    ):
+        for name in ("poses", "twist", "time_s", "seen"):
+            assert np.array_equal(getattr(job(seed), name), getattr(kept, name))
 
 
 @pytest.mark.parametrize(

@@ -1,16 +1,15 @@
 """The docking missions of a study, in each of its rooms."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from octant.em.antennas.embedded import ReaderResponse
 from octant.geometries.errors import ConfigError, NavigationError
-from octant.geometries.files import write_text
 from octant.navigation.control.docking_law import DockingLaw, TwistLimits
-from octant.navigation.docking.files import write_docking_csv, write_docking_trajectory_csv
 from octant.navigation.docking.run import DockingJob
 from octant.navigation.docking.task import (
     CoarseStage,
@@ -20,38 +19,27 @@ from octant.navigation.docking.task import (
     FineStage,
     task_filter,
 )
-from octant.navigation.missions.batches import run_seeded
 from octant.navigation.missions.starts import RandomStarts
 from octant.navigation.robot.drive import DifferentialDrive
 from octant.navigation.robot.floor import RobotSpace, WheelSlip
 from octant.navigation.sensing.landmark_sensor import Landmark, LandmarkSensor
-from octant.reader_design.experiments.docking.figures import (
-    law_figures,
-    mission_figures,
-    save_figures,
-)
-from octant.reader_design.experiments.docking.filter_figures import filter_figures
-from octant.reader_design.experiments.docking.page import docking_report, summary_lines
 from octant.reader_design.experiments.docking.published import (
-    docking_experiment,
+    FilterExperiment,
     filter_experiment,
+    published_job,
     straight_experiment,
 )
 from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.keeping.workers import worker_map
+from octant.reader_design.keeping.seeded import count_seeded, map_seeded
+from octant.reader_design.keeping.workers import Crew
 from octant.reader_design.setting.links import tag_link
 from octant.reader_design.setting.receiver import study_sensor
 from octant.reader_design.setting.robot import robot_space
 from octant.reader_design.setting.setting import Setting, build_setting
-from octant.reader_design.showing.pages import render_report
 from octant.reader_design.study_file.dock import Dock
-from octant.reader_design.study_file.loading import to_toml
 from octant.reader_design.study_file.schema import Study
 
 _FREE_SPACE_START_M = 4.0
-FILES = ("docking.csv", "trajectory.csv", "study.toml", "report.html")
-"""What a docking study leaves beside its figures."""
-
 _LEAST_REPETITIONS = 20  # fewer errors cannot be tested for a Gaussian
 _MOST_REPETITIONS = 100
 
@@ -206,17 +194,34 @@ def docking_rooms(study: Study) -> tuple[Setting, ...]:
     return rooms
 
 
-def run_docking_study(
-    study: Study,
-    rooms: Sequence[Setting],
-    responses: Sequence[ReaderResponse],
-    out: Path,
-    *,
-    runs: int | None = None,
-    workers: int = 1,
-    progress: Progress,
-) -> tuple[str, ...]:
-    """Return what a docking study found, in sentences; write its files.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DockingContent:
+    """Everything that a docking study computed.
+
+    Attributes
+    ----------
+    study : Study
+        The study.
+    rooms : dict of str to (Setting, tuple of DockingResult)
+        Room and runs by the room's name.
+    published : dict of bool to tuple of DockingResult
+        The docking paper's closed loop, by whether slips were compensated.
+    """
+
+    study: Study
+    rooms: Mapping[str, tuple[Setting, tuple[DockingResult, ...]]]
+    published: Mapping[bool, tuple[DockingResult, ...]]
+
+    @property
+    def results(self) -> dict[str, tuple[DockingResult, ...]]:
+        """The missions by room."""
+        return {name: runs for name, (_, runs) in self.rooms.items()}
+
+
+def docking_jobs(
+    study: Study, rooms: Sequence[Setting], responses: Sequence[ReaderResponse]
+) -> dict[str | bool, tuple[DockingJob, int]]:
+    """Return each job of a docking study with its number of runs.
 
     Parameters
     ----------
@@ -226,46 +231,100 @@ def run_docking_study(
         From `docking_rooms`.
     responses : sequence of ReaderResponse
         The reader's, one for each of ``study.radio.frequencies_hz`` [Hz].
-    out : Path
-        Folder for results.
-    runs : int or None
-        Runs in each room; None: the study's.
-    workers : int
-        Processes that share them.
-    progress : Progress
-        Told how far it is.
+
+    Returns
+    -------
+    dict
+        Missions by the room's name; the paper's closed loop by whether slips are compensated.
     """
-    table = dock_table(study)
-    jobs = {room.name: docking_job(study, room, responses) for room in rooms}
-    number = table.runs if runs is None else runs
-    results: dict[str, tuple[DockingResult, ...]] = {}
-    for name, job in jobs.items():
-        with progress.count(number, label=name) as done, worker_map(workers) as mapper:
-            results[name] = run_seeded(
-                job, runs=number, seed=study.seed, mapper=mapper, progress=done
-            )
-    progress.say("the docking paper's experiments")
-    first = jobs[rooms[0].name]
-    repetitions = min(max(number, _LEAST_REPETITIONS), _MOST_REPETITIONS)
-    dockings = docking_experiment(
-        first.task,
-        first.setting.camera,
-        seed=study.seed,
-        runs=min(number, _MOST_REPETITIONS),
-        workers=workers,
-    )
-    experiment = filter_experiment(seed=study.seed, repetitions=repetitions)
-    figures = {
-        **mission_figures(
-            {room.name: (room, results[room.name]) for room in rooms}, dockings, tag_id=table.tag
-        ),
-        **filter_figures(experiment, straight_experiment(seed=study.seed)),
-        **law_figures(first.task.fine.law),
+    runs = dock_table(study).runs
+    missions = {room.name: docking_job(study, room, responses) for room in rooms}
+    first = missions[rooms[0].name]
+    task, camera = first.task, first.setting.camera
+    most = min(runs, _MOST_REPETITIONS)
+    return {
+        **{name: (job, runs) for name, job in missions.items()},
+        True: (published_job(task, camera, compensate_slips=True), most),
+        False: (published_job(task, camera, compensate_slips=False), max(2, most // 10)),
     }
-    paths = save_figures(figures, out / "figures")
-    write_text(out / "study.toml", to_toml(study, relative_to=out))
-    write_docking_csv(out / "docking.csv", results)
-    write_docking_trajectory_csv(out / "trajectory.csv", results[rooms[0].name][0])
-    report = docking_report(results, experiment, dockings, name=study.name, figures=paths)
-    write_text(out / "report.html", render_report(report))
-    return summary_lines(results)
+
+
+def compute_docking(
+    study: Study,
+    rooms: Sequence[Setting],
+    jobs: Mapping[str | bool, tuple[DockingJob, int]],
+    folder: Path,
+    *,
+    crew: Crew | None = None,
+    progress: Progress | None = None,
+) -> DockingContent:
+    """Return what a docking study computes; runs that the folder holds are read.
+
+    Parameters
+    ----------
+    study : Study
+        With a table ``[dock]``.
+    rooms : sequence of Setting
+        From `docking_rooms`.
+    jobs : mapping
+        From `docking_jobs`.
+    folder : Path
+        Where runs are kept.
+    crew : Crew or None
+        Workers that share them; None: this process computes.
+    progress : Progress, optional
+        Shows how many runs are done.
+    """
+    results = {
+        name: map_seeded(
+            job,
+            runs=runs,
+            seed=study.seed,
+            kind=DockingResult,
+            folder=folder,
+            crew=crew,
+            progress=progress,
+            label=name if isinstance(name, str) else "docking on estimates",
+        )
+        for name, (job, runs) in jobs.items()
+    }
+    return DockingContent(
+        study=study,
+        rooms={room.name: (room, results[room.name]) for room in rooms},
+        published={compensated: results[compensated] for compensated in (True, False)},
+    )
+
+
+def kept_runs(study: Study, jobs: Mapping[str | bool, tuple[DockingJob, int]], folder: Path) -> str:
+    """Return how many runs a docking study has, and how many the folder holds.
+
+    Parameters
+    ----------
+    study : Study
+        With a table ``[dock]``.
+    jobs : mapping
+        From `docking_jobs`.
+    folder : Path
+        Where runs are kept.
+    """
+    total = sum(runs for _, runs in jobs.values())
+    kept = sum(
+        count_seeded(job, runs=runs, seed=study.seed, kind=DockingResult, folder=folder)
+        for job, runs in jobs.values()
+    )
+    return f"{total} runs, of which {kept} are computed already."
+
+
+def landmark_filters(study: Study) -> tuple[FilterExperiment, FilterExperiment]:
+    """Return the paper's landmark filters over many drives, and on the simpler drive.
+
+    Parameters
+    ----------
+    study : Study
+        For its seed, and its runs: there are 20 to 100 drives.
+    """
+    repetitions = min(max(dock_table(study).runs, _LEAST_REPETITIONS), _MOST_REPETITIONS)
+    return (
+        filter_experiment(seed=study.seed, repetitions=repetitions),
+        straight_experiment(seed=study.seed),
+    )

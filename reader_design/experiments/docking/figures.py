@@ -2,7 +2,6 @@
 
 import itertools
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,14 +11,16 @@ from octant.navigation.control.closed_loop import ClosedLoop
 from octant.navigation.control.docking_law import DockingLaw, stall_distance_m
 from octant.navigation.control.polar import pose_in_goal_frame
 from octant.navigation.docking.task import DockingResult
+from octant.reader_design.experiments.docking.compute import DockingContent, dock_table
+from octant.reader_design.experiments.docking.filter_figures import filter_figures, legend_below
 from octant.reader_design.experiments.docking.published import (
+    FilterExperiment,
     figure_4_law,
     figure_4_loops,
     regulator_loops,
 )
-from octant.reader_design.setting.setting import Setting
 from octant.reader_design.showing.plan import Plan, draw_plan, draw_tags, plan_of, plan_shape
-from octant.reader_design.showing.style import figure_style, new_figure, save_figure
+from octant.reader_design.showing.style import figure_style, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
 FloatArray = npt.NDArray[np.float64]
 
 
-_MOST_WAYS = 20
+_MOST_PATHS = 20
 PHASE_COLOURS = {
     "approach": "#332288",
     "search": "#ddaa33",
@@ -39,13 +40,13 @@ PHASE_COLOURS = {
 """Colour of each phase of a docking mission."""
 
 
-def docking_ways_figure(
+def docking_paths_figure(
     rooms: Sequence[tuple[str, Sequence[DockingResult], Plan]],
     tag: tuple[str, FloatArray],
     *,
     title: str,
 ) -> "Figure":
-    """Return the robots' ways from their starts to the dock, a panel for each room [m].
+    """Return the robots' paths from their starts to the dock, a panel for each room [m].
 
     Parameters
     ----------
@@ -61,7 +62,7 @@ def docking_ways_figure(
     Figure
         Up to 20 runs in each, coloured by phase; starts as dots, failed runs end in a black cross.
     """
-    reach = [np.concatenate([r.poses[:, :2] for r in runs[:_MOST_WAYS]]) for _, runs, _ in rooms]
+    reach = [np.concatenate([r.poses[:, :2] for r in runs[:_MOST_PATHS]]) for _, runs, _ in rooms]
     shape = max(
         plan_shape(plan, *points.T) for (_, _, plan), points in zip(rooms, reach, strict=True)
     )
@@ -74,19 +75,14 @@ def docking_ways_figure(
         )
         for ax, (name, runs, plan), points in zip(axes[0], rooms, reach, strict=True):
             draw_plan(ax, plan, extra_m=points)
-            for result in runs[:_MOST_WAYS]:
-                _draw_way(ax, result)
+            for result in runs[:_MOST_PATHS]:
+                _draw_path(ax, result)
             landmark = runs[0].task.landmark
             ax.plot(*landmark.position_m[:2], "s", color="#222222", label="landmark", zorder=6)
             draw_tags(ax, {tag[0]: tag[1]})
             docked = sum(result.success for result in runs)
             ax.set_title(f"{name}: {docked} of {len(runs)} docked")
-        entries = {
-            label: handle
-            for ax in axes[0]
-            for handle, label in zip(*ax.get_legend_handles_labels(), strict=True)
-        }
-        figure.legend(entries.values(), entries.keys(), loc="outside lower center", ncols=7)
+        legend_below(figure, *axes[0], columns=7)
     return figure
 
 
@@ -210,7 +206,7 @@ def docking_errors_figure(rooms: Mapping[str, Sequence[DockingResult]]) -> "Figu
     return figure
 
 
-def _draw_way(axes: "Axes", result: DockingResult) -> None:
+def _draw_path(axes: "Axes", result: DockingResult) -> None:
     phases = np.array(result.phases)
     xy = result.poses[:, :2]
     begins = np.concatenate([[0], np.flatnonzero(phases[1:] != phases[:-1]) + 1, [len(phases) - 1]])
@@ -359,15 +355,35 @@ def _headings(axes: "Axes", loop: ClosedLoop, colour: str) -> None:
     )
 
 
-def law_figures(law: DockingLaw) -> dict[str, "Figure"]:
-    """Return the figures of the laws without noise [m], [s], [rad].
+def docking_figures(
+    content: DockingContent, filters: FilterExperiment, straight: FilterExperiment
+) -> dict[str, "Figure"]:
+    """Return every figure of a docking study by file name [m], [s], [rad].
 
     Parameters
     ----------
-    law : DockingLaw
-        The study's docking law, marked among the published ones.
+    content : DockingContent
+        What was computed.
+    filters, straight : FilterExperiment
+        From `landmark_filters`.
     """
+    tag_id = dock_table(content.study).tag
+    (first, _), *_ = content.rooms.values()
+    dockings = content.published
+    shown = next((r for r in dockings[True] if r.success), dockings[True][0])
+    law, slip_m_per_s = shown.task.fine.law, shown.task.slip.linear_m_per_s
+    plans = [
+        (name, runs, plan_of(room.scene, room.reader_z_m))
+        for name, (room, runs) in content.rooms.items()
+    ]
     return {
+        "dock_ways": docking_paths_figure(
+            plans, (tag_id, first.tag(tag_id).point_m), title="From random starts to the dock"
+        ),
+        "dock_errors": docking_errors_figure(content.results),
+        "dock_run": docking_figure(shown, title="Docking on estimates (Fig. 18, 19)"),
+        "dock_stall": stall_figure(dockings, law, slip_m_per_s=slip_m_per_s),
+        **filter_figures(filters, straight),
         "dock_law": docking_law_figure(figure_4_loops(), figure_4_law()),
         "dock_regulators": regulators_figure(regulator_loops()),
         "dock_gains": gain_region_figure(
@@ -379,54 +395,3 @@ def law_figures(law: DockingLaw) -> dict[str, "Figure"]:
             }
         ),
     }
-
-
-def mission_figures(
-    rooms: Mapping[str, tuple[Setting, Sequence[DockingResult]]],
-    dockings: Mapping[bool, Sequence[DockingResult]],
-    *,
-    tag_id: str,
-) -> dict[str, "Figure"]:
-    """Return the figures of the missions and of the dockings on estimates [m], [s], [rad].
-
-    Parameters
-    ----------
-    rooms : mapping of str to (Setting, sequence of DockingResult)
-        Room and runs by name.
-    dockings : mapping of bool to sequence of DockingResult
-        By whether slips were compensated.
-    tag_id : str
-        The station's tag.
-    """
-    built = next(iter(rooms.values()))[0]
-    shown = next((r for r in dockings[True] if r.success), dockings[True][0])
-    task = shown.task
-    return {
-        "dock_ways": docking_ways_figure(
-            [
-                (name, runs, plan_of(scene.scene, scene.reader_z_m))
-                for name, (scene, runs) in rooms.items()
-            ],
-            (tag_id, built.tag(tag_id).point_m),
-            title="From random starts to the dock",
-        ),
-        "dock_errors": docking_errors_figure({name: runs for name, (_, runs) in rooms.items()}),
-        "dock_run": docking_figure(shown, title="Docking on estimates (Fig. 18, 19)"),
-        "dock_stall": stall_figure(dockings, task.fine.law, slip_m_per_s=task.slip.linear_m_per_s),
-    }
-
-
-def save_figures(figures: Mapping[str, "Figure"], folder: Path) -> dict[str, Path]:
-    """Return the PNG files of figures, once written.
-
-    Parameters
-    ----------
-    figures : mapping of str to Figure
-        By file name.
-    folder : Path
-        Where they go.
-    """
-    paths = {name: folder / f"{name}.png" for name in figures}
-    for name, figure in figures.items():
-        save_figure(figure, paths[name])
-    return paths

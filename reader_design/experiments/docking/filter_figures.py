@@ -76,14 +76,14 @@ _STATES = ((0, "e_x", "m"), (1, "e_y", "m"), (ATTITUDE, "ψ", "rad"))
 def filter_path_figure(
     drives: Drives, estimates: dict[str, Estimates], *, title: str, run: int = 0
 ) -> "Figure":
-    """Return the robot's true and estimated way in the landmark's frame [m], figures 6 and 17.
+    """Return the robot's true and estimated path in the landmark's frame [m], figures 6 and 17.
 
     Parameters
     ----------
     drives : Drives
         Truth.
     estimates : dict of str to Estimates
-        Ways to draw, by the label of each.
+        Paths to draw, by the label of each.
     title : str
         Above the figure.
     run : int
@@ -120,7 +120,7 @@ def filter_states_figure(
     drives : Drives
         Truth and detections.
     estimates : Estimates
-        What a filter made of them.
+        Estimates of a filter.
     title : str
         Above the figure.
     run : int
@@ -152,7 +152,7 @@ def filter_states_figure(
                 _shade(ax, drives, run)
         for ax in axes[-1]:
             ax.set_xlabel("time [s]")
-        _legend(figure, axes[0, 0], axes[0, 1])
+        legend_below(figure, axes[0, 0], axes[0, 1])
     return figure
 
 
@@ -164,7 +164,7 @@ def slips_figure(drives: Drives, estimates: Estimates, *, title: str) -> "Figure
     drives : Drives
         Truth and detections.
     estimates : Estimates
-        What the filter made of them.
+        Estimates of the filter.
     title : str
         Above the figure.
 
@@ -191,7 +191,7 @@ def slips_figure(drives: Drives, estimates: Estimates, *, title: str) -> "Figure
             ax.set_xlabel("time [s]")
             ax.set_ylabel(f"{name} [{unit}]")
             _shade(ax, drives, 0)
-        _legend(figure, axes[0, 0])
+        legend_below(figure, axes[0, 0])
     return figure
 
 
@@ -236,7 +236,7 @@ def error_histogram_figure(
                     fontsize=9,
                 )
             row[0].set_ylabel("density [1/unit]")
-        _legend(figure, axes[0, 0])
+        legend_below(figure, axes[0, 0])
     return figure
 
 
@@ -285,10 +285,21 @@ def _shade(axes: "Axes", drives: Drives, run: int) -> None:
     )
 
 
-def _legend(figure: "Figure", *axes: "Axes") -> None:
+def legend_below(figure: "Figure", *axes: "Axes", columns: int = 5) -> None:
+    """Draw one legend of several panels below them, each label once.
+
+    Parameters
+    ----------
+    figure : Figure
+        The figure.
+    *axes : Axes
+        The panels.
+    columns : int
+        Columns of the legend.
+    """
     entries = {
         label: handle
         for ax in axes
         for handle, label in zip(*ax.get_legend_handles_labels(), strict=True)
     }
-    figure.legend(entries.values(), entries.keys(), loc="outside lower center", ncols=5)
+    figure.legend(entries.values(), entries.keys(), loc="outside lower center", ncols=columns)

@@ -5,15 +5,46 @@ from pathlib import Path
 
 import numpy as np
 
+from octant.geometries.files import write_text
+from octant.navigation.docking.files import write_docking_csv, write_docking_trajectory_csv
 from octant.navigation.docking.task import DockingResult
 from octant.navigation.estimators.kalman import consistency_band
+from octant.reader_design.experiments.docking.compute import (
+    DockingContent,
+    compute_docking,
+    docking_jobs,
+    docking_rooms,
+    kept_runs,
+    landmark_filters,
+)
 from octant.reader_design.experiments.docking.published import (
     BLACKOUT_S,
     SLIPS,
     WRONG_START,
     FilterExperiment,
 )
-from octant.reader_design.showing.pages import Report, ReportFigure, ReportSection, ReportTable
+from octant.reader_design.keeping.keys import digest
+from octant.reader_design.keeping.progress import Progress
+from octant.reader_design.keeping.results import (
+    STUDY_FILE,
+    complete_line,
+    is_complete,
+    mark_complete,
+    refuse_another,
+)
+from octant.reader_design.keeping.versions import versions
+from octant.reader_design.keeping.workers import open_crew
+from octant.reader_design.setting.links import study_responses
+from octant.reader_design.showing.pages import (
+    Report,
+    ReportFigure,
+    ReportSection,
+    ReportTable,
+    render_report,
+)
+from octant.reader_design.showing.style import save_figure
+from octant.reader_design.study_file.loading import to_toml
+from octant.reader_design.study_file.schema import Study
 
 
 def summary_lines(rooms: Mapping[str, Sequence[DockingResult]]) -> tuple[str, ...]:
@@ -44,33 +75,25 @@ def summary_lines(rooms: Mapping[str, Sequence[DockingResult]]) -> tuple[str, ..
 
 
 def docking_report(
-    rooms: Mapping[str, Sequence[DockingResult]],
-    experiment: FilterExperiment,
-    dockings: Mapping[bool, Sequence[DockingResult]],
-    *,
-    name: str,
-    figures: Mapping[str, Path],
+    content: DockingContent, filters: FilterExperiment, figures: Mapping[str, Path]
 ) -> Report:
     """Return the report of a docking study [m], [s].
 
     Parameters
     ----------
-    rooms : mapping of str to sequence of DockingResult
-        Missions by room.
-    experiment : FilterExperiment
-        Landmark filters past a landmark.
-    dockings : mapping of bool to sequence of DockingResult
-        Closed-loop dockings by whether slips were compensated.
-    name : str
-        The study's name.
+    content : DockingContent
+        What was computed.
+    filters : FilterExperiment
+        Its landmark filters.
     figures : mapping of str to Path
         PNG files by name.
     """
+    rooms = content.results
     runs = [result for each in rooms.values() for result in each]
     docked = sum(result.success for result in runs)
     return Report(
-        title=f"Docking: {name}",
-        subtitle="From across the room to a station, by the reader first and by a landmark then",
+        title=f"Docking: {content.study.name}",
+        subtitle="From across the room to a station: first by the reader, then by a landmark",
         summary=summary_lines(rooms),
         warnings=(),
         facts=(
@@ -80,8 +103,8 @@ def docking_report(
         ),
         sections=(
             _missions_section(rooms, figures),
-            _docking_section(dockings, figures),
-            _filter_section(experiment, figures),
+            _docking_section(content.published, figures),
+            _filter_section(filters, figures),
             _law_section(figures),
         ),
     )
@@ -107,10 +130,10 @@ def _missions_section(
         heading="Missions from random starts",
         paragraphs=(
             (
-                "The reader's bearings from many places and odometry find the station's tag, over "
-                "the staging place. There the robot turns until its camera sees the landmark, "
-                "looks, and follows the docking law on the filter's estimate; a failed try goes "
-                "back to staging."
+                "With the reader's bearings from many places and its odometry the robot finds the "
+                "station's tag, which hangs over the staging place. There it turns until its "
+                "camera sees the landmark, takes some images, and follows the docking law on the "
+                "filter's estimate. After a failed try it goes back to the staging place."
             ),
         ),
         tables=(
@@ -130,8 +153,13 @@ def _missions_section(
             ),
         ),
         figures=(
-            _shown(figures, "dock_ways", "Ways to the dock", "Starts are dots."),
-            _shown(figures, "dock_errors", "Final places", "Within the circle there is contact."),
+            _shown(figures, "dock_ways", "Paths to the dock", "Starts are dots."),
+            _shown(
+                figures,
+                "dock_errors",
+                "Final places",
+                "In the circle there is contact.",
+            ),
         ),
     )
 
@@ -153,8 +181,8 @@ def _docking_section(
         heading="Docking on estimated states",
         paragraphs=(
             (
-                "One try from beside the staging place. Without compensation a slip against the "
-                "motion stops the law at |b|/γ before the dock."
+                "One try from beside the staging place. Without compensation, a slip against the "
+                "motion stops the robot at the distance |b|/γ before the dock."
             ),
         ),
         tables=(
@@ -221,9 +249,9 @@ def _filter_section(experiment: FilterExperiment, figures: Mapping[str, Path]) -
             (
                 f"{runs} drives with slips b = {b:g} m/s and s = {s:g} rad/s; the landmark "
                 f"is lost after some 23 s. A wrong start is off by ({dx:g}, {dy:g}) m and "
-                f"{turn:g} rad. Truth carries the process noise that the filters assume, so their "
-                "consistency can be judged: the mean NEES of five states belongs between "
-                f"{low:.2f} and {high:.2f}."
+                f"{turn:g} rad. The true motion has the process noise that the filters assume, so "
+                "that their consistency can be judged: the mean NEES of five states should lie "
+                f"between {low:.2f} and {high:.2f}."
             ),
         ),
         tables=(
@@ -243,7 +271,7 @@ def _filter_section(experiment: FilterExperiment, figures: Mapping[str, Path]) -
             ),
         ),
         figures=(
-            _shown(figures, "dock_filter_path", "Ways (Fig. 6)", "In the landmark's frame."),
+            _shown(figures, "dock_filter_path", "Paths (Fig. 6)", "In the landmark's frame."),
             _shown(figures, "dock_filter_no_slips", "No slips estimated (Fig. 7-9)", "Run 0."),
             _shown(figures, "dock_filter_slips", "Slips estimated (Fig. 11-13)", "Run 0."),
             _shown(figures, "dock_slips", "Slips (Fig. 14-16)", "Forced b = -0.01 m/s."),
@@ -278,3 +306,91 @@ def _pair(values: Sequence[float] | np.ndarray) -> str:
     if not len(values):
         return "-"
     return f"{np.median(values):.3f} / {np.quantile(values, 0.9):.3f}"
+
+
+FILES = ("docking.csv", "trajectory.csv", "report.html")
+"""What a docking study leaves beside its figures and study.toml."""
+CASES = "cases"
+"""Folder of the runs."""
+
+
+def publish(content: DockingContent, out_dir: Path) -> list[Path]:
+    """Return the files of a docking study, once written.
+
+    Parameters
+    ----------
+    content : DockingContent
+        What was computed.
+    out_dir : Path
+        Folder of the results.
+    """
+    from octant.reader_design.experiments.docking.figures import docking_figures
+
+    filters, straight = landmark_filters(content.study)
+    figures = docking_figures(content, filters, straight)
+    paths = {name: out_dir / "figures" / f"{name}.png" for name in figures}
+    for name, figure in figures.items():
+        save_figure(figure, paths[name])
+    docking, trajectory, report = (out_dir / name for name in FILES)
+    write_docking_csv(docking, content.results)
+    write_docking_trajectory_csv(trajectory, next(iter(content.results.values()))[0])
+    write_text(report, render_report(docking_report(content, filters, paths)))
+    return [docking, trajectory, report, *paths.values()]
+
+
+def run_docking_study(
+    study: Study,
+    out_dir: Path,
+    *,
+    workers: int | None = 1,
+    cluster: str | None = None,
+    force: bool = False,
+    progress: Progress | None = None,
+) -> DockingContent:
+    """Return the content of a docking study and write its files, unless they are there already.
+
+    Parameters
+    ----------
+    study : Study
+        With a table ``[dock]``.
+    out_dir : Path
+        Folder of the results. Runs that it holds are not computed again.
+    workers : int or None
+        Processes that share the runs; None: one for each core.
+    cluster : str or None
+        Address of a dask scheduler in their place.
+    force : bool
+        Replace the results of another study.
+    progress : Progress, optional
+        Shows how many runs are done.
+    """
+    progress = progress or Progress()
+    rooms = docking_rooms(study)  # a bad station is refused before anything is computed
+    text, cases = to_toml(study, relative_to=out_dir), out_dir / CASES
+    refuse_another(out_dir, text, force=force, outputs=(*FILES, "figures/dock_*.png"))
+    write_text(out_dir / STUDY_FILE, text)
+    for note in dict.fromkeys(note for room in rooms for note in room.notes):
+        progress.say(note)
+    jobs = docking_jobs(study, rooms, study_responses(study))
+    with open_crew(workers=workers, cluster=cluster) as crew:
+        content = compute_docking(study, rooms, jobs, cases, crew=crew, progress=progress)
+    stamp, key = cases / "finished.json", digest([text, versions()])
+    if is_complete(stamp, key):
+        progress.say(complete_line(out_dir))
+    else:
+        mark_complete(stamp, key, publish(content, out_dir))
+    return content
+
+
+def plan_line(study: Study, out_dir: Path) -> str:
+    """Return how many runs a docking study has, and how many the folder holds.
+
+    Parameters
+    ----------
+    study : Study
+        With a table ``[dock]``.
+    out_dir : Path
+        Folder of the results.
+    """
+    jobs = docking_jobs(study, docking_rooms(study), study_responses(study))
+    return kept_runs(study, jobs, out_dir / CASES)

@@ -10,7 +10,7 @@ from octant.navigation.control.docking_law import DockingLaw, GoalLaw
 from octant.navigation.control.polar import pose_of_polar
 from octant.navigation.control.regulators import CartesianRegulator, GracefulLaw, posture_regulator
 from octant.navigation.docking.run import DockingJob
-from octant.navigation.docking.task import DockingResult, DockingSetting, DockingTask, FineStage
+from octant.navigation.docking.task import DockingSetting, DockingTask
 from octant.navigation.estimators.landmark_filters import LandmarkFilter
 from octant.navigation.estimators.landmark_trials import (
     Drives,
@@ -20,11 +20,9 @@ from octant.navigation.estimators.landmark_trials import (
     estimate,
     paper_manoeuvre,
 )
-from octant.navigation.missions.batches import run_seeded
 from octant.navigation.missions.starts import RandomStarts
 from octant.navigation.robot.drive import DifferentialDrive
 from octant.navigation.sensing.landmark_sensor import Landmark, LandmarkSensor
-from octant.reader_design.keeping.workers import worker_map
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -116,10 +114,10 @@ def straight_experiment(*, seed: int) -> FilterExperiment:
     return _experiment(simple, seed=seed, repetitions=1)
 
 
-def docking_experiment(
-    task: DockingTask, camera: LandmarkSensor, *, seed: int, runs: int, workers: int = 1
-) -> dict[bool, tuple[DockingResult, ...]]:
-    """Return closed-loop dockings on estimates from beside the staging place, figures 18 and 19.
+def published_job(
+    task: DockingTask, camera: LandmarkSensor, *, compensate_slips: bool
+) -> DockingJob:
+    """Return closed-loop docking on estimates from beside the staging place, figures 18 and 19.
 
     Parameters
     ----------
@@ -127,43 +125,38 @@ def docking_experiment(
         Station, law and filter; each run has one try.
     camera : LandmarkSensor
         Detector; nothing hides the landmark here.
-    seed : int
-        Seed.
-    runs : int
-        Runs with slip compensation; without it a tenth of them.
-    workers : int
-        Processes that share them.
+    compensate_slips : bool
+        Whether the estimated slips are taken off the commands.
     """
     landmark = Landmark(position_m=np.array([task.stand_off_m, 0.0, 0.6]), heading_rad=0.0)
     back = task.staging_m - task.stand_off_m
-    results = {}
-    for compensate, number in ((True, runs), (False, max(2, runs // 10))):
-        fine: FineStage = replace(task.fine, compensate_slips=compensate)
-        job = DockingJob(
-            task=replace(task, landmark=landmark, fine=fine, tries=1),
-            setting=DockingSetting(
-                reader=None, camera=replace(camera, scene=None), robot=DifferentialDrive()
-            ),
-            starts=RandomStarts(
-                low_m=np.array([-back - 0.4, -0.6]),
-                high_m=np.array([-back + 0.4, 0.6]),
-                fits=anywhere,
-            ),
-        )
-        with worker_map(workers) as mapper:
-            results[compensate] = run_seeded(job, runs=number, seed=seed, mapper=mapper)
-    return results
+    fine = replace(task.fine, compensate_slips=compensate_slips)
+    return DockingJob(
+        task=replace(task, landmark=landmark, fine=fine, tries=1),
+        setting=DockingSetting(
+            reader=None, camera=replace(camera, scene=None), robot=DifferentialDrive()
+        ),
+        starts=RandomStarts(
+            low_m=np.array([-back - 0.4, -0.6]),
+            high_m=np.array([-back + 0.4, 0.6]),
+            fits=Anywhere(),
+        ),
+    )
 
 
-def anywhere(points_m: FloatArray) -> npt.NDArray[np.bool_]:
-    """Return True for every place: nothing stands in the way.
+@dataclass(frozen=True, slots=True)
+class Anywhere:
+    """Floor on which nothing stands in the way."""
 
-    Parameters
-    ----------
-    points_m : (m, 2) float64
-        Places [m].
-    """
-    return np.ones(len(points_m), dtype=np.bool_)
+    def __call__(self, points_m: FloatArray) -> npt.NDArray[np.bool_]:
+        """Return True for each of (m, 2) places [m].
+
+        Parameters
+        ----------
+        points_m : (m, 2) float64
+            Places [m].
+        """
+        return np.ones(len(points_m), dtype=np.bool_)
 
 
 def _experiment(manoeuvre: Manoeuvre, *, seed: int, repetitions: int) -> FilterExperiment:

@@ -4,8 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from octant.reader_design.experiments.missions.comparison_file import Comparison
-from octant.reader_design.experiments.missions.comparison_outcomes import CellOutcome, layouts_of
+from octant.reader_design.experiments.missions.comparison import CellOutcome, Comparison, layouts_of
 from octant.reader_design.showing.pages import (
     Report,
     ReportFigure,

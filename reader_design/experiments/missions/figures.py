@@ -1,4 +1,4 @@
-"""Figures of a comparison: one run as in thesis Figs. 5.12 to 5.14, and all cells side by side."""
+"""Figures of single runs, of the fuzzy controller, and of comparisons."""
 
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
@@ -7,7 +7,8 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.em.decibels import power_dbm
-from octant.reader_design.experiments.missions.comparison_outcomes import CellOutcome, layouts_of
+from octant.navigation.control.fuzzy import FuzzyVariable, RuleBase
+from octant.reader_design.experiments.missions.comparison import CellOutcome, layouts_of
 from octant.reader_design.experiments.missions.drive_figures import PATH_COLOUR, Drive
 from octant.reader_design.showing.plan import Plan, draw_plan, draw_tags
 from octant.reader_design.showing.style import (
@@ -15,6 +16,7 @@ from octant.reader_design.showing.style import (
     antenna_legend,
     draw_antennas,
     figure_style,
+    new_figure,
 )
 
 if TYPE_CHECKING:
@@ -23,13 +25,12 @@ if TYPE_CHECKING:
 
 FloatArray = npt.NDArray[np.float64]
 
+
 SPAN_DB = 60.0
 """Range of RSS that is shown below the greatest value [dB]."""
 
 
-def drive_figure(
-    drive: Drive, plan: Plan, tags: Mapping[str, FloatArray], *, title: str
-) -> "Figure":
+def run_figure(drive: Drive, plan: Plan, tags: Mapping[str, FloatArray], *, title: str) -> "Figure":
     """Return path, errors and RSS of one run, as thesis Figs. 5.12 to 5.14 have them.
 
     Parameters
@@ -218,3 +219,40 @@ def _draw_cell(
             linewidth=1.1,
             label=outcome.cell.label,
         )
+
+
+def membership_figure(rules: RuleBase, *, title: str) -> "Figure":
+    """Return the terms of the input, of a wheel's speed, and the controller's two outputs.
+
+    Parameters
+    ----------
+    rules : RuleBase
+        One input, two outputs: right and left wheel.
+    title : str
+        Above the figure.
+    """
+    with figure_style():
+        figure, axes = new_figure(columns=3, width_in=11.0, height_in=3.6, title=title)
+        first, second, third = axes.ravel()
+        _draw_terms(first, rules.input_variable, "steering input, right minus left [-]")
+        _draw_terms(second, rules.outputs[0], "wheel speed, 0.5 = cruise [-]")
+        low, high = rules.input_variable.low, rules.input_variable.high
+        x = np.linspace(low, high, 401)
+        speeds = rules.infer(x)
+        third.plot(x, speeds[:, 0], color=ANTENNA_COLOURS[0], label="right wheel")
+        third.plot(x, speeds[:, 1], color=ANTENNA_COLOURS[4], linestyle="--", label="left wheel")
+        third.set_xlabel("steering input, right minus left [-]")
+        third.set_ylabel("wheel speed, 0.5 = cruise [-]")
+        third.set_ylim(0.0, 1.0)
+        third.legend()
+    return figure
+
+
+def _draw_terms(axes: "Axes", variable: FuzzyVariable, label: str) -> None:
+    x = np.linspace(variable.low, variable.high, 801)
+    for number, term in enumerate(variable.terms):
+        axes.plot(x, term.membership(x), color=ANTENNA_COLOURS[number % 8], label=term.name)
+    axes.set_xlabel(label)
+    axes.set_ylabel("membership [-]")
+    axes.set_ylim(0.0, 1.15)
+    axes.legend(ncols=len(variable.terms), loc="upper center", fontsize=7, handlelength=1.0)

@@ -8,21 +8,20 @@ import click
 import numpy as np
 
 from octant.geometries.errors import ConfigError
-from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.options import common_options
+from octant.reader_design.options import Ended, RunOptions, experiment
 
 if TYPE_CHECKING:
+    from octant.em.antennas.embedded import ReaderResponse
     from octant.navigation.missions.metrics import MissionMetrics
     from octant.navigation.missions.records import MissionResult
     from octant.reader_design.setting.setting import Setting
+    from octant.reader_design.study_file.schema import Study
 
 
-_FILES = ("missions.csv", "missions_summary.csv", "trajectory.csv", "study.toml")
+_FILES = ("missions.csv", "missions_summary.csv", "trajectory.csv")
 
 
 @click.command()
-@click.argument("study", type=click.Path(path_type=Path))
-@click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder for results.")
 @click.option("--runs", type=click.IntRange(min=1), help="Repetitions; default: the study's.")
 @click.option(
     "--noise-db",
@@ -39,90 +38,153 @@ _FILES = ("missions.csv", "missions_summary.csv", "trajectory.csv", "study.toml"
     type=click.Path(path_type=Path),
     help="Write run 0 here as an animated GIF: robot, antennas, RSS and the field under them.",
 )
-@common_options
+@experiment()
 def navigate(
     *,
     study: Path,
-    out: Path,
+    options: RunOptions,
     runs: int | None,
     noise_db: float | None,
     compare: bool,
     animate: Path | None,
-    force: bool,
-    quiet: bool,
-) -> None:
+) -> Ended:
     """Drive the robot through the tags of STUDY with the reader of its table [reader].
 
     Writes missions.csv (one row a run), missions_summary.csv, trajectory.csv (run 0: poses and
-    the RSS of every antenna), study.toml, and figures of the way, of the errors by percentile and
-    of the RSS over time.
+    the RSS of every antenna), study.toml, and figures of the path, of the errors by percentile, of
+    the RSS over time and of a fuzzy controller's rules.
 
     With --compare, STUDY names layouts (study files) and what is to be compared in them; this
-    writes compare.csv and report.html, keeps every cell, and goes on where it was interrupted.
+    writes compare.csv and report.html, and keeps every cell. The same command again goes on where
+    the last one stopped.
     """
     if compare:
         if animate is not None:
             msg = "--animate shows one run, but --compare drives many; give one of them."
             raise ConfigError(msg)
-        _compare(
-            study,
-            out,
-            runs=runs,
-            noise_db=noise_db,
-            force=force,
-            progress=Progress(quiet=quiet),
-        )
-        return
+        return _compare(study, options, runs=runs, noise_db=noise_db)
     from octant.geometries.files import refuse_overwrite, write_text
-    from octant.navigation.missions.files import write_missions_csv, write_trajectory_csv
     from octant.navigation.missions.metrics import measure
-    from octant.navigation.missions.summary import summarise, summary_sentences, write_summary_csv
-    from octant.reader_design.experiments.missions.animation import drive_frames, write_gif
-    from octant.reader_design.experiments.missions.drive_figures import drive_of
-    from octant.reader_design.experiments.missions.drives import drive_missions
-    from octant.reader_design.experiments.missions.placements import drive_placements
-    from octant.reader_design.experiments.missions.scenery import run_scenery
+    from octant.navigation.missions.summary import summarise, summary_sentences
+    from octant.reader_design.experiments.missions.compute import count_kept, drive, mission_runs
+    from octant.reader_design.keeping.results import (
+        STUDY_FILE,
+        complete_line,
+        is_complete,
+        mark_complete,
+        refuse_another,
+    )
+    from octant.reader_design.keeping.versions import versions
+    from octant.reader_design.keeping.workers import open_crew
+    from octant.reader_design.setting.design import content_hash
     from octant.reader_design.setting.links import mission_table, study_responses
     from octant.reader_design.setting.setting import build_setting
-    from octant.reader_design.study_file.loading import load_study, to_toml
+    from octant.reader_design.study_file.loading import load_study, to_toml, vary
 
-    loaded = load_study(study)
+    loaded, out, progress = load_study(study), options.out, options.progress
     if animate is not None and animate.suffix.lower() != ".gif":
         msg = f"--animate is {animate}, but an animation is a GIF; name a file that ends in .gif."
         raise ConfigError(msg)
-    table = mission_table(loaded)
-    files = {name: out / name for name in _FILES}
-    refuse_overwrite(*files.values(), *([animate] if animate else []), force=force)
+    mission_table(loaded)
+    given = {"mission.runs": runs, "mission.noise_db": noise_db}
+    values = {key: value for key, value in given.items() if value is not None}
+    loaded = vary(loaded, values) if values else loaded
+    text, folder = to_toml(loaded, relative_to=out), out / "runs"
     built = build_setting(loaded)
-    progress = Progress(quiet=quiet)
+    if not options.dry_run:
+        refuse_overwrite(*([animate] if animate else []), force=options.force)
+        refuse_another(out, text, force=options.force, outputs=(*_FILES, "figures/*.png"))
+        write_text(out / STUDY_FILE, text)
     for note in built.notes:
         progress.say(note)
-    design = loaded.reader
     responses = study_responses(loaded)
-    number = table.runs if runs is None else runs
-    with progress.count(number, label="missions") as done:
-        if table.placement_m > 0.0:
-            results, built = drive_placements(
-                loaded, None, responses, runs=number, noise_db=noise_db, progress=done
-            )
-        else:
-            results = drive_missions(
-                loaded, built, responses, runs=number, noise_db=noise_db, progress=done
-            )
-    write_text(files["study.toml"], to_toml(loaded, relative_to=out))
-    write_missions_csv(files["missions.csv"], results)
-    write_trajectory_csv(files["trajectory.csv"], results[0])
-    _write_figures(out / "figures", built, results[0], title=f"{loaded.name}: {design.label()}")
+    driven = mission_runs(loaded, built, responses)
+    if options.dry_run:
+        there = count_kept(driven, folder=folder)
+        return Ended(
+            lines=(f"{mission_table(loaded).runs} runs, of which {there} are driven already.",)
+        )
+    with open_crew(workers=options.workers, cluster=options.cluster) as crew:
+        results = drive(driven, folder=folder, crew=crew, progress=progress)
+    built = driven[0].built
     metrics = [measure(result) for result in results]
-    summary = summarise(metrics)
-    write_summary_csv(files["missions_summary.csv"], summary)
-    for line in (*mission_summary(metrics, results), *summary_sentences(summary)):
-        click.echo(line)
-    click.echo(f"written: {', '.join(str(p) for p in files.values())} and {out / 'figures'}")
+    stamp, key = folder / "finished.json", content_hash([text, versions()])
+    if is_complete(stamp, key):
+        progress.say(complete_line(out))
+    else:
+        mark_complete(stamp, key, _publish(loaded, built, results, out))
+    files = ", ".join(str(out / name) for name in (*_FILES, STUDY_FILE))
+    lines = [
+        *mission_summary(metrics, results),
+        *summary_sentences(summarise(metrics)),
+        f"written: {files} and {out / 'figures'}",
+    ]
     if animate is not None:
-        scenery = run_scenery(loaded, built, responses, results[0])
-        frames = drive_frames(drive_of(results[0]), scenery, title=loaded.name)
-        click.echo(f"written: {animate}, {write_gif(animate, frames)} frames")
+        lines.append(_animated(animate, loaded, built, responses, results[0]))
+    return Ended(lines=tuple(lines))
+
+
+def _animated(
+    path: Path,
+    study: "Study",
+    built: "Setting",
+    responses: "Sequence[ReaderResponse]",
+    result: "MissionResult",
+) -> str:
+    """Return what was written, once run 0 is an animation."""
+    from octant.reader_design.experiments.missions.animation import (
+        drive_frames,
+        run_scenery,
+        write_gif,
+    )
+    from octant.reader_design.experiments.missions.drive_figures import drive_of
+
+    scenery = run_scenery(study, built, responses, result)
+    frames = drive_frames(drive_of(result), scenery, title=study.name)
+    return f"written: {path}, {write_gif(path, frames)} frames"
+
+
+def _publish(
+    study: "Study", built: "Setting", results: "Sequence[MissionResult]", out: Path
+) -> list[Path]:
+    """Return the files of a mission, once written."""
+    from octant.navigation.missions.files import write_missions_csv, write_trajectory_csv
+    from octant.navigation.missions.metrics import measure
+    from octant.navigation.missions.summary import summarise, write_summary_csv
+    from octant.reader_design.experiments.missions.drive_figures import (
+        drive_of,
+        percentile_figure,
+        rss_time_figure,
+        trajectory_figure,
+    )
+    from octant.reader_design.experiments.missions.figures import membership_figure
+    from octant.reader_design.setting.links import mission_table
+    from octant.reader_design.showing.plan import plan_of
+    from octant.reader_design.showing.style import save_figure
+    from octant.reader_design.study_file.rules import mission_rules
+
+    missions, summary, trajectory = (out / name for name in _FILES)
+    write_missions_csv(missions, results)
+    write_summary_csv(summary, summarise([measure(result) for result in results]))
+    write_trajectory_csv(trajectory, results[0])
+    first, mission = drive_of(results[0]), results[0].mission
+    points = dict(zip(mission.tag_ids, mission.tag_points_m, strict=True))
+    title = f"{study.name}: {study.reader.label()}"
+    shown = [(built.name, first, plan_of(built.scene, built.reader_z_m))]
+    figures = {
+        "trajectory": trajectory_figure(shown, points, title=title),
+        "percentiles": percentile_figure([(built.name, first)], title=title),
+        "rss": rss_time_figure(first, mission.tag_ids, title=title),
+    }
+    table = mission_table(study)
+    if table.navigator == "thesis" and table.controller == "fuzzy":
+        figures["membership"] = membership_figure(
+            mission_rules(table), title=f"{study.name}: rules of the fuzzy controller"
+        )
+    paths = {name: out / "figures" / f"{name}.png" for name in figures}
+    for name, figure in figures.items():
+        save_figure(figure, paths[name])
+    return [missions, summary, trajectory, *paths.values()]
 
 
 def mission_summary(
@@ -154,43 +216,15 @@ def mission_summary(
         yield f"{failed.count(reason)} x not a success: {reason}."
 
 
-def _write_figures(folder: Path, built: "Setting", result: "MissionResult", *, title: str) -> None:
-    from octant.reader_design.experiments.missions.drive_figures import (
-        drive_of,
-        percentile_figure,
-        rss_time_figure,
-        trajectory_figure,
-    )
-    from octant.reader_design.showing.plan import plan_of
-    from octant.reader_design.showing.style import save_figure
-
-    drive = drive_of(result)
-    mission = result.mission
-    points = dict(zip(mission.tag_ids, mission.tag_points_m, strict=True))
-    plan = plan_of(built.scene, built.reader_z_m)
-    save_figure(
-        trajectory_figure([(built.name, drive, plan)], points, title=title),
-        folder / "trajectory.png",
-    )
-    save_figure(percentile_figure([(built.name, drive)], title=title), folder / "percentiles.png")
-    save_figure(rss_time_figure(drive, mission.tag_ids, title=title), folder / "rss.png")
-
-
-def _compare(
-    file: Path,
-    out: Path,
-    *,
-    runs: int | None,
-    noise_db: float | None,
-    force: bool,
-    progress: Progress,
-) -> None:
+def _compare(file: Path, options: RunOptions, *, runs: int | None, noise_db: float | None) -> Ended:
     import msgspec
 
-    from octant.reader_design.cli import InterruptedRunError
-    from octant.reader_design.experiments.missions.comparison_file import load_comparison
+    from octant.reader_design.experiments.missions.comparison import (
+        load_comparison,
+        plan_comparison,
+        run_comparison,
+    )
     from octant.reader_design.experiments.missions.comparison_page import table_row
-    from octant.reader_design.experiments.missions.comparison_run import run_comparison
 
     comparison = load_comparison(file)
     if runs is not None:
@@ -201,11 +235,17 @@ def _compare(
             for entry in comparison.controllers
         )
         comparison = msgspec.structs.replace(comparison, controllers=controllers)
-    try:
-        outcomes = run_comparison(comparison, out, force=force, progress=progress)
-    except KeyboardInterrupt as exc:
-        msg = f"what was driven is kept in {out}; the same command goes on from there."
-        raise InterruptedRunError(msg) from exc
-    for outcome in outcomes:
-        click.echo(" | ".join(table_row(outcome)))
-    click.echo(f"written: {out / 'compare.csv'}, {out / 'report.html'} and {out / 'figures'}")
+    if options.dry_run:
+        cells = plan_comparison(comparison)
+        return Ended(lines=(f"{len(cells)} cells of {comparison.runs} runs.",))
+    outcomes = run_comparison(
+        comparison,
+        options.out,
+        force=options.force,
+        progress=options.progress,
+        workers=options.workers,
+        cluster=options.cluster,
+    )
+    out = options.out
+    written = f"written: {out / 'compare.csv'}, {out / 'report.html'} and {out / 'figures'}"
+    return Ended(lines=(*(" | ".join(table_row(outcome)) for outcome in outcomes), written))

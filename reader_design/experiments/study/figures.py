@@ -14,7 +14,7 @@ from octant.reader_design.experiments.missions.drive_figures import (
     rss_time_figure,
     trajectory_figure,
 )
-from octant.reader_design.experiments.missions.mission_stage import RoomMission
+from octant.reader_design.experiments.missions.stage import RoomMission
 from octant.reader_design.experiments.study.reader_plots import (
     ErrorCurve,
     bearing_error_figure,

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from octant.navigation.statistics import wilson
-from octant.reader_design.experiments.missions.mission_stage import RoomMission
+from octant.reader_design.experiments.missions.stage import RoomMission
 from octant.reader_design.experiments.study.shortlist import DrivenDesign
 from octant.reader_design.setting.ranking import Candidate, Choice
 from octant.reader_design.showing.pages import ReportFigure, ReportSection, ReportTable

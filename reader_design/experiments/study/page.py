@@ -16,7 +16,7 @@ from octant.reader_design.experiments.choice.thesis_claims import (
     claim_table,
     thesis_claims,
 )
-from octant.reader_design.experiments.missions.mission_stage import RoomMission
+from octant.reader_design.experiments.missions.stage import RoomMission
 from octant.reader_design.experiments.study.approximations import approximation_table
 from octant.reader_design.experiments.study.mission_sections import (
     mission_section,

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from octant.geometries.files import whole_file, write_text
-from octant.reader_design.experiments.missions.mission_stage import RoomMission
+from octant.reader_design.experiments.missions.stage import RoomMission
 from octant.reader_design.experiments.study.page import StudyContent, study_report
 from octant.reader_design.keeping.keys import digest
 from octant.reader_design.keeping.progress import Progress

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from octant.reader_design.experiments.missions.mission_stage import RoomMission
+from octant.reader_design.experiments.missions.stage import RoomMission
 from octant.reader_design.experiments.study.page import StudyContent
 from octant.reader_design.experiments.sweep.cells import stored_scores, stored_surroundings
 from octant.reader_design.keeping.small_netcdf import Stored

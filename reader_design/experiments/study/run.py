@@ -17,7 +17,7 @@ from octant.em.blocks import cores
 from octant.geometries.errors import SweepStateError
 from octant.geometries.files import write_text
 from octant.reader_design.experiments.choice.thesis_claims import claim_sentence
-from octant.reader_design.experiments.missions.mission_stage import collected_warnings
+from octant.reader_design.experiments.missions.stage import collected_warnings
 from octant.reader_design.experiments.study.approximations import approximation_errors
 from octant.reader_design.experiments.study.map_stage import MapCase, map_stage
 from octant.reader_design.experiments.study.mission_sections import mission_sentence

@@ -4,9 +4,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from octant.reader_design.experiments.missions.mission_stage import RoomMission, mission_stage
+from octant.reader_design.experiments.missions.stage import RoomMission, mission_stage
 from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.setting.design import content_hash, reader_responses
+from octant.reader_design.setting.design import reader_responses
 from octant.reader_design.setting.evaluation import Cell
 from octant.reader_design.setting.ranking import Candidate, Choice
 from octant.reader_design.setting.setting import Setting
@@ -108,7 +108,6 @@ def drive_shortlist(
                     responses,
                     name=name,
                     slug=slug,
-                    design_key=content_hash(cell.design.as_dict()),
                     runs=runs if most_runs is None else min(runs, most_runs),
                     folder=folder,
                     progress=progress,

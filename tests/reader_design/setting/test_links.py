@@ -15,13 +15,13 @@ from octant.navigation.missions.run import run_missions
 from octant.navigation.robot.drive import DifferentialDrive
 from octant.navigation.sensing.rss_detector import RssQuantiser, ThermalNoise
 from octant.navigation.sensing.sensor import FieldSensor
-from octant.reader_design.experiments.missions.drives import (
+from octant.reader_design.experiments.missions.compute import (
     drive_missions,
     mission_space,
     mission_starts,
     study_mission,
+    study_navigator,
 )
-from octant.reader_design.experiments.missions.navigators import study_navigator
 from octant.reader_design.setting.links import tag_link
 from octant.reader_design.setting.receiver import study_sensor
 from octant.reader_design.setting.setting import build_setting

@@ -9,9 +9,8 @@ import pytest
 
 from octant.geometries.audit import audit_mesh
 from octant.geometries.mesh_files import load_bodies
-from octant.reader_design.experiments.missions.comparison_cells import plan_comparison
-from octant.reader_design.experiments.missions.comparison_file import load_comparison
-from octant.reader_design.experiments.missions.drives import mission_space
+from octant.reader_design.experiments.missions.comparison import load_comparison, plan_comparison
+from octant.reader_design.experiments.missions.compute import mission_space
 from octant.reader_design.setting.links import mission_table
 from octant.reader_design.setting.setting import build_setting
 from octant.reader_design.study_file.loading import load_study

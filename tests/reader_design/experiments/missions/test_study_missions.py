@@ -11,17 +11,17 @@ from octant.geometries.errors import ConfigError
 from octant.navigation.control.controllers import FuzzyController, PatternController
 from octant.navigation.control.fuzzy import thesis_rule_base
 from octant.navigation.missions.metrics import measure
-from octant.navigation.missions.run import run_missions
 from octant.navigation.navigators.thesis import ThesisNavigator
 from octant.navigation.navigators.tracker import TrackerNavigator
-from octant.reader_design.experiments.missions.drives import (
+from octant.reader_design.experiments.missions.compute import (
     drive_missions,
+    mission_runs,
     mission_space,
     mission_starts,
+    placed,
+    study_controller,
 )
-from octant.reader_design.experiments.missions.membership import membership_figure
-from octant.reader_design.experiments.missions.navigators import study_controller
-from octant.reader_design.experiments.missions.placements import drive_placements, placed
+from octant.reader_design.experiments.missions.figures import membership_figure
 from octant.reader_design.setting.links import mission_tables, open_link, tag_link
 from octant.reader_design.setting.setting import build_setting
 from octant.reader_design.study_file.loading import parse_study, to_toml
@@ -176,27 +176,22 @@ def test_sample_times_that_are_not_positive_and_unknown_tags_are_refused():
 
 
 @pytest.mark.parametrize("navigator", ["tracker", "pattern"])
-def test_the_tag_of_a_concrete_room_is_reached_over_four_channels(navigator, monkeypatch):
+def test_the_tag_of_a_concrete_room_is_reached_over_four_channels(navigator):
     keys = TRACKER if navigator == "tracker" else 'controller = "pattern"\n'
     study = study_of(keys)
     study = msgspec.structs.replace(
         study, radio=msgspec.structs.replace(study.radio, channels_hz=tuple(CHANNELS))
     )
-    seen = []
-
-    def spy(mission, sensor, navigator, robot, **options):
-        seen.append(navigator)
-        return run_missions(mission, sensor, navigator, robot, **options)
-
-    monkeypatch.setattr("octant.reader_design.experiments.missions.drives.run_missions", spy)
-    results = drive_missions(study, build_setting(study), responses(study))
+    built, kinds = build_setting(study), responses(study)
+    results = drive_missions(study, built, kinds)
     metrics = [measure(result, success_radius_m=0.4) for result in results]
+    (job,) = (one.job for one in mission_runs(study, built, kinds))
     if navigator == "tracker":
-        assert isinstance(seen[0], TrackerNavigator)
+        assert isinstance(job.navigator, TrackerNavigator)
         assert all(m.success for m in metrics)
     else:
-        assert isinstance(seen[0], ThesisNavigator)
-        assert isinstance(seen[0].controller, PatternController)
+        assert isinstance(job.navigator, ThesisNavigator)
+        assert isinstance(job.navigator.controller, PatternController)
         assert {result.outcome for result in results} <= {"completed", "time-out", "collision"}
 
 
@@ -215,12 +210,14 @@ def test_objects_move_with_the_placement_and_leave_start_and_tags_free():
 def test_placements_share_the_runs_and_repeat_to_the_bit():
     study = study_of("placement_m = 1.0\nplacements = 2\nmax_time_s = 4.0\n")
     kinds = responses(study)
-    results, first = drive_placements(study, None, kinds)
-    again, _ = drive_placements(study, None, kinds)
+    built = build_setting(study)
+    first, second = mission_runs(study, built, kinds)
+    assert (first.runs, second.runs) == (1, 2)
+    results, again = (drive_missions(study, built, kinds) for _ in range(2))
     assert len(results) == 3
     assert all(np.array_equal(a.rss_w, b.rss_w) for a, b in zip(results, again, strict=True))
     assert not np.array_equal(results[0].rss_w[0], results[2].rss_w[0])
-    assert first.scene.has_room
+    assert first.built.scene.has_room
 
 
 def test_a_tag_behind_closed_metal_ends_the_run_with_that_result():

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from octant.reader_design.experiments.missions.mission_stage import RoomMission
+from octant.reader_design.experiments.missions.stage import RoomMission
 from octant.reader_design.experiments.study.mission_sections import shortlist_table
 from octant.reader_design.experiments.study.shortlist import DrivenDesign
 from octant.reader_design.setting.ranking import Candidate, choose

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from octant.geometries.errors import ConfigError, NavigationError, SweepStateError
-from octant.reader_design.experiments.missions import mission_stage
+from octant.navigation.missions.run import MissionJob
+from octant.reader_design.experiments.missions import stage
 from octant.reader_design.experiments.study import publish
 from octant.reader_design.experiments.study import run as study
 from octant.reader_design.experiments.study.run import run_study
@@ -173,7 +174,7 @@ def test_second_run_computes_and_writes_nothing(done, monkeypatch):
     before = {p: p.stat().st_mtime_ns for p in done.folder.rglob("*.*") if p.name != "study.toml"}
     for module, name in (
         (sweep, "scored_cell"),
-        (mission_stage, "drive_missions"),
+        (MissionJob, "__call__"),
         (publish, "write_dataset"),
     ):
         monkeypatch.setattr(module, name, never)
@@ -186,7 +187,7 @@ def test_second_run_computes_and_writes_nothing(done, monkeypatch):
 @pytest.mark.slow
 def test_lost_outputs_are_written_again_from_what_was_kept(done, monkeypatch):
     monkeypatch.setattr(sweep, "scored_cell", never)
-    monkeypatch.setattr(mission_stage, "drive_missions", never)
+    monkeypatch.setattr(MissionJob, "__call__", never)
     (done.folder / "report.html").unlink()
     run_study(small(), done.folder, quick=True)
     assert (done.folder / "report.html").exists()
@@ -213,7 +214,7 @@ def test_interrupted_study_goes_on_where_it_stopped(tmp_path, monkeypatch):
     def interrupted(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(mission_stage, "drive_missions", interrupted)
+    monkeypatch.setattr(stage, "drive", interrupted)
     with pytest.raises(KeyboardInterrupt):
         run_study(small(), tmp_path, quick=True)
     monkeypatch.undo()
@@ -238,7 +239,7 @@ def test_mission_that_cannot_be_driven_is_a_result_with_its_reason(tmp_path, mon
     def refused(*_, **__):
         raise NavigationError("all antennas receive the same.")
 
-    monkeypatch.setattr(mission_stage, "drive_missions", refused)
+    monkeypatch.setattr(stage, "drive", refused)
     outcome = run_study(small(), tmp_path, quick=True)
     assert "could not be driven: all antennas receive the same." in "\n".join(outcome.lines())
     assert not (tmp_path / "missions.csv").exists()

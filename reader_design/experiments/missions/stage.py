@@ -1,14 +1,12 @@
-"""The missions of the chosen reader in one room, kept in files named by the hash of their input."""
+"""The missions of a reader in one room, with their tables."""
 
-import json
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import msgspec
 import numpy as np
 
 from octant.em.antennas.embedded import ReaderResponse
@@ -16,21 +14,26 @@ from octant.geometries.errors import ConfigError, OctantError, PhysicsWarning
 from octant.navigation.missions.files import write_missions_csv, write_trajectory_csv
 from octant.navigation.missions.metrics import MissionMetrics, measure
 from octant.navigation.missions.records import MissionResult
+from octant.reader_design.experiments.missions.compute import drive, mission_runs
 from octant.reader_design.experiments.missions.drive_figures import Drive
-from octant.reader_design.experiments.missions.drives import drive_missions
-from octant.reader_design.experiments.missions.placements import drive_placements
 from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.keeping.versions import versions
-from octant.reader_design.setting.design import content_hash, response_inputs
-from octant.reader_design.setting.keys import CELL_FORMAT, scene_fingerprint
+from octant.reader_design.keeping.seeded import runs_key
+from octant.reader_design.keeping.workers import Crew
+from octant.reader_design.setting.design import content_hash
 from octant.reader_design.setting.links import mission_table
 from octant.reader_design.setting.setting import Setting
-from octant.reader_design.showing.netcdf import dataset, read_dataset, variable, write_dataset
+from octant.reader_design.showing.netcdf import dataset, variable
 from octant.reader_design.study_file.loading import to_toml
 from octant.reader_design.study_file.schema import Layout, Study
 
 if TYPE_CHECKING:
     import xarray as xr
+
+
+RUNS = "runs"
+"""Folder of the runs, a few to a file."""
+TABLES = ("missions.csv", "trajectory.csv")
+"""Tables of one room."""
 
 
 @contextmanager
@@ -67,6 +70,8 @@ class RoomMission:
         Metrics by ``run``, and run 0 by ``step`` ([s], [m], [rad], [W]).
     folder : Path
         Where its ``missions.csv`` and ``trajectory.csv`` lie.
+    built : Setting or None
+        The room of run 0, with its objects where they were placed.
     """
 
     name: str
@@ -75,6 +80,7 @@ class RoomMission:
     notes: tuple[str, ...]
     data: "xr.Dataset | None"
     folder: Path
+    built: Setting | None = None
 
     @property
     def drive(self) -> Drive | None:
@@ -98,15 +104,15 @@ def mission_stage(
     built: Setting,
     responses: tuple[ReaderResponse, ...],
     *,
-    design_key: str,
     name: str,
     slug: str,
     runs: int,
     folder: Path,
     progress: Progress,
     layout: Layout | None = None,
+    crew: Crew | None = None,
 ) -> RoomMission:
-    """Return the missions in one room, read or driven ([s], [m], [rad], [W]).
+    """Return the missions in one room; runs that the folder holds are read ([s], [m], [rad], [W]).
 
     Parameters
     ----------
@@ -115,9 +121,7 @@ def mission_stage(
     built : Setting
         The room.
     responses : tuple of ReaderResponse
-        Of the chosen reader.
-    design_key : str
-        Hash of the chosen design.
+        Of the reader.
     name : str
         Name of the room.
     slug : str
@@ -125,104 +129,74 @@ def mission_stage(
     runs : int
         Number of runs.
     folder : Path
-        Where stages are kept.
+        Where runs and tables are kept.
     progress : Progress
-        Told about runs.
+        Shows how many runs are done.
     layout : Layout or None
-        The room as the study tells it, for random placements of its objects; None: the study's own.
+        The table of the room, for random placements of its objects; None: the study's own.
+    crew : Crew or None
+        Workers that share the runs; None: this process drives.
 
     Returns
     -------
     RoomMission
         A mission that cannot be driven with this reader carries the reason: that is a result.
     """
-    key = content_hash(
-        {
-            "stage": "mission",
-            "format": CELL_FORMAT,
-            "octant": versions()["octant_version"],
-            "design": design_key,
-            **response_inputs(study),
-            "scene": scene_fingerprint(built),
-            "mission": msgspec.to_builtins(mission_table(study)),
-            "sensor": msgspec.to_builtins(study.sensor),
-            "radio": msgspec.to_builtins(study.radio),
-            "solver": msgspec.to_builtins(study.solver),
-            "seed": study.seed,
-            "runs": runs,
-        }
-    )
-    place = folder / f"mission-{slug}-{key[:16]}"
-    path = place / "mission.nc"
-    if not path.exists():
-        with collected_warnings() as notes:
-            data = _driven(
-                study,
-                built,
-                responses,
-                name=name,
-                runs=runs,
-                place=place,
-                progress=progress,
-                layout=layout,
-            )
-        data.attrs["notes"] = json.dumps(notes)
-        write_dataset(data, path, force=True)
-    data = read_dataset(path)
-    reason = str(data.attrs["failed_because"])
+    reason, data = "", None
+    results: tuple[MissionResult, ...] = ()
+    place = folder / f"mission-{slug}"
+    with collected_warnings() as notes:
+        try:
+            shares = mission_runs(study, built, responses, layout=layout, runs=runs)
+            label = f"missions in {name}"
+            results = drive(shares, folder=folder / RUNS, crew=crew, progress=progress, label=label)
+        except ConfigError:
+            raise
+        except OctantError as exc:
+            reason = str(exc)
+        else:
+            built = shares[0].built
+            keys = [runs_key(one.job, runs=one.runs, seed=one.seed) for one in shares]
+            place = folder / f"mission-{slug}-{content_hash(keys)[:16]}"
+    if results:
+        _write_tables(place, results)
+        data = _dataset(study, name, results)
     return RoomMission(
         name=name,
         slug=slug,
         reason=reason,
-        notes=tuple(json.loads(data.attrs["notes"])),
-        data=None if reason else data,
+        notes=tuple(notes),
+        data=data,
         folder=place,
+        built=built,
     )
 
 
-def _driven(
-    study: Study,
-    built: Setting,
-    responses: tuple[ReaderResponse, ...],
-    *,
-    name: str,
-    runs: int,
-    place: Path,
-    progress: Progress,
-    layout: Layout | None,
-) -> "xr.Dataset":
-    table = mission_table(study)
-    reason, variables = "", {}
-    try:
-        with progress.count(runs, label=f"missions in {name}") as done:
-            if table.placement_m > 0.0:
-                results, _ = drive_placements(study, layout, responses, runs=runs, progress=done)
-            else:
-                results = drive_missions(study, built, responses, runs=runs, progress=done)
-    except ConfigError:
-        raise
-    except OctantError as exc:
-        reason = str(exc)
-    else:
+def _write_tables(place: Path, results: Sequence[MissionResult]) -> None:
+    if not all((place / name).is_file() for name in TABLES):
         place.mkdir(parents=True, exist_ok=True)
-        write_missions_csv(place / "missions.csv", results)
-        write_trajectory_csv(place / "trajectory.csv", results[0])
-        metrics = [measure(result) for result in results]
-        variables = {
+        write_missions_csv(place / TABLES[0], results)
+        write_trajectory_csv(place / TABLES[1], results[0])
+
+
+def _dataset(study: Study, name: str, results: Sequence[MissionResult]) -> "xr.Dataset":
+    metrics = [measure(result) for result in results]
+    return dataset(
+        {
             **_run_variables(metrics, [r.reason for r in results]),
             **_step_variables(metrics[0], results[0]),
-        }
-    return dataset(
-        variables,
+        },
         coordinates={
             "target_tag": variable(
-                ["target_tag"], list(table.tags), units="1", long_name="tag, in order of the visit"
+                ["target_tag"],
+                list(mission_table(study).tags),
+                units="1",
+                long_name="tag, in order of the visit",
             )
         },
         study_toml=to_toml(study),
         seed=study.seed,
         title=f"missions in {name}",
-        attributes={"failed_because": reason},
     )
 
 

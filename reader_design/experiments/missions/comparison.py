@@ -1,0 +1,582 @@
+"""Comparisons: layouts x links x readers x controllers, each combination a study of its own."""
+
+import itertools
+import math
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import msgspec
+import numpy as np
+import numpy.typing as npt
+from msgspec import Meta
+
+from octant.geometries.errors import ConfigError
+from octant.geometries.files import write_text
+from octant.navigation.statistics import bootstrap, bootstrap_rng, wilson
+from octant.reader_design.experiments.missions.stage import RoomMission, mission_stage
+from octant.reader_design.keeping.progress import Progress
+from octant.reader_design.keeping.results import (
+    STUDY_FILE,
+    complete_line,
+    is_complete,
+    mark_complete,
+    refuse_another,
+)
+from octant.reader_design.keeping.versions import versions
+from octant.reader_design.keeping.workers import Crew, open_crew
+from octant.reader_design.setting.design import content_hash
+from octant.reader_design.setting.links import mission_table, study_responses
+from octant.reader_design.setting.setting import build_setting
+from octant.reader_design.showing.tables import put_table
+from octant.reader_design.study_file.errors import sentence
+from octant.reader_design.study_file.loading import load_study, vary
+from octant.reader_design.study_file.room import Name, Positive, PositiveCount, Table
+from octant.reader_design.study_file.schema import Map, Study
+from octant.reader_design.study_file.toml import toml_text
+from octant.reader_design.study_file.toml_files import toml_file_text, toml_tables
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+FloatArray = npt.NDArray[np.float64]
+
+
+Keys = dict[str, Any]
+
+OWN = "the study's"
+"""Name of a link or reader that is as each study has it."""
+
+
+class LayoutEntry(Table, frozen=True, kw_only=True):
+    """A layout: ``[[layout]]``.
+
+    Parameters
+    ----------
+    study : str
+        Study file with room, tags and mission, relative to the comparison file.
+    published_rmse_m : float or None
+        RMSE that was published for it [m], to stand beside the computed ones.
+    """
+
+    study: Name
+    published_rmse_m: Positive | None = None
+
+
+class ControllerEntry(Table, frozen=True, kw_only=True):
+    """A controller: ``[[controller]]``.
+
+    Parameters
+    ----------
+    name : str
+        Name in the results.
+    mission : dict
+        Keys of the table ``[mission]`` that it sets.
+    """
+
+    name: Name
+    mission: Keys
+
+
+class ReaderEntry(Table, frozen=True, kw_only=True):
+    """A reader: ``[[reader]]``.
+
+    Parameters
+    ----------
+    name : str
+        Name in the results.
+    reader : dict
+        Keys of the table ``[reader]`` that it sets.
+    """
+
+    name: Name = OWN
+    reader: Keys = msgspec.field(default_factory=dict)
+
+
+class LinkEntry(Table, frozen=True, kw_only=True):
+    """The link of tag and reader: ``[[link]]``.
+
+    Parameters
+    ----------
+    name : str
+        Name in the results.
+    radio, sensor : dict
+        Keys of the tables ``[radio]`` and ``[sensor]`` that it sets.
+    tag : dict
+        Keys that it sets in every ``[[tag]]``; an antenna without ``axis`` hangs as usual.
+    """
+
+    name: Name = OWN
+    radio: Keys = msgspec.field(default_factory=dict)
+    sensor: Keys = msgspec.field(default_factory=dict)
+    tag: Keys = msgspec.field(default_factory=dict)
+
+
+class Comparison(Table, frozen=True, kw_only=True):
+    """The root of a comparison file; every combination of its entries is one cell.
+
+    Parameters
+    ----------
+    name : str
+        Name in the report.
+    seed : int
+        Seed of every cell.
+    runs : int
+        Runs of each cell.
+    layouts : tuple of LayoutEntry
+        The tables ``[[layout]]``.
+    links : tuple of LinkEntry
+        The tables ``[[link]]``; none: as in each study.
+    readers : tuple of ReaderEntry
+        The tables ``[[reader]]``; none: as in each study.
+    controllers : tuple of ControllerEntry
+        The tables ``[[controller]]``.
+    """
+
+    name: Name = "comparison"
+    seed: Annotated[int, Meta(ge=0)] = 1
+    runs: PositiveCount = 100
+    layouts: Annotated[tuple[LayoutEntry, ...], Meta(min_length=1)] = msgspec.field(name="layout")
+    links: tuple[LinkEntry, ...] = msgspec.field(default=(LinkEntry(),), name="link")
+    readers: tuple[ReaderEntry, ...] = msgspec.field(default=(ReaderEntry(),), name="reader")
+    controllers: Annotated[tuple[ControllerEntry, ...], Meta(min_length=1)] = msgspec.field(
+        name="controller"
+    )
+
+
+def load_comparison(path: str | Path) -> Comparison:
+    """Return the comparison of a file, its study files by absolute path.
+
+    Parameters
+    ----------
+    path : str or Path
+        A TOML file.
+    """
+    raw = toml_tables(toml_file_text(path, what="comparison"), source=str(path))
+    try:
+        given = msgspec.convert(raw, Comparison)
+    except msgspec.ValidationError as exc:
+        msg = f"{path}: {sentence(exc, raw, Comparison)}"
+        raise ConfigError(msg) from exc
+    for kind, entries in (
+        ("controller", given.controllers),
+        ("reader", given.readers),
+        ("link", given.links),
+    ):
+        names = [entry.name for entry in entries]
+        for name in names:
+            if names.count(name) > 1:
+                msg = f"{path}: the name {name!r} of a [[{kind}]] stands twice; rename one of them."
+                raise ConfigError(msg)
+    folder = Path(path).resolve().parent
+    layouts = tuple(
+        msgspec.structs.replace(layout, study=str(folder / layout.study))
+        for layout in given.layouts
+    )
+    return msgspec.structs.replace(given, layouts=layouts)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ComparisonCell:
+    """One combination of a comparison.
+
+    Attributes
+    ----------
+    layout, link, reader, controller : str
+        Names.
+    study : Study
+        What is driven: the layout's study with the keys of the other three.
+    published_rmse_m : float or None
+        Published RMSE of the layout [m].
+    """
+
+    layout: str
+    link: str
+    reader: str
+    controller: str
+    study: Study
+    published_rmse_m: float | None
+
+    @property
+    def label(self) -> str:
+        """What distinguishes the cell from the others of its layout."""
+        names = (self.link, self.reader)
+        return "; ".join((self.controller, *(name for name in names if name != OWN)))
+
+
+def plan_comparison(comparison: Comparison) -> tuple[ComparisonCell, ...]:
+    """Return the cells of a comparison, layout by layout; lengths in [m].
+
+    Parameters
+    ----------
+    comparison : Comparison
+        From `octant.reader_design.experiments.missions.comparison.load_comparison`.
+
+    Returns
+    -------
+    tuple of ComparisonCell
+        Layouts outermost, controllers innermost.
+    """
+    cells: list[ComparisonCell] = []
+    for layout in comparison.layouts:
+        found = list(_cells_of(comparison, layout))
+        if any(cell.layout == found[0].layout for cell in cells):
+            msg = (
+                f"the study {layout.study} is called {found[0].layout!r} as another layout is; "
+                "give each study file a name of its own."
+            )
+            raise ConfigError(msg)
+        cells += found
+    return tuple(cells)
+
+
+def _cells_of(comparison: Comparison, layout: LayoutEntry) -> Iterator[ComparisonCell]:
+    study = load_study(layout.study)
+    mission_table(study)
+    for link in comparison.links:
+        for reader in comparison.readers:
+            for controller in comparison.controllers:
+                source = (
+                    f"{Path(layout.study).name} with link {link.name!r}, reader {reader.name!r} "
+                    f"and controller {controller.name!r}"
+                )
+                mission = {**controller.mission, "runs": comparison.runs}
+                yield ComparisonCell(
+                    layout=study.name,
+                    link=link.name,
+                    reader=reader.name,
+                    controller=controller.name,
+                    study=_combined(
+                        msgspec.structs.replace(study, seed=comparison.seed),
+                        link,
+                        {"reader": reader.reader, "mission": mission},
+                        source=source,
+                    ),
+                    published_rmse_m=layout.published_rmse_m,
+                )
+
+
+def _combined(
+    study: Study, link: LinkEntry, others: dict[str, dict[str, Any]], *, source: str
+) -> Study:
+    """Return a study with keys of its tables replaced."""
+    # What no mission looks at goes, for it may contradict the new keys.
+    plain = msgspec.structs.replace(study, map=Map(), layouts=(), track=None, dock=None)
+    tables = {"radio": link.radio, "sensor": link.sensor, "tag": link.tag, **others}
+    values: dict[str, Any] = {"tag.axis": None} if "antenna" in link.tag else {}
+    for table, keys in tables.items():
+        values |= {f"{table}.{key}": value for key, value in keys.items()}
+    try:
+        return vary(plain, values)
+    except ConfigError as exc:
+        msg = f"{source}: {exc}"
+        raise ConfigError(msg) from exc
+
+
+COLUMNS = (
+    "layout",
+    "link",
+    "reader",
+    "controller",
+    "runs",
+    "successes",
+    "success_low",
+    "success_high",
+    "captured",
+    "collided",
+    "rmse_median_m",
+    "rmse_low_m",
+    "rmse_high_m",
+    "published_rmse_m",
+    "arrival_median_m",
+    "arrival_p90_m",
+    "time_median_s",
+    "path_median_m",
+    "cell",
+    "failed_because",
+)
+"""Columns of compare.csv: 95 % intervals after Wilson (shares) and by the bootstrap (medians)."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CellOutcome:
+    """One cell and what its runs showed; NaN where nothing was driven or no tag was reached.
+
+    Attributes
+    ----------
+    cell : ComparisonCell
+        The combination.
+    mission : RoomMission
+        Its runs.
+    runs, successes, captured, collided : int
+        Number of runs, and of those that ended so.
+    success_interval : (2,) tuple of float
+        95 % interval of the probability of success [-].
+    rmse_m : float
+        Median RMSE to the straight segments over all runs [m].
+    rmse_interval_m : (2,) tuple of float
+        Its 95 % interval [m].
+    arrival_m, arrival_p90_m : float
+        Median and 90th percentile of the distances from the tags' points on arrival [m].
+    time_s, path_m : float
+        Median duration [s] and way [m].
+    """
+
+    cell: ComparisonCell
+    mission: RoomMission
+    runs: int
+    successes: int
+    captured: int
+    collided: int
+    success_interval: tuple[float, float]
+    rmse_m: float
+    rmse_interval_m: tuple[float, float]
+    arrival_m: float
+    arrival_p90_m: float
+    time_s: float
+    path_m: float
+
+    def row(self) -> tuple[object, ...]:
+        """Return the cell's line of compare.csv: `COLUMNS`, empty where there is no value."""
+        cell = self.cell
+        values = (
+            cell.layout,
+            cell.link,
+            cell.reader,
+            cell.controller,
+            self.runs,
+            self.successes,
+            *self.success_interval,
+            self.captured,
+            self.collided,
+            self.rmse_m,
+            *self.rmse_interval_m,
+            math.nan if cell.published_rmse_m is None else cell.published_rmse_m,
+            self.arrival_m,
+            self.arrival_p90_m,
+            self.time_s,
+            self.path_m,
+            self.mission.folder.name,
+            self.mission.reason,
+        )
+        return tuple("" if isinstance(v, float) and math.isnan(v) else v for v in values)
+
+
+def outcome_of(cell: ComparisonCell, mission: RoomMission) -> CellOutcome:
+    """Return what a cell's runs showed [m], [s].
+
+    Parameters
+    ----------
+    cell : ComparisonCell
+        The combination.
+    mission : RoomMission
+        Its runs.
+    """
+    data = mission.data
+    if data is None:
+        nan = math.nan
+        return CellOutcome(
+            cell=cell,
+            mission=mission,
+            runs=0,
+            successes=0,
+            captured=0,
+            collided=0,
+            success_interval=(nan, nan),
+            rmse_m=nan,
+            rmse_interval_m=(nan, nan),
+            arrival_m=nan,
+            arrival_p90_m=nan,
+            time_s=nan,
+            path_m=nan,
+        )
+    runs = int(data.sizes["run"])
+    successes, captured, collided = (
+        int(data[name].values.sum()) for name in ("success", "captured", "collided")
+    )
+    rmse = np.asarray(data["rmse_m"].values, dtype=np.float64)
+    success = wilson(successes, runs)
+    (median,) = bootstrap(rmse, lambda drawn: np.median(drawn, axis=-1)[None], bootstrap_rng())
+    return CellOutcome(
+        cell=cell,
+        mission=mission,
+        runs=runs,
+        successes=successes,
+        captured=captured,
+        collided=collided,
+        success_interval=(success.low, success.high),
+        rmse_m=median.value,
+        rmse_interval_m=(median.low, median.high),
+        arrival_m=_percentile(data, 50.0),
+        arrival_p90_m=_percentile(data, 90.0),
+        time_s=float(np.median(data["time_s"].values)),
+        path_m=float(np.median(data["path_m"].values)),
+    )
+
+
+def layouts_of(outcomes: Sequence[CellOutcome]) -> dict[str, list[CellOutcome]]:
+    """Return the outcomes by layout.
+
+    Parameters
+    ----------
+    outcomes : sequence of CellOutcome
+        Of all cells.
+    """
+    found: dict[str, list[CellOutcome]] = {}
+    for outcome in outcomes:
+        found.setdefault(outcome.cell.layout, []).append(outcome)
+    return found
+
+
+def _percentile(data: "xr.Dataset", percent: float) -> float:
+    arrivals = np.asarray(data["arrival_error_m"].values, dtype=np.float64)
+    known = arrivals[np.isfinite(arrivals)]
+    return float(np.percentile(known, percent)) if known.size else math.nan
+
+
+CELLS = "cells"
+"""Folder of the runs, and of the tables of each cell."""
+FILES = ("compare.csv", "report.html")
+"""What a comparison leaves beside its figures."""
+
+
+def run_comparison(
+    comparison: Comparison,
+    out_dir: Path,
+    *,
+    force: bool = False,
+    progress: Progress | None = None,
+    workers: int | None = 1,
+    cluster: str | None = None,
+) -> tuple[CellOutcome, ...]:
+    """Return the outcome of every cell; write compare.csv, report.html and figures.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        What is compared.
+    out_dir : Path
+        Folder for results. Runs that it holds are read, not driven again.
+    force : bool
+        Replace the results of another comparison.
+    progress : Progress or None
+        Shows how many cells and runs are done.
+    workers : int or None
+        Processes that share the runs; None: one for each core.
+    cluster : str or None
+        Address of a dask scheduler in their place.
+    """
+    progress = progress or Progress()
+    cells = plan_comparison(comparison)
+    text = _resolved(comparison)
+    refuse_another(out_dir, text, force=force, outputs=(*FILES, "figures/*.png"))
+    write_text(out_dir / STUDY_FILE, text)
+    with open_crew(workers=workers, cluster=cluster) as crew:
+        found = _outcomes(cells, out_dir / CELLS, progress, crew)
+        outcomes = []
+        for outcome in progress.track(found, total=len(cells), label="cells"):
+            outcomes.append(outcome)
+            progress.say(_sentence(outcome))
+    runs = [(o.mission.folder.name, o.mission.reason) for o in outcomes]
+    stamp, key = out_dir / CELLS / "finished.json", content_hash([text, versions(), runs])
+    if is_complete(stamp, key):
+        progress.say(complete_line(out_dir))
+    else:
+        mark_complete(stamp, key, _publish(comparison, outcomes, out_dir))
+    return tuple(outcomes)
+
+
+def _resolved(comparison: Comparison) -> str:
+    """Return the comparison as TOML with every default."""
+    tables = msgspec.to_builtins(comparison)
+    tables["layout"] = [
+        {key: value for key, value in layout.items() if value is not None}
+        for layout in tables["layout"]
+    ]
+    return toml_text(tables)
+
+
+def _outcomes(
+    cells: Sequence[ComparisonCell], folder: Path, progress: Progress, crew: Crew | None
+) -> Iterator[CellOutcome]:
+    """Yield each cell's outcome; cells that share room and reader build them once."""
+    for _, group in itertools.groupby(cells, key=lambda c: (c.layout, c.link, c.reader)):
+        alike = list(group)
+        study = alike[0].study
+        built = build_setting(study)
+        responses = study_responses(study)
+        for cell in alike:
+            mission = mission_stage(
+                cell.study,
+                built,
+                responses,
+                name=cell.layout,
+                slug=_slug(cell.layout),
+                runs=mission_table(cell.study).runs,
+                folder=folder,
+                progress=progress,
+                crew=crew,
+            )
+            yield outcome_of(cell, mission)
+
+
+def _slug(name: str) -> str:
+    return re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-") or "layout"
+
+
+def _sentence(outcome: CellOutcome) -> str:
+    cell = outcome.cell
+    if outcome.mission.reason:
+        return f"{cell.layout}, {cell.label}: not driven, because {outcome.mission.reason}"
+    return (
+        f"{cell.layout}, {cell.label}: {outcome.successes} of {outcome.runs} reached every tag, "
+        f"median RMSE {outcome.rmse_m:.3f} m"
+    )
+
+
+def _publish(comparison: Comparison, outcomes: Sequence[CellOutcome], out_dir: Path) -> list[Path]:
+    """Return the files of a comparison, once written."""
+    from octant.reader_design.experiments.missions.comparison_page import comparison_report
+    from octant.reader_design.experiments.missions.figures import comparison_figure
+    from octant.reader_design.showing.pages import render_report
+    from octant.reader_design.showing.style import save_figure
+
+    table, page = (out_dir / name for name in FILES)
+    put_table(str(table), COLUMNS, [outcome.row() for outcome in outcomes], force=True)
+    figures: dict[str, list[tuple[str, str, Path]]] = {}
+    for outcome in outcomes:
+        drawn = _cell_figure(outcome, out_dir / "figures")
+        figures.setdefault(outcome.cell.layout, []).extend(drawn)
+    overview = out_dir / "figures" / "overview.png"
+    save_figure(comparison_figure(outcomes, title=comparison.name), overview)
+    write_text(page, render_report(comparison_report(comparison, outcomes, figures, overview)))
+    return [table, page, overview, *(path for some in figures.values() for *_, path in some)]
+
+
+def _cell_figure(outcome: CellOutcome, folder: Path) -> list[tuple[str, str, Path]]:
+    """Return title, caption and file of a cell's first run, once drawn; none if not driven."""
+    from octant.reader_design.experiments.missions.figures import run_figure
+    from octant.reader_design.showing.plan import plan_of
+    from octant.reader_design.showing.style import save_figure
+
+    mission = outcome.mission
+    drive, built, data = mission.drive, mission.built, mission.data
+    if drive is None or built is None or data is None:
+        return []
+    path = folder / f"{mission.folder.name.removeprefix('mission-')}.png"
+    if not path.exists():
+        tags = mission_table(outcome.cell.study).tags
+        figure = run_figure(
+            drive,
+            plan_of(built.scene, built.reader_z_m),
+            {tag_id: built.tag(tag_id).point_m for tag_id in tags},
+            title=f"{outcome.cell.layout}: {outcome.cell.label}",
+        )
+        save_figure(figure, path)
+    caption = (
+        f"Run 0 of {outcome.runs}, of which {outcome.successes} reached every tag. It ended "
+        f"because {data['ended_because'].values[0]}."
+    )
+    return [(outcome.cell.label, caption, path)]

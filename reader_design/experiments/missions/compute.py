@@ -1,0 +1,480 @@
+"""A study's mission in one of its rooms: floor, starts, sensor, navigator, placed objects."""
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+import numpy.typing as npt
+
+from octant.em.antennas.embedded import ReaderResponse
+from octant.geometries.errors import ConfigError, GeometryError, NavigationError
+from octant.navigation.control.controllers import (
+    Controller,
+    FuzzyController,
+    PatternController,
+    VectorSumController,
+)
+from octant.navigation.missions.batches import run_seeded
+from octant.navigation.missions.navigators import thesis_navigator, tracker_navigator
+from octant.navigation.missions.records import Mission, MissionResult
+from octant.navigation.missions.run import MissionJob
+from octant.navigation.missions.starts import ListedStarts, RandomStarts, Starts
+from octant.navigation.navigators.arrival import ArrivalTest, arrival_tests
+from octant.navigation.navigators.interface import Navigator
+from octant.navigation.robot.drive import DifferentialDrive
+from octant.navigation.robot.floor import RobotSpace
+from octant.navigation.robot.odometry import Rolling
+from octant.navigation.sensing.pattern_match import PatternMatcher, PowerTable
+from octant.navigation.sensing.sensor import PowerLink
+from octant.reader_design.keeping.progress import Progress
+from octant.reader_design.keeping.seeded import count_seeded, map_seeded
+from octant.reader_design.keeping.workers import Crew, worker_map
+from octant.reader_design.setting.links import mission_table, mission_tables, open_link, tag_link
+from octant.reader_design.setting.receiver import study_sensor
+from octant.reader_design.setting.robot import robot_space
+from octant.reader_design.setting.setting import Setting, build_setting
+from octant.reader_design.study_file.mission import Mission as MissionTable
+from octant.reader_design.study_file.room import RoomObject
+from octant.reader_design.study_file.rules import mission_rules
+from octant.reader_design.study_file.schema import Layout, Study
+
+FloatArray = npt.NDArray[np.float64]
+
+
+_AROUND_M = 1.0
+_WATT_PER_NANOWATT = 1e-9
+_DRAWS = 100
+
+
+def study_mission(
+    study: Study,
+    built: Setting,
+    links: Mapping[str, PowerLink],
+    responses: Sequence[ReaderResponse],
+) -> Mission:
+    """Return the mission of a study in one of its rooms [m], [rad], [s].
+
+    Parameters
+    ----------
+    study : Study
+        With a mission.
+    built : Setting
+        The room.
+    links : mapping of str to PowerLink
+        Link of each tag of the mission; the arrival thresholds [W] come from them.
+    responses : sequence of ReaderResponse
+        The reader's: where a tag's link gives nothing, as behind metal, the threshold is that of
+        free space.
+    """
+    table = mission_table(study)
+    points = np.array([built.tag(tag_id).point_m for tag_id in table.tags])
+    arrivals: list[ArrivalTest] = []
+    for tag_id, point in zip(table.tags, points, strict=True):
+        try:
+            arrivals += arrival_tests(links, [tag_id], point[None], radius_m=table.arrival_radius_m)
+        except NavigationError:
+            lone = {tag_id: open_link(study, built, tag_id, responses)}
+            arrivals += arrival_tests(
+                lone, [tag_id], np.zeros((1, 2)), radius_m=table.arrival_radius_m
+            )
+    counts = table.encoder_counts
+    return Mission(
+        start_m=np.array(table.start_m),
+        heading_rad=math.radians(table.heading_deg),
+        tag_ids=table.tags,
+        tag_points_m=points,
+        arrivals=tuple(arrivals),
+        sample_time_s=table.sample_time_s,
+        cruise_step_m=table.cruise_step_m,
+        max_time_s=table.max_time_s,
+        silent_limit=table.silent_limit,
+        contact=table.contact,
+        rolling=Rolling(
+            slip_sd=table.wheel_slip,
+            scale_sd=table.wheel_scale,
+            tick_rad=0.0 if counts is None else 2.0 * math.pi / counts,
+        ),
+    )
+
+
+def mission_space(study: Study, built: Setting) -> RobotSpace:
+    """Return where the robot of a study's mission can stand in one of its rooms.
+
+    Parameters
+    ----------
+    study : Study
+        With a mission.
+    built : Setting
+        The room [m].
+    """
+    table = mission_table(study)
+    return robot_space(
+        built.scene, study.reader, radius_m=table.robot_radius_m, height_m=table.robot_height_m
+    )
+
+
+def mission_starts(study: Study, space: RobotSpace, points_m: FloatArray) -> Starts | None:
+    """Return the starts of a study's runs, checked [m], [rad].
+
+    Parameters
+    ----------
+    study : Study
+        With a mission.
+    space : RobotSpace
+        Where the robot can stand.
+    points_m : (k, 2) float64
+        Points under the tags [m]; in free space the random starts lie around them.
+
+    Returns
+    -------
+    Starts or None
+        None: all runs start at the mission's own start.
+    """
+    table = mission_table(study)
+    if table.random_starts:
+        if space.scene.has_room:
+            low, high = space.scene.bounds_m[:, :2]
+        else:
+            way = np.vstack([points_m, table.start_m])
+            low, high = way.min(axis=0) - _AROUND_M, way.max(axis=0) + _AROUND_M
+        return RandomStarts(low_m=low, high_m=high, fits=space)
+    places = [("mission.start_m", table.start_m)] if not table.starts else []
+    places += [(f"mission.starts[{i}]", start[:2]) for i, start in enumerate(table.starts)]
+    for key, place in places:
+        if not space(np.array(place)[None])[0]:
+            msg = (
+                f"{key} is {list(place)} m, but a robot of radius "
+                f"{space.footprint.radius_m:g} m does not fit there; start on free floor."
+            )
+            raise ConfigError(msg)
+    if not table.starts:
+        return None
+    poses = np.array(table.starts)
+    poses[:, 2] = np.radians(poses[:, 2])
+    return ListedStarts(poses=poses)
+
+
+def mission_job(
+    study: Study,
+    built: Setting,
+    responses: Sequence[ReaderResponse],
+    *,
+    noise_db: float | None = None,
+) -> MissionJob:
+    """Return what makes one run of a study's mission from its seed, in one of its rooms.
+
+    Parameters
+    ----------
+    study : Study
+        With a mission.
+    built : Setting
+        The room [m].
+    responses : sequence of ReaderResponse
+        The reader's, one for each of ``study.radio.frequencies_hz`` [Hz].
+    noise_db : float or None
+        Noise of each reading [dB]; None: the study's.
+    """
+    table = mission_table(study)
+    links = {t: tag_link(study, built, built.tag(t), responses) for t in dict.fromkeys(table.tags)}
+    robot = DifferentialDrive()
+    mission = study_mission(study, built, links, responses)
+    space = mission_space(study, built)
+    return MissionJob(
+        mission=mission,
+        sensor=study_sensor(
+            study.sensor,
+            links,
+            responses[0].azimuths_rad,
+            noise_db=table.noise_db if noise_db is None else noise_db,
+        ),
+        navigator=study_navigator(study, built, mission, responses, robot=robot),
+        robot=robot,
+        blocked=space.footprint,
+        outside=space.outside,
+        starts=mission_starts(study, space, mission.tag_points_m),
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MissionRuns:
+    """Runs of a mission in one room.
+
+    Attributes
+    ----------
+    job : MissionJob
+        Makes one run from its seed.
+    built : Setting
+        The room [m].
+    runs : int
+        Number of runs.
+    seed : int
+        Base seed.
+    """
+
+    job: MissionJob
+    built: Setting
+    runs: int
+    seed: int
+
+
+def mission_runs(
+    study: Study,
+    built: Setting,
+    responses: Sequence[ReaderResponse],
+    *,
+    layout: Layout | None = None,
+    runs: int | None = None,
+    noise_db: float | None = None,
+) -> tuple[MissionRuns, ...]:
+    """Return the runs of a study's mission, shared evenly by the placements of its objects.
+
+    Parameters
+    ----------
+    study : Study
+        With a mission.
+    built : Setting
+        The room [m], driven in as it is where objects are not placed at random.
+    responses : sequence of ReaderResponse
+        The reader's, one for each of ``study.radio.frequencies_hz`` [Hz].
+    layout : Layout or None
+        The table of the room, whose objects are placed; None: the study's own.
+    runs : int or None
+        Number of runs in all; None: the study's.
+    noise_db : float or None
+        Noise of each reading [dB]; None: the study's.
+    """
+    table = mission_table(study)
+    total = table.runs if runs is None else runs
+    if table.placement_m == 0.0:
+        job = mission_job(study, built, responses, noise_db=noise_db)
+        return (MissionRuns(job=job, built=built, runs=total, seed=study.seed),)
+    found = []
+    for share, child in _shares(study, total):
+        moved, there = placed(study, layout, np.random.default_rng(child))
+        job = mission_job(moved, there, responses, noise_db=noise_db)
+        seed = int(child.generate_state(1)[0])
+        found.append(MissionRuns(job=job, built=there, runs=share, seed=seed))
+    return tuple(found)
+
+
+def drive(
+    runs: Sequence[MissionRuns],
+    *,
+    folder: Path,
+    crew: Crew | None = None,
+    progress: Progress | None = None,
+    label: str = "missions",
+) -> tuple[MissionResult, ...]:
+    """Return the results of runs, run 0 first; those that the folder holds are read.
+
+    Parameters
+    ----------
+    runs : sequence of MissionRuns
+        From `mission_runs`.
+    folder : Path
+        Where results are kept.
+    crew : Crew or None
+        Workers that share the runs; None: this process drives.
+    progress : Progress, optional
+        Shows how many runs are done.
+    label : str
+        What the runs are called.
+    """
+    return tuple(
+        result
+        for one in runs
+        for result in map_seeded(
+            one.job,
+            runs=one.runs,
+            seed=one.seed,
+            kind=MissionResult,
+            folder=folder,
+            crew=crew,
+            progress=progress,
+            label=label,
+        )
+    )
+
+
+def count_kept(runs: Sequence[MissionRuns], *, folder: Path) -> int:
+    """Return how many of the runs a folder holds.
+
+    Parameters
+    ----------
+    runs, folder
+        As for `drive`.
+    """
+    return sum(
+        count_seeded(one.job, runs=one.runs, seed=one.seed, kind=MissionResult, folder=folder)
+        for one in runs
+    )
+
+
+def drive_missions(
+    study: Study,
+    built: Setting,
+    responses: Sequence[ReaderResponse],
+    *,
+    runs: int | None = None,
+    noise_db: float | None = None,
+    workers: int = 1,
+    progress: Callable[[int], object] | None = None,
+) -> tuple[MissionResult, ...]:
+    """Return the runs of a study's mission in one of its rooms, without keeping them.
+
+    Parameters
+    ----------
+    study : Study
+        With a mission.
+    built : Setting
+        The room [m].
+    responses : sequence of ReaderResponse
+        The reader's, one for each of ``study.radio.frequencies_hz`` [Hz].
+    runs : int or None
+        Number of runs; None: the study's.
+    noise_db : float or None
+        Noise of each reading [dB]; None: the study's.
+    workers : int
+        Processes that share the runs.
+    progress : callable or None
+        Called with the number of finished runs.
+    """
+    with worker_map(workers) as mapper:
+        return tuple(
+            result
+            for one in mission_runs(study, built, responses, runs=runs, noise_db=noise_db)
+            for result in run_seeded(
+                one.job, runs=one.runs, seed=one.seed, mapper=mapper, progress=progress
+            )
+        )
+
+
+def study_controller(table: MissionTable, pattern: PowerTable | None = None) -> Controller:
+    """Return the controller that a mission names; its full scale in the study is in [nW].
+
+    Parameters
+    ----------
+    table : Mission
+        The table ``[mission]``.
+    pattern : PowerTable or None
+        The reader's patterns [W], for the controller ``pattern``.
+    """
+    gain_per_s = 0.5 / table.sample_time_s
+    if table.controller == "vector_sum":
+        return VectorSumController(gain_per_s=gain_per_s)
+    if table.controller == "pattern":
+        if pattern is None:
+            msg = 'mission.controller is "pattern", which needs the reader\'s patterns; give them.'
+            raise ConfigError(msg)
+        return PatternController(matcher=PatternMatcher(table=pattern), gain_per_s=gain_per_s)
+    return FuzzyController(
+        steering_input=table.steering_input,
+        full_scale_w=table.full_scale_nw * _WATT_PER_NANOWATT,
+        rules=mission_rules(table),
+    )
+
+
+def study_navigator(
+    study: Study,
+    built: Setting,
+    mission: Mission,
+    responses: Sequence[ReaderResponse],
+    *,
+    robot: DifferentialDrive,
+) -> Navigator[Any]:
+    """Return the navigator that a study's mission names.
+
+    Parameters
+    ----------
+    study : Study
+        With a mission.
+    built : Setting
+        The room: how the tags hang is taken from it, and not where.
+    mission : Mission
+        From `study_mission` [m], [rad], [s].
+    responses : sequence of ReaderResponse
+        The reader's, one for each of ``study.radio.frequencies_hz``.
+    robot : DifferentialDrive
+        The robot.
+    """
+    table = mission_table(study)
+    if table.navigator == "tracker":
+        return tracker_navigator(
+            mission, tables=mission_tables(study, built, responses), robot=robot
+        )
+    wanted = table.controller == "pattern"
+    pattern = mission_tables(study, built, responses)[0] if wanted else None
+    return thesis_navigator(
+        mission,
+        azimuths_rad=responses[0].azimuths_rad,
+        controller=study_controller(table, pattern),
+        robot=robot,
+        rotation=table.rotation,
+        rerotate_for_s=table.rerotate_for_s,
+    )
+
+
+def placed(study: Study, layout: Layout | None, rng: np.random.Generator) -> tuple[Study, Setting]:
+    """Return a study whose objects stand at random places near their own, and its room.
+
+    Parameters
+    ----------
+    study : Study
+        With a mission; its ``placement_m`` says how far objects move along x and y [m].
+    layout : Layout or None
+        Room to be driven in; None: the study's own. Only the layout's own objects move then.
+    rng : numpy.random.Generator
+        Source of the places.
+
+    Returns
+    -------
+    study : Study
+        With the moved objects.
+    built : Setting
+        The room [m], drawn until the robot fits at its start and under every tag.
+    """
+    table = mission_table(study)
+    places = [table.start_m, *(t.position_m[:2] for t in study.tags if t.id in table.tags)]
+    for _ in range(_DRAWS):
+        if layout is None:
+            objects = _moved(study.room.objects, table.placement_m, rng)
+            room = msgspec.structs.replace(study.room, objects=objects)
+            moved, there = msgspec.structs.replace(study, room=room), None
+        else:
+            objects = _moved(layout.objects, table.placement_m, rng)
+            moved, there = study, msgspec.structs.replace(layout, objects=objects)
+        try:
+            built = build_setting(moved, there)
+        except (ConfigError, GeometryError):
+            continue
+        if bool(mission_space(moved, built)(np.array(places)).all()):
+            return moved, built
+    msg = (
+        f"mission.placement_m is {table.placement_m:g} m, but in {_DRAWS} draws the objects always "
+        "covered the start or a tag's point; move them less, or start them farther off."
+    )
+    raise ConfigError(msg)
+
+
+def _shares(study: Study, total: int) -> Iterator[tuple[int, np.random.SeedSequence]]:
+    """Yield the number of runs and the seed of each placement that gets any."""
+    count = mission_table(study).placements
+    for number, child in enumerate(np.random.SeedSequence(study.seed).spawn(count)):
+        share = total * (number + 1) // count - total * number // count
+        if share:
+            yield share, child
+
+
+def _moved(
+    objects: tuple[RoomObject, ...], reach_m: float, rng: np.random.Generator
+) -> tuple[RoomObject, ...]:
+    moved = []
+    for thing in objects:
+        dx, dy = rng.uniform(-reach_m, reach_m, 2)
+        x, y, z = thing.position_m
+        moved.append(msgspec.structs.replace(thing, position_m=(float(x + dx), float(y + dy), z)))
+    return tuple(moved)
