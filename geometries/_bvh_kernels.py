@@ -10,6 +10,9 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+RIM = 1e-10
+"""Inclusive margin [-] in barycentric coordinates."""
+
 LEAF_SIZE = 4
 BINS = 16
 MAX_DEPTH = 64
@@ -132,6 +135,26 @@ def two_planes(first, second):
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
+def crossing(triangles, i, px, py, pz, dx, dy, dz):
+    """Return the t at which the line p + t d crosses a triangle, rim included, or -1."""
+    ax, ay, az = triangles[i, 3], triangles[i, 4], triangles[i, 5]
+    bx, by, bz = triangles[i, 6], triangles[i, 7], triangles[i, 8]
+    hx, hy, hz = dy * bz - dz * by, dz * bx - dx * bz, dx * by - dy * bx
+    det = ax * hx + ay * hy + az * hz
+    if det == 0.0:
+        return -1.0
+    sx, sy, sz = px - triangles[i, 0], py - triangles[i, 1], pz - triangles[i, 2]
+    u = (sx * hx + sy * hy + sz * hz) / det
+    if u < -RIM or u > 1.0 + RIM:
+        return -1.0
+    cx, cy, cz = sy * az - sz * ay, sz * ax - sx * az, sx * ay - sy * ax
+    v = (dx * cx + dy * cy + dz * cz) / det
+    if v < -RIM or u + v > 1.0 + RIM:
+        return -1.0
+    return (bx * cx + by * cy + bz * cz) / det
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
 def segment_blocked(
     boxes, links, triangles, planes, margin, px, py, pz, qx, qy, qz, plane_p, plane_q
 ):
@@ -179,30 +202,12 @@ def segment_blocked(
             plane = planes[i]
             if plane in (at_p, at_q):
                 continue
-            ax, ay, az = triangles[i, 3], triangles[i, 4], triangles[i, 5]
-            bx, by, bz = triangles[i, 6], triangles[i, 7], triangles[i, 8]
-            hx, hy, hz = dy * bz - dz * by, dz * bx - dx * bz, dx * by - dy * bx
-            det = ax * hx + ay * hy + az * hz
-            if det == 0.0:
-                continue
-            sx, sy, sz = px - triangles[i, 0], py - triangles[i, 1], pz - triangles[i, 2]
-            u = (sx * hx + sy * hy + sz * hz) / det
-            if u < -RIM or u > 1.0 + RIM:
-                continue
-            cx, cy, cz = sy * az - sz * ay, sz * ax - sx * az, sx * ay - sy * ax
-            v = (dx * cx + dy * cy + dz * cz) / det
-            if v < -RIM or u + v > 1.0 + RIM:
-                continue
-            t = (bx * cx + by * cy + bz * cz) / det
+            t = crossing(triangles, i, px, py, pz, dx, dy, dz)
             near = margin / np.sqrt(dx * dx + dy * dy + dz * dz)
             if near < t < 1.0 - near and plane not in (also_p, also_q):
                 return True
         node += 1
     return False
-
-
-RIM = 1e-10
-"""Inclusive margin [-] in barycentric coordinates."""
 
 
 @njit(cache=True, error_model="numpy")

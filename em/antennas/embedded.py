@@ -11,6 +11,7 @@ from octant.em.antennas import _response_kernels
 from octant.em.antennas._pattern_grid import padded_table
 from octant.em.antennas._response_kernels import PAD
 from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
+from octant.em.directions import angle_grid, phase_ahead_rad
 from octant.em.records import ResponseArrays
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import AntennaError
@@ -18,6 +19,10 @@ from octant.geometries.errors import AntennaError
 GRID_STEP_DEG = 1.5
 """Step [deg] of the pattern tables: divides 45 degrees, and keeps cubic interpolation of a
 reader of a wavelength within 1e-4 of its maximum."""
+
+
+GRID_SHAPE = (round(180.0 / GRID_STEP_DEG) + 1, round(360.0 / GRID_STEP_DEG))
+"""Values of theta and phi in those tables."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -74,6 +79,60 @@ class ReaderResponse:
         object.__setattr__(self, "azimuths_rad", azimuths)
         object.__setattr__(self, "phase_centres_m", centres)
 
+    @classmethod
+    def from_centre(
+        cls,
+        pattern: npt.NDArray[np.complex128],
+        *,
+        model: str,
+        frequency_hz: float,
+        azimuths_rad: npt.NDArray[np.float64],
+        phase_centres_m: npt.NDArray[np.float64],
+        warnings: tuple[str, ...] = (),
+    ) -> "ReaderResponse":
+        """Return the response of patterns [-] whose phase is referred to the reader's centre.
+
+        Parameters
+        ----------
+        pattern : (n, 2, T, P) complex128
+            F_theta and F_phi [-] on the grid, phase at the reader's centre.
+        model : str
+            What made it.
+        frequency_hz : float
+            Frequency [Hz].
+        azimuths_rad : (n,) float64
+            Azimuth of each antenna [rad].
+        phase_centres_m : (n, 3) float64
+            Point [m] that each antenna's phase is moved to.
+        warnings : tuple of str
+            Where the model is known not to hold.
+        """
+        ahead = phase_ahead_rad(
+            *angle_grid(*pattern.shape[2:]),
+            phase_centres_m,
+            wavelength_m=SPEED_OF_LIGHT_M_PER_S / frequency_hz,
+        )
+        return cls(
+            model=model,
+            frequency_hz=frequency_hz,
+            azimuths_rad=azimuths_rad,
+            phase_centres_m=phase_centres_m,
+            pattern=pattern * np.exp(-1j * ahead)[:, None],
+            warnings=warnings,
+        )
+
+    @property
+    def pattern_at_centre(self) -> npt.NDArray[np.complex128]:
+        """Patterns (n, 2, T, P) [-] with their phase at the reader's centre."""
+        ahead = phase_ahead_rad(
+            self.theta_rad,
+            self.phi_rad,
+            self.phase_centres_m,
+            wavelength_m=SPEED_OF_LIGHT_M_PER_S / self.frequency_hz,
+        )
+        pattern: npt.NDArray[np.complex128] = self.pattern * np.exp(1j * ahead)[:, None]
+        return pattern
+
     @property
     def antennas(self) -> int:
         """Number of antennas."""
@@ -82,14 +141,12 @@ class ReaderResponse:
     @property
     def theta_rad(self) -> npt.NDArray[np.float64]:
         """Values of theta [rad] of the grid, (T,)."""
-        return np.linspace(0.0, math.pi, self.pattern.shape[2])
+        return angle_grid(*self.pattern.shape[2:])[0]
 
     @property
     def phi_rad(self) -> npt.NDArray[np.float64]:
         """Values of phi [rad] of the grid, (P,)."""
-        columns = self.pattern.shape[3]
-        phi: npt.NDArray[np.float64] = np.arange(columns) * (2.0 * math.pi / columns)
-        return phi
+        return angle_grid(*self.pattern.shape[2:])[1]
 
     def far_field(
         self, theta_rad: npt.ArrayLike, phi_rad: npt.ArrayLike

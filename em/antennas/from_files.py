@@ -14,6 +14,7 @@ from octant.em.antennas.kinds import Antenna
 from octant.em.antennas.pattern_files.common import PatternTable, mean_over_sphere
 from octant.em.antennas.pattern_files.reading import read_pattern
 from octant.em.antennas.pattern_files.resample import Outside, half_turn_steps, response_pattern
+from octant.em.directions import angle_grid
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import PatternFileError, PhysicsWarning
 
@@ -227,10 +228,8 @@ def _realised(table: PatternTable, load_ohm: float, notes: dict[str, None]) -> P
 
 def _check_power(path: Path, pattern: npt.NDArray[np.complex128], notes: dict[str, None]) -> None:
     """Note a pattern that radiates more power than comes in."""
-    rows, columns = pattern.shape[1:]
-    phi = np.arange(columns) * (2.0 * math.pi / columns)
     gain = np.sum(np.abs(pattern) ** 2, axis=0)
-    share = mean_over_sphere(np.linspace(0.0, math.pi, rows), phi, gain)
+    share = mean_over_sphere(*angle_grid(*pattern.shape[1:]), gain)
     if share > _MOST_EFFICIENCY:
         text = f"{path} radiates {share:.3g} times the power that comes in: its level is in doubt"
         notes[text] = None
@@ -253,8 +252,7 @@ def pattern_tables(
     theta_rad, phi_rad = response.theta_rad, response.phi_rad
     if step_deg is not None:
         half_turn = half_turn_steps(step_deg)
-        theta_rad = np.linspace(0.0, math.pi, half_turn + 1, dtype=np.float64)
-        phi_rad = np.arange(2 * half_turn, dtype=np.float64) * (math.pi / half_turn)
+        theta_rad, phi_rad = angle_grid(half_turn + 1, 2 * half_turn)
     fields = response.far_field(theta_rad[:, None], phi_rad[None, :])
     return tuple(
         PatternTable(

@@ -5,7 +5,7 @@ import numpy as np
 from numba import njit
 
 from octant.em.records import TRANSMISSION
-from octant.geometries._bvh_kernels import RIM
+from octant.geometries._bvh_kernels import crossing
 
 MAX_CROSSINGS = 128
 """Sheets that one path may pass through; a path through more counts as blocked."""
@@ -61,7 +61,7 @@ def crossings(
             plane = facet_plane[facet]
             if plane in (plane_a, plane_b, plane_c, plane_d):
                 continue
-            t = _place(triangles, i, px, py, pz, dx, dy, dz)
+            t = crossing(triangles, i, px, py, pz, dx, dy, dz)
             if not near < t < far:
                 continue
             known = False
@@ -82,26 +82,6 @@ def crossings(
             count += 1
         node += 1
     return count
-
-
-@njit(cache=True, error_model="numpy")
-def _place(triangles, i, px, py, pz, dx, dy, dz):
-    """Return where the line p + t d meets a triangle, rim included, or -1."""
-    ax, ay, az = triangles[i, 3], triangles[i, 4], triangles[i, 5]
-    bx, by, bz = triangles[i, 6], triangles[i, 7], triangles[i, 8]
-    hx, hy, hz = dy * bz - dz * by, dz * bx - dx * bz, dx * by - dy * bx
-    det = ax * hx + ay * hy + az * hz
-    if det == 0.0:
-        return -1.0
-    sx, sy, sz = px - triangles[i, 0], py - triangles[i, 1], pz - triangles[i, 2]
-    u = (sx * hx + sy * hy + sz * hz) / det
-    if u < -RIM or u > 1.0 + RIM:
-        return -1.0
-    cx, cy, cz = sy * az - sz * ay, sz * ax - sx * az, sx * ay - sy * ax
-    v = (dx * cx + dy * cy + dz * cz) / det
-    if v < -RIM or u + v > 1.0 + RIM:
-        return -1.0
-    return (bx * cx + by * cy + bz * cz) / det
 
 
 @njit(cache=True, error_model="numpy")

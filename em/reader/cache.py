@@ -9,8 +9,6 @@ import hashlib
 import importlib.resources
 import json
 import os
-import sys
-import tempfile
 import warnings
 import zipfile
 import zlib
@@ -22,8 +20,9 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+import platformdirs
 
-from octant.em.antennas.embedded import ReaderResponse
+from octant.em.antennas.embedded import GRID_SHAPE, ReaderResponse
 from octant.em.antennas.kinds import Antenna
 from octant.em.reader.fullwave.band import NODES, solve_band
 from octant.em.reader.fullwave.mesh import (
@@ -36,7 +35,8 @@ from octant.em.reader.fullwave.response import MODEL, fullwave_response, respons
 from octant.em.reader.fullwave.result import FullwaveResult
 from octant.geometries._arrays import frozen_array
 from octant.geometries.bodies import Body
-from octant.geometries.errors import AntennaError, CacheWarning
+from octant.geometries.errors import AntennaError, CacheWarning, ConfigError
+from octant.geometries.files import whole_file
 from octant.geometries.reader_body import ReaderBody
 
 CACHE_FORMAT = 1
@@ -113,14 +113,8 @@ def cache_folder() -> Path | None:
     """
     if chosen := os.environ.get(CACHE_VARIABLE):
         return Path(chosen)
-    named = "LOCALAPPDATA" if sys.platform == "win32" else "XDG_CACHE_HOME"
-    if base := os.environ.get(named):
-        return Path(base) / "octant"
-    usual = Path("Library", "Caches") if sys.platform == "darwin" else Path(".cache")
-    try:
-        return Path.home() / usual / "octant"
-    except RuntimeError:
-        return None
+    folder = platformdirs.user_cache_path("octant", appauthor=False, opinion=False)
+    return folder if folder.is_absolute() else None  # "~" where there is no home
 
 
 def cached_responses(
@@ -248,6 +242,7 @@ def _key(
     value = {
         "format": CACHE_FORMAT,
         "solver": _solver_hash(),
+        "grid": GRID_SHAPE,
         "body": {
             "antennas": body.antennas,
             "antenna_radius_m": body.antenna_radius_m,
@@ -347,14 +342,10 @@ def _write(folder: Path | None, key: str, solution: ReaderSolution) -> None:
     if folder is None:
         return
     response = solution.response
-    part = None
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(prefix=".", suffix=".part", dir=folder)
-        part = Path(name)
-        with os.fdopen(handle, "wb") as file:
+        with whole_file(_file(folder, key)) as part:
             np.savez(
-                file,
+                part,
                 key=np.array(key),
                 frequency_hz=np.array(response.frequency_hz),
                 azimuths_rad=response.azimuths_rad,
@@ -364,13 +355,11 @@ def _write(folder: Path | None, key: str, solution: ReaderSolution) -> None:
                 unknowns=np.array(solution.unknowns),
                 **{name: getattr(solution, name) for name in _SHAPES},
             )
-        part.replace(_file(folder, key))
-    except OSError as exc:
+    except (OSError, ConfigError) as exc:
+        reason = exc if isinstance(exc, OSError) else exc.__cause__
         msg = (
-            f"full-wave solutions cannot be kept in {folder} ({exc.strerror}), so each run "
-            f"solves them again; set {CACHE_VARIABLE} to a folder that can be written to."
+            f"full-wave solutions cannot be kept in {folder} "
+            f"({getattr(reason, 'strerror', None) or exc}), so each run solves them again; set "
+            f"{CACHE_VARIABLE} to a folder that can be written to."
         )
         warnings.warn(msg, CacheWarning, stacklevel=3)
-    finally:
-        if part is not None:
-            part.unlink(missing_ok=True)

@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from octant.em.antennas.kinds import Antenna, make_antenna
 from octant.em.blocks import run_blocks
+from octant.em.directions import angle_grid
 from octant.em.medium.radio_scene import RadioScene, radio_scene
 from octant.em.paths.tracing import path_arrays
 from octant.em.reader import _ray_kernels
@@ -118,7 +119,7 @@ def ray_patterns(
         raise AntennaError(msg)
     n = body.antennas
     step = _antennas_apart(body, columns)
-    phi = np.arange(columns) * (2.0 * math.pi / columns)
+    phi = angle_grid(len(theta_rad), columns)[1]
     pattern = np.empty((n, 2, len(theta_rad), columns), dtype=np.complex128)
     for k in range(step):
         currents = antenna_currents(body, antenna, k, gap_m=gap_m, max_reflections=max_reflections)

@@ -10,7 +10,6 @@ import numpy.typing as npt
 
 from octant.em.antennas.embedded import ReaderResponse
 from octant.em.antennas.pattern_files.resample import half_turn_steps
-from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import PatternFileError
 
@@ -51,9 +50,7 @@ def reader_dataset(
         grid = np.meshgrid(np.radians(theta_deg), np.radians(phi_deg[:-1]), indexing="ij")
         pattern = np.moveaxis(response.far_field(*grid), -1, 1)
     else:
-        pattern = response.pattern * _turn(
-            response.frequency_hz, response.phase_centres_m, response
-        )
+        pattern = response.pattern_at_centre
     pattern = np.concatenate((pattern, pattern[..., :1]), axis=-1)
     variables = {
         "pattern": _variable(
@@ -95,25 +92,6 @@ def reader_dataset(
     }
     coordinates = _coordinates(n, theta_deg, phi_deg, s_matrix is not None)
     return xr.Dataset(variables, coords=coordinates, attrs=attributes)
-
-
-def _turn(
-    frequency_hz: float, centres_m: npt.NDArray[np.float64], grid: ReaderResponse
-) -> npt.NDArray[np.complex128]:
-    """Return the phase factors (n, 1, T, P) from the antennas' places to the reader's centre."""
-    theta, phi = grid.theta_rad[:, None], grid.phi_rad[None, :]
-    unit = np.stack(
-        (
-            np.sin(theta) * np.cos(phi),
-            np.sin(theta) * np.sin(phi),
-            np.broadcast_to(np.cos(theta), (len(grid.theta_rad), len(grid.phi_rad))),
-        )
-    )
-    wavenumber = 2.0 * math.pi * frequency_hz / SPEED_OF_LIGHT_M_PER_S
-    turn: npt.NDArray[np.complex128] = np.exp(
-        1j * wavenumber * np.tensordot(centres_m, unit, axes=1)
-    )
-    return turn[:, None]
 
 
 def _variable(
@@ -205,6 +183,4 @@ def _response(path: Path, data: "xr.Dataset") -> ReaderResponse:
         "phase_centres_m": centres,
         "warnings": tuple(str(text) for text in json.loads(data.attrs.get("warnings", "[]"))),
     }
-    raw = ReaderResponse(pattern=pattern, **common)
-    turn = _turn(raw.frequency_hz, raw.phase_centres_m, raw)
-    return ReaderResponse(pattern=raw.pattern / turn, **common)
+    return ReaderResponse.from_centre(pattern, **common)

@@ -6,13 +6,14 @@ rays, and the currents on all that metal radiate. (The full-wave model solves fo
 """
 
 import math
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
 import numpy as np
 import numpy.typing as npt
 
-from octant.em.antennas.embedded import GRID_STEP_DEG, ReaderResponse
+from octant.em.antennas.embedded import GRID_SHAPE, ReaderResponse
 from octant.em.antennas.kinds import Antenna, make_antenna
+from octant.em.directions import angle_grid
 from octant.em.reader.rays import MAX_REFLECTIONS, ray_patterns
 from octant.geometries.errors import AntennaError
 from octant.geometries.reader_body import ReaderBody
@@ -90,40 +91,31 @@ def reader_response(
             "knows them; take that, or the reader as drawn."
         )
         raise AntennaError(msg)
-    rows, columns = round(180.0 / GRID_STEP_DEG) + 1, round(360.0 / GRID_STEP_DEG)
-    theta = np.linspace(0.0, math.pi, rows)
-    phi = np.arange(columns) * (2.0 * math.pi / columns)
+    theta, phi = angle_grid(*GRID_SHAPE)
     lift_m = gap_m + (0.5 * antenna.length_m if antenna.kind == "dipole" else 0.0)
     if antenna.kind == "monopole" and body.fitted_monopole_plane_m == 0.0:
         lift_m = 0.0
     centres_m = body.element_feet_m + np.array([0.0, 0.0, lift_m])
+    common: dict[str, Any] = {
+        "model": model,
+        "frequency_hz": antenna.frequency_hz,
+        "azimuths_rad": body.element_azimuths_rad,
+        "phase_centres_m": centres_m,
+    }
     if model == "isolated":
         element = np.moveaxis(antenna.far_field(theta[:, None], phi), -1, 0)
         pattern = np.broadcast_to(element, (body.antennas, *element.shape))
-        warnings: tuple[str, ...] = (ISOLATED_WARNING, MATCHED_WARNING)
-    else:
-        at_reader = ray_patterns(
-            body,
-            antenna,
-            gap_m=gap_m,
-            theta_rad=theta,
-            columns=columns,
-            max_reflections=max_reflections,
-        )
-        wavenumber = 2.0 * math.pi / antenna.wavelength_m
-        st, ct = np.sin(theta)[:, None], np.cos(theta)[:, None]
-        unit = np.stack(np.broadcast_arrays(st * np.cos(phi), st * np.sin(phi), ct), axis=-1)
-        turn = np.exp(-1j * wavenumber * np.einsum("tpc,nc->ntp", unit, centres_m))
-        pattern = at_reader * turn[:, None]
-        warnings = (RAYS_WARNING, MATCHED_WARNING)
-    return ReaderResponse(
-        model=model,
-        frequency_hz=antenna.frequency_hz,
-        azimuths_rad=body.element_azimuths_rad,
-        phase_centres_m=centres_m,
-        pattern=pattern,
-        warnings=warnings,
+        warnings = (ISOLATED_WARNING, MATCHED_WARNING)
+        return ReaderResponse(pattern=pattern, warnings=warnings, **common)
+    pattern = ray_patterns(
+        body,
+        antenna,
+        gap_m=gap_m,
+        theta_rad=theta,
+        columns=len(phi),
+        max_reflections=max_reflections,
     )
+    return ReaderResponse.from_centre(pattern, warnings=(RAYS_WARNING, MATCHED_WARNING), **common)
 
 
 def sector_response(
@@ -156,10 +148,9 @@ def sector_response(
         Response of model ``sector``.
     """
     azimuths = np.asarray(azimuths_rad, dtype=np.float64)
-    rows, columns = round(180.0 / GRID_STEP_DEG) + 1, round(360.0 / GRID_STEP_DEG)
-    theta = np.linspace(0.0, math.pi, rows)[:, None]
-    phi = (np.arange(columns) * (2.0 * math.pi / columns))[None, :]
-    element = np.moveaxis(make_antenna("dipole", frequency_hz).far_field(theta, phi), -1, 0)
+    theta, phi = angle_grid(*GRID_SHAPE)
+    dipole = make_antenna("dipole", frequency_hz)
+    element = np.moveaxis(dipole.far_field(theta[:, None], phi), -1, 0)
     window = np.abs(np.cos(0.5 * (phi - azimuths[:, None, None]))) ** exponent
     flat = np.zeros(len(azimuths))
     return ReaderResponse(

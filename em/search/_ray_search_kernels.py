@@ -4,7 +4,7 @@
 import numpy as np
 from numba import njit
 
-from octant.geometries._bvh_kernels import RIM
+from octant.geometries._bvh_kernels import crossing
 
 MAX_STACK = 130
 """Nodes waiting in a nearest-first walk: two per level of the deepest hierarchy, and some."""
@@ -55,21 +55,7 @@ def _nearest(boxes, links, triangles, planes, px, py, pz, dx, dy, dz, plane_left
         for i in range(links[node, 1], links[node, 1] + links[node, 2]):
             if planes[i] == plane_left:
                 continue
-            ax, ay, az = triangles[i, 3], triangles[i, 4], triangles[i, 5]
-            bx, by, bz = triangles[i, 6], triangles[i, 7], triangles[i, 8]
-            hx, hy, hz = dy * bz - dz * by, dz * bx - dx * bz, dx * by - dy * bx
-            det = ax * hx + ay * hy + az * hz
-            if det == 0.0:
-                continue
-            sx, sy, sz = px - triangles[i, 0], py - triangles[i, 1], pz - triangles[i, 2]
-            u = (sx * hx + sy * hy + sz * hz) / det
-            if u < -RIM or u > 1.0 + RIM:
-                continue
-            cx, cy, cz = sy * az - sz * ay, sz * ax - sx * az, sx * ay - sy * ax
-            v = (dx * cx + dy * cy + dz * cz) / det
-            if v < -RIM or u + v > 1.0 + RIM:
-                continue
-            t = (bx * cx + by * cy + bz * cz) / det
+            t = crossing(triangles, i, px, py, pz, dx, dy, dz)
             if 0.0 < t < best:
                 best, found = t, i
     return found, best

@@ -8,6 +8,7 @@ import numpy.typing as npt
 
 from octant.em.antennas.pattern_files.common import PatternTable
 from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
+from octant.em.directions import angle_grid
 from octant.geometries.errors import PatternFileError
 
 FloatArray = npt.NDArray[np.float64]
@@ -208,7 +209,6 @@ def response_pattern(
     return _resampled(
         table,
         move_phase(table, frequency_hz, phase_centre_m),
-        np.linspace(0.0, math.pi, rows, dtype=np.float64),
-        np.arange(columns, dtype=np.float64) * (2.0 * math.pi / columns),
+        *angle_grid(rows, columns),
         outside,
     )

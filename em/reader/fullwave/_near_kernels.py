@@ -50,7 +50,7 @@ def add_near(
     """
     count, sectors = tri.per_sector, tri.sectors
     corner, centre, offset, length, area = tri.corner, tri.centre, tri.offset, tri.length, tri.area
-    seven, w7 = tri.seven, tri.seven_weight
+    seven, w7 = tri.points, tri.weight
     start, function, turn, local, sign = fun
     k = np.empty((3, 3), dtype=np.complex128)
     for index in range(begin, end):

@@ -4,7 +4,6 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-import numpy.typing as npt
 
 from octant.geometries._plane_geometry import FloatArray, IntArray
 
@@ -163,15 +162,3 @@ def _clear(free_m: FloatArray, corners_m: FloatArray, fixed_m: FloatArray) -> No
         distance = np.linalg.norm(away, axis=1)
         close = distance < least
         free_m[close] = middle + away[close] * (least / distance[close])[:, None]
-
-
-def least_angle_rad(points_m: npt.NDArray[np.float64], faces: IntArray) -> float:
-    """Return the smallest angle of all triangles [rad]."""
-    corner = points_m[faces]
-    least = math.pi
-    for k in range(3):
-        u = corner[:, (k + 1) % 3] - corner[:, k]
-        v = corner[:, (k + 2) % 3] - corner[:, k]
-        cosine = (u * v).sum(axis=1) / np.linalg.norm(u, axis=1) / np.linalg.norm(v, axis=1)
-        least = min(least, float(np.arccos(np.clip(cosine, -1.0, 1.0)).min()))
-    return least

@@ -30,9 +30,8 @@ class TriangleArrays(NamedTuple):
     area: np.ndarray  # (f,) [m^2]
     offset: np.ndarray  # (f, 3, 3) corners less centroid [m]
     length: np.ndarray  # (f, 3) length of the edge opposite each corner [m]
-    three: np.ndarray  # (f, 3, 3) points of the 3-point rule less centroid [m]
-    seven: np.ndarray  # (f, 7, 3) points of the 7-point rule less centroid [m]
-    seven_weight: np.ndarray  # (7,) weights, sum 1
+    points: np.ndarray  # (f, 10, 3) of the 7-point and the 3-point rule, less centroid [m]
+    weight: np.ndarray  # (10,) of sum 1 in the 7-point rule, of 1 each in the 3-point rule
 
 
 class FunctionArrays(NamedTuple):
@@ -53,7 +52,7 @@ def add_far(tri, fun, rows, begin, end, wavenumber, near, mid, vector, scalar, z
     """
     count, sectors = tri.per_sector, tri.sectors
     centre, radius, offset, length = tri.centre, tri.radius, tri.offset, tri.length
-    three, seven, w7 = tri.three, tri.seven, tri.seven_weight
+    points, weight = tri.points, tri.weight
     start, function, turn, local, sign = fun
     third = 1.0 / 3.0
     k = np.empty((3, 3), dtype=np.complex128)
@@ -78,118 +77,63 @@ def add_far(tri, fun, rows, begin, end, wavenumber, near, mid, vector, scalar, z
                 far = np.sqrt(square)
                 c0, s0 = np.cos(wavenumber * far), np.sin(wavenumber * far)
                 direct = wavenumber * reach > 0.9
+                # Points 0 to 6 are the 7-point rule, the others the 3-point rule.
+                first, last, share = 7, 10, third * third
                 if square < mid * mid * reach * reach:
-                    for a in range(7):
-                        ax, ay, az = seven[p, a, 0], seven[p, a, 1], seven[p, a, 2]
-                        ex, ey, ez = dx + ax, dy + ay, dz + az
-                        tr = ti = 0.0
-                        fx = fy = fz = 0.0
-                        hx = hy = hz = 0.0
-                        for b in range(7):
-                            bx, by, bz = seven[q, b, 0], seven[q, b, 1], seven[q, b, 2]
-                            ox, oy, oz = ex - bx, ey - by, ez - bz
-                            r = np.sqrt(ox * ox + oy * oy + oz * oz)
-                            w = w7[b] / r
-                            if direct:
-                                er = np.cos(wavenumber * r) * w
-                                ei = -np.sin(wavenumber * r) * w
-                            else:
-                                x = wavenumber * (r - far)
-                                t = x * x
-                                co = 1.0 + t * (-0.5 + t * (C4 + t * (C6 + t * (C8 + t * C10))))
-                                si = 1.0 + t * (S3 + t * (S5 + t * (S7 + t * (S9 + t * S11))))
-                                si *= x
-                                er = (c0 * co - s0 * si) * w
-                                ei = -(s0 * co + c0 * si) * w
-                            tr += er
-                            ti += ei
-                            fx += er * bx
-                            fy += er * by
-                            fz += er * bz
-                            hx += ei * bx
-                            hy += ei * by
-                            hz += ei * bz
-                        w = w7[a]
-                        gr += w * tr
-                        gi += w * ti
-                        ur += w * tr * ax
-                        vr += w * tr * ay
-                        wr += w * tr * az
-                        ui += w * ti * ax
-                        vi += w * ti * ay
-                        wi += w * ti * az
-                        xr += w * fx
-                        yr += w * fy
-                        zr += w * fz
-                        xi += w * hx
-                        yi += w * hy
-                        zi += w * hz
-                        dr += w * (ax * fx + ay * fy + az * fz)
-                        di += w * (ax * hx + ay * hy + az * hz)
-                else:
-                    for a in range(3):
-                        ax, ay, az = three[p, a, 0], three[p, a, 1], three[p, a, 2]
-                        ex, ey, ez = dx + ax, dy + ay, dz + az
-                        tr = ti = 0.0
-                        fx = fy = fz = 0.0
-                        hx = hy = hz = 0.0
-                        for b in range(3):
-                            bx, by, bz = three[q, b, 0], three[q, b, 1], three[q, b, 2]
-                            ox, oy, oz = ex - bx, ey - by, ez - bz
-                            r = np.sqrt(ox * ox + oy * oy + oz * oz)
-                            w = 1.0 / r
-                            if direct:
-                                er = np.cos(wavenumber * r) * w
-                                ei = -np.sin(wavenumber * r) * w
-                            else:
-                                x = wavenumber * (r - far)
-                                t = x * x
-                                co = 1.0 + t * (-0.5 + t * (C4 + t * (C6 + t * (C8 + t * C10))))
-                                si = 1.0 + t * (S3 + t * (S5 + t * (S7 + t * (S9 + t * S11))))
-                                si *= x
-                                er = (c0 * co - s0 * si) * w
-                                ei = -(s0 * co + c0 * si) * w
-                            tr += er
-                            ti += ei
-                            fx += er * bx
-                            fy += er * by
-                            fz += er * bz
-                            hx += ei * bx
-                            hy += ei * by
-                            hz += ei * bz
-                        gr += tr
-                        gi += ti
-                        ur += tr * ax
-                        vr += tr * ay
-                        wr += tr * az
-                        ui += ti * ax
-                        vi += ti * ay
-                        wi += ti * az
-                        xr += fx
-                        yr += fy
-                        zr += fz
-                        xi += hx
-                        yi += hy
-                        zi += hz
-                        dr += ax * fx + ay * fy + az * fz
-                        di += ax * hx + ay * hy + az * hz
-                    w = third * third
-                    gr *= w
-                    gi *= w
-                    ur *= w
-                    vr *= w
-                    wr *= w
-                    ui *= w
-                    vi *= w
-                    wi *= w
-                    xr *= w
-                    yr *= w
-                    zr *= w
-                    xi *= w
-                    yi *= w
-                    zi *= w
-                    dr *= w
-                    di *= w
+                    first, last, share = 0, 7, 1.0
+                for a in range(first, last):
+                    ax, ay, az = points[p, a, 0], points[p, a, 1], points[p, a, 2]
+                    ex, ey, ez = dx + ax, dy + ay, dz + az
+                    tr = ti = 0.0
+                    fx = fy = fz = 0.0
+                    hx = hy = hz = 0.0
+                    for b in range(first, last):
+                        bx, by, bz = points[q, b, 0], points[q, b, 1], points[q, b, 2]
+                        ox, oy, oz = ex - bx, ey - by, ez - bz
+                        r = np.sqrt(ox * ox + oy * oy + oz * oz)
+                        w = weight[b] / r
+                        if direct:
+                            er = np.cos(wavenumber * r) * w
+                            ei = -np.sin(wavenumber * r) * w
+                        else:
+                            x = wavenumber * (r - far)
+                            t = x * x
+                            co = 1.0 + t * (-0.5 + t * (C4 + t * (C6 + t * (C8 + t * C10))))
+                            si = 1.0 + t * (S3 + t * (S5 + t * (S7 + t * (S9 + t * S11))))
+                            si *= x
+                            er = (c0 * co - s0 * si) * w
+                            ei = -(s0 * co + c0 * si) * w
+                        tr += er
+                        ti += ei
+                        fx += er * bx
+                        fy += er * by
+                        fz += er * bz
+                        hx += ei * bx
+                        hy += ei * by
+                        hz += ei * bz
+                    w = weight[a]
+                    gr += w * tr
+                    gi += w * ti
+                    ur += w * tr * ax
+                    vr += w * tr * ay
+                    wr += w * tr * az
+                    ui += w * ti * ax
+                    vi += w * ti * ay
+                    wi += w * ti * az
+                    xr += w * fx
+                    yr += w * fy
+                    zr += w * fz
+                    xi += w * hx
+                    yi += w * hy
+                    zi += w * hz
+                    dr += w * (ax * fx + ay * fy + az * fz)
+                    di += w * (ax * hx + ay * hy + az * hz)
+                gr, gi = gr * share, gi * share
+                ur, vr, wr = ur * share, vr * share, wr * share
+                ui, vi, wi = ui * share, vi * share, wi * share
+                xr, yr, zr = xr * share, yr * share, zr * share
+                xi, yi, zi = xi * share, yi * share, zi * share
+                dr, di = dr * share, di * share
                 half = 0.5 if q0 == p else 1.0
                 for i in range(3):
                     ax, ay, az = offset[p, i, 0], offset[p, i, 1], offset[p, i, 2]

@@ -36,6 +36,7 @@ def _seven_points() -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
 
 
 SEVEN_POINTS, SEVEN_WEIGHTS = _seven_points()
+RULES = np.concatenate((SEVEN_POINTS, THREE_POINTS))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -140,9 +141,8 @@ class SurfaceBasis:
             area=self.areas_m2,
             offset=offset,
             length=self.edge_lengths_m,
-            three=np.ascontiguousarray(np.einsum("ab,fbc->fac", THREE_POINTS, offset)),
-            seven=np.ascontiguousarray(np.einsum("ab,fbc->fac", SEVEN_POINTS, offset)),
-            seven_weight=SEVEN_WEIGHTS,
+            points=np.ascontiguousarray(np.einsum("ab,fbc->fac", RULES, offset)),
+            weight=np.concatenate((SEVEN_WEIGHTS, np.ones(3))),
         )
 
     def half_coefficients(

@@ -7,7 +7,7 @@ that the reader has.
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -71,7 +71,7 @@ class ReaderMesh:
     feed_top_m : (n, 3) float64
         Upper end of each antenna's feed [m]; equal to the lower one for a delta gap.
     strip_of_feed : (n,) int64
-        Strip, from 0, that each feed is on [-]; a strip may have a second feed for a series load.
+        Strip, from 0, that each feed is on [-]; a strip may have several.
     phase_centres_m : (n, 3) float64
         Middle of each dipole, foot of each monopole [m].
     coarse_m : float
@@ -109,7 +109,7 @@ class ReaderMesh:
 
     @property
     def antennas(self) -> int:
-        """Number of feeds, those of series loads included."""
+        """Number of feeds."""
         return len(self.feed_bottom_m)
 
 
@@ -255,53 +255,6 @@ def reader_mesh(
         coarse_m=coarse,
         frequency_hz=frequency_hz,
         warnings=(*close_doubts(clearance), *_near_doubts(beside, coarse)),
-    )
-
-
-def with_series_load(mesh: ReaderMesh, *, strip: int, height_m: float) -> ReaderMesh:
-    """Return a mesh with one more port, for a load in series with an antenna's strip [m].
-
-    Parameters
-    ----------
-    mesh : ReaderMesh
-        Triangles and feeds.
-    strip : int
-        Antenna, from 0, whose strip is cut.
-    height_m : float
-        Height of the cut above the strip's lower end [m]; moved to the nearest edge across.
-
-    Returns
-    -------
-    ReaderMesh
-        The same triangles; the load's value is the last one of ``load_ohm`` in `solve_reader`, and
-        what it takes counts as coupled power.
-
-    Raises
-    ------
-    GeometryError
-        When there is no such strip or the height is not on it.
-    """
-    faces = mesh.faces[mesh.antenna_of_face == strip]
-    if len(faces) == 0:
-        msg = f"strip is {strip}, but the mesh has strips 0 to {int(mesh.strip_of_feed.max())}."
-        raise GeometryError(msg)
-    levels = np.unique(np.round(mesh.vertices_m[np.unique(faces), 2], 9))
-    if not 0.0 < height_m < levels[-1] - levels[0]:
-        msg = (
-            f"height_m is {height_m:g} m, but the strip is {levels[-1] - levels[0]:.4g} m long; "
-            "give a height between its ends."
-        )
-        raise GeometryError(msg)
-    cut = levels[1:-1][np.argmin(np.abs(levels[1:-1] - levels[0] - height_m))]
-    # The vertex's own height: a delta gap is found by it.
-    points = mesh.vertices_m[np.unique(faces)]
-    at_cut = points[np.abs(points[:, 2] - cut) < LENGTHS.joined_m].mean(axis=0)[None]
-    return replace(
-        mesh,
-        feed_bottom_m=np.concatenate((mesh.feed_bottom_m, at_cut)),
-        feed_top_m=np.concatenate((mesh.feed_top_m, at_cut)),
-        strip_of_feed=np.append(mesh.strip_of_feed, strip),
-        phase_centres_m=np.concatenate((mesh.phase_centres_m, at_cut)),
     )
 
 

@@ -1,14 +1,13 @@
 """The reader's response by the method of moments, as the rest of Octant takes it."""
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
 
-from octant.em.antennas.embedded import GRID_STEP_DEG, ReaderResponse
+from octant.em.antennas.embedded import GRID_SHAPE, ReaderResponse
 from octant.em.antennas.kinds import Antenna
-from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
+from octant.em.directions import angle_grid
 from octant.em.reader.fullwave.mesh import (
     CELLS_PER_WAVELENGTH,
     FEED_GAP_M,
@@ -120,23 +119,13 @@ def response_of(result: FullwaveResult, mesh: ReaderMesh, body: ReaderBody) -> R
     ReaderResponse
         Patterns of model ``fullwave``, phase referred to each antenna's own phase centre.
     """
-    rows, columns = round(180.0 / GRID_STEP_DEG) + 1, round(360.0 / GRID_STEP_DEG)
-    theta = np.linspace(0.0, math.pi, rows)
-    phi = np.arange(columns) * (2.0 * math.pi / columns)
-    # Further ports are those of series loads.
-    pattern = np.moveaxis(result.pattern_grid(theta, columns)[: body.antennas], -1, 1)
-    centres_m = mesh.phase_centres_m[: body.antennas]
-    st, ct = np.sin(theta)[:, None], np.cos(theta)[:, None]
-    direction = np.stack(
-        (st * np.cos(phi), st * np.sin(phi), np.broadcast_to(ct, (rows, columns))), axis=-1
-    )
-    wavenumber = 2.0 * math.pi * result.frequency_hz / SPEED_OF_LIGHT_M_PER_S
-    turn = np.exp(-1j * wavenumber * np.einsum("tpc,nc->ntp", direction, centres_m))
-    return ReaderResponse(
+    theta, phi = angle_grid(*GRID_SHAPE)
+    pattern = np.moveaxis(result.pattern_grid(theta, len(phi)), -1, 1)
+    return ReaderResponse.from_centre(
+        pattern,
         model=MODEL,
         frequency_hz=result.frequency_hz,
         azimuths_rad=body.element_azimuths_rad,
-        phase_centres_m=centres_m,
-        pattern=pattern * turn[:, None],
+        phase_centres_m=mesh.phase_centres_m,
         warnings=result.warnings,
     )

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 import trimesh
+from plane_waves import scattered_currents
 from scipy.special import spherical_jn, spherical_yn
 
 from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
@@ -12,7 +13,6 @@ from octant.em.reader.fullwave.basis import best_sectors, surface_basis
 from octant.em.reader.fullwave.far_field import sphere_rule
 from octant.em.reader.fullwave.refine import refined_mesh
 from octant.em.reader.fullwave.rwg import impedance_matrix
-from octant.em.reader.fullwave.scattering import scattered_currents
 from octant.geometries.errors import GeometryError
 
 FREQUENCY_HZ = 2.4e9

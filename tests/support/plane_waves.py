@@ -21,30 +21,9 @@ def scattered_currents(
     polarisation: npt.ArrayLike,
     surface_impedance_ohm: npt.ArrayLike = 0.0,
 ) -> CurrentSamples:
-    """Return the currents that plane waves of 1 V/m raise on a metal mesh [A m per V/m].
+    """Return the currents [A m] that plane waves of 1 V/m raise on a metal mesh, a case for each.
 
-    Parameters
-    ----------
-    basis : SurfaceBasis
-        Functions on the mesh.
-    frequency_hz : float
-        Frequency [Hz].
-    travel : (k, 3) array_like
-        Unit vector along which each wave travels [-].
-    polarisation : (k, 3) array_like
-        Field at the origin [V/m], across the direction of travel.
-    surface_impedance_ohm : complex or (f,) array_like
-        Surface impedance of every triangle of the basis [ohm].
-
-    Returns
-    -------
-    CurrentSamples
-        One case for each wave; 4 pi |E R|^2 of its far field is the radar cross-section [m^2].
-
-    Raises
-    ------
-    GeometryError
-        When an array has the wrong shape or the moment equations are singular.
+    4 pi |E R|^2 of a case's far field is the radar cross-section [m^2].
     """
     along = frozen_array(travel, name="travel", shape=(None, 3))
     field = frozen_array(
