@@ -24,7 +24,7 @@ from octant.em.power.radio_map import map_reader
 from octant.em.power.received_power import antenna_power, reader_link
 from octant.em.reader.response import sector_response
 from octant.em.search.candidates import Candidates, SolverSettings
-from octant.em.search.image_search import search_images
+from octant.em.search.images import search_images
 
 WORKLOAD = WORKLOADS["W1-200"]
 REPETITIONS = 3

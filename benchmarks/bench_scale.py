@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from octant.em.search.image_search import search_images
-from octant.em.search.ray_search import ray_search
+from octant.em.search.images import search_images
+from octant.em.search.rays import ray_search
 from octant.geometries.bodies import Body
 from octant.geometries.furniture import box, cabinet, cylinder
 from octant.geometries.mesh_files import load_bodies

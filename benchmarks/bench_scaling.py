@@ -23,7 +23,7 @@ from workloads import (
 from octant.em.antennas.kinds import make_antenna
 from octant.em.power.received_power import antenna_power
 from octant.em.search.candidates import Candidates
-from octant.em.search.image_search import search_images
+from octant.em.search.images import search_images
 
 COUNTS = (1_000, 3_162, 10_000, 31_623, 100_000, 316_228, 1_000_000)
 NAMES = {"W1": "empty room, order 3", "W3": "room with cabinet, order 3"}

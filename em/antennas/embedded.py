@@ -8,8 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.em.antennas import _response_kernels
-from octant.em.antennas._pattern_grid import padded_table
 from octant.em.antennas._response_kernels import PAD
+from octant.em.antennas.kinds import padded_table
 from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
 from octant.em.directions import angle_grid, phase_ahead_rad
 from octant.em.records import ResponseArrays

@@ -19,8 +19,8 @@ from octant.em.records import (
     TreeArrays,
 )
 from octant.em.search.candidates import Candidates
-from octant.em.search.edge_search import no_edges, wedge_frames
-from octant.em.search.image_tree import ImageTree
+from octant.em.search.edges import no_edges, wedge_frames
+from octant.em.search.images import ImageTree
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import GeometryError
 from octant.geometries.tolerances import LENGTHS

@@ -24,8 +24,8 @@ from octant.em.records import (
     TreeArrays,
 )
 from octant.em.search.candidates import SolverSettings, search_candidates
-from octant.em.search.edge_search import wedge_frames
-from octant.em.search.image_tree import ImageTree
+from octant.em.search.edges import wedge_frames
+from octant.em.search.images import ImageTree
 from octant.geometries.errors import AntennaError, GeometryError, PhysicsWarning
 
 FloatArray = npt.NDArray[np.float64]

@@ -7,6 +7,7 @@ also where rays end at a corner of the body.
 """
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -17,12 +18,11 @@ from octant.em.directions import angle_grid
 from octant.em.medium.radio_scene import RadioScene, radio_scene
 from octant.em.paths.tracing import path_arrays
 from octant.em.reader import _ray_kernels
-from octant.em.reader._panels import Panels, cut_into_panels
 from octant.em.reader.fullwave._symmetry import turned_vertices
 from octant.em.reader.fullwave.far_field import CurrentSamples
 from octant.em.search.candidates import Candidates
-from octant.em.search.edge_search import search_edges
-from octant.em.search.image_search import search_images
+from octant.em.search.edges import search_edges
+from octant.em.search.images import search_images
 from octant.geometries.bodies import Body
 from octant.geometries.errors import AntennaError
 from octant.geometries.reader_body import ReaderBody
@@ -53,6 +53,15 @@ CLEARANCE_WAVELENGTHS = 1e-5
 
 SHORT_WAVELENGTHS = 1e-3
 """Length [wavelengths] of a dipole with the pattern of an elementary one: sin(theta) to 1e-6."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Panels:
+    """Panels: (p, 3) centres [m], (p, 3) unit normals [-], (p,) areas [m^2]."""
+
+    centre_m: FloatArray
+    normal: FloatArray
+    area_m2: FloatArray
 
 
 def ray_patterns(
@@ -168,7 +177,7 @@ def antenna_currents(
     lift_m = 0.0 if antenna.kind == "monopole" and own_plane_m == 0.0 else gap_m
     foot_m = body.element_feet_m[number] + np.array((0.0, 0.0, lift_m))
     wire_m = np.stack((foot_m, foot_m + np.array((0.0, 0.0, antenna.length_m))))
-    panels = cut_into_panels(
+    panels = _cut_into_panels(
         scene.triangle_corners_m,
         wire_m,
         coarse_m=wavelength_m / PANELS_PER_WAVELENGTH,
@@ -201,7 +210,7 @@ def _wire_elements(antenna: Antenna, foot_m: FloatArray) -> tuple[FloatArray, Fl
 
 
 def _field_jump(
-    radio: RadioScene, place_m: FloatArray, panels: Panels, max_reflections: int
+    radio: RadioScene, place_m: FloatArray, panels: _Panels, max_reflections: int
 ) -> ComplexArray:
     """Return (p, 3) H+ - H- [1/m^2] per moment of an upright elementary dipole."""
     wavelength_m = radio.wavelength_m
@@ -225,6 +234,43 @@ def _field_jump(
     sides = np.split(total, 2)
     jump: ComplexArray = 2j * math.pi / (wavelength_m**2 * unit) * (sides[0] - sides[1])
     return jump
+
+
+def _cut_into_panels(
+    triangles_m: FloatArray, wire_m: FloatArray, *, coarse_m: float, fine_m: float
+) -> _Panels:
+    """Return panels of (t, 3, 3) triangles, no side longer than ``coarse_m``.
+
+    Nor longer than the distance of the panel's centre from the upright wire (2, 3), foot and tip,
+    down to ``fine_m``.
+    """
+    kept = []
+    rest = triangles_m
+    while len(rest):
+        sides = np.linalg.norm(np.roll(rest, -1, axis=1) - rest, axis=2)
+        centre = rest.mean(axis=1)
+        height = np.clip(centre[:, 2], wire_m[0, 2], wire_m[1, 2])
+        offset = centre - np.column_stack((np.tile(wire_m[0, :2], (len(rest), 1)), height))
+        limit = np.clip(np.linalg.norm(offset, axis=1), fine_m, coarse_m)
+        small = sides.max(axis=1) <= limit
+        kept.append(rest[small])
+        rest = _halved(rest[~small], np.argmax(sides[~small], axis=1))
+    corners = np.concatenate(kept)
+    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    twice = np.linalg.norm(across, axis=1)
+    return _Panels(
+        centre_m=corners.mean(axis=1), normal=across / twice[:, None], area_m2=0.5 * twice
+    )
+
+
+def _halved(triangles_m: FloatArray, side: np.ndarray) -> FloatArray:
+    """Return each triangle's two halves, its given side cut in the middle."""
+    row = np.arange(len(triangles_m))
+    start, end = triangles_m[row, side], triangles_m[row, (side + 1) % 3]
+    top, middle = triangles_m[row, (side + 2) % 3], 0.5 * (start + end)
+    return np.concatenate(
+        (np.stack((start, middle, top), axis=1), np.stack((middle, end, top), axis=1))
+    )
 
 
 def _own_plane(body: ReaderBody, number: int, side_m: float, gap_m: float) -> Body:

@@ -10,10 +10,9 @@ import numpy.typing as npt
 from octant.em.blocks import Progress
 from octant.em.medium.materials import Material
 from octant.em.medium.radio_scene import RadioScene, radio_scene
-from octant.em.search.edge_search import EdgeTree, search_edges
-from octant.em.search.image_search import search_images
-from octant.em.search.image_tree import ImageTree
-from octant.em.search.ray_search import DEFAULT_RAYS, ray_search
+from octant.em.search.edges import EdgeTree, search_edges
+from octant.em.search.images import ImageTree, search_images
+from octant.em.search.rays import DEFAULT_RAYS, ray_search
 from octant.geometries.errors import GeometryError
 from octant.geometries.scene import Scene
 from octant.geometries.wedges import find_wedges

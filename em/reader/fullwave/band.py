@@ -7,8 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from octant.em.reader.fullwave._circuit import admittance_of, embedded_voltages, scattering
-from octant.em.reader.fullwave._power import lost_shares, radiated_shares
+from octant.em.reader.fullwave._circuit import (
+    admittance_of,
+    embedded_voltages,
+    lost_shares,
+    radiated_shares,
+    scattering,
+)
 from octant.em.reader.fullwave.far_field import current_samples
 from octant.em.reader.fullwave.mesh import ReaderMesh
 from octant.em.reader.fullwave.result import FullwaveResult

@@ -9,8 +9,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from octant.em.reader.fullwave._circuit import embedded_voltages, realised_weights, scattering
-from octant.em.reader.fullwave._power import turned_pattern
+from octant.em.reader.fullwave._circuit import (
+    embedded_voltages,
+    realised_weights,
+    scattering,
+    turned_pattern,
+)
 from octant.em.reader.fullwave.basis import SurfaceBasis
 from octant.em.reader.fullwave.far_field import CurrentSamples
 from octant.geometries._arrays import frozen_array

@@ -7,8 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
-from octant.em.reader.fullwave._circuit import scattering
-from octant.em.reader.fullwave._power import lost_shares, radiated_shares
+from octant.em.reader.fullwave._circuit import lost_shares, radiated_shares, scattering
 from octant.em.reader.fullwave.basis import SurfaceBasis, best_sectors, surface_basis
 from octant.em.reader.fullwave.far_field import current_samples
 from octant.em.reader.fullwave.linear_solve import solve_currents

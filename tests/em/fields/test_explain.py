@@ -12,7 +12,7 @@ from octant.em.medium.materials import material
 from octant.em.medium.radio_scene import radio_scene
 from octant.em.paths.tracing import trace_paths
 from octant.em.search.candidates import Candidates, SolverSettings, search_candidates
-from octant.em.search.image_search import search_images
+from octant.em.search.images import search_images
 from octant.geometries.bodies import Body
 from octant.geometries.errors import GeometryError
 from octant.geometries.furniture import box, cabinet

@@ -7,8 +7,8 @@ import slow_edges
 from octant.em.medium.radio_scene import radio_scene
 from octant.em.paths.tracing import trace_paths
 from octant.em.search.candidates import Candidates
-from octant.em.search.edge_search import search_edges
-from octant.em.search.image_search import search_images
+from octant.em.search.edges import search_edges
+from octant.em.search.images import search_images
 from octant.geometries.bodies import Body
 from octant.geometries.furniture import box
 from octant.geometries.rooms import box_room

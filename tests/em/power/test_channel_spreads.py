@@ -11,7 +11,7 @@ from octant.em.medium.radio_scene import radio_scene
 from octant.em.paths.tracing import trace_paths
 from octant.em.power.channel_spreads import _spreads, channel_spreads
 from octant.em.search.candidates import Candidates
-from octant.em.search.image_search import search_images
+from octant.em.search.images import search_images
 from octant.geometries.bodies import Body
 from octant.geometries.rooms import box_room
 from octant.geometries.scene import build_scene

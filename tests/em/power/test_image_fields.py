@@ -8,7 +8,7 @@ from octant.em.medium.radio_scene import radio_scene
 from octant.em.power.image_fields import trace_image_field
 from octant.em.power.received_power import antenna_power
 from octant.em.search.candidates import Candidates, SolverSettings
-from octant.em.search.image_search import search_images
+from octant.em.search.images import search_images
 from octant.geometries.errors import GeometryError, MaterialRangeError
 from octant.geometries.rooms import box_room
 from octant.geometries.scene import build_scene

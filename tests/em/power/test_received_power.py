@@ -16,7 +16,7 @@ from octant.em.power.radio_map import grid_axis_m, map_antenna, map_reader
 from octant.em.power.received_power import antenna_power, reader_link
 from octant.em.reader.response import reader_response, sector_response
 from octant.em.search.candidates import Candidates, SolverSettings
-from octant.em.search.image_search import search_images
+from octant.em.search.images import search_images
 from octant.geometries.errors import AntennaError, GeometryError, PhysicsWarning
 from octant.geometries.furniture import box
 from octant.geometries.reader_body import reader_body

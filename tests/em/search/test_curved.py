@@ -9,7 +9,7 @@ from scipy.special import h2vp, hankel2, jv, jvp
 from octant.em.medium.radio_scene import radio_scene
 from octant.em.paths.tracing import trace_paths
 from octant.em.search.candidates import Candidates
-from octant.em.search.image_search import search_images
+from octant.em.search.images import search_images
 from octant.geometries.furniture import cylinder, sphere
 from octant.geometries.scene import build_scene
 

@@ -16,9 +16,9 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.em.records import CHUNK, EdgeTreeArrays
-from octant.em.search import _edge_search_kernels
-from octant.em.search.image_tree import ImageTree
-from octant.em.search.search_facets import inner_sides, search_facets
+from octant.em.search import _edge_kernels
+from octant.em.search.facets import inner_sides, search_facets
+from octant.em.search.images import ImageTree
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import GeometryError
 from octant.geometries.scene import Scene
@@ -190,7 +190,7 @@ def _light(scene: Scene, wedges: Wedges, tree: ImageTree) -> tuple[FloatArray, F
     hulls = search_facets(scene, tree.source_m, tree.region_m, tree.opaque_facets)
     shape = (len(tree.image_m), len(wedges), 2)
     reach, source = np.empty(shape), np.empty(shape)
-    _edge_search_kernels.light_edges(
+    _edge_kernels.light_edges(
         tree.image_m,
         tree.order,
         tree.branch_start,

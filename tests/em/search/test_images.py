@@ -11,9 +11,9 @@ from slow_images import sequences as slow_sequences
 
 from octant.em.medium.radio_scene import radio_scene
 from octant.em.paths.tracing import trace_paths
-from octant.em.search import image_search
+from octant.em.search import images
 from octant.em.search.candidates import Candidates
-from octant.em.search.image_search import search_images
+from octant.em.search.images import search_images
 from octant.geometries.bodies import Body
 from octant.geometries.errors import GeometryError
 from octant.geometries.furniture import box, cylinder
@@ -293,7 +293,7 @@ def test_the_images_depend_neither_on_threads_nor_on_blocks(monkeypatch):
     scene, _ = _random_scene(0)
     trees = []
     for workers, block in ((1, 64), (3, 64), (2, 7), (1, 10_000)):
-        monkeypatch.setattr(image_search, "IMAGES_PER_BLOCK", block)
+        monkeypatch.setattr(images, "IMAGES_PER_BLOCK", block)
         with ThreadPoolExecutor(workers) as pool:
             trees.append(search_images(scene, (3.1, 2.3, 1.9), 4, executor=pool))
     assert trees[0].kept[-1] > 256

@@ -14,9 +14,8 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.em.blocks import Progress, run_blocks
-from octant.em.search import _ray_search_kernels
-from octant.em.search.image_search import checked_source, opaque_mask
-from octant.em.search.image_tree import ImageTree, TreeBuilder
+from octant.em.search import _ray_kernels
+from octant.em.search.images import ImageTree, TreeBuilder, checked_source, opaque_mask
 from octant.geometries._arrays import frozen_array
 from octant.geometries._plane_geometry import row_numbers
 from octant.geometries.errors import GeometryError
@@ -224,7 +223,7 @@ def _sequences(
     def work(begin: int, end: int) -> None:
         half, offset = divmod(begin, rays_per_half)
         directions = launch_directions(offset, offset + end - begin, rays_per_half)
-        found[begin] = _ray_search_kernels.launch(
+        found[begin] = _ray_kernels.launch(
             source,
             directions @ _TURN.T if half else directions,
             half,

@@ -9,8 +9,8 @@ import pytest
 from octant.em.medium.radio_scene import radio_scene
 from octant.em.paths.tracing import trace_paths
 from octant.em.search.candidates import Candidates, SolverSettings, search_candidates
-from octant.em.search.image_search import search_images
-from octant.em.search.ray_search import launch_directions, ray_search
+from octant.em.search.images import search_images
+from octant.em.search.rays import launch_directions, ray_search
 from octant.geometries.bodies import Body
 from octant.geometries.errors import GeometryError
 from octant.geometries.furniture import cabinet, cylinder
