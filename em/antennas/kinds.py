@@ -269,16 +269,6 @@ def make_antenna(
         Direction of the antenna [-], of any length; by default up, patches down.
     azimuth_rad : float
         Turn about the axis [rad], see `Antenna`.
-
-    Returns
-    -------
-    Antenna
-        The antenna.
-
-    Raises
-    ------
-    AntennaError
-        For an unknown kind, or a length, frequency or axis that cannot be.
     """
     if kind not in get_args(AntennaKind):
         msg = f"antenna {kind!r} is unknown; allowed are {', '.join(get_args(AntennaKind))}."

@@ -122,16 +122,6 @@ def explain_path(
     transmitter, receiver : Antenna
         Antennas at the two ends, in the room's frame.
 
-    Returns
-    -------
-    PathBudget
-        Its lines add up to the gain of `octant.em.fields.gains.path_gains`.
-
-    Raises
-    ------
-    GeometryError
-        When there is no such path.
-
     Notes
     -----
     Transmitter and receiver: |F|^2 in the path's direction. Free space: (lambda / 4 pi L)^2 over

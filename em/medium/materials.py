@@ -112,11 +112,6 @@ class Material:
             wall of one material.
         thickness_m : (l,) float64
             Thickness [m]; infinity where the material fills all that lies behind.
-
-        Raises
-        ------
-        MaterialRangeError
-            When the frequency is outside the range of a layer.
         """
         layers = self.layers or (self,)
         permittivity = np.array([m.relative_permittivity(frequency_hz) for m in layers])
@@ -136,12 +131,6 @@ class Material:
         complex
             Relative permittivity [-] for the time convention e^{+j omega t}; infinite (1 - j inf)
             for a perfect conductor.
-
-        Raises
-        ------
-        MaterialRangeError
-            When the frequency is outside the range of the model, or for a wall of several layers,
-            which has no permittivity of its own.
 
         References
         ----------
@@ -231,11 +220,6 @@ def material(spec: str | Mapping[str, Any]) -> Material:
     -------
     Material
         The material, a half-space unless a thickness is given.
-
-    Raises
-    ------
-    MaterialRangeError
-        For an unknown name or key (the nearest right one is named) and for values out of range.
     """
     if isinstance(spec, str):
         return material(_table_of(spec)) if "=" in spec else _by_name(spec)

@@ -124,16 +124,6 @@ def radio_scene(
     wedges : Wedges, optional
         Edges that diffract, from :func:`octant.geometries.wedges.find_wedges`. Default: none.
 
-    Returns
-    -------
-    RadioScene
-        Scene ready for tracing.
-
-    Raises
-    ------
-    MaterialRangeError
-        For an unknown label, or a frequency outside a material's range.
-
     Notes
     -----
     A sheet is where its mesh is: what passes through goes straight on, without the small sideways

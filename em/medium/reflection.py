@@ -44,11 +44,6 @@ def half_space_reflection(
     tuple of (n,) complex128
         TE and TM coefficients [-].
 
-    Raises
-    ------
-    MaterialRangeError
-        When the frequency is outside the material's range.
-
     References
     ----------
     .. [1] ITU-R P.2040-4 (2025), section 2.2.1, with air on the near side.
@@ -87,11 +82,6 @@ def wall_coefficients(
     WallCoefficients
         All multiple reflections between the layers' faces included; the transmission carries the
         phase of the wall in place of the air that it displaces, from face to face along the normal.
-
-    Raises
-    ------
-    MaterialRangeError
-        When the frequency is outside the range of a layer.
 
     Notes
     -----

@@ -66,11 +66,6 @@ def transition_function(x: npt.ArrayLike) -> ComplexArray:
     complex128 of x's shape
         F(x) [-]: 0 at 0, towards 1 at infinity, relative error below 1e-13 from 0 to 1e14.
 
-    Raises
-    ------
-    GeometryError
-        When an x is negative or not a number.
-
     Notes
     -----
     :math:`F(x) = 2j\sqrt{x}\,e^{jx}\int_{\sqrt x}^\infty e^{-jt^2}dt
@@ -130,11 +125,6 @@ def wedge_coefficients(
         Diffracted over incident components [sqrt(m)], along b (E along the edge: ``[0, 0]`` is the
         soft coefficient of a conductor) and h (H along the edge: ``[1, 1]``, hard). With the edge's
         axis a = t0 x n0 and a ray d, b = (a - (a.d) d) / sin(skew) and h = (a x d) / sin(skew).
-
-    Raises
-    ------
-    GeometryError
-        When an angle is outside its range, or a distance or the wavenumber is not positive.
 
     Notes
     -----

@@ -88,11 +88,6 @@ def checked_receivers(tree: ImageTree, receivers_m: npt.ArrayLike) -> FloatArray
         Images of the source.
     receivers_m : (m, 3) float
         Places of the receivers [m].
-
-    Raises
-    ------
-    GeometryError
-        For a receiver outside the region that the images were searched for, or at the source.
     """
     receivers = frozen_array(receivers_m, name="receivers_m", shape=(None, 3))
     slack = LENGTHS.place_m
@@ -127,12 +122,6 @@ def path_arrays(
         Scene that the candidates were searched in.
     candidates : Candidates
         Of one source.
-
-    Raises
-    ------
-    GeometryError
-        When the search counted on facets that let waves through here, or on wedges that the scene
-        does not have, or when images and edge images are not of one source.
     """
     tree, edges = candidates.images, candidates.edges
     if bool((tree.opaque_facets & radio.facet_transmits).any()):
@@ -177,11 +166,6 @@ def trace_paths(
     -------
     PathSet
         Possibly without any row: no path is a result.
-
-    Raises
-    ------
-    GeometryError
-        For a receiver outside the region that the images were searched for, or at the source.
 
     Notes
     -----

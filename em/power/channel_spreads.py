@@ -83,11 +83,6 @@ def channel_spreads(
     ChannelSpreads
         (m,) arrays; a single path has no spread, no power gives NaN.
 
-    Raises
-    ------
-    GeometryError
-        For a place outside the region that the images were searched for.
-
     Notes
     -----
     With the powers p_k of the paths between the two antennas, normalised to sum 1: delay spread

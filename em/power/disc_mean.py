@@ -39,11 +39,6 @@ def disc_rule_m(diameter_m: float) -> tuple[FloatArray, FloatArray]:
         ring turned by half a step.
     (k,) float64
         Shares [-], which add up to 1.
-
-    Raises
-    ------
-    GeometryError
-        When the diameter is not positive.
     """
     if not (math.isfinite(diameter_m) and diameter_m > 0.0):
         msg = f"a disc of diameter {diameter_m} m is none; give a diameter above 0 m."
@@ -85,11 +80,6 @@ def mean_over_disc(
     -------
     (m,) or (m, n) float64
         Power [W]; NaN where no place of the disc is usable.
-
-    Raises
-    ------
-    GeometryError
-        When the diameter is not positive.
     """
     places = np.asarray(places_m, dtype=np.float64)
     total: FloatArray | None = None

@@ -51,13 +51,6 @@ class ImageField:
     power_w : float
         What each tag sends [W].
 
-    Raises
-    ------
-    GeometryError
-        When shapes do not fit.
-    MaterialRangeError
-        When the channels are not evenly spaced or more than 5 % from the carrier.
-
     Notes
     -----
     In an empty convex room the only error is the interpolation's: within 0.2 dB at 99 % of the
@@ -115,11 +108,6 @@ class ImageField:
         ----------
         places_m : (m, 2) float64
             x, y [m], inside the grid.
-
-        Raises
-        ------
-        GeometryError
-            For a place outside the grid.
         """
         places = frozen_array(places_m, name="places_m", shape=(None, 2))
         low = np.array([self.x_m[0], self.y_m[0]])
@@ -210,11 +198,6 @@ def trace_image_field(
         Frequencies over which power is averaged [Hz].
     power_w : float
         What each tag sends [W].
-
-    Raises
-    ------
-    GeometryError
-        When the grid has fewer than two lines, or no path of a tag arrives anywhere.
 
     Notes
     -----

@@ -80,11 +80,6 @@ class LinkBand(NamedTuple):
             Coherent gains, their local means (both [-]), numbers of paths.
         progress : callable or None
             Called after every block.
-
-        Raises
-        ------
-        GeometryError
-            For a place outside the room.
         """
         places = checked_receivers(self.tree, places_m)
         turns = np.ascontiguousarray(headings_rad - 0.5 * math.pi)
@@ -111,18 +106,6 @@ def link_channels(
         The tag's antenna at each frequency.
     response : ReaderResponse or sequence of ReaderResponse
         The reader at each frequency.
-
-    Returns
-    -------
-    tuple of Channel
-        At least one.
-
-    Raises
-    ------
-    AntennaError
-        When frequencies or their numbers differ, or readers do.
-    GeometryError
-        When the scenes are not of one room.
     """
     radios = (radio,) if isinstance(radio, RadioScene) else tuple(radio)
     tags = (tag,) if isinstance(tag, Antenna) else tuple(tag)
@@ -160,11 +143,6 @@ def check_clearance(clearance_m: float, tag_m: FloatArray, channels: Sequence[Ch
         Place of the tag [m].
     channels : sequence of Channel
         Frequencies of the link.
-
-    Raises
-    ------
-    GeometryError
-        When tag and reader are level.
 
     Warns
     -----

@@ -112,11 +112,6 @@ def map_antenna(
     -------
     RadioMap
         (nx, ny) powers [W] and counts.
-
-    Raises
-    ------
-    GeometryError
-        For a place outside the region that the images were searched for.
     """
     x, y, places = _map(x_m, y_m, z_m)
     power = antenna_power(
@@ -157,11 +152,6 @@ def map_reader(
     -------
     RadioMap
         (nx, ny, n) powers [W] and (nx, ny) counts.
-
-    Raises
-    ------
-    GeometryError
-        For a place outside the room.
     """
     x, y, places = _map(x_m, y_m, link.reader_z_m)
     poses = places.copy()

@@ -67,11 +67,6 @@ def antenna_power(
     ReceivedPower
         (m,) arrays [W] and. The local mean is the power sum over paths, the mean over a region
         so wide that the paths' phases are independent.
-
-    Raises
-    ------
-    GeometryError
-        For a place outside the region that the images were searched for.
     """
     places = checked_receivers(candidates.images, places_m)
     m = len(places)
@@ -138,11 +133,6 @@ class ReaderLink:
         -------
         ReceivedPower
             (m, n) powers [W] and (m,) counts of paths (those of the first channel).
-
-        Raises
-        ------
-        GeometryError
-            For a pose outside the room.
         """
         pose = frozen_array(poses, name="poses", shape=(None, 3))
         power = self._power(pose[:, :2], pose[:, 2:], progress)
@@ -171,11 +161,6 @@ class ReaderLink:
         ReceivedPower
             (p, h, n) powers [W], to the bit those of :meth:`power` at each pose, and (p,) counts of
             paths.
-
-        Raises
-        ------
-        GeometryError
-            For a place outside the room.
         """
         places = frozen_array(places_m, name="places_m", shape=(None, 2))
         headings = frozen_array(headings_rad, name="headings_rad", shape=(None,))
@@ -293,14 +278,6 @@ def reader_link(
     -------
     ReaderLink
         Ready for poses anywhere in the room (anywhere at all in free space).
-
-    Raises
-    ------
-    AntennaError
-        When frequencies differ, readers do, or the power is not positive.
-    GeometryError
-        When the tag is level with the reader, the order is negative, or the scenes are not of one
-        room.
 
     Warns
     -----

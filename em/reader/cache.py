@@ -165,11 +165,6 @@ def cached_responses(
         In the order of the frequencies. Patterns are rounded to single precision (6e-8 of a
         value), whether they come from disk or not, so that both give the same numbers.
 
-    Raises
-    ------
-    GeometryError, AntennaError
-        When the reader cannot be meshed or solved; failures are not kept.
-
     Warns
     -----
     CacheWarning

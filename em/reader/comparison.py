@@ -76,11 +76,6 @@ def compare_responses(
         tags are, weighted by solid angle; the strongest antenna is that of the theta polarisation,
         which vertical tags send. Where k antennas are equally
         strong each counts for 1/k.
-
-    Raises
-    ------
-    AntennaError
-        When the numbers of antennas differ.
     """
     if truth.antennas != other.antennas:
         msg = (

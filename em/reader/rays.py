@@ -97,11 +97,6 @@ def ray_patterns(
         F_theta and F_phi [-], phase at the reader's centre; |F|^2 is the gain of a matched antenna
         without losses, its mean over the sphere 1.
 
-    Raises
-    ------
-    AntennaError
-        When the antenna is not an upright dipole or monopole.
-
     Notes
     -----
     The wire's current is sinusoidal, cut into elementary dipoles at the nodes of a Gauss-Legendre

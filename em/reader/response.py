@@ -65,12 +65,6 @@ def reader_response(
     ReaderResponse
         Patterns on a grid of ``GRID_STEP_DEG``; its ``warnings`` say where the model fails.
 
-    Raises
-    ------
-    AntennaError
-        For an unknown model, a negative gap, a reader with build errors, or in ``rays`` an antenna
-        that is not an upright dipole or monopole.
-
     Notes
     -----
     Elements count as matched and do not see each other. In ``isolated`` a monopole keeps its
@@ -141,11 +135,6 @@ def sector_response(
         Distance of the antennas from the axis [m].
     exponent : float
         Exponent of the window [-]; 4 gives a half-power width of 94 degrees.
-
-    Returns
-    -------
-    ReaderResponse
-        Response of model ``sector``.
     """
     azimuths = np.asarray(azimuths_rad, dtype=np.float64)
     theta, phi = angle_grid(*GRID_SHAPE)

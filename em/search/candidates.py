@@ -113,11 +113,6 @@ def search_candidates(
         Runs the blocks of work, sharing memory.
     progress : callable, optional
         Called with (done, in all) as the search goes on.
-
-    Raises
-    ------
-    GeometryError
-        For a bad source or order, an unknown search, or more candidates than memory takes.
     """
     if solver.search == "complete":
         images = search_images(

@@ -159,16 +159,6 @@ def search_edges(
         Diffractions of a path: 1, or 2 for those one after the other over two edges of one
         facet as well (the top of a cabinet, both rims of a plate).
 
-    Returns
-    -------
-    EdgeTree
-        Complete for receivers in the tree's region.
-
-    Raises
-    ------
-    GeometryError
-        For another number of diffractions, or when the ways would exceed ``MAX_NODES``.
-
     Notes
     -----
     Ways grow with images x wedges x planes per order: for rooms with furniture, not for scanned

@@ -69,11 +69,6 @@ def search_facets(
         Box [m] that all receivers lie in.
     opaque_facets : (f,) bool
         Facets that let nothing through.
-
-    Returns
-    -------
-    SearchFacets
-        Arrays for the kernels.
     """
     f = scene.facets
     fills = np.zeros(len(f.facet_plane), dtype=np.bool_)

@@ -149,11 +149,6 @@ class TreeBuilder:
         -------
         (c,) int64
             Image of each child, counted within the new level.
-
-        Raises
-        ------
-        GeometryError
-            When the images would exceed ``MAX_IMAGES``.
         """
         p = self._planes
         normal, offset = p.plane_normal[children[:, 1]], p.plane_offset_m[children[:, 1]]
@@ -185,11 +180,6 @@ class TreeBuilder:
             Box [m] that receivers must lie in.
         opaque_facets : (f,) bool
             Facets that were taken to let nothing through.
-
-        Returns
-        -------
-        ImageTree
-            All images so far.
         """
         image = np.concatenate(self._images)
         order = np.repeat(np.arange(len(self._images)), [len(level) for level in self._images])
@@ -247,16 +237,6 @@ def search_images(
     progress : callable, optional
         Told (images done, images in all) of each order as it grows.
 
-    Returns
-    -------
-    ImageTree
-        Complete for receivers in the region.
-
-    Raises
-    ------
-    GeometryError
-        For a bad source or order, or when the images would exceed ``MAX_IMAGES``.
-
     Notes
     -----
     Each image asks a hierarchy of facets what its beam reaches, so that cost grows with the number
@@ -286,11 +266,6 @@ def checked_source(scene: Scene, source_m: npt.ArrayLike, max_reflections: int) 
         Place of the antenna [m].
     max_reflections : int
         Greatest order.
-
-    Raises
-    ------
-    GeometryError
-        For a source that is not three finite numbers or lies on a facet, or a negative order.
     """
     if max_reflections < 0:
         msg = f"max_reflections = {max_reflections} is negative; give 0 or more."

@@ -141,11 +141,6 @@ def ray_search(
     RaySearch
         Tree of images, density of the launch, and an estimate of what it misses.
 
-    Raises
-    ------
-    GeometryError
-        For a bad source or order or too few rays, or when the images would exceed their limit.
-
     Notes
     -----
     Directions are two spherical Fibonacci lattices (Swinbank and Purser, 2006), one turned against

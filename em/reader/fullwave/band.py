@@ -65,11 +65,6 @@ class FullwaveBand:
             Matrices and currents by interpolation, patterns from the currents at that frequency;
             ``balance_error`` shows what the interpolation is worth.
 
-        Raises
-        ------
-        AntennaError
-            Outside the band.
-
         Notes
         -----
         Polynomials through all solutions, of the scattering matrix and of the currents with all
@@ -148,13 +143,6 @@ def solve_band(
     -------
     FullwaveBand
         Solutions at the extrema of a Chebyshev polynomial, the band's ends included.
-
-    Raises
-    ------
-    AntennaError
-        When there are fewer than two nodes or frequencies.
-    GeometryError
-        When a frequency is not positive or the reader cannot be solved.
     """
     wanted = sorted({positive_number(f, name="frequencies_hz", unit="Hz") for f in frequencies_hz})
     if nodes < 2 or len(wanted) < 2:

@@ -213,11 +213,6 @@ def surface_basis(
     -------
     SurfaceBasis
         Functions; its triangles are sorted by sector.
-
-    Raises
-    ------
-    GeometryError
-        When a triangle has no area, no edge is shared, or the mesh does not have the symmetry.
     """
     points = frozen_array(vertices_m, name="vertices_m", shape=(None, 3))
     given = frozen_array(faces, name="faces", shape=(None, 3), dtype=np.int64)
@@ -273,11 +268,6 @@ def best_sectors(
         Vertex indices [-].
     candidates : tuple of int
         Numbers of sectors to try, best first.
-
-    Returns
-    -------
-    int
-        Number of sectors.
     """
     for sectors in candidates:
         image = turned_vertices(vertices_m, sectors)

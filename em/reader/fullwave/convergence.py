@@ -38,13 +38,7 @@ class ConvergenceStudy:
     results: tuple[FullwaveResult, ...]
 
     def lines(self) -> list[str]:
-        """Return the study as lines of text: density, unknowns, impedance, differences.
-
-        Returns
-        -------
-        list of str
-            One line for each density.
-        """
+        """Return the study as lines of text: density, unknowns, impedance, differences."""
         lines = []
         for cells, result in zip(self.cells_per_wavelength, self.results, strict=True):
             z = result.input_impedance_ohm[0]
@@ -74,16 +68,6 @@ def convergence_study(
         Gives the solution for a number of elements per wavelength [-].
     cells_per_wavelength : sequence of float
         Densities, at least two, rising [-].
-
-    Returns
-    -------
-    ConvergenceStudy
-        Solutions with their errors against the finest one.
-
-    Raises
-    ------
-    GeometryError
-        When the densities do not rise, or there are fewer than two.
     """
     densities = tuple(float(cells) for cells in cells_per_wavelength)
     if len(densities) < 2 or any(b <= a for a, b in itertools.pairwise(densities)):

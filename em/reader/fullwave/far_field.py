@@ -117,11 +117,6 @@ def current_samples(
         Factors of all half-functions [A/m], as `SurfaceBasis.half_coefficients` gives them.
     frequency_hz : float
         Frequency [Hz].
-
-    Returns
-    -------
-    CurrentSamples
-        Moments of the k cases.
     """
     corners = basis.corners_m
     points = np.einsum("ab,fbc->fac", THREE_POINTS, corners)

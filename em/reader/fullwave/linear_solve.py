@@ -30,11 +30,6 @@ def solve_currents(
     (k, sectors, functions) complex128
         Factors [A/m].
 
-    Raises
-    ------
-    GeometryError
-        When the matrix is singular.
-
     Notes
     -----
     With M sectors the matrix is block-circulant: the discrete Fourier transform over sectors leaves

@@ -152,17 +152,6 @@ def reader_mesh(
     surroundings : sequence of Body
         Further perfectly conducting meshes in the reader frame, such as a robot, not touching it.
 
-    Returns
-    -------
-    ReaderMesh
-        Triangles and feeds.
-
-    Raises
-    ------
-    GeometryError
-        When a length or frequency cannot be, the feed is longer than the antenna, or an antenna
-        would touch a plate or its neighbour.
-
     Notes
     -----
     A strip of width 4 a has the capacitance and inductance of a round wire of radius a (the

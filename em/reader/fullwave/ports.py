@@ -37,11 +37,6 @@ def feed_excitation(
     (f, 3) float64
         Integral of half-function times field [V m]. The field drives current from bottom to top.
 
-    Raises
-    ------
-    GeometryError
-        When no triangle of the antenna lies along the feed, or no edge at the delta gap.
-
     Notes
     -----
     A feed of length g holds the even field 1/g on the part of every triangle between its ends,

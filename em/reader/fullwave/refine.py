@@ -30,11 +30,6 @@ def refined_mesh(
     tuple of ndarray
         Vertices, the given ones first, and triangles of the same orientation.
 
-    Raises
-    ------
-    GeometryError
-        When an array has the wrong shape or the length is not positive.
-
     Notes
     -----
     Every round halves the edges that are longer than asked and not much shorter than the longest

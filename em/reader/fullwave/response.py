@@ -68,13 +68,6 @@ def fullwave_response(
     tuple of ReaderResponse and FullwaveResult
         Realised patterns on a grid of ``GRID_STEP_DEG``, and matrices, powers, currents.
 
-    Raises
-    ------
-    AntennaError
-        When the antenna is not an upright dipole or monopole, or a load is not positive.
-    GeometryError
-        When the reader cannot be meshed or solved.
-
     Notes
     -----
     Mutual coupling, mismatch to the loads, diffraction at all edges and currents on the plates are

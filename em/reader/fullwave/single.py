@@ -42,16 +42,6 @@ def dipole_mesh(
     graded_tips : bool
         Cut the last cells finer, where charge gathers.
 
-    Returns
-    -------
-    ReaderMesh
-        Triangles and the feed of one antenna.
-
-    Raises
-    ------
-    GeometryError
-        When a length or frequency cannot be.
-
     Notes
     -----
     The impedance hangs on length, radius and feed. The thesis' 76.64 + j27.79 ohm for "6.25 cm" is
@@ -117,16 +107,6 @@ def monopole_mesh(
         Elements per wavelength [-].
     graded_tips : bool
         Cut the last cell finer, where charge gathers.
-
-    Returns
-    -------
-    ReaderMesh
-        Triangles and the feed of one antenna.
-
-    Raises
-    ------
-    GeometryError
-        When a length or frequency cannot be.
 
     Notes
     -----

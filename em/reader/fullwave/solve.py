@@ -55,13 +55,6 @@ def solve_reader(
     -------
     FullwaveResult
         Matrices, patterns, powers.
-
-    Raises
-    ------
-    AntennaError
-        When the resistance of a load is not positive.
-    GeometryError
-        When a feed meets no edge, the matrix would be too large, or the equations are singular.
     """
     frequency = mesh.frequency_hz if frequency_hz is None else frequency_hz
     load = np.broadcast_to(np.asarray(load_ohm, dtype=np.complex128), (mesh.antennas,))
