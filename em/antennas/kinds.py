@@ -254,7 +254,7 @@ def make_antenna(
     axis: npt.ArrayLike | None = None,
     azimuth_rad: float = 0.0,
 ) -> Antenna:
-    """Return an antenna, resonant unless told: half a wavelength, or a monopole's quarter.
+    """Return an antenna, by default resonant: half a wavelength long, a monopole a quarter.
 
     Parameters
     ----------

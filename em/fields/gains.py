@@ -17,7 +17,7 @@ FloatArray = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PathGains:
-    """What each path of a :class:`PathSet` brings from one antenna to another.
+    """The gain of each path of a :class:`PathSet` between two antennas.
 
     Parameters
     ----------

@@ -123,7 +123,7 @@ def _spreads(
     def total(values: FloatArray) -> FloatArray:
         return np.bincount(receiver, weights=values, minlength=count).astype(np.float64)
 
-    with np.errstate(divide="ignore", invalid="ignore"):  # no power: NaN, as promised
+    with np.errstate(divide="ignore", invalid="ignore"):  # no power gives NaN
         share = power / total(power)[receiver]
         late = gains.delay_s - total(share * gains.delay_s)[receiver]
         delay = np.sqrt(total(share * late**2))

@@ -41,7 +41,7 @@ def disc_rule_m(diameter_m: float) -> tuple[FloatArray, FloatArray]:
         Shares [-], which add up to 1.
     """
     if not (math.isfinite(diameter_m) and diameter_m > 0.0):
-        msg = f"a disc of diameter {diameter_m} m is none; give a diameter above 0 m."
+        msg = f"{diameter_m} m is no diameter of a disc; give a diameter above 0 m."
         raise GeometryError(msg)
     node, weight = np.polynomial.legendre.leggauss(RINGS)
     radius = 0.5 * diameter_m * np.sqrt(0.5 * (node + 1.0))[:, None]
@@ -58,7 +58,7 @@ def mean_over_disc(
     *,
     diameter_m: float,
     usable: Callable[[FloatArray], npt.NDArray[np.bool_]],
-    told: Callable[[int], None] | None = None,
+    progress: Callable[[int], None] | None = None,
 ) -> FloatArray:
     """Return the mean power [W] over a horizontal disc about each of many places.
 
@@ -73,8 +73,8 @@ def mean_over_disc(
     usable : callable
         Whether an antenna can be at each of (k, 3) places [m]: beyond a wall or inside a cabinet
         there is nothing to average.
-    told : callable, optional
-        Told how many of the `DISC_PLACES` places are done [-].
+    progress : callable, optional
+        Called with how many of the `DISC_PLACES` places are done [-].
 
     Returns
     -------
@@ -92,8 +92,8 @@ def mean_over_disc(
             total = np.zeros((len(places), *power.shape[1:]))
         total[inside] += share * power
         weight[inside] += share
-        if told is not None:
-            told(done)
+        if progress is not None:
+            progress(done)
     assert total is not None  # noqa: S101  a disc has at least one place
     with np.errstate(invalid="ignore"):
         mean: FloatArray = total / weight.reshape(-1, *(1,) * (total.ndim - 1))

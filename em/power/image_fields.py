@@ -207,7 +207,7 @@ def trace_image_field(
     x = frozen_array(x_m, name="x_m", shape=(None,))
     y = frozen_array(y_m, name="y_m", shape=(None,))
     if min(len(x), len(y)) < 2:
-        msg = f"the grid has {len(x)} by {len(y)} points, but two each way are needed: refine it."
+        msg = f"the grid has {len(x)} by {len(y)} points; give two or more along each axis."
         raise GeometryError(msg)
     gx, gy = np.meshgrid(x, y, indexing="ij")
     places = np.column_stack([gx.ravel(), gy.ravel(), np.full(gx.size, z_m)])

@@ -133,7 +133,7 @@ def link_channels(
 
 
 def check_clearance(clearance_m: float, tag_m: FloatArray, channels: Sequence[Channel]) -> None:
-    """Return None, once a reader at this height below the tag can be linked to it.
+    """Refuse a reader level with the tag; warn where the tag's wave is not plane across the reader.
 
     Parameters
     ----------

@@ -1,5 +1,5 @@
 # mypy: allow-untyped-defs
-"""Compiled magnetic fields on the reader's metal: those that all rays bring, added up."""
+"""Compiled magnetic fields on the reader's metal: the sum over all rays."""
 
 import numpy as np
 from numba import njit
@@ -12,7 +12,7 @@ from octant.em.paths._tracing_kernels import next_paths, tracing_scratch, tracin
 def sum_magnetic_fields(scene, tree, edges, transmitter, places, begin, end, total):
     """Fill (m, 3) the coherent sum of direction x field, rows begin to end.
 
-    Each path also brings the dipole's induction field: 1 + 1 / (jkL) over its whole length L.
+    Each path also carries the dipole's induction field: 1 + 1 / (jkL) over its whole length L.
     """
     scratch = tracing_scratch(scene, tree, edges)
     points, facets, orders = scratch[0][1], scratch[0][2], scratch[0][3]

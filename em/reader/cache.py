@@ -157,7 +157,7 @@ def cached_responses(
     folder : Path, optional
         Where solutions are kept; default: ``responses`` in `cache_folder`.
     keep : bool
-        Whether the disk takes part; not for solutions that nobody asks for a second time.
+        Whether solutions are read from and kept on disk; False for those needed only once.
 
     Returns
     -------
@@ -333,7 +333,7 @@ def _read(folder: Path | None, key: str) -> ReaderSolution | None:
 
 
 def _write(folder: Path | None, key: str, solution: ReaderSolution) -> None:
-    """Write a solution whole; a folder that cannot take it earns a warning."""
+    """Write a solution whole; warn where the folder cannot be written to."""
     if folder is None:
         return
     response = solution.response

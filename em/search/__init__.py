@@ -1,1 +1,1 @@
-"""Candidates for paths: the complete image search, ways over edges, launched rays."""
+"""Candidates for paths: the complete image search, routes over edges, launched rays."""

@@ -141,7 +141,7 @@ def make_beam(image, window, begin, end, slack, beam):
 
 @njit(cache=True, error_model="numpy")
 def _give(beam, row, reach, slack):
-    """Return by how much [m] a cut gives way, so that what is dropped cannot carry a path.
+    """Return by how much [m] a cut is widened, so that what is dropped cannot carry a path.
 
     The beam widens with distance: a corner of the window that is off by the slack moves the side of
     the beam further out there.

@@ -1,4 +1,4 @@
-"""Complete enumeration of the ways over an edge: reflections, a diffraction, reflections.
+"""Complete enumeration of the routes over an edge: reflections, a diffraction, reflections.
 
 What comes before the edge is an image of the source, what comes after it an image of the edge. A
 combination is dropped only when no path can use it:
@@ -30,12 +30,12 @@ IntArray = npt.NDArray[np.int64]
 BoolArray = npt.NDArray[np.bool_]
 
 MAX_NODES = 20_000_000
-"""Ways over edges beyond which a search stops with an error instead of filling the memory."""
+"""Routes over edges beyond which a search stops with an error instead of filling the memory."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EdgeTree:
-    """All ways from a source over one edge, or two of one facet, as images of the edges.
+    """All routes from a source over one edge, or two of one facet, as images of the edges.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ class EdgeTree:
     leaf : (n,) int64
         Image of the source.
     first : (n,) int64
-        Wedge that diffracts before the last one, -1 when there is none.
+        Wedge that diffracts before the last one, or -1.
     source_m : (n, 2) float64
         Distance of the source's image from the first edge's line, and its place along it [m].
     reach_m : (n, 2) float64
@@ -103,7 +103,7 @@ class EdgeTree:
 
 
 def no_edges() -> EdgeTree:
-    """Return an empty tree: no way leads over any edge."""
+    """Return an empty tree: no route leads over any edge."""
     whole, pairs = np.zeros(0, dtype=np.int64), np.zeros((0, 2))
     return EdgeTree(
         wedge=whole,
@@ -144,7 +144,7 @@ def wedge_frames(wedges: Wedges) -> FloatArray:
 def search_edges(
     scene: Scene, wedges: Wedges, tree: ImageTree, *, max_diffractions: int = 1
 ) -> EdgeTree:
-    """Return every way from a source over the edges of a scene that a path can use.
+    """Return every route from a source over the edges of a scene that a path can use.
 
     Parameters
     ----------
@@ -161,8 +161,8 @@ def search_edges(
 
     Notes
     -----
-    Ways grow with images x wedges x planes per order: for rooms with furniture, not for scanned
-    meshes of thousands of edges.
+    Their number grows with images x wedges x planes per order: for rooms with furniture, not for
+    scanned meshes of thousands of edges.
     """
     if max_diffractions not in (1, 2):
         msg = f"max_diffractions = {max_diffractions} is not available; give 1 or 2."
@@ -338,7 +338,7 @@ def _combine(
             nodes += len(leaf)
             if nodes > MAX_NODES:
                 msg = (
-                    f"more than {MAX_NODES} ways lead over the edges; lower max_reflections, or "
+                    f"more than {MAX_NODES} routes lead over the edges; lower max_reflections, or "
                     "leave diffraction out."
                 )
                 raise GeometryError(msg)

@@ -13,7 +13,7 @@ Images are built per plane, order by order. A sequence is dropped only when no p
 
 docs/completeness.md proves that nothing else is lost.
 
-Sequences of one order that lead to the same point (two walls at right angles, either way round) are
+Sequences of one order that lead to the same point (two walls at right angles, in either order) are
 one image with several branches. For a receiver at most one branch carries a path, because all of
 them leave the receiver in the same direction, where the first facet met decides.
 """
@@ -235,7 +235,7 @@ def search_images(
         Runs the blocks of images, sharing memory; by default one thread per core. The images are
         the same, bit by bit, whatever runs them.
     progress : callable, optional
-        Told (images done, images in all) of each order as it grows.
+        Called with (images done, images in all) for each order.
 
     Notes
     -----

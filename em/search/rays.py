@@ -73,7 +73,7 @@ class RaySearch:
         Parameters
         ----------
         distance_m : float
-            Length of the way from the source [m].
+            Length of the path from the source [m].
         wavelength_m : float
             Wavelength [m].
         """
@@ -134,7 +134,7 @@ def ray_search(
         Runs the blocks of rays, sharing memory; by default one thread per core. The result is the
         same, bit by bit, whatever runs them.
     progress : callable, optional
-        Told (rays done, rays in all).
+        Called with (rays done, rays in all).
 
     Returns
     -------
@@ -237,12 +237,12 @@ def _sequences(
         def block(begin: int, end: int, first: int = first) -> None:
             work(first + begin, first + end)
 
-        def told(done: int, _: int, first: int = first) -> None:
+        def report(done: int, _: int, first: int = first) -> None:
             if progress is not None:
                 progress(first + done, 2 * rays_per_half)
 
         run_blocks(
-            block, rays_per_half, block_size=RAYS_PER_BLOCK, executor=executor, progress=told
+            block, rays_per_half, block_size=RAYS_PER_BLOCK, executor=executor, progress=report
         )
     return _united([found[begin] for begin in sorted(found)], max_order, rays_per_half)
 

@@ -3,7 +3,7 @@
 import math
 import warnings
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,14 +16,12 @@ from octant.em.antennas.embedded import ReaderResponse
 from octant.em.antennas.from_files import pattern_tables
 from octant.em.antennas.pattern_files.ffe import write_ffe
 from octant.em.antennas.pattern_files.touchstone import write_touchstone
-from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
 from octant.em.reader.fullwave.convergence import convergence_study
 from octant.em.reader.fullwave.response import fullwave_response
 from octant.em.reader.fullwave.result import FullwaveResult
 from octant.em.reader.fullwave.single import dipole_mesh, monopole_mesh
 from octant.em.reader.fullwave.solve import solve_reader
 from octant.em.reader.reader_netcdf import reader_dataset
-from octant.em.reader.surface_currents import current_density_a_per_m
 from octant.geometries.errors import ConfigError, PhysicsWarning
 from octant.reader_design.face.reader_figures import (
     current_figure,
@@ -374,15 +372,15 @@ class SolvedReader:
     def _exact(self, number: int) -> ReaderResponse:
         """Return the response with patterns that are exact on the grid of the files."""
         response = self.responses[number]
-        theta, both, pattern = self._samples[number]
-        phi, pattern = both[:-1], pattern[:, :, :-1]
-        st, ct = np.sin(theta)[:, None], np.cos(theta)[:, None]
-        flat = np.broadcast_to(ct, (len(theta), len(phi)))
-        direction = np.stack((st * np.cos(phi), st * np.sin(phi), flat), axis=-1)
-        wavenumber = 2.0 * math.pi * response.frequency_hz / SPEED_OF_LIGHT_M_PER_S
-        ahead = wavenumber * np.einsum("tpc,nc->ntp", direction, response.phase_centres_m)
-        at_centres = np.moveaxis(pattern, -1, 1) * np.exp(-1j * ahead)[:, None]
-        return replace(response, pattern=at_centres)
+        pattern = self._samples[number][2][:, :, :-1]
+        return ReaderResponse.from_centre(
+            np.moveaxis(pattern, -1, 1),
+            model=response.model,
+            frequency_hz=response.frequency_hz,
+            azimuths_rad=response.azimuths_rad,
+            phase_centres_m=response.phase_centres_m,
+            warnings=response.warnings,
+        )
 
     def to_netcdf(self, path: str | Path, *, number: int = 0, force: bool = False) -> None:
         """Write ``reader.nc``, which ``[reader] pattern_files`` and other programs can read.
@@ -487,7 +485,7 @@ class SolvedReader:
             "currents_antenna_1",
             current_figure(
                 result.basis.corners_m,
-                current_density_a_per_m(result, 0),
+                np.linalg.norm(result.surface_currents(0), axis=1),
                 title=f"Surface current, antenna 1 driven: {label}",
             ),
         )

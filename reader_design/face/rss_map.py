@@ -172,7 +172,7 @@ def disc_map(
         places,
         diameter_m=built.radios[0].wavelength_m,
         usable=lambda at: open_places(built, at),
-        told=progress,
+        progress=progress,
     )
     return mean.reshape(len(axes[0]), len(axes[1]), *mean.shape[1:])
 

@@ -132,7 +132,7 @@ def _move_plates(there: FloatArray, parts: Parts, body: ReaderBody) -> None:
 def _move_ground(
     there: FloatArray, parts: Parts, body: ReaderBody, *, rim_m: FloatArray, joined: bool
 ) -> None:
-    """Move the ground plane's corners in place: rim and feet as told, the others smoothly."""
+    """Move the ground plane's corners in place: rim and feet as given, the others smoothly."""
     ground = parts.vertices_of(GROUND)
     faces = parts.faces[parts.kind == GROUND]
     held = np.zeros(len(there), dtype=bool)

@@ -11,7 +11,7 @@ from octant.geometries.reader_body import ReaderBody
 from octant.geometries.tolerances import LENGTHS
 
 CLOSE_M = 0.011
-"""Distance [m] between a strip and a plate below which the result hangs on the refinement."""
+"""Distance [m] between a strip and a plate below which the result depends on the refinement."""
 
 
 def clearance_m(
