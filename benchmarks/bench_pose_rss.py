@@ -98,7 +98,7 @@ def table(link, scene, rng):
     facets = len(scene.facets.facet_plane)
     channels = sum(band.channels for band in link.bands)
     print(
-        f"{facets:6d} {channels:9d} {link.path_count(poses).mean():6.1f} {1e3 * single:9.2f}"
+        f"{facets:6d} {channels:9d} {link.power(poses).path_count.mean():6.1f} {1e3 * single:9.2f}"
         f" {1e3 * batch:9.2f} {single / batch:9.1f} {1e3 * headings:12.2f}"
     )
 

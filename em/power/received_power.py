@@ -213,36 +213,6 @@ class ReaderLink:
         """
         return self.power_by_heading(places_m, headings_rad).coherent_w
 
-    def local_mean_rss_w(self, poses: npt.ArrayLike) -> FloatArray:
-        """Return the power sum over paths of all antennas at each pose.
-
-        Parameters
-        ----------
-        poses : (m, 3) float
-            x [m], y [m] and heading [rad] of the robot.
-
-        Returns
-        -------
-        (m, n) float64
-            Received power [W]; 0 where no path arrives.
-        """
-        return self.power(poses).local_mean_w
-
-    def path_count(self, poses: npt.ArrayLike) -> IntArray:
-        """Return the number of paths to each pose.
-
-        Parameters
-        ----------
-        poses : (m, 3) float
-            x [m], y [m] and heading [rad] of the robot.
-
-        Returns
-        -------
-        (m,) int64
-            Number of paths.
-        """
-        return self.power(poses).path_count
-
 
 def reader_link(
     radio: RadioScene | Sequence[RadioScene],

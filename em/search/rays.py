@@ -67,18 +67,6 @@ class RaySearch:
         """Density of the launch [1/sr]."""
         return self.rays / (4.0 * math.pi)
 
-    def rays_per_square_wavelength(self, *, distance_m: float, wavelength_m: float) -> float:
-        """Return how many rays pass a square of one wavelength at an unfolded distance [-].
-
-        Parameters
-        ----------
-        distance_m : float
-            Length of the path from the source [m].
-        wavelength_m : float
-            Wavelength [m].
-        """
-        return self.rays_per_sr * (wavelength_m / distance_m) ** 2
-
     @property
     def estimated_total(self) -> FloatArray:
         """Least number of sequences that there are per order, (orders + 1,) [-].
