@@ -384,11 +384,6 @@ def wall_text(name: str, thickness_m: float | None) -> str:
         Material.
     thickness_m : float or None
         Thickness [m]; None for a half-space.
-
-    Returns
-    -------
-    str
-        For example ``concrete 100 mm``.
     """
     return name if thickness_m is None else f"{name} {1e3 * thickness_m:g} mm"
 

@@ -215,11 +215,6 @@ def material(spec: str | Mapping[str, Any]) -> Material:
         ``{name=, thickness_m=}``; or ``{eps_r=, sigma_s_per_m=, thickness_m=}``, thickness [m] and
         conductivity [S/m] optional; or ``{layers=[...]}`` of such mappings from front to back,
         where ``material=`` may stand for ``name=``.
-
-    Returns
-    -------
-    Material
-        The material, a half-space unless a thickness is given.
     """
     if isinstance(spec, str):
         return material(_table_of(spec)) if "=" in spec else _by_name(spec)

@@ -144,11 +144,6 @@ class TreeBuilder:
             Image of the last level and plane of each child, no pair twice.
         considered, pruned : int
             Sequences that were looked at to find them, and that no path can use.
-
-        Returns
-        -------
-        (c,) int64
-            Image of each child, counted within the new level.
         """
         p = self._planes
         normal, offset = p.plane_normal[children[:, 1]], p.plane_offset_m[children[:, 1]]

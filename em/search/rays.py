@@ -124,11 +124,6 @@ def ray_search(
     progress : callable, optional
         Called with (rays done, rays in all).
 
-    Returns
-    -------
-    RaySearch
-        Tree of images, density of the launch, and an estimate of what it misses.
-
     Notes
     -----
     Directions are two spherical Fibonacci lattices (Swinbank and Purser, 2006), one turned against

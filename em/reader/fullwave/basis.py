@@ -154,11 +154,6 @@ class SurfaceBasis:
         ----------
         coefficients : (k, sectors, functions) complex128
             Factors of the functions, sector by sector [any unit].
-
-        Returns
-        -------
-        (k, sectors * f, 3) complex128
-            Factors of the half-functions [same unit].
         """
         count = self.triangles_per_sector
         result = np.zeros((len(coefficients), self.sectors, count, 3), dtype=np.complex128)

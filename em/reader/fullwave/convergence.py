@@ -97,11 +97,6 @@ def error_estimate(
         Solution of the same reader on a finer mesh.
     finer_cells_per_wavelength : float
         Density of the finer mesh [-].
-
-    Returns
-    -------
-    ErrorEstimate
-        Differences of gains [dB] and impedances.
     """
     theta = np.radians(np.arange(0.0, 180.0 + STEP_DEG, STEP_DEG))
     columns = round(360.0 / STEP_DEG)

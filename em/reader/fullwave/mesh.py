@@ -272,11 +272,6 @@ def joined_pieces(
     ----------
     pieces : sequence of tuple
         Vertices (v, 3) [m] and triangles (f, 3) [-] of each piece.
-
-    Returns
-    -------
-    tuple of ndarray
-        Vertices [m] and triangles [-], these in the order given.
     """
     starts = np.cumsum([0, *(len(points) for points, _ in pieces)])
     points = np.concatenate([points for points, _ in pieces])

@@ -106,11 +106,6 @@ def response_of(result: FullwaveResult, mesh: ReaderMesh, body: ReaderBody) -> R
         What was solved; gives the phase centres.
     body : ReaderBody
         Gives the antennas' azimuths.
-
-    Returns
-    -------
-    ReaderResponse
-        Patterns of model ``fullwave``, phase referred to each antenna's own phase centre.
     """
     theta, phi = angle_grid(*GRID_SHAPE)
     pattern = np.moveaxis(result.pattern_grid(theta, len(phi)), -1, 1)

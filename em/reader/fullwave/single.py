@@ -45,9 +45,10 @@ def dipole_mesh(
     Notes
     -----
     The dipole's impedance depends on length, radius and feed. The thesis' 76.64 + j27.79 ohm for
-    "6.25 cm" is not that of 6.25 cm at 2.4 GHz, whatever the wire: thin wire of that length has 73 + j43 ohm,
-    thicker wire more. A strip dipole of 6.17 cm, a = 0.009 mm and a delta gap has it (6.16 cm and
-    0.014 mm with a feed of 5.7 mm): thin wire, 1.2 % shorter than half a wavelength.
+    "6.25 cm" is not that of 6.25 cm at 2.4 GHz, whatever the wire: thin wire of that length has
+    73 + j43 ohm, thicker wire more. A strip dipole of 6.17 cm, a = 0.009 mm and a delta gap has
+    it (6.16 cm and 0.014 mm with a feed of 5.7 mm): thin wire, 1.2 % shorter than half a
+    wavelength.
     """
     frequency = positive_number(frequency_hz, name="frequency_hz", unit="Hz")
     wavelength_m = SPEED_OF_LIGHT_M_PER_S / frequency

@@ -50,11 +50,6 @@ def solve_reader(
         Surface impedance of each triangle [ohm], in the order of ``mesh.faces``.
     symmetry : bool
         Use the rotational symmetry that the mesh has.
-
-    Returns
-    -------
-    FullwaveResult
-        Matrices, patterns, powers.
     """
     frequency = mesh.frequency_hz if frequency_hz is None else frequency_hz
     load = np.broadcast_to(np.asarray(load_ohm, dtype=np.complex128), (mesh.antennas,))
