@@ -56,8 +56,18 @@ SHORT_WAVELENGTHS = 1e-3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Panels:
-    """Panels: (p, 3) centres [m], (p, 3) unit normals [-], (p,) areas [m^2]."""
+class Panels:
+    """Small flat panels of metal sheets, as places where currents are known.
+
+    Parameters
+    ----------
+    centre_m : (p, 3) float64
+        Centres [m].
+    normal : (p, 3) float64
+        Unit normals [-].
+    area_m2 : (p,) float64
+        Areas [m^2].
+    """
 
     centre_m: FloatArray
     normal: FloatArray
@@ -172,7 +182,7 @@ def antenna_currents(
     lift_m = 0.0 if antenna.kind == "monopole" and own_plane_m == 0.0 else gap_m
     foot_m = body.element_feet_m[number] + np.array((0.0, 0.0, lift_m))
     wire_m = np.stack((foot_m, foot_m + np.array((0.0, 0.0, antenna.length_m))))
-    panels = _cut_into_panels(
+    panels = cut_into_panels(
         scene.triangle_corners_m,
         wire_m,
         coarse_m=wavelength_m / PANELS_PER_WAVELENGTH,
@@ -205,7 +215,7 @@ def _wire_elements(antenna: Antenna, foot_m: FloatArray) -> tuple[FloatArray, Fl
 
 
 def _field_jump(
-    radio: RadioScene, place_m: FloatArray, panels: _Panels, max_reflections: int
+    radio: RadioScene, place_m: FloatArray, panels: Panels, max_reflections: int
 ) -> ComplexArray:
     """Return (p, 3) H+ - H- [1/m^2] per moment of an upright elementary dipole."""
     wavelength_m = radio.wavelength_m
@@ -231,13 +241,19 @@ def _field_jump(
     return jump
 
 
-def _cut_into_panels(
+def cut_into_panels(
     triangles_m: FloatArray, wire_m: FloatArray, *, coarse_m: float, fine_m: float
-) -> _Panels:
-    """Return panels of (t, 3, 3) triangles, no side longer than ``coarse_m``.
+) -> Panels:
+    """Return panels of triangles [m], small near a wire.
 
-    Nor longer than the distance of the panel's centre from the upright wire (2, 3), foot and tip,
-    down to ``fine_m``.
+    Parameters
+    ----------
+    triangles_m : (t, 3, 3) float64
+        Corners [m].
+    wire_m : (2, 3) float64
+        Foot and tip of the upright wire [m].
+    coarse_m, fine_m : float
+        Longest side of a panel: its centre's distance from the wire, between these [m].
     """
     kept = []
     rest = triangles_m
@@ -253,7 +269,7 @@ def _cut_into_panels(
     corners = np.concatenate(kept)
     across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     twice = np.linalg.norm(across, axis=1)
-    return _Panels(
+    return Panels(
         centre_m=corners.mean(axis=1), normal=across / twice[:, None], area_m2=0.5 * twice
     )
 

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from octant.em.antennas.kinds import make_antenna
-from octant.em.reader._panels import cut_into_panels
 from octant.em.reader.rays import (
     NEAREST_PANEL_WAVELENGTHS,
     PANELS_PER_WAVELENGTH,
     antenna_currents,
+    cut_into_panels,
     ray_patterns,
 )
 from octant.geometries.errors import AntennaError
