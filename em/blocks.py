@@ -33,18 +33,13 @@ def run_blocks(
 
     Parameters
     ----------
-    work : callable
-        Fills rows begin to end of its own arrays; must release the interpreter lock to gain from
+    work : Fills rows begin to end of its own arrays; must release the interpreter lock to gain from
         threads, and must not depend on other rows.
-    count : int
-        Number of rows.
-    block_size : int
-        Rows per call.
-    executor : Executor, optional
-        Runs the blocks, sharing memory; by default a pool of one thread for each processor, or
-        of as many as ``$OCTANT_THREADS`` says.
-    progress : callable, optional
-        Called after every block.
+    count : Number of rows.
+    block_size : Rows per call.
+    executor : Runs the blocks, sharing memory; by default a pool of one thread for each processor,
+        or of as many as ``$OCTANT_THREADS`` says.
+    progress : Called after every block.
 
     Notes
     -----

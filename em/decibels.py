@@ -11,8 +11,7 @@ def decibels(ratio: npt.ArrayLike) -> FloatArray:
 
     Parameters
     ----------
-    ratio : array_like
-        Power over power, gain over isotropic, not negative [-].
+    ratio : array_like — Power over power, gain over isotropic, not negative [-].
     """
     with np.errstate(divide="ignore"):
         level: FloatArray = 10.0 * np.log10(np.asarray(ratio, dtype=np.float64))
@@ -24,7 +23,6 @@ def power_dbm(power_w: npt.ArrayLike) -> FloatArray:
 
     Parameters
     ----------
-    power_w : array_like
-        Powers, not negative [W].
+    power_w : array_like — Powers, not negative [W].
     """
     return decibels(power_w) + 30.0

@@ -11,8 +11,7 @@ def angle_grid(rows: int, columns: int) -> tuple[FloatArray, FloatArray]:
 
     Parameters
     ----------
-    rows, columns : int
-        Numbers of angles, evenly spaced.
+    rows, columns : Numbers of angles, evenly spaced.
     """
     phi: FloatArray = np.arange(columns, dtype=np.float64) * (2.0 * np.pi / columns)
     return np.linspace(0.0, np.pi, rows, dtype=np.float64), phi
@@ -25,12 +24,9 @@ def phase_ahead_rad(
 
     Parameters
     ----------
-    theta_rad, phi_rad : (T,), (P,) float64
-        Directions of a grid [rad].
-    places_m : (n, 3) float64
-        Places [m].
-    wavelength_m : float
-        Wavelength [m].
+    theta_rad, phi_rad : (T,), (P,) float64 — Directions of a grid [rad].
+    places_m : (n, 3) float64 — Places [m].
+    wavelength_m : Wavelength [m].
     """
     st, ct = np.sin(theta_rad)[:, None], np.cos(theta_rad)[:, None]
     parts = np.broadcast_arrays(st * np.cos(phi_rad), st * np.sin(phi_rad), ct)

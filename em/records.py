@@ -155,19 +155,15 @@ class PathSet:
 
     Parameters
     ----------
-    source_m : (3,) float64
-        Place of the transmitter [m].
-    receivers_m : (m, 3) float64
-        Places of the receivers [m].
-    receiver : (k,) int64
-        Receiver of each path.
-    kind : (k, w) int8
-        What happens along each path, from the source on [-]: 1 reflection, 2 transmission through a
-        sheet, 3 diffraction at an edge, 0 nothing more.
-    element : (k, w) int64
-        Facet of a reflection or transmission, wedge of a diffraction; -1 where nothing is.
-    vertices_m : (k, w + 2, 3) float64
-        Source, interactions, receiver [m]; short paths repeat the receiver.
+    source_m : (3,) float64 — Place of the transmitter [m].
+    receivers_m : (m, 3) float64 — Places of the receivers [m].
+    receiver : (k,) int64 — Receiver of each path.
+    kind : (k, w) int8 — What happens along each path, from the source on [-]: 1 reflection, 2
+        transmission through a sheet, 3 diffraction at an edge, 0 nothing more.
+    element : (k, w) int64 — Facet of a reflection or transmission, wedge of a diffraction; -1 where
+        nothing is.
+    vertices_m : (k, w + 2, 3) float64 — Source, interactions, receiver [m]; short paths repeat the
+        receiver.
     """
 
     source_m: FloatArray
@@ -198,8 +194,7 @@ class PathSet:
 
         Parameters
         ----------
-        path : int
-            Row of the path.
+        path : Row of the path.
         """
         return tuple(LETTERS[kind] for kind in self.kind[path] if kind != NOTHING)
 
@@ -208,8 +203,7 @@ class PathSet:
 
         Parameters
         ----------
-        path : int
-            Row of the path.
+        path : Row of the path.
         """
         return self.vertices_m[path, : int(np.count_nonzero(self.kind[path])) + 2]
 

@@ -22,18 +22,12 @@ def frozen_array(
 
     Parameters
     ----------
-    value : array_like
-        What the caller was given, in the unit that ``name`` carries.
-    name : str
-        The name that an error message uses.
-    shape : sequence of int or None
-        Expected length of each axis; None allows any length.
-    dtype : dtype
-        Element type of the result.
-    finite : bool
-        Refuse NaN and infinity.
-    error : type
-        Exception class to raise.
+    value : array_like — What the caller was given, in the unit that ``name`` carries.
+    name : The name that an error message uses.
+    shape : Expected length of each axis; None allows any length.
+    dtype : Element type of the result.
+    finite : Refuse NaN and infinity.
+    error : Exception class to raise.
 
     Raises
     ------

@@ -26,16 +26,11 @@ class EdgeTable:
 
     Parameters
     ----------
-    face : (s,) int64
-        Triangle of each side.
-    start, end : (s,) int64
-        Vertices that the side runs between, in the triangle's winding.
-    edge : (s,) int64
-        Edge that the side lies on.
-    edge_vertices : (e, 2) int64
-        Vertices of each edge, the lower number first.
-    sides : (e,) int64
-        Number of triangle sides on each edge.
+    face : (s,) int64 — Triangle of each side.
+    start, end : (s,) int64 — Vertices that the side runs between, in the triangle's winding.
+    edge : (s,) int64 — Edge that the side lies on.
+    edge_vertices : (e, 2) int64 — Vertices of each edge, the lower number first.
+    sides : (e,) int64 — Number of triangle sides on each edge.
     """
 
     face: IntArray
@@ -89,14 +84,11 @@ class OpenBorder:
 
     Parameters
     ----------
-    t_junctions : int
-        Number of pairs of an open edge and a vertex in its interior.
-    piece_face : (p,) int64
-        Triangle of each piece of an open edge.
-    piece_vertices : (p, 2) int64
-        Vertices of each piece, the lower number first.
-    free : (p,) bool
-        Whether no other piece lies on the same place, so that the surface really ends there [-].
+    t_junctions : Number of pairs of an open edge and a vertex in its interior.
+    piece_face : (p,) int64 — Triangle of each piece of an open edge.
+    piece_vertices : (p, 2) int64 — Vertices of each piece, the lower number first.
+    free : (p,) bool — Whether no other piece lies on the same place, so that the surface really
+        ends there [-].
     """
 
     t_junctions: int
@@ -203,14 +195,11 @@ class Components:
 
     Parameters
     ----------
-    label : (m,) int64
-        Component of each triangle.
-    closed : (c,) bool
-        Whether each component has no free edge [-].
-    volume_m3 : (c,) float64
-        Enclosed volume, negative when the normals point inwards [m³]; meant for closed ones.
-    bounds_m : (c, 2, 3) float64
-        Lowest and highest corner of each [m].
+    label : (m,) int64 — Component of each triangle.
+    closed : (c,) bool — Whether each component has no free edge [-].
+    volume_m3 : (c,) float64 — Enclosed volume, negative when the normals point inwards [m³]; meant
+        for closed ones.
+    bounds_m : (c, 2, 3) float64 — Lowest and highest corner of each [m].
     """
 
     label: IntArray

@@ -13,12 +13,9 @@ class Looks:
 
     Parameters
     ----------
-    colour : (3,) tuple of float
-        Red, green and blue as on a screen (sRGB) [-], 0 to 1.
-    opacity : float
-        1 for what hides everything behind it [-].
-    metallic, roughness : float
-        0 to 1 [-].
+    colour : (3,) tuple of float — Red, green and blue as on a screen (sRGB) [-], 0 to 1.
+    opacity : 1 for what hides everything behind it [-].
+    metallic, roughness : 0 to 1 [-].
     """
 
     colour: tuple[float, float, float]
@@ -76,8 +73,7 @@ def looks_of(label: str) -> Looks:
 
     Parameters
     ----------
-    label : str
-        A body's material: a name, or keys and values: ``name = concrete, thickness_m = 0.1``.
+    label : A body's material: a name, or keys and values: ``name = concrete, thickness_m = 0.1``.
     """
     named = re.search(r"\bname = ([^,]+)", label)
     name = (named[1] if named else label).strip().lower().removeprefix("itu_")
@@ -91,10 +87,8 @@ def gltf_visual(label: str, *, opacity: float | None = None) -> Any:  # noqa: AN
 
     Parameters
     ----------
-    label : str
-        A body's material, which becomes the name of the glTF material.
-    opacity : float or None
-        0 to 1 [-]; None: that of the material.
+    label : A body's material, which becomes the name of the glTF material.
+    opacity : 0 to 1 [-]; None: that of the material.
     """
     from trimesh.visual import TextureVisuals
     from trimesh.visual.material import PBRMaterial

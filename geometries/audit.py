@@ -33,12 +33,9 @@ class Finding:
 
     Parameters
     ----------
-    kind : str
-        Name of the check, such as "free_edges".
-    what : str
-        What was found, in a few words.
-    meaning : str
-        What it means for rays, and what to do about it.
+    kind : Name of the check, such as "free_edges".
+    what : What was found, in a few words.
+    meaning : What it means for rays, and what to do about it.
     """
 
     kind: str
@@ -55,54 +52,30 @@ class MeshAudit:
 
     Parameters
     ----------
-    source : str
-        The file, or "bodies".
-    body_names : tuple of str
-        Names of the bodies, in order.
-    body_faces : (b,) int64
-        Number of triangles of each body [-].
-    vertices : int
-        Number of vertices as stored.
-    unreferenced_vertices : int
-        Vertices that no triangle uses.
-    welded_vertices : int
-        Number of different places among the used vertices.
-    degenerate_faces : int
-        Triangles no higher than the tolerance.
-    duplicate_faces : int
-        Triangles that repeat another one.
-    area_m2 : float
-        Area of all triangles, one side each [m²].
-    bounds_m : (2, 3) float64
-        Lowest and highest corner [m].
-    edge_lengths_m : (3,) float64
-        Shortest, median and longest edge [m].
-    open_edges : int
-        Edges that only one triangle has.
-    t_junctions : int
-        Vertices in the interior of another triangle's open edge.
-    free_edges : int
-        Pieces of open edges where the surface really ends, T-junctions resolved.
-    free_edge_length_m : float
-        Their total length [m].
-    non_manifold_edges : int
-        Edges that three or more triangles share.
-    winding_conflicts : int
-        Edges whose two triangles, of one body, wind against each other.
-    folded_edges : int
-        Edges at which two triangles lie on top of each other.
-    components : int
-        Parts that hang together along edges.
-    closed_components : int
-        Those of them without a free edge.
-    inward_components : int
-        Closed ones whose normals point inwards.
-    inside_out_components : int
-        Inward ones that stand within another part's surrounding box.
-    tolerance_m : float
-        Vertices nearer than this were joined [m].
-    findings : tuple of Finding
-        What is worth knowing, the most important first; empty when there is nothing.
+    source : The file, or "bodies".
+    body_names : Names of the bodies, in order.
+    body_faces : (b,) int64 — Number of triangles of each body [-].
+    vertices : Number of vertices as stored.
+    unreferenced_vertices : Vertices that no triangle uses.
+    welded_vertices : Number of different places among the used vertices.
+    degenerate_faces : Triangles no higher than the tolerance.
+    duplicate_faces : Triangles that repeat another one.
+    area_m2 : Area of all triangles, one side each [m²].
+    bounds_m : (2, 3) float64 — Lowest and highest corner [m].
+    edge_lengths_m : (3,) float64 — Shortest, median and longest edge [m].
+    open_edges : Edges that only one triangle has.
+    t_junctions : Vertices in the interior of another triangle's open edge.
+    free_edges : Pieces of open edges where the surface really ends, T-junctions resolved.
+    free_edge_length_m : Their total length [m].
+    non_manifold_edges : Edges that three or more triangles share.
+    winding_conflicts : Edges whose two triangles, of one body, wind against each other.
+    folded_edges : Edges at which two triangles lie on top of each other.
+    components : Parts that hang together along edges.
+    closed_components : Those of them without a free edge.
+    inward_components : Closed ones whose normals point inwards.
+    inside_out_components : Inward ones that stand within another part's surrounding box.
+    tolerance_m : Vertices nearer than this were joined [m].
+    findings : What is worth knowing, the most important first; empty when there is nothing.
     """
 
     source: str
@@ -188,14 +161,10 @@ def audit_mesh(
 
     Parameters
     ----------
-    mesh : str, Path or sequence of Body
-        A mesh file, or bodies that exist already.
-    unit : str or None
-        Unit of the file's coordinates; None where the format declares it. Not used for bodies.
-    up : "y", "z" or None
-        The file's vertical axis; None takes the format's own. Not used for bodies.
-    tolerance_m : float
-        Vertices nearer than this are joined [m].
+    mesh : A mesh file, or bodies that exist already.
+    unit : Unit of the file's coordinates; None where the format declares it. Not used for bodies.
+    up : The file's vertical axis; None takes the format's own. Not used for bodies.
+    tolerance_m : Vertices nearer than this are joined [m].
 
     Notes
     -----

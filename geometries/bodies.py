@@ -18,15 +18,12 @@ class Body:
 
     Parameters
     ----------
-    name : str
-        What messages, figures and material tables call it.
-    vertices_m : (n, 3) float64
-        Corners [m], z up; the same place may appear more than once (STL repeats every corner),
-        since facets are joined by position.
-    faces : (m, 3) int64
-        Vertex numbers of each triangle, counter-clockwise seen from the side of its normal [-].
-    material : str
-        Label of the material, such as "concrete" or "pec"; `octant.em` says what it means.
+    name : What messages, figures and material tables call it.
+    vertices_m : (n, 3) float64 — Corners [m], z up; the same place may appear more than once (STL
+        repeats every corner), since facets are joined by position.
+    faces : (m, 3) int64 — Vertex numbers of each triangle, counter-clockwise seen from the side of
+        its normal [-].
+    material : Label of the material, such as "concrete" or "pec"; `octant.em` says what it means.
     """
 
     name: str
@@ -85,12 +82,9 @@ def place(body: Body, *, position_m: npt.ArrayLike = (0.0, 0.0, 0.0), yaw_rad: f
 
     Parameters
     ----------
-    body : Body
-        The body in its own frame.
-    position_m : (3,) array_like
-        Where the origin of the body's frame comes to stand [m].
-    yaw_rad : float
-        Turn about +z, from +x towards +y [rad]; a whole number of quarter turns is exact.
+    body : The body in its own frame.
+    position_m : (3,) array_like — Where the origin of the body's frame comes to stand [m].
+    yaw_rad : Turn about +z, from +x towards +y [rad]; a whole number of quarter turns is exact.
     """
     shift = frozen_array(position_m, name="position_m", shape=(3,))
     yaw = finite_number(yaw_rad, name="yaw_rad", unit="rad")
@@ -108,12 +102,9 @@ def placed(body: Body, position_m: Sequence[float], yaw_deg: float) -> Body:
 
     Parameters
     ----------
-    body : Body
-        The body in its own frame.
-    position_m : (3,) sequence of float
-        Where the origin of the body's frame comes to stand [m].
-    yaw_deg : float
-        Turn about the vertical through `position_m`, from +x towards +y [deg].
+    body : The body in its own frame.
+    position_m : (3,) sequence of float — Where the origin of the body's frame comes to stand [m].
+    yaw_deg : Turn about the vertical through `position_m`, from +x towards +y [deg].
     """
     yaw = finite_number(yaw_deg, name=f"yaw_deg of {body.name!r}", unit="deg")
     where = frozen_array(position_m, name=f"position_m of {body.name!r}", shape=(3,))

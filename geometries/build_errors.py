@@ -18,27 +18,20 @@ class BuildErrors:
 
     Parameters
     ----------
-    radial_m : (n,) float64
-        Offset of each antenna away from the axis [m].
-    azimuth_rad : (n,) float64
-        Offset of each antenna's azimuth [rad]; the antenna turns with it.
-    gap_m : (n,) float64
-        Offset of the height of each antenna's lower end [m]; nothing for a monopole that stands on
-        the ground plane.
-    length_m : (n,) float64
-        Offset of each antenna's length [m].
-    tilt_rad : (n,) float64
-        Angle between each antenna and the vertical [rad], 0 to less than pi/2. The lower end stays.
-    tilt_azimuth_rad : (n,) float64
-        Where each antenna leans [rad]: 0 away from the axis, pi/2 towards greater azimuth, as seen
-        from the antenna's own place.
-    plate_azimuth_rad : (n,) float64
-        Offset of each plate's azimuth [rad]; plate i stands between antennas i and i + 1.
-    plate_height_m : (n,) float64
-        Offset of each plate's height at its outer end [m]. At the axis, where all plates meet, the
-        height is off by their mean. A height of zero stays zero.
-    ground_plane_m : float
-        Offset of the ground plane's side or diameter [m].
+    radial_m : (n,) float64 — Offset of each antenna away from the axis [m].
+    azimuth_rad : (n,) float64 — Offset of each antenna's azimuth [rad]; the antenna turns with it.
+    gap_m : (n,) float64 — Offset of the height of each antenna's lower end [m]; nothing for a
+        monopole that stands on the ground plane.
+    length_m : (n,) float64 — Offset of each antenna's length [m].
+    tilt_rad : (n,) float64 — Angle between each antenna and the vertical [rad], 0 to less than
+        pi/2. The lower end stays.
+    tilt_azimuth_rad : (n,) float64 — Where each antenna leans [rad]: 0 away from the axis, pi/2
+        towards greater azimuth, as seen from the antenna's own place.
+    plate_azimuth_rad : (n,) float64 — Offset of each plate's azimuth [rad]; plate i stands between
+        antennas i and i + 1.
+    plate_height_m : (n,) float64 — Offset of each plate's height at its outer end [m]. At the axis,
+        where all plates meet, the height is off by their mean. A height of zero stays zero.
+    ground_plane_m : Offset of the ground plane's side or diameter [m].
 
     Notes
     -----
@@ -99,8 +92,7 @@ class BuildErrors:
 
         Parameters
         ----------
-        other : BuildErrors
-            For the same number of antennas; its slopes add to these.
+        other : For the same number of antennas; its slopes add to these.
         """
         if other.antennas != self.antennas:
             msg = (
@@ -142,18 +134,13 @@ def common_errors(
 
     Parameters
     ----------
-    antennas : int
-        Number of antennas.
-    radial_m, gap_m, length_m : float
-        Offsets of r_a, of the gap and of the antennas' length [m].
-    azimuth_rad, plate_azimuth_rad : float
-        Turn of all antennas, and of all plates [rad].
-    tilt_rad, tilt_azimuth_rad : float
-        How much all antennas lean, and where, each as seen from its own place [rad].
-    plate_height_m : float
-        Offset of h_p [m].
-    ground_plane_m : float
-        Offset of the ground plane's side or diameter [m].
+    antennas : Number of antennas.
+    radial_m, gap_m, length_m : Offsets of r_a, of the gap and of the antennas' length [m].
+    azimuth_rad, plate_azimuth_rad : Turn of all antennas, and of all plates [rad].
+    tilt_rad, tilt_azimuth_rad : How much all antennas lean, and where, each as seen from its own
+        place [rad].
+    plate_height_m : Offset of h_p [m].
+    ground_plane_m : Offset of the ground plane's side or diameter [m].
     """
     return BuildErrors(
         radial_m=np.full(antennas, radial_m),
@@ -173,8 +160,8 @@ def tilt_of_lean(lean: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
 
     Parameters
     ----------
-    lean : (n, 2) array_like
-        Tangent of the tilt away from the axis and towards greater azimuth [-].
+    lean : (n, 2) array_like — Tangent of the tilt away from the axis and towards greater azimuth
+        [-].
     """
     slope = np.asarray(lean, dtype=np.float64)
     return np.arctan(np.hypot(slope[:, 0], slope[:, 1])), np.arctan2(slope[:, 1], slope[:, 0])

@@ -20,20 +20,13 @@ class BuiltPlaces:
 
     Parameters
     ----------
-    element_azimuths_rad : (n,) float64
-        Azimuth of each antenna's foot [rad].
-    element_radii_m : (n,) float64
-        Distance of each antenna's foot from the axis [m].
-    plate_azimuths_rad : (n,) or (0,) float64
-        Azimuth of each plate [rad].
-    plate_reaches_m : (n,) or (0,) float64
-        Distance of each plate's outer end from the axis [m].
-    plate_rim_heights_m : (n,) or (0,) float64
-        Height of each plate at its outer end [m].
-    plate_axis_height_m : float
-        Height of all plates at the axis [m].
-    rim_scale : float
-        Size of the ground plane over the drawn one [-].
+    element_azimuths_rad : (n,) float64 — Azimuth of each antenna's foot [rad].
+    element_radii_m : (n,) float64 — Distance of each antenna's foot from the axis [m].
+    plate_azimuths_rad : (n,) or (0,) float64 — Azimuth of each plate [rad].
+    plate_reaches_m : (n,) or (0,) float64 — Distance of each plate's outer end from the axis [m].
+    plate_rim_heights_m : (n,) or (0,) float64 — Height of each plate at its outer end [m].
+    plate_axis_height_m : Height of all plates at the axis [m].
+    rim_scale : Size of the ground plane over the drawn one [-].
     """
 
     element_azimuths_rad: FloatArray
@@ -69,17 +62,12 @@ def built_places(
 
     Parameters
     ----------
-    drawn : BuiltPlaces
-        The drawing.
-    errors : BuildErrors or None
-        What is built less what is drawn; None, or errors of zero, return the drawing.
-    rim_m : (k, 2) float64
-        Corners of the drawn ground plane's rim, counter-clockwise [m].
-    ground_plane_m : float
-        Drawn side or diameter of the ground plane [m].
-    is_round : bool
-        Whether the rim stands for a circle; plates that end on it then keep their distance from
-        the axis, wherever the polygon's corners are.
+    drawn : The drawing.
+    errors : What is built less what is drawn; None, or errors of zero, return the drawing.
+    rim_m : (k, 2) float64 — Corners of the drawn ground plane's rim, counter-clockwise [m].
+    ground_plane_m : Drawn side or diameter of the ground plane [m].
+    is_round : Whether the rim stands for a circle; plates that end on it then keep their distance
+        from the axis, wherever the polygon's corners are.
     """
     if errors is None:
         return drawn

@@ -27,13 +27,11 @@ class ClosedParts:
 
     Parameters
     ----------
-    solids : tuple of (k, 3, 3) float64
-        Triangles [m] of each part but the shell, neighbours wound alike; the shell, when there is
-        one, is numbered after them.
-    shell_corners_m : (s, 3, 3) float64
-        Triangles [m] of the part that surrounds the whole room, none when the room is open.
-    part_of_triangle : (t,) int64
-        Number of the part of each triangle, -1 for open ones.
+    solids : Triangles [m] of each part but the shell, neighbours wound alike; the shell, when there
+        is one, is numbered after them.
+    shell_corners_m : (s, 3, 3) float64 — Triangles [m] of the part that surrounds the whole room,
+        none when the room is open.
+    part_of_triangle : (t,) int64 — Number of the part of each triangle, -1 for open ones.
     """
 
     solids: tuple[FloatArray, ...]
@@ -55,16 +53,12 @@ def find_closed_parts(
 
     Parameters
     ----------
-    vertices_m : (n, 3) float64
-        Vertices [m].
-    faces : (t, 3) int64
-        Triangles as indices of welded vertices; the room's come first.
-    has_area : (t,) bool
-        Whether each triangle has one [-]; the others are of no part.
-    room_faces : int
-        Number of the room's triangles; the others are objects, which share no edge with it.
-    tolerance_m : float
-        Distance [m] within which a corner stands on another triangle's edge.
+    vertices_m : (n, 3) float64 — Vertices [m].
+    faces : (t, 3) int64 — Triangles as indices of welded vertices; the room's come first.
+    has_area : (t,) bool — Whether each triangle has one [-]; the others are of no part.
+    room_faces : Number of the room's triangles; the others are objects, which share no edge with
+        it.
+    tolerance_m : Distance [m] within which a corner stands on another triangle's edge.
     """
     triangle, start, end = _cut_edges(vertices_m, faces, has_area, room_faces, tolerance_m)
     in_room = triangle < room_faces
@@ -171,16 +165,11 @@ def facet_sides(
 
     Parameters
     ----------
-    vertices_m : (n, 3) float64
-        Vertices [m].
-    faces : (t, 3) int64
-        Triangles that the facets were built from, as indices of vertices.
-    facets : Facets
-        Facets.
-    parts : ClosedParts
-        Closed parts of the same triangles.
-    extent_m : float
-        Size of the scene [m].
+    vertices_m : (n, 3) float64 — Vertices [m].
+    faces : (t, 3) int64 — Triangles that the facets were built from, as indices of vertices.
+    facets : Facets.
+    parts : Closed parts of the same triangles.
+    extent_m : Size of the scene [m].
 
     Returns
     -------
@@ -220,10 +209,8 @@ def inside_parts(point_m: FloatArray, parts: tuple[FloatArray, ...]) -> npt.NDAr
 
     Parameters
     ----------
-    point_m : (3,) float64
-        Point [m], not on a part.
-    parts : tuple of (t, 3, 3) float64
-        Triangles [m] of each part.
+    point_m : (3,) float64 — Point [m], not on a part.
+    parts : Triangles [m] of each part.
     """
     inside = np.zeros(len(parts), dtype=np.bool_)
     for i, corners in enumerate(parts):

@@ -20,16 +20,13 @@ class Edges:
 
     Parameters
     ----------
-    ends_m : (e, 2, 3) float64
-        End points [m].
-    facet_start : (e + 1,) int64
-        Facets of edge i are ``facet[facet_start[i]]`` up to ``facet[facet_start[i + 1]]``.
-    facet : (k,) int64
-        Facets that end along each edge: one for a free edge, two for a wedge or a bent sheet,
-        three and more for a junction of sheets.
-    opening_rad : (e,) float64
-        Smallest angle [rad] between two facets of the edge, seen along it: 0 for a free edge, pi
-        for the seam of two materials in one plane.
+    ends_m : (e, 2, 3) float64 — End points [m].
+    facet_start : (e + 1,) int64 — Facets of edge i are ``facet[facet_start[i]]`` up to
+        ``facet[facet_start[i + 1]]``.
+    facet : (k,) int64 — Facets that end along each edge: one for a free edge, two for a wedge or a
+        bent sheet, three and more for a junction of sheets.
+    opening_rad : (e,) float64 — Smallest angle [rad] between two facets of the edge, seen along it:
+        0 for a free edge, pi for the seam of two materials in one plane.
     """
 
     ends_m: FloatArray
@@ -63,10 +60,8 @@ def find_edges(facets: Facets, *, tolerance_m: float) -> Edges:
 
     Parameters
     ----------
-    facets : Facets
-        Facets of a scene.
-    tolerance_m : float
-        Distance [m] within which corners and edges coincide.
+    facets : Facets of a scene.
+    tolerance_m : Distance [m] within which corners and edges coincide.
     """
     owner = np.repeat(np.arange(len(facets.facet_plane)), np.diff(facets.outline_start))
     outlines = [facets.outline_room_m(f) for f in range(len(facets.facet_plane))]

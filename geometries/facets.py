@@ -31,28 +31,22 @@ class Facets:
 
     Parameters
     ----------
-    plane_normal : (p, 3) float64
-        Unit normal of each plane [-].
-    plane_offset_m : (p,) float64
-        Plane equation: normal . x = offset [m].
-    plane_u, plane_v : (p, 3) float64
-        Orthonormal axes [-] within each plane; u runs along the plane's longest outline edge.
-    plane_facet_start : (p + 1,) int64
-        Facets of plane k are ``plane_facet_start[k]`` up to ``plane_facet_start[k + 1]``.
-    facet_plane : (f,) int64
-        Plane of each facet, ascending.
-    facet_material : (f,) int64
-        Index of the material label.
-    facet_bounds_m : (f, 4) float64
-        Least u, least v, greatest u, greatest v [m] in the plane's axes.
-    facet_is_rectangle : (f,) bool
-        Whether the facet fills its bounds [-], so that the bounds alone decide containment.
-    outline_start : (f + 1,) int64
-        Outline edges of facet i are ``outline_start[i]`` up to ``outline_start[i + 1]``.
-    outline_m : (e, 4) float64
-        Directed edges u0, v0, u1, v1 [m]; the facet lies to their left.
-    triangle_facet : (t,) int64
-        Facet of each input triangle; -1 for a triangle without area.
+    plane_normal : (p, 3) float64 — Unit normal of each plane [-].
+    plane_offset_m : (p,) float64 — Plane equation: normal . x = offset [m].
+    plane_u, plane_v : (p, 3) float64 — Orthonormal axes [-] within each plane; u runs along the
+        plane's longest outline edge.
+    plane_facet_start : (p + 1,) int64 — Facets of plane k are ``plane_facet_start[k]`` up to
+        ``plane_facet_start[k + 1]``.
+    facet_plane : (f,) int64 — Plane of each facet, ascending.
+    facet_material : (f,) int64 — Index of the material label.
+    facet_bounds_m : (f, 4) float64 — Least u, least v, greatest u, greatest v [m] in the plane's
+        axes.
+    facet_is_rectangle : (f,) bool — Whether the facet fills its bounds [-], so that the bounds
+        alone decide containment.
+    outline_start : (f + 1,) int64 — Outline edges of facet i are ``outline_start[i]`` up to
+        ``outline_start[i + 1]``.
+    outline_m : (e, 4) float64 — Directed edges u0, v0, u1, v1 [m]; the facet lies to their left.
+    triangle_facet : (t,) int64 — Facet of each input triangle; -1 for a triangle without area.
     """
 
     plane_normal: FloatArray
@@ -93,8 +87,7 @@ class Facets:
 
         Parameters
         ----------
-        facet : int
-            Index of the facet.
+        facet : Index of the facet.
 
         Returns
         -------
@@ -115,8 +108,7 @@ class Facets:
 
         Parameters
         ----------
-        facet : int
-            Index of the facet.
+        facet : Index of the facet.
         """
         uv = self.outline_m[self.outline_start[facet] : self.outline_start[facet + 1]]
         return float(0.5 * np.sum(uv[:, 0] * uv[:, 3] - uv[:, 2] * uv[:, 1]))
@@ -136,16 +128,12 @@ def build_facets(
 
     Parameters
     ----------
-    vertices_m : (n, 3) float64
-        Vertices [m].
-    faces : (t, 3) int64
-        Triangles as indices of welded vertices.
-    material : (t,) int64
-        Material index of each triangle.
-    tolerance_m : float
-        T-junction tolerance [m]: how near a corner stands to an edge that it lies on.
-    rounding_m : (n,) float64, float or None
-        How far [m] rounding may have moved each vertex off its plane; None takes ``tolerance_m``.
+    vertices_m : (n, 3) float64 — Vertices [m].
+    faces : (t, 3) int64 — Triangles as indices of welded vertices.
+    material : (t,) int64 — Material index of each triangle.
+    tolerance_m : T-junction tolerance [m]: how near a corner stands to an edge that it lies on.
+    rounding_m : (n,) float64, float or None — How far [m] rounding may have moved each vertex off
+        its plane; None takes ``tolerance_m``.
     """
     rounding = tolerance_m if rounding_m is None else rounding_m
     label = group_planes(vertices_m, faces, rounding)

@@ -14,10 +14,8 @@ def refuse_overwrite(*paths: Path, force: bool) -> None:
 
     Parameters
     ----------
-    *paths : Path
-        Files that would be written.
-    force : bool
-        True: overwriting is what the user asked for.
+    *paths : Files that would be written.
+    force : True: overwriting is what the user asked for.
     """
     for path in paths:
         above = next(folder for folder in path.absolute().parents if folder.exists())
@@ -35,8 +33,7 @@ def whole_file(path: Path) -> Iterator[Path]:
 
     Parameters
     ----------
-    path : Path
-        The file to write; its folder is made where it is missing.
+    path : The file to write; its folder is made where it is missing.
 
     Yields
     ------
@@ -66,12 +63,9 @@ def write_text(path: Path, text: str, *, force: bool = True) -> None:
 
     Parameters
     ----------
-    path : Path
-        The file.
-    text : str
-        Its content, written as UTF-8.
-    force : bool
-        False: refuse when the file exists.
+    path : The file.
+    text : Its content, written as UTF-8.
+    force : False: refuse when the file exists.
     """
     refuse_overwrite(path, force=force)
     with whole_file(path) as part:

@@ -35,16 +35,12 @@ def box(
 
     Parameters
     ----------
-    size_m : (3,) sequence of float
-        Length in x, y and z before the turn [m].
-    material : str
-        Label of the material.
-    position_m : (3,) sequence of float
-        Where the lowest corner (least x, y and z before the turn) stands [m].
-    yaw_deg : float
-        Turn about the vertical through `position_m`, from +x towards +y [deg].
-    name : str
-        Name of the body.
+    size_m : (3,) sequence of float — Length in x, y and z before the turn [m].
+    material : Label of the material.
+    position_m : (3,) sequence of float — Where the lowest corner (least x, y and z before the turn)
+        stands [m].
+    yaw_deg : Turn about the vertical through `position_m`, from +x towards +y [deg].
+    name : Name of the body.
     """
     size = frozen_array(size_m, name=f"size_m of {name!r}", shape=(3,))
     for axis, length in zip("xyz", size, strict=True):
@@ -67,16 +63,13 @@ def cabinet(
 
     Parameters
     ----------
-    size_m : (3,) sequence of float
-        Length in x, y and z before the turn [m]; the thesis' cabinet lies 1.5 x 0.35 and 1 m high.
-    material : str
-        Label of the material.
-    position_m : (3,) sequence of float
-        Where the lowest corner (least x, y and z before the turn) stands [m].
-    yaw_deg : float
-        Turn about the vertical through `position_m`, from +x towards +y [deg].
-    name : str
-        Name of the body.
+    size_m : (3,) sequence of float — Length in x, y and z before the turn [m]; the thesis' cabinet
+        lies 1.5 x 0.35 and 1 m high.
+    material : Label of the material.
+    position_m : (3,) sequence of float — Where the lowest corner (least x, y and z before the turn)
+        stands [m].
+    yaw_deg : Turn about the vertical through `position_m`, from +x towards +y [deg].
+    name : Name of the body.
 
     References
     ----------
@@ -102,20 +95,13 @@ def cylinder(
 
     Parameters
     ----------
-    radius_m : float
-        Radius of the circle on which the prism's edges stand [m].
-    height_m : float
-        Height [m].
-    material : str
-        Label of the material.
-    sides : int
-        Number of flat sides, at least 3.
-    position_m : (3,) sequence of float
-        Centre of the base [m].
-    yaw_deg : float
-        Turn about the axis, from +x towards +y [deg]; at zero an edge points to +x.
-    name : str
-        Name of the body.
+    radius_m : Radius of the circle on which the prism's edges stand [m].
+    height_m : Height [m].
+    material : Label of the material.
+    sides : Number of flat sides, at least 3.
+    position_m : (3,) sequence of float — Centre of the base [m].
+    yaw_deg : Turn about the axis, from +x towards +y [deg]; at zero an edge points to +x.
+    name : Name of the body.
 
     Notes
     -----
@@ -165,18 +151,12 @@ def sphere(
 
     Parameters
     ----------
-    radius_m : float
-        Radius of the sphere that the corners lie on [m].
-    material : str
-        Label of the material.
-    subdivisions : int
-        How often the 20 faces of an icosahedron are cut into four, 0 to 6.
-    position_m : (3,) sequence of float
-        Centre [m].
-    yaw_deg : float
-        Turn about the vertical through the centre, from +x towards +y [deg].
-    name : str
-        Name of the body.
+    radius_m : Radius of the sphere that the corners lie on [m].
+    material : Label of the material.
+    subdivisions : How often the 20 faces of an icosahedron are cut into four, 0 to 6.
+    position_m : (3,) sequence of float — Centre [m].
+    yaw_deg : Turn about the vertical through the centre, from +x towards +y [deg].
+    name : Name of the body.
 
     Notes
     -----

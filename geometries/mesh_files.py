@@ -66,8 +66,7 @@ def metres_per_unit(unit: str) -> float:
 
     Parameters
     ----------
-    unit : str
-        A key of `METRES_PER_UNIT`, such as "m", "cm", "mm", "in" or "ft"; case does not matter.
+    unit : A key of `METRES_PER_UNIT`, such as "m", "cm", "mm", "in" or "ft"; case does not matter.
     """
     try:
         return METRES_PER_UNIT[unit.strip().lower()]
@@ -92,8 +91,7 @@ def carries_materials(path: str | Path) -> bool:
 
     Parameters
     ----------
-    path : str or Path
-        A mesh file; it need not exist.
+    path : A mesh file; it need not exist.
     """
     return Path(path).suffix.lower().removeprefix(".") in (*GLTF, _SCENE)
 
@@ -110,20 +108,15 @@ def load_bodies(
 
     Parameters
     ----------
-    path : str or Path
-        Any file that trimesh reads: STL, OBJ, PLY, OFF, GLB, GLTF, 3MF and more; or a scene of
+    path : Any file that trimesh reads: STL, OBJ, PLY, OFF, GLB, GLTF, 3MF and more; or a scene of
         Mitsuba or Sionna RT, XML (`octant.geometries.mitsuba_scene`).
-    unit : str or None
-        Unit of the file's coordinates, such as "m" or "mm". It may be left out for GLB and
-        GLTF, which are in metres by specification, for 3MF, which declares its unit, and for XML
-        scenes, which are in metres unless a unit is given.
-    material : str or None
-        Label for every body that `materials_by_name` does not name. Without it, GLB, GLTF and XML
-        scenes keep the names of materials that they hold themselves.
-    materials_by_name : mapping or None
-        Label of each body by its exact name.
-    up : "y", "z" or None
-        The file's vertical axis. None takes "y" for GLB and GLTF, as their specification says and
+    unit : Unit of the file's coordinates, such as "m" or "mm". It may be left out for GLB and GLTF,
+        which are in metres by specification, for 3MF, which declares its unit, and for XML scenes,
+        which are in metres unless a unit is given.
+    material : Label for every body that `materials_by_name` does not name. Without it, GLB, GLTF
+        and XML scenes keep the names of materials that they hold themselves.
+    materials_by_name : Label of each body by its exact name.
+    up : The file's vertical axis. None takes "y" for GLB and GLTF, as their specification says and
         as modelling programs write them, and "z" for everything else. Give "z" for a GLB that was
         written without the conversion (trimesh's own export, for one).
 
@@ -205,22 +198,14 @@ def mesh_object(
 
     Parameters
     ----------
-    path : str or Path
-        Any file that `load_bodies` reads.
-    unit : str or None
-        Unit of the file's coordinates; None where the format declares it.
-    material : str or None
-        Label for every body that `materials_by_name` does not name.
-    materials_by_name : mapping or None
-        Label of each body by its exact name in the file.
-    up : "y", "z" or None
-        The file's vertical axis; None takes the format's own.
-    position_m : (3,) sequence of float
-        Where the origin of the file's frame comes to stand [m].
-    yaw_deg : float
-        Turn about the vertical through `position_m`, from +x towards +y [deg].
-    name : str or None
-        What to call the object: a single body takes the name, several become ``name.body``. None
+    path : Any file that `load_bodies` reads.
+    unit : Unit of the file's coordinates; None where the format declares it.
+    material : Label for every body that `materials_by_name` does not name.
+    materials_by_name : Label of each body by its exact name in the file.
+    up : The file's vertical axis; None takes the format's own.
+    position_m : (3,) sequence of float — Where the origin of the file's frame comes to stand [m].
+    yaw_deg : Turn about the vertical through `position_m`, from +x towards +y [deg].
+    name : What to call the object: a single body takes the name, several become ``name.body``. None
         keeps the file's names.
     """
     bodies = load_bodies(
@@ -412,15 +397,12 @@ def save_bodies(
 
     Parameters
     ----------
-    bodies : sequence of Body
-        What to write, in metres and z up. Names must differ. Material labels are written to GLB
-        and GLTF only, with colours to look at.
-    path : str or Path
-        GLB or GLTF (metres, turned to y up as their specification asks), 3MF (written in
+    bodies : What to write, in metres and z up. Names must differ. Material labels are written to
+        GLB and GLTF only, with colours to look at.
+    path : GLB or GLTF (metres, turned to y up as their specification asks), 3MF (written in
         millimetres, as trimesh declares), OBJ (metres), or STL, PLY, OFF (metres; these hold no
         names, so that all bodies become one). An existing file is overwritten.
-    opacity : mapping of str to float or None
-        Opacity of bodies by name in GLB and GLTF [-], where it is not the material's own.
+    opacity : Opacity of bodies by name in GLB and GLTF [-], where it is not the material's own.
 
     Notes
     -----

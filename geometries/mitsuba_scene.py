@@ -43,14 +43,10 @@ class MitsubaShape:
 
     Parameters
     ----------
-    name : str
-        The shape's id without ``mesh-`` before it, or its type; numbered where it repeats.
-    vertices : (n, 3) float64
-        Corners in the unit of the file [-], z up.
-    faces : (m, 3) int64
-        Vertex numbers of each triangle.
-    material : str or None
-        Label that the file gives; None where it gives none.
+    name : The shape's id without ``mesh-`` before it, or its type; numbered where it repeats.
+    vertices : (n, 3) float64 — Corners in the unit of the file [-], z up.
+    faces : (m, 3) int64 — Vertex numbers of each triangle.
+    material : Label that the file gives; None where it gives none.
     """
 
     name: str
@@ -118,10 +114,8 @@ def read_mitsuba(path: Path, load_mesh: MeshReader) -> list[MitsubaShape]:
 
     Parameters
     ----------
-    path : Path
-        The XML file; its meshes are looked for beside it.
-    load_mesh : callable
-        Reads a mesh file of a shape; it gets the path, ``unit`` and ``material``.
+    path : The XML file; its meshes are looked for beside it.
+    load_mesh : Reads a mesh file of a shape; it gets the path, ``unit`` and ``material``.
 
     Notes
     -----
@@ -354,10 +348,8 @@ def _numbers_of(text: str, *, where: str) -> list[float]:
 
     Parameters
     ----------
-    text : str
-        For example ``1, 2, 3``.
-    where : str
-        File, line and element, for messages.
+    text : For example ``1, 2, 3``.
+    where : File, line and element, for messages.
     """
     try:
         found = [float(word) for word in text.replace(",", " ").split()]
@@ -380,14 +372,10 @@ def _vector_of(
 
     Parameters
     ----------
-    element : lxml element
-        E.g. ``<translate x="1"/>``.
-    attribute : callable
-        Reads an attribute.
-    where : str
-        File, line and element, for messages.
-    default : float
-        What a coordinate is that is not given [-].
+    element : E.g. ``<translate x="1"/>``.
+    attribute : Reads an attribute.
+    where : File, line and element, for messages.
+    default : What a coordinate is that is not given [-].
     """
     value = attribute(element, "value")
     if value is None:
@@ -413,12 +401,9 @@ def _transform_matrix(
 
     Parameters
     ----------
-    element : lxml element or None
-        The transform; None leaves everything in its place.
-    attribute : callable
-        Reads an attribute.
-    where : str
-        File and shape, for messages.
+    element : The transform; None leaves everything in its place.
+    attribute : Reads an attribute.
+    where : File and shape, for messages.
 
     References
     ----------

@@ -11,12 +11,10 @@ def nearest_name(given: str, allowed: Iterable[str], *, least_likeness: float = 
 
     Parameters
     ----------
-    given : str
-        The name that was not found.
-    allowed : iterable of str
-        The names that exist.
-    least_likeness : float
-        Likeness from 0 to 1 that the nearest name must reach [-]; with 0 every name is near enough.
+    given : The name that was not found.
+    allowed : The names that exist.
+    least_likeness : Likeness from 0 to 1 that the nearest name must reach [-]; with 0 every name is
+        near enough.
     """
     folded = {name.casefold(): name for name in allowed}
     hits = difflib.get_close_matches(given.casefold(), folded, n=1, cutoff=least_likeness)
@@ -28,10 +26,8 @@ def unused_name(name: str, used: set[str]) -> str:
 
     Parameters
     ----------
-    name : str
-        The name wanted.
-    used : set of str
-        The names taken so far; the result is added.
+    name : The name wanted.
+    used : The names taken so far; the result is added.
     """
     unique, copy = name, 1
     while unique in used:

@@ -21,12 +21,9 @@ def build_bvh(corners_m: FloatArray, planes: IntArray, *, extent_m: float) -> Bv
 
     Parameters
     ----------
-    corners_m : (t, 3, 3) float64
-        Corners of the triangles [m].
-    planes : (t,) int64
-        Number of the plane that each triangle lies in, for exclusion.
-    extent_m : float
-        Size of the whole scene [m], the scale of the margins.
+    corners_m : (t, 3, 3) float64 — Corners of the triangles [m].
+    planes : (t,) int64 — Number of the plane that each triangle lies in, for exclusion.
+    extent_m : Size of the whole scene [m], the scale of the margins.
     """
     margin = LENGTHS.facet_per_extent * extent_m
     corners = np.ascontiguousarray(corners_m, dtype=np.float64).reshape(-1, 3, 3)
@@ -55,12 +52,10 @@ def segments_blocked(
 
     Parameters
     ----------
-    bvh : BvhArrays
-        Hierarchy of `build_bvh`.
-    starts_m, ends_m : (n, 3) float64
-        Ends of the segments [m].
-    start_planes, end_planes : (n,) int or int
-        Planes whose triangles are ignored [-]; -1 for none.
+    bvh : Hierarchy of `build_bvh`.
+    starts_m, ends_m : (n, 3) float64 — Ends of the segments [m].
+    start_planes, end_planes : (n,) int or int — Planes whose triangles are ignored [-]; -1 for
+        none.
     """
     starts: npt.NDArray[Any] = np.ascontiguousarray(starts_m, dtype=np.float64).reshape(-1, 3)
     ends = np.ascontiguousarray(ends_m, dtype=np.float64).reshape(-1, 3)
@@ -85,10 +80,8 @@ def winding_numbers(points_m: npt.ArrayLike, corners_m: FloatArray) -> FloatArra
 
     Parameters
     ----------
-    points_m : (n, 3) float64
-        Points [m], not on the mesh.
-    corners_m : (t, 3, 3) float64
-        Corners of the triangles [m].
+    points_m : (n, 3) float64 — Points [m], not on the mesh.
+    corners_m : (t, 3, 3) float64 — Corners of the triangles [m].
     """
     points = np.ascontiguousarray(points_m, dtype=np.float64).reshape(-1, 3)
     winding = np.zeros(len(points))

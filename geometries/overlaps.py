@@ -35,16 +35,12 @@ def outer_outlines(
 
     Parameters
     ----------
-    piece : (k,) int64
-        Piece of each directed edge, in any order.
-    start, end : (k,) int64
-        Corners of the edges, apart for every piece; the piece lies to their left.
-    places_m : (n, 3) float64
-        Corners [m].
-    normal_of_piece : (p, 3) float64
-        Normal [-] about which each piece is wound.
-    tolerance_m : float
-        Distance [m] within which corners and edges coincide.
+    piece : (k,) int64 — Piece of each directed edge, in any order.
+    start, end : (k,) int64 — Corners of the edges, apart for every piece; the piece lies to their
+        left.
+    places_m : (n, 3) float64 — Corners [m].
+    normal_of_piece : (p, 3) float64 — Normal [-] about which each piece is wound.
+    tolerance_m : Distance [m] within which corners and edges coincide.
 
     Returns
     -------

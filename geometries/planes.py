@@ -29,12 +29,9 @@ def rounding_m(vertices_m: FloatArray, *, coordinate_bits: int, extent_m: float)
 
     Parameters
     ----------
-    vertices_m : (n, 3) float64
-        Vertices [m].
-    coordinate_bits : int
-        Significant bits of the stored coordinates: 24 for float32, 53 for float64.
-    extent_m : float
-        Size of the scene [m].
+    vertices_m : (n, 3) float64 — Vertices [m].
+    coordinate_bits : Significant bits of the stored coordinates: 24 for float32, 53 for float64.
+    extent_m : Size of the scene [m].
 
     Notes
     -----
@@ -57,12 +54,10 @@ def group_planes(
 
     Parameters
     ----------
-    vertices_m : (n, 3) float64
-        Vertices [m].
-    faces : (t, 3) int64
-        Triangles as indices of welded vertices.
-    tolerance_m : (n,) float64 or float
-        How far [m] rounding may have moved each vertex off its plane.
+    vertices_m : (n, 3) float64 — Vertices [m].
+    faces : (t, 3) int64 — Triangles as indices of welded vertices.
+    tolerance_m : (n,) float64 or float — How far [m] rounding may have moved each vertex off its
+        plane.
 
     Notes
     -----

@@ -44,34 +44,24 @@ class ReaderBody:
 
     Parameters
     ----------
-    antennas : int
-        Number of antennas n, at least 3.
-    antenna_radius_m : float
-        Distance of the antennas from the axis, r_a [m].
-    plate_height_m : float
-        Height of the plates at their outer end, h_p [m].
-    plate_height_axis_m : float
-        Height of the plates at the axis [m].
-    plate_outer_radius_m : float
-        Distance of the plates' outer end from the axis [m].
-    ground_plane_m : float
-        Side of a square, diameter of a round, width across flats of an octagonal plane [m].
-    ground_plane_shape : str
-        "square", "round" or "octagon".
-    monopole_plane_m : float
-        Wanted side of the square plane under each monopole [m]; 0: none of its own.
-    element_azimuths_rad : (n,) float64
-        Azimuth of each antenna [rad], as drawn.
-    plate_azimuths_rad : (n,) float64
-        Azimuth of each plate [rad], as drawn; empty when there are none.
-    body : Body
-        The sheets as one mesh [m], in the reader frame. Plates share vertices with the ground plane
-        along their feet, and with each other along the axis; the antennas' feet are vertices too.
-    built : BuiltPlaces
-        Azimuths [rad], distances and heights [m] of antennas and plates as built.
-    errors : BuildErrors or None
-        What was built less what was drawn: in ``built``, ``body`` and ``element_feet_m``, while all
-        other fields are the drawing's. None: as drawn.
+    antennas : Number of antennas n, at least 3.
+    antenna_radius_m : Distance of the antennas from the axis, r_a [m].
+    plate_height_m : Height of the plates at their outer end, h_p [m].
+    plate_height_axis_m : Height of the plates at the axis [m].
+    plate_outer_radius_m : Distance of the plates' outer end from the axis [m].
+    ground_plane_m : Side of a square, diameter of a round, width across flats of an octagonal plane
+        [m].
+    ground_plane_shape : "square", "round" or "octagon".
+    monopole_plane_m : Wanted side of the square plane under each monopole [m]; 0: none of its own.
+    element_azimuths_rad : (n,) float64 — Azimuth of each antenna [rad], as drawn.
+    plate_azimuths_rad : (n,) float64 — Azimuth of each plate [rad], as drawn; empty when there are
+        none.
+    body : The sheets as one mesh [m], in the reader frame. Plates share vertices with the ground
+        plane along their feet, and with each other along the axis; the antennas' feet are vertices
+        too.
+    built : Azimuths [rad], distances and heights [m] of antennas and plates as built.
+    errors : What was built less what was drawn: in ``built``, ``body`` and ``element_feet_m``,
+        while all other fields are the drawing's. None: as drawn.
     """
 
     antennas: int
@@ -142,36 +132,27 @@ def reader_body(
 
     Parameters
     ----------
-    antenna_radius_m : float
-        Distance of the antennas from the axis, r_a [m]; each must stand on the ground plane, its
-        edge included.
-    plate_height_m : float
-        Height of the plates at their outer end, h_p [m].
-    plate_height_axis_m : float or None
-        Height of the plates at the axis [m]; None takes `plate_height_m`. Both zero: no plates.
-    plate_outer_radius_m : float or None
-        Distance of the plates' outer end from the axis [m]; None takes half of `ground_plane_m`
-        in every direction, as in the thesis.
-    ground_plane_m : float
-        Side of a square, diameter of a round, width across flats of an octagonal plane [m].
-    ground_plane_shape : str
-        "square": sides along x' and y'. "octagon": flats face antennas 1, 3, 5, 7 of 8 and those
-        half-way. "round": a regular polygon inscribed in the circle, of at least 32 sides and a
-        multiple of twice the antennas, so that antennas and plates point at corners and a turn
-        from one antenna to the next maps it onto itself; at 32 sides it has 99.4 % of the
+    antenna_radius_m : Distance of the antennas from the axis, r_a [m]; each must stand on the
+        ground plane, its edge included.
+    plate_height_m : Height of the plates at their outer end, h_p [m].
+    plate_height_axis_m : Height of the plates at the axis [m]; None takes `plate_height_m`. Both
+        zero: no plates.
+    plate_outer_radius_m : Distance of the plates' outer end from the axis [m]; None takes half of
+        `ground_plane_m` in every direction, as in the thesis.
+    ground_plane_m : Side of a square, diameter of a round, width across flats of an octagonal plane
+        [m].
+    ground_plane_shape : "square": sides along x' and y'. "octagon": flats face antennas 1, 3, 5, 7
+        of 8 and those half-way. "round": a regular polygon inscribed in the circle, of at least 32
+        sides and a multiple of twice the antennas, so that antennas and plates point at corners and
+        a turn from one antenna to the next maps it onto itself; at 32 sides it has 99.4 % of the
         circle's area.
-    antennas : int
-        Number of antennas, at least 3.
-    monopole_plane_m : float
-        Side of the square plane under each monopole [m]; 0 when the monopoles have none of their
-        own. It is not part of the mesh.
-    material : str
-        Label of the sheets' material.
-    name : str
-        Name of the body.
-    errors : BuildErrors or None
-        What is built less what is drawn; None, or errors of zero: as drawn. With errors a dipole
-        may stand beyond the rim, as it touches nothing.
+    antennas : Number of antennas, at least 3.
+    monopole_plane_m : Side of the square plane under each monopole [m]; 0 when the monopoles have
+        none of their own. It is not part of the mesh.
+    material : Label of the sheets' material.
+    name : Name of the body.
+    errors : What is built less what is drawn; None, or errors of zero: as drawn. With errors a
+        dipole may stand beyond the rim, as it touches nothing.
 
     References
     ----------
@@ -262,12 +243,10 @@ def ground_plane_outline_m(
 
     Parameters
     ----------
-    ground_plane_m : float
-        Side of a square, diameter of a round, width across flats of an octagonal plane [m].
-    shape : str
-        "square", "round" or "octagon".
-    antennas : int
-        Number of antennas, which sets the number of sides of a round plane.
+    ground_plane_m : Side of a square, diameter of a round, width across flats of an octagonal plane
+        [m].
+    shape : "square", "round" or "octagon".
+    antennas : Number of antennas, which sets the number of sides of a round plane.
     """
     half = 0.5 * ground_plane_m
     if shape == "square":
@@ -298,14 +277,10 @@ def fitted_monopole_plane_m(
 
     Parameters
     ----------
-    monopole_plane_m : float
-        Wanted side [m]; 0 stays 0.
-    antenna_radius_m : float
-        Distance of the antennas from the axis, r_a [m].
-    antennas : int
-        Number of antennas n, at least 3.
-    margin_m : float
-        Clearance to keep on all sides [m].
+    monopole_plane_m : Wanted side [m]; 0 stays 0.
+    antenna_radius_m : Distance of the antennas from the axis, r_a [m].
+    antennas : Number of antennas n, at least 3.
+    margin_m : Clearance to keep on all sides [m].
 
     Notes
     -----

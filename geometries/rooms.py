@@ -31,14 +31,10 @@ class Doorway:
 
     Parameters
     ----------
-    wall : int
-        Number of the wall: wall i runs from corner i of the outline to corner i + 1.
-    offset_m : float
-        Distance from the wall's first corner to the opening, along the wall [m]; positive.
-    width_m : float
-        Width of the opening [m]; the opening must end before the wall does.
-    height_m : float
-        Height of the opening [m]; lower than the room.
+    wall : Number of the wall: wall i runs from corner i of the outline to corner i + 1.
+    offset_m : Distance from the wall's first corner to the opening, along the wall [m]; positive.
+    width_m : Width of the opening [m]; the opening must end before the wall does.
+    height_m : Height of the opening [m]; lower than the room.
     """
 
     wall: int
@@ -70,18 +66,13 @@ def prism_room(
 
     Parameters
     ----------
-    outline_xy_m : (k, 2) array_like
-        Corners of the floor in order, either way round, the first not repeated [m].
-    height_m : float
-        Height of the room [m].
-    origin_m : (3,) sequence of float
-        Added to every corner; its z is the height of the floor [m].
-    material : str
-        Label of every part that `materials` does not name.
-    materials : mapping or None
-        Labels of "walls", "floor" and "ceiling".
-    doorways : sequence of Doorway
-        Openings; without any the room is closed.
+    outline_xy_m : (k, 2) array_like — Corners of the floor in order, either way round, the first
+        not repeated [m].
+    height_m : Height of the room [m].
+    origin_m : (3,) sequence of float — Added to every corner; its z is the height of the floor [m].
+    material : Label of every part that `materials` does not name.
+    materials : Labels of "walls", "floor" and "ceiling".
+    doorways : Openings; without any the room is closed.
 
     Notes
     -----
@@ -186,16 +177,11 @@ def box_room(
 
     Parameters
     ----------
-    size_m : (3,) sequence of float
-        Length in x, y and z [m].
-    origin_m : (3,) sequence of float
-        Lowest corner [m].
-    material : str
-        Label of every part that `materials` does not name.
-    materials : mapping or None
-        Labels of "walls", "floor" and "ceiling".
-    doorways : sequence of Doorway
-        Openings; wall 0 is at the lowest y and runs towards +x, and 1, 2, 3 follow
+    size_m : (3,) sequence of float — Length in x, y and z [m].
+    origin_m : (3,) sequence of float — Lowest corner [m].
+    material : Label of every part that `materials` does not name.
+    materials : Labels of "walls", "floor" and "ceiling".
+    doorways : Openings; wall 0 is at the lowest y and runs towards +x, and 1, 2, 3 follow
         counter-clockwise seen from above.
     """
     lx, ly, lz = _lengths(size_m, names=("x", "y", "z"), of="the room's size_m")

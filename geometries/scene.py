@@ -38,43 +38,29 @@ class Scene:
 
     Parameters
     ----------
-    bodies : tuple of Body
-        Everything that the scene was built from, in order.
-    material_names : tuple of str
-        Labels that ``facets.facet_material`` counts.
-    facets : Facets
-        Planes and polygons.
-    triangle_corners_m : (t, 3, 3) float64
-        Corners [m] of the triangles that have an area.
-    triangle_facet : (t,) int64
-        Facet of each of them.
-    facet_front : (f,) bool
-        Whether the outward side of each facet's triangles, by the order of their corners, is the
-        one that its plane's normal points to [-].
-    supporting_side : (p,) int64
-        +1 or -1 when the whole scene lies on that side of the plane (the side that the normal
-        points to, or the other), 0 when the plane cuts through the scene.
-    bvh : BvhArrays
-        Hierarchy over all triangles.
-    inner_bvh : BvhArrays
-        Hierarchy without the triangles of supporting planes: between two points on the inner side
-        of those planes they can block nothing.
-    shell_corners_m : (s, 3, 3) float64
-        Triangles [m] of the closed room, none when the room is open or absent.
-    solids : tuple of (t, 3, 3) float64
-        Triangles [m] of each closed object.
-    bounds_m : (2, 3) float64
-        Least and greatest corner [m]; zeros without any body.
-    has_room : bool
-        Whether there is a room to be inside of.
-    facet_part : (f,) int64
-        Closed part that each facet bounds: the number of the solid, ``len(solids)`` for the
-        closed room, -1 for a sheet.
-    triangle_part : (t,) int64
-        Closed part of each triangle, as ``facets.triangle_facet`` counts them; -1 for none.
-    facet_outer_side : (f,) int64
-        +1 when the plane's normal points out of that part, -1 when it points into it, 0 for a
-        sheet.
+    bodies : Everything that the scene was built from, in order.
+    material_names : Labels that ``facets.facet_material`` counts.
+    facets : Planes and polygons.
+    triangle_corners_m : (t, 3, 3) float64 — Corners [m] of the triangles that have an area.
+    triangle_facet : (t,) int64 — Facet of each of them.
+    facet_front : (f,) bool — Whether the outward side of each facet's triangles, by the order of
+        their corners, is the one that its plane's normal points to [-].
+    supporting_side : (p,) int64 — +1 or -1 when the whole scene lies on that side of the plane (the
+        side that the normal points to, or the other), 0 when the plane cuts through the scene.
+    bvh : Hierarchy over all triangles.
+    inner_bvh : Hierarchy without the triangles of supporting planes: between two points on the
+        inner side of those planes they can block nothing.
+    shell_corners_m : (s, 3, 3) float64 — Triangles [m] of the closed room, none when the room is
+        open or absent.
+    solids : Triangles [m] of each closed object.
+    bounds_m : (2, 3) float64 — Least and greatest corner [m]; zeros without any body.
+    has_room : Whether there is a room to be inside of.
+    facet_part : (f,) int64 — Closed part that each facet bounds: the number of the solid,
+        ``len(solids)`` for the closed room, -1 for a sheet.
+    triangle_part : (t,) int64 — Closed part of each triangle, as ``facets.triangle_facet`` counts
+        them; -1 for none.
+    facet_outer_side : (f,) int64 — +1 when the plane's normal points out of that part, -1 when it
+        points into it, 0 for a sheet.
     """
 
     bodies: tuple[Body, ...]
@@ -122,8 +108,7 @@ class Scene:
 
         Parameters
         ----------
-        points_m : (n, 3) float64
-            Points [m].
+        points_m : (n, 3) float64 — Points [m].
         """
         points = np.asarray(points_m, dtype=np.float64).reshape(-1, 3)
         inside = np.zeros(len(points), dtype=np.bool_)
@@ -142,8 +127,7 @@ class Scene:
 
         Parameters
         ----------
-        points_m : (n, 3) float64
-            Points [m].
+        points_m : (n, 3) float64 — Points [m].
         """
         points = np.asarray(points_m, dtype=np.float64).reshape(-1, 3)
         if not self.has_room:
@@ -172,10 +156,9 @@ class Scene:
 
         Parameters
         ----------
-        points_m : (n, 3) float64
-            Points [m].
-        within_m : float
-            Distance [m] beyond which no facet is looked for; a small one is quick in dense meshes.
+        points_m : (n, 3) float64 — Points [m].
+        within_m : Distance [m] beyond which no facet is looked for; a small one is quick in dense
+            meshes.
 
         Returns
         -------
@@ -211,10 +194,8 @@ class Scene:
 
         Parameters
         ----------
-        points_m : (n, 3) float64
-            Points [m].
-        standoff_m : float
-            Distance [m] to keep, > 0.
+        points_m : (n, 3) float64 — Points [m].
+        standoff_m : Distance [m] to keep, > 0.
 
         Returns
         -------
@@ -275,15 +256,13 @@ def build_scene(
 
     Parameters
     ----------
-    bodies : sequence of Body
-        The room. Its closed parts inside the outermost one are solids; the outermost, when closed,
-        is the shell that antennas must be inside of.
-    objects : sequence of Body
-        Furniture; the closed ones are solids.
-    coordinate_bits : int
-        Significant bits of the stored coordinates, 1 to 53: what their rounding explains does
-        not keep triangles out of one plane. 24, float32, suits files; 53 takes every triangle as
-        it is stored, so that a flat wall which a float32 file has made uneven becomes many planes.
+    bodies : The room. Its closed parts inside the outermost one are solids; the outermost, when
+        closed, is the shell that antennas must be inside of.
+    objects : Furniture; the closed ones are solids.
+    coordinate_bits : Significant bits of the stored coordinates, 1 to 53: what their rounding
+        explains does not keep triangles out of one plane. 24, float32, suits files; 53 takes every
+        triangle as it is stored, so that a flat wall which a float32 file has made uneven becomes
+        many planes.
     """
     if not 1 <= coordinate_bits <= 53:
         msg = f"coordinate_bits = {coordinate_bits} is not a number of bits from 1 to 53."

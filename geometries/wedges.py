@@ -31,23 +31,15 @@ class Wedges:
 
     Parameters
     ----------
-    edge : (w,) int64
-        Edge that each wedge lies along; wedges of one edge share its place.
-    origin_m : (w, 3) float64
-        Start of the edge [m].
-    length_m : (w,) float64
-        Length of the edge [m].
-    axis : (w, 3) float64
-        Unit vector [-] along the edge, away from the origin.
-    tangent : (w, 3) float64
-        Unit vector [-] from the edge into face 0, perpendicular to the axis.
-    normal : (w, 3) float64
-        Unit normal [-] of face 0 that points into the air.
-    exterior_rad : (w,) float64
-        Angle [rad] of the air from face 0 to face n, n pi in the usual notation: 2 pi for the rim
-        of a sheet, 3 pi / 2 for a box seen from outside.
-    facets : (w, 2) int64
-        Facets that are face 0 and face n; twice the same one for a rim.
+    edge : (w,) int64 — Edge that each wedge lies along; wedges of one edge share its place.
+    origin_m : (w, 3) float64 — Start of the edge [m].
+    length_m : (w,) float64 — Length of the edge [m].
+    axis : (w, 3) float64 — Unit vector [-] along the edge, away from the origin.
+    tangent : (w, 3) float64 — Unit vector [-] from the edge into face 0, perpendicular to the axis.
+    normal : (w, 3) float64 — Unit normal [-] of face 0 that points into the air.
+    exterior_rad : (w,) float64 — Angle [rad] of the air from face 0 to face n, n pi in the usual
+        notation: 2 pi for the rim of a sheet, 3 pi / 2 for a box seen from outside.
+    facets : (w, 2) int64 — Facets that are face 0 and face n; twice the same one for a rim.
     """
 
     edge: IntArray
@@ -96,8 +88,7 @@ def find_wedges(scene: Scene) -> Wedges:
 
     Parameters
     ----------
-    scene : Scene
-        Geometry.
+    scene : Geometry.
 
     Notes
     -----

@@ -9,8 +9,7 @@ def wrap_angle(angle_rad: npt.ArrayLike) -> npt.NDArray[np.float64]:
 
     Parameters
     ----------
-    angle_rad : (...) float64
-        Angles [rad].
+    angle_rad : (...) float64 — Angles [rad].
     """
     angle = np.asarray(angle_rad, dtype=np.float64)
     return np.asarray(np.pi - np.mod(np.pi - angle, 2.0 * np.pi))

@@ -12,14 +12,10 @@ def check_positive(value: float, *, name: str, unit: str, allow_zero: bool = Fal
 
     Parameters
     ----------
-    value : float
-        What was given [unit as named].
-    name : str
-        Name in the message.
-    unit : str
-        Unit in the message.
-    allow_zero : bool
-        Accept zero too.
+    value : What was given [unit as named].
+    name : Name in the message.
+    unit : Unit in the message.
+    allow_zero : Accept zero too.
     """
     if not np.isfinite(value) or value < 0.0 or (value == 0.0 and not allow_zero):
         allowed = "zero or positive" if allow_zero else "positive"
@@ -32,12 +28,9 @@ def check_choice(value: str, allowed: Sequence[str], *, name: str) -> None:
 
     Parameters
     ----------
-    value : str
-        What was given.
-    allowed : sequence of str
-        The names there are.
-    name : str
-        Name in the message.
+    value : What was given.
+    allowed : The names there are.
+    name : Name in the message.
     """
     if value not in allowed:
         msg = f"{name} is {value!r}, but it must be one of {list(allowed)}: choose one."

@@ -13,8 +13,7 @@ def number_text(value: float) -> str:
 
     Parameters
     ----------
-    value : float
-        Any number, in the unit of its column [any].
+    value : Any number, in the unit of its column [any].
     """
     return repr(float(value))
 
@@ -24,12 +23,9 @@ def write_csv(path: Path, header: Sequence[str], rows: Iterable[Sequence[object]
 
     Parameters
     ----------
-    path : Path
-        File to write; an existing one is replaced in one move.
-    header : sequence of str
-        Names of the columns, with their units.
-    rows : iterable of sequence
-        Cells.
+    path : File to write; an existing one is replaced in one move.
+    header : Names of the columns, with their units.
+    rows : Cells.
     """
     text = io.StringIO(newline="")
     writer = csv.writer(text, lineterminator="\n")

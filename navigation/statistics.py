@@ -27,10 +27,8 @@ class Interval:
 
     Parameters
     ----------
-    value : float
-        The estimate [its unit].
-    low, high : float
-        Ends of the interval [its unit].
+    value : The estimate [its unit].
+    low, high : Ends of the interval [its unit].
     """
 
     value: float
@@ -48,10 +46,8 @@ def wilson(successes: float, trials: int) -> Interval:
 
     Parameters
     ----------
-    successes : float
-        Number of successes [-]; a tie may count one half.
-    trials : int
-        Number of independent trials.
+    successes : Number of successes [-]; a tie may count one half.
+    trials : Number of independent trials.
 
     Notes
     -----
@@ -90,12 +86,9 @@ def bootstrap(
 
     Parameters
     ----------
-    values : (s,) array_like
-        Sample, in any unit; not empty [its unit].
-    statistic : callable
-        (..., s) values -> (k, ...) statistics [in the same unit].
-    rng : numpy.random.Generator
-        Source of the 2000 resamples.
+    values : (s,) array_like — Sample, in any unit; not empty [its unit].
+    statistic : (..., s) values -> (k, ...) statistics [in the same unit].
+    rng : Source of the 2000 resamples.
 
     Returns
     -------
@@ -125,12 +118,9 @@ def quantiles(
 
     Parameters
     ----------
-    values : (s,) array_like
-        Sample, in any unit; not empty [its unit].
-    probabilities : tuple of float
-        Wanted quantiles, 0 to 1 [-].
-    rng : numpy.random.Generator
-        Source of the resamples, the same ones for all quantiles.
+    values : (s,) array_like — Sample, in any unit; not empty [its unit].
+    probabilities : Wanted quantiles, 0 to 1 [-].
+    rng : Source of the resamples, the same ones for all quantiles.
 
     Notes
     -----
@@ -146,16 +136,11 @@ class Gaussianity:
 
     Parameters
     ----------
-    mean : float
-        Mean, in the unit of the sample [any].
-    standard_deviation : float
-        Standard deviation, in the unit of the sample [any].
-    skewness : float
-        Third standardised moment [-]; 0 for a Gaussian.
-    excess_kurtosis : float
-        Fourth standardised moment less 3 [-]; 0 for a Gaussian.
-    p_value : float
-        Probability of moments as unusual as these if the sample is Gaussian [-].
+    mean : Mean, in the unit of the sample [any].
+    standard_deviation : Standard deviation, in the unit of the sample [any].
+    skewness : Third standardised moment [-]; 0 for a Gaussian.
+    excess_kurtosis : Fourth standardised moment less 3 [-]; 0 for a Gaussian.
+    p_value : Probability of moments as unusual as these if the sample is Gaussian [-].
     """
 
     mean: float
@@ -170,9 +155,8 @@ def gaussianity(sample: npt.ArrayLike) -> Gaussianity:
 
     Parameters
     ----------
-    sample : (n,) array_like
-        Independent errors [any unit], 20 or more. Errors of one filter at successive times are not
-        independent: take one time of many runs.
+    sample : (n,) array_like — Independent errors [any unit], 20 or more. Errors of one filter at
+        successive times are not independent: take one time of many runs.
     """
     from scipy.stats import kurtosis, normaltest, skew
 

@@ -80,8 +80,7 @@ class VerbGroup(click.Group):
 
         Parameters
         ----------
-        ctx : click.Context
-            Of the call.
+        ctx : Of the call.
         """
         del ctx
         return list(VERBS)
@@ -91,10 +90,8 @@ class VerbGroup(click.Group):
 
         Parameters
         ----------
-        ctx : click.Context
-            Of the call.
-        cmd_name : str
-            What was typed.
+        ctx : Of the call.
+        cmd_name : What was typed.
 
         Raises
         ------
@@ -118,8 +115,7 @@ class VerbGroup(click.Group):
 
         Parameters
         ----------
-        ctx : click.Context
-            Of the call.
+        ctx : Of the call.
         """
         try:
             result: int | None = super().invoke(ctx)
@@ -136,10 +132,8 @@ class VerbGroup(click.Group):
 
         Parameters
         ----------
-        ctx : click.Context
-            Of the call.
-        formatter : click.HelpFormatter
-            Where the help page is built.
+        ctx : Of the call.
+        formatter : Where the help page is built.
         """
         del ctx
         with formatter.section("Verbs"):
@@ -184,8 +178,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
 
     Parameters
     ----------
-    arguments : sequence of str or None
-        What follows ``octant``; None: the process's own arguments.
+    arguments : What follows ``octant``; None: the process's own arguments.
     """
     with warnings.catch_warnings():
         warnings.showwarning = _warning_printer(set())

@@ -34,12 +34,9 @@ class CompilationRecord:
 
     Parameters
     ----------
-    kernels : list of str
-        Names of the functions that were compiled.
-    folders : set of Path
-        Where they are kept.
-    seconds : float
-        Time that took [s].
+    kernels : Names of the functions that were compiled.
+    folders : Where they are kept.
+    seconds : Time that took [s].
     """
 
     kernels: list[str] = field(default_factory=list)
@@ -55,8 +52,7 @@ def recorded_compilation(
 
     Parameters
     ----------
-    on_first : callable, optional
-        Called before the first kernel is compiled, if any is.
+    on_first : Called before the first kernel is compiled, if any is.
     """
     from numba.core import event
 

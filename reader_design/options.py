@@ -24,8 +24,7 @@ def point(text: str) -> tuple[float, float, float]:
 
     Parameters
     ----------
-    text : str
-        Three numbers with commas between them [m].
+    text : Three numbers with commas between them [m].
     """
     try:
         numbers = tuple(float(part) for part in text.split(","))
@@ -46,8 +45,7 @@ def common_options(command: Decorated) -> Decorated:
 
     Parameters
     ----------
-    command : callable
-        With the parameters ``quiet`` and ``force``.
+    command : With the parameters ``quiet`` and ``force``.
     """
 
     @wraps(command)
@@ -68,18 +66,12 @@ class RunOptions:
 
     Attributes
     ----------
-    out : Path
-        Folder of the results.
-    force : bool
-        Replace the results of another study.
-    workers : int or None
-        Processes of this machine; None: one for each core.
-    cluster : str or None
-        Address of a dask scheduler, or ``local:N``; in place of ``workers``.
-    dry_run : bool
-        Only say what would be computed.
-    quiet : bool
-        No progress and no messages.
+    out : Folder of the results.
+    force : Replace the results of another study.
+    workers : Processes of this machine; None: one for each core.
+    cluster : Address of a dask scheduler, or ``local:N``; in place of ``workers``.
+    dry_run : Only say what would be computed.
+    quiet : No progress and no messages.
     """
 
     out: Path
@@ -101,10 +93,8 @@ class Ended:
 
     Attributes
     ----------
-    lines : tuple of str
-        What a person wants to read at the end.
-    failed : bool
-        Whether some cases have no result; the exit code is then 3.
+    lines : What a person wants to read at the end.
+    failed : Whether some cases have no result; the exit code is then 3.
     """
 
     lines: tuple[str, ...]
@@ -123,10 +113,8 @@ def experiment(
 
     Parameters
     ----------
-    out : str or None
-        Default of ``--out``; None: it must be given.
-    study : bool
-        Whether STUDY must be given.
+    out : Default of ``--out``; None: it must be given.
+    study : Whether STUDY must be given.
     """
 
     def decorated(verb: Callable[..., Ended]) -> Callable[..., None]:

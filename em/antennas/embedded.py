@@ -31,20 +31,15 @@ class ReaderResponse:
 
     Parameters
     ----------
-    model : str
-        What made it: ``rays``, ``isolated``, or another name.
-    frequency_hz : float
-        Frequency [Hz].
-    azimuths_rad : (n,) float64
-        Azimuth of each antenna [rad], antenna 1 at 0.
-    phase_centres_m : (n, 3) float64
-        Point [m] that each antenna's table refers its phase to, which keeps the table smooth.
-    pattern : (n, 2, T, P) complex128
-        F_theta and F_phi [-] on the grid, phase at the antenna's own phase centre; |F|^2 is the
-        gain. theta runs over T values from 0 to pi, phi over P values from 0 up to, not including,
-        2 pi, both uniform; P is even.
-    warnings : tuple of str
-        Where the model is known not to hold.
+    model : What made it: ``rays``, ``isolated``, or another name.
+    frequency_hz : Frequency [Hz].
+    azimuths_rad : (n,) float64 — Azimuth of each antenna [rad], antenna 1 at 0.
+    phase_centres_m : (n, 3) float64 — Point [m] that each antenna's table refers its phase to,
+        which keeps the table smooth.
+    pattern : (n, 2, T, P) complex128 — F_theta and F_phi [-] on the grid, phase at the antenna's
+        own phase centre; |F|^2 is the gain. theta runs over T values from 0 to pi, phi over P
+        values from 0 up to, not including, 2 pi, both uniform; P is even.
+    warnings : Where the model is known not to hold.
     """
 
     model: str
@@ -94,18 +89,13 @@ class ReaderResponse:
 
         Parameters
         ----------
-        pattern : (n, 2, T, P) complex128
-            F_theta and F_phi [-] on the grid, phase at the reader's centre.
-        model : str
-            What made it.
-        frequency_hz : float
-            Frequency [Hz].
-        azimuths_rad : (n,) float64
-            Azimuth of each antenna [rad].
-        phase_centres_m : (n, 3) float64
-            Point [m] that each antenna's phase is moved to.
-        warnings : tuple of str
-            Where the model is known not to hold.
+        pattern : (n, 2, T, P) complex128 — F_theta and F_phi [-] on the grid, phase at the reader's
+            centre.
+        model : What made it.
+        frequency_hz : Frequency [Hz].
+        azimuths_rad : (n,) float64 — Azimuth of each antenna [rad].
+        phase_centres_m : (n, 3) float64 — Point [m] that each antenna's phase is moved to.
+        warnings : Where the model is known not to hold.
         """
         ahead = phase_ahead_rad(
             *angle_grid(*pattern.shape[2:]),
@@ -155,8 +145,8 @@ class ReaderResponse:
 
         Parameters
         ----------
-        theta_rad, phi_rad : array_like
-            Directions [rad], broadcast against each other; 0 <= theta <= pi.
+        theta_rad, phi_rad : array_like — Directions [rad], broadcast against each other; 0 <= theta
+            <= pi.
 
         Returns
         -------
@@ -183,8 +173,7 @@ def response_arrays(responses: tuple[ReaderResponse, ...]) -> ResponseArrays:
 
     Parameters
     ----------
-    responses : tuple of ReaderResponse
-        One or more, of as many antennas on the same grid.
+    responses : One or more, of as many antennas on the same grid.
     """
     first = responses[0]
     n, _, rows, columns = first.pattern.shape

@@ -44,25 +44,19 @@ def reader_from_pattern_files(
 
     Parameters
     ----------
-    paths : sequence of str or Path
-        One file an antenna, in the order of the antennas; each in the reader's frame, with its
+    paths : One file an antenna, in the order of the antennas; each in the reader's frame, with its
         phase at the reader's centre (or at the origin that the file names).
-    azimuths_rad : (n,) float
-        Azimuth [rad] of each antenna, antenna 1 at 0.
-    frequency_hz : float
-        Frequency [Hz] to use: a file's table within 0.1 %, or the two nearest tables of one file
-        around it, not farther than 5 % apart, interpolated linearly.
-    phase_centres_m : (n, 3) float, optional
-        Where each antenna stands [m]. The tables' phase is moved there, which keeps them smooth;
-        patterns without phase are centred there. The reader's centre where it is left out.
-    load_ohm : float
-        Load [ohm], which turns gain into realised gain where a file gives the input impedance.
-    incident_power_w : float, optional
-        Power [W] behind files that do not tell it; see `read_pattern`.
-    step_deg : float
-        Step [deg] of the response's grid; must divide 180 deg.
-    outside : {"error", "zero"}
-        What to do where a file does not cover theta down to a pole.
+    azimuths_rad : (n,) float — Azimuth [rad] of each antenna, antenna 1 at 0.
+    frequency_hz : Frequency [Hz] to use: a file's table within 0.1 %, or the two nearest tables of
+        one file around it, not farther than 5 % apart, interpolated linearly.
+    phase_centres_m : (n, 3) float, optional — Where each antenna stands [m]. The tables' phase is
+        moved there, which keeps them smooth; patterns without phase are centred there. The reader's
+        centre where it is left out.
+    load_ohm : Load [ohm], which turns gain into realised gain where a file gives the input
+        impedance.
+    incident_power_w : Power [W] behind files that do not tell it; see `read_pattern`.
+    step_deg : Step [deg] of the response's grid; must divide 180 deg.
+    outside : {"error", "zero"} — What to do where a file does not cover theta down to a pole.
 
     Raises
     ------
@@ -132,14 +126,10 @@ def antenna_from_pattern_file(
 
     Parameters
     ----------
-    path : str or Path
-        FEKO .ffe, HFSS .ffd, CST .ffs, NEC output, MSI/Planet or CSV, over the full sphere.
-    frequency_hz : float
-        Frequency [Hz]: a table within 0.1 %, or two tables at most 5 % apart around it.
-    axis : (3,) float
-        Where the file's z axis points in the room [-].
-    azimuth_rad : float
-        Turn of the file's x axis about it [rad], see `octant.em.antennas.kinds.Antenna`.
+    path : FEKO .ffe, HFSS .ffd, CST .ffs, NEC output, MSI/Planet or CSV, over the full sphere.
+    frequency_hz : Frequency [Hz]: a table within 0.1 %, or two tables at most 5 % apart around it.
+    axis : (3,) float — Where the file's z axis points in the room [-].
+    azimuth_rad : Turn of the file's x axis about it [rad], see `octant.em.antennas.kinds.Antenna`.
 
     Returns
     -------
@@ -244,10 +234,9 @@ def pattern_tables(
 
     Parameters
     ----------
-    response : ReaderResponse
-        The reader.
-    step_deg : float, optional
-        Step [deg] of theta and phi, a divisor of 180; the response's own grid where left out.
+    response : The reader.
+    step_deg : Step [deg] of theta and phi, a divisor of 180; the response's own grid where left
+        out.
     """
     theta_rad, phi_rad = response.theta_rad, response.phi_rad
     if step_deg is not None:

@@ -41,26 +41,22 @@ class Antenna:
 
     Parameters
     ----------
-    kind : {"dipole", "monopole", "patch", "conical_patch", "isotropic_theta", "pattern"}
-        A centre-fed thin dipole with sinusoidal current; half of it on an infinite perfectly
+    kind : {"dipole", "monopole", "patch", "conical_patch", "isotropic_theta", "pattern"} — A
+        centre-fed thin dipole with sinusoidal current; half of it on an infinite perfectly
         conducting plane, which gives nothing below the plane; a square microstrip patch on such a
         plane; a centre-fed disc there, whose cone-shaped beam is polarised along theta; unit gain
         everywhere, polarised along theta; or a table.
-    length_m : float
-        Tip to tip for the dipole, height for the monopole, side of the patch, diameter of the disc
-        [m]; 0 for the others.
-    frequency_hz : float
-        Frequency [Hz].
-    axis : (3,) float64
-        Unit vector [-] in the room's frame: along the wire, the direction that the patch faces, the
-        z axis of the table.
-    azimuth_rad : float
-        Turn about the axis [rad]. At 0 azimuth counts from +x, as far as that is across the axis
-        (from +y where the axis is along x): there the patch's resonant side points, and the
-        table's x axis. Wires and ``isotropic_theta`` do not change with it.
-    pattern : (2, T, P) complex128 or None
-        F_theta and F_phi [-] of a table, |F|^2 = gain: theta over T values from 0 to pi, phi over P
-        values, an even number, from 0 up to, not including, 2 pi.
+    length_m : Tip to tip for the dipole, height for the monopole, side of the patch, diameter of
+        the disc [m]; 0 for the others.
+    frequency_hz : Frequency [Hz].
+    axis : (3,) float64 — Unit vector [-] in the room's frame: along the wire, the direction that
+        the patch faces, the z axis of the table.
+    azimuth_rad : Turn about the axis [rad]. At 0 azimuth counts from +x, as far as that is across
+        the axis (from +y where the axis is along x): there the patch's resonant side points, and
+        the table's x axis. Wires and ``isotropic_theta`` do not change with it.
+    pattern : (2, T, P) complex128 or None — F_theta and F_phi [-] of a table, |F|^2 = gain: theta
+        over T values from 0 to pi, phi over P values, an even number, from 0 up to, not including,
+        2 pi.
     """
 
     kind: str
@@ -140,8 +136,8 @@ class Antenna:
 
         Parameters
         ----------
-        theta_rad, phi_rad : array_like
-            Angle from +z and azimuth from +x [rad], broadcast against each other.
+        theta_rad, phi_rad : array_like — Angle from +z and azimuth from +x [rad], broadcast against
+            each other.
 
         Returns
         -------
@@ -182,8 +178,7 @@ def antenna_channels(antennas: Sequence[Antenna]) -> AntennaChannels | PatternCh
 
     Parameters
     ----------
-    antennas : sequence of Antenna
-        One or more, all of closed form or all tables of one grid.
+    antennas : One or more, all of closed form or all tables of one grid.
     """
     arrays = [antenna.kernel_arrays() for antenna in antennas]
     numbers = np.array([one[1:] for one in arrays], dtype=np.float64)
@@ -258,17 +253,13 @@ def make_antenna(
 
     Parameters
     ----------
-    kind : str
-        ``dipole``, ``monopole``, ``patch``, ``conical_patch`` or ``isotropic_theta``.
-    frequency_hz : float
-        Frequency [Hz].
-    length_m : float, optional
-        Length, or diameter of a conical patch [m], > 0; by default half a wavelength, a quarter of
-        one for the monopole, 1.22 of one for the conical patch.
-    axis : (3,) float, optional
-        Direction of the antenna [-], of any length; by default up, patches down.
-    azimuth_rad : float
-        Turn about the axis [rad], see `Antenna`.
+    kind : ``dipole``, ``monopole``, ``patch``, ``conical_patch`` or ``isotropic_theta``.
+    frequency_hz : Frequency [Hz].
+    length_m : Length, or diameter of a conical patch [m], > 0; by default half a wavelength, a
+        quarter of one for the monopole, 1.22 of one for the conical patch.
+    axis : (3,) float, optional — Direction of the antenna [-], of any length; by default up,
+        patches down.
+    azimuth_rad : Turn about the axis [rad], see `Antenna`.
     """
     if kind not in get_args(AntennaKind):
         msg = f"antenna {kind!r} is unknown; allowed are {', '.join(get_args(AntennaKind))}."
@@ -308,8 +299,8 @@ def padded_table(pattern: npt.NDArray[np.complex128]) -> npt.NDArray[np.complex1
 
     Parameters
     ----------
-    pattern : (n, 2, T, P) complex128
-        F_theta and F_phi [-]; theta from 0 to pi, phi from 0 up to, not including, 2 pi, P even.
+    pattern : (n, 2, T, P) complex128 — F_theta and F_phi [-]; theta from 0 to pi, phi from 0 up to,
+        not including, 2 pi, P even.
 
     Returns
     -------

@@ -33,25 +33,16 @@ class BudgetLine:
 
     Parameters
     ----------
-    step : str
-        ``transmitter``, ``free space``, ``reflection``, ``transmission``, ``diffraction``,
+    step : ``transmitter``, ``free space``, ``reflection``, ``transmission``, ``diffraction``,
         ``double diffraction``, ``polarisation`` or ``receiver``.
-    change_db : float
-        Change of the level [dB]; minus infinity where nothing is left.
-    detail : str
-        In words.
-    place_m : tuple of float or None
-        Where it happens, (3,) [m].
-    element : int or None
-        Facet that is hit, or wedge.
-    material : str or None
-        Its material.
-    incidence_rad : float or None
-        Angle from the normal of the facet [rad].
-    te, tm : complex or None
-        Coefficients [-] of the field across and in the plane of incidence.
-    te_share : float or None
-        Share of the arriving power that is TE [-].
+    change_db : Change of the level [dB]; minus infinity where nothing is left.
+    detail : In words.
+    place_m : Where it happens, (3,) [m].
+    element : Facet that is hit, or wedge.
+    material : Its material.
+    incidence_rad : Angle from the normal of the facet [rad].
+    te, tm : Coefficients [-] of the field across and in the plane of incidence.
+    te_share : Share of the arriving power that is TE [-].
     """
 
     step: str
@@ -72,15 +63,11 @@ class PathBudget:
 
     Parameters
     ----------
-    lines : tuple of BudgetLine
-        From the transmitter to the receiver, along the path; the polarisation's mismatch stands
+    lines : From the transmitter to the receiver, along the path; the polarisation's mismatch stands
         before the receiver.
-    gain : complex
-        Complex gain of the path [-], free-space loss and phase included.
-    length_m : float
-        Length [m].
-    vertices_m : (n, 3) float64
-        Source, places of the interactions, receiver [m].
+    gain : Complex gain of the path [-], free-space loss and phase included.
+    length_m : Length [m].
+    vertices_m : (n, 3) float64 — Source, places of the interactions, receiver [m].
     """
 
     lines: tuple[BudgetLine, ...]
@@ -113,14 +100,10 @@ def explain_path(
 
     Parameters
     ----------
-    radio : RadioScene
-        Scene that the paths were traced in.
-    paths : PathSet
-        Paths.
-    path : int
-        Row of the path.
-    transmitter, receiver : Antenna
-        Antennas at the two ends, in the room's frame.
+    radio : Scene that the paths were traced in.
+    paths : Paths.
+    path : Row of the path.
+    transmitter, receiver : Antennas at the two ends, in the room's frame.
 
     Notes
     -----
@@ -380,10 +363,8 @@ def wall_text(name: str, thickness_m: float | None) -> str:
 
     Parameters
     ----------
-    name : str
-        Material.
-    thickness_m : float or None
-        Thickness [m]; None for a half-space.
+    name : Material.
+    thickness_m : Thickness [m]; None for a half-space.
     """
     return name if thickness_m is None else f"{name} {1e3 * thickness_m:g} mm"
 

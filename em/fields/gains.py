@@ -21,13 +21,11 @@ class PathGains:
 
     Parameters
     ----------
-    gain : (k,) complex128
-        Complex gain [-] between the two antennas, free-space loss and phase included.
-    length_m : (k,) float64
-        Length [m].
-    departure, arrival : (k, 3) float64
-        Unit vectors [-] in which the wave leaves the source, and from the receiver towards where it
-        comes from.
+    gain : (k,) complex128 — Complex gain [-] between the two antennas, free-space loss and phase
+        included.
+    length_m : (k,) float64 — Length [m].
+    departure, arrival : (k, 3) float64 — Unit vectors [-] in which the wave leaves the source, and
+        from the receiver towards where it comes from.
     """
 
     gain: npt.NDArray[np.complex128]
@@ -48,12 +46,10 @@ def path_gains(
 
     Parameters
     ----------
-    radio : RadioScene
-        Scene that the paths were traced in.
-    paths : PathSet
-        Paths.
-    transmitter, receiver : Antenna
-        Antennas at the two ends, in the room's frame, with patterns |F|^2 = gain.
+    radio : Scene that the paths were traced in.
+    paths : Paths.
+    transmitter, receiver : Antennas at the two ends, in the room's frame, with patterns |F|^2 =
+        gain.
 
     Returns
     -------

@@ -19,21 +19,14 @@ class Material:
 
     Parameters
     ----------
-    name : str
-        Name in the table, ``"pec"``, or one that describes a material of one's own.
-    eps_r_a, eps_r_b : float
-        Relative permittivity a f^b [-].
-    sigma_c_s_per_m, sigma_d : float
-        Conductivity c f^d [S/m].
-    frequency_range_hz : tuple of float
-        Frequencies [Hz] for which the model was fitted.
-    thickness_m : float or None
-        Thickness [m] of a finite slab; None for a half-space.
-    is_pec : bool
-        Whether the material is a perfect electric conductor; the numbers above then do not
+    name : Name in the table, ``"pec"``, or one that describes a material of one's own.
+    eps_r_a, eps_r_b : Relative permittivity a f^b [-].
+    sigma_c_s_per_m, sigma_d : Conductivity c f^d [S/m].
+    frequency_range_hz : Frequencies [Hz] for which the model was fitted.
+    thickness_m : Thickness [m] of a finite slab; None for a half-space.
+    is_pec : Whether the material is a perfect electric conductor; the numbers above then do not
         count.
-    layers : tuple of Material
-        Layers of a wall from its front to its back: two or more, each with a thickness but for
+    layers : Layers of a wall from its front to its back: two or more, each with a thickness but for
         the last, which may fill all that lies behind; the numbers above then do not count. Empty
         for a wall of one material. The front is the side that the mesh's outward normal points to.
 
@@ -102,8 +95,7 @@ class Material:
 
         Parameters
         ----------
-        frequency_hz : float
-            Frequency [Hz] within the range of every layer.
+        frequency_hz : Frequency [Hz] within the range of every layer.
 
         Returns
         -------
@@ -123,8 +115,7 @@ class Material:
 
         Parameters
         ----------
-        frequency_hz : float
-            Frequency [Hz] within the material's range.
+        frequency_hz : Frequency [Hz] within the material's range.
 
         Returns
         -------
@@ -209,10 +200,9 @@ def material(spec: str | Mapping[str, Any]) -> Material:
 
     Parameters
     ----------
-    spec : str or mapping
-        A name of :func:`material_table` (``itu_`` before it is allowed), or such a table written as
-        text, ``"name = concrete, thickness_m = 0.1"``, as bodies carry it; or
-        ``{name=, thickness_m=}``; or ``{eps_r=, sigma_s_per_m=, thickness_m=}``, thickness [m] and
+    spec : A name of :func:`material_table` (``itu_`` before it is allowed), or such a table written
+        as text, ``"name = concrete, thickness_m = 0.1"``, as bodies carry it; or ``{name=,
+        thickness_m=}``; or ``{eps_r=, sigma_s_per_m=, thickness_m=}``, thickness [m] and
         conductivity [S/m] optional; or ``{layers=[...]}`` of such mappings from front to back,
         where ``material=`` may stand for ``name=``.
     """

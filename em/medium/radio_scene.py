@@ -26,29 +26,20 @@ class RadioScene:
 
     Parameters
     ----------
-    scene : Scene
-        Geometry.
-    materials : tuple of Material
-        One for each of ``scene.material_names``.
-    frequency_hz : float
-        Frequency [Hz].
-    layer_permittivity : (l,) complex128
-        Complex relative permittivity [-] of every layer of every material; imaginary part -inf for
-        PEC.
-    layer_thickness_m : (l,) float64
-        Thickness [m] of every layer; infinity where it fills all that lies behind.
-    facet_layers : (f, 2) int64
-        Layers of facet i are ``facet_layers[i, 0]`` up to ``facet_layers[i, 1]`` [-], from the side
-        that its outward normal points to.
-    facet_transmits : (f,) bool
-        Whether waves pass straight through the facet [-].
-    wedges : Wedges
-        Edges that diffract; none when diffraction is left out.
-    opaque_bvh, opaque_inner_bvh : BvhArrays
-        Hierarchies of what blocks: all triangles and those off the supporting planes, without the
-        facets that transmit.
-    sheet_bvh : BvhArrays
-        Hierarchy of the facets that transmit, its triangles numbered by facet.
+    scene : Geometry.
+    materials : One for each of ``scene.material_names``.
+    frequency_hz : Frequency [Hz].
+    layer_permittivity : (l,) complex128 — Complex relative permittivity [-] of every layer of every
+        material; imaginary part -inf for PEC.
+    layer_thickness_m : (l,) float64 — Thickness [m] of every layer; infinity where it fills all
+        that lies behind.
+    facet_layers : (f, 2) int64 — Layers of facet i are ``facet_layers[i, 0]`` up to
+        ``facet_layers[i, 1]`` [-], from the side that its outward normal points to.
+    facet_transmits : (f,) bool — Whether waves pass straight through the facet [-].
+    wedges : Edges that diffract; none when diffraction is left out.
+    opaque_bvh, opaque_inner_bvh : Hierarchies of what blocks: all triangles and those off the
+        supporting planes, without the facets that transmit.
+    sheet_bvh : Hierarchy of the facets that transmit, its triangles numbered by facet.
     """
 
     scene: Scene
@@ -113,16 +104,11 @@ def radio_scene(
 
     Parameters
     ----------
-    scene : Scene
-        Geometry with material labels.
-    frequency_hz : float
-        Frequency [Hz].
-    materials : mapping of str to Material, optional
-        Meaning of labels; the others are looked up in the P.2040 table.
-    transmission : bool
-        Whether sheets with a thickness let waves through; otherwise they only reflect.
-    wedges : Wedges, optional
-        Edges that diffract, from :func:`octant.geometries.wedges.find_wedges`. Default: none.
+    scene : Geometry with material labels.
+    frequency_hz : Frequency [Hz].
+    materials : Meaning of labels; the others are looked up in the P.2040 table.
+    transmission : Whether sheets with a thickness let waves through; otherwise they only reflect.
+    wedges : Edges that diffract, from :func:`octant.geometries.wedges.find_wedges`. Default: none.
 
     Notes
     -----

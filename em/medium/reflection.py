@@ -32,12 +32,9 @@ def half_space_reflection(
 
     Parameters
     ----------
-    material : Material
-        The wall; its thickness does not count here.
-    frequency_hz : float
-        Frequency [Hz].
-    incidence_rad : (n,) float64
-        Angle from the wall's normal [rad], 0 to pi/2.
+    material : The wall; its thickness does not count here.
+    frequency_hz : Frequency [Hz].
+    incidence_rad : (n,) float64 — Angle from the wall's normal [rad], 0 to pi/2.
 
     Returns
     -------
@@ -66,16 +63,12 @@ def wall_coefficients(
 
     Parameters
     ----------
-    material : Material
-        The wall: half-space, slab, or layers. One that fills all that lies behind lets nothing
-        through.
-    frequency_hz : float
-        Frequency [Hz].
-    incidence_rad : (n,) float64
-        Angle from the wall's normal [rad], 0 to pi/2.
-    from_front : bool
-        Whether the wave comes from the side of the first layer. A wall whose last layer fills
-        all that lies behind is seen from its front in either case.
+    material : The wall: half-space, slab, or layers. One that fills all that lies behind lets
+        nothing through.
+    frequency_hz : Frequency [Hz].
+    incidence_rad : (n,) float64 — Angle from the wall's normal [rad], 0 to pi/2.
+    from_front : Whether the wave comes from the side of the first layer. A wall whose last layer
+        fills all that lies behind is seen from its front in either case.
 
     Returns
     -------

@@ -22,12 +22,11 @@ class WedgeFaces(NamedTuple):
 
     Parameters
     ----------
-    permittivity : pair of complex or of sequences
-        Relative permittivity [-], of a layered face that of each layer from the air inwards.
-    thickness_wavelengths : pair of float or of sequences
-        Thickness [wavelengths] of the same layers; infinity: all that lies behind.
-    transparent : bool
-        Whether faces of finite thickness let waves through.
+    permittivity : Relative permittivity [-], of a layered face that of each layer from the air
+        inwards.
+    thickness_wavelengths : Thickness [wavelengths] of the same layers; infinity: all that lies
+        behind.
+    transparent : Whether faces of finite thickness let waves through.
     """
 
     permittivity: tuple[complex | Sequence[complex], complex | Sequence[complex]] = (
@@ -58,8 +57,7 @@ def transition_function(x: npt.ArrayLike) -> ComplexArray:
 
     Parameters
     ----------
-    x : array_like of float
-        Argument k L a [-], 0 or more.
+    x : array_like of float — Argument k L a [-], 0 or more.
 
     Returns
     -------
@@ -104,20 +102,15 @@ def wedge_coefficients(
 
     Parameters
     ----------
-    incidence_rad, observation_rad : array_like of float
-        Azimuths phi' of the source and phi of the observer about the edge [rad], from face 0
-        through the air; 0 to air_angle_rad. They broadcast together with the distances.
-    air_angle_rad : float
-        Angle that the air fills [rad]: n pi, above 0 and up to 2 pi (a half-plane).
-    wavenumber_rad_per_m : float
-        Wavenumber k in air [rad/m].
-    before_m, after_m : array_like of float
-        Lengths s' from the source to the edge and s from there on [m], along the unfolded ray;
-        above 0, and infinite for a plane wave.
-    skew_rad : float
-        Angle beta_0 between the incident ray and the edge [rad], above 0 and below pi.
-    faces : WedgeFaces, optional
-        Materials; perfect conductors if left out.
+    incidence_rad, observation_rad : array_like of float — Azimuths phi' of the source and phi of
+        the observer about the edge [rad], from face 0 through the air; 0 to air_angle_rad. They
+        broadcast together with the distances.
+    air_angle_rad : Angle that the air fills [rad]: n pi, above 0 and up to 2 pi (a half-plane).
+    wavenumber_rad_per_m : Wavenumber k in air [rad/m].
+    before_m, after_m : array_like of float — Lengths s' from the source to the edge and s from
+        there on [m], along the unfolded ray; above 0, and infinite for a plane wave.
+    skew_rad : Angle beta_0 between the incident ray and the edge [rad], above 0 and below pi.
+    faces : Materials; perfect conductors if left out.
 
     Returns
     -------

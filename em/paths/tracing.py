@@ -34,8 +34,7 @@ def scene_arrays(radio: RadioScene) -> SceneArrays:
 
     Parameters
     ----------
-    radio : RadioScene
-        Scene with resolved materials.
+    radio : Scene with resolved materials.
     """
     scene, f, wedges = radio.scene, radio.scene.facets, radio.wedges
     planes = np.column_stack((f.plane_normal, f.plane_offset_m, f.plane_u, f.plane_v))
@@ -84,10 +83,8 @@ def checked_receivers(tree: ImageTree, receivers_m: npt.ArrayLike) -> FloatArray
 
     Parameters
     ----------
-    tree : ImageTree
-        Images of the source.
-    receivers_m : (m, 3) float
-        Places of the receivers [m].
+    tree : Images of the source.
+    receivers_m : (m, 3) float — Places of the receivers [m].
     """
     receivers = frozen_array(receivers_m, name="receivers_m", shape=(None, 3))
     slack = LENGTHS.place_m
@@ -118,10 +115,8 @@ def path_arrays(
 
     Parameters
     ----------
-    radio : RadioScene
-        Scene that the candidates were searched in.
-    candidates : Candidates
-        Of one source.
+    radio : Scene that the candidates were searched in.
+    candidates : Of one source.
     """
     tree, edges = candidates.images, candidates.edges
     if bool((tree.opaque_facets & radio.facet_transmits).any()):
@@ -155,12 +150,9 @@ def trace_paths(
 
     Parameters
     ----------
-    radio : RadioScene
-        Scene that the candidates were searched in.
-    candidates : Candidates
-        Of one source.
-    receivers_m : (m, 3) float
-        Places of the receivers [m].
+    radio : Scene that the candidates were searched in.
+    candidates : Of one source.
+    receivers_m : (m, 3) float — Places of the receivers [m].
 
     Returns
     -------

@@ -28,14 +28,12 @@ class ChannelSpreads:
 
     Parameters
     ----------
-    delay_spread_s : (m,) float64
-        Root mean square spread of the delay [s].
-    azimuth_spread_rad : (m,) float64
-        Circular standard deviation of the azimuth of arrival [rad]; infinity where the powers
-        around the horizon cancel.
-    direction_spread_rad : (m,) float64
-        Spread of the direction of arrival over the sphere [rad], 0 to 1: for small spreads the root
-        mean square of the great-circle angle to the mean direction.
+    delay_spread_s : (m,) float64 — Root mean square spread of the delay [s].
+    azimuth_spread_rad : (m,) float64 — Circular standard deviation of the azimuth of arrival [rad];
+        infinity where the powers around the horizon cancel.
+    direction_spread_rad : (m,) float64 — Spread of the direction of arrival over the sphere [rad],
+        0 to 1: for small spreads the root mean square of the great-circle angle to the mean
+        direction.
     """
 
     delay_spread_s: FloatArray
@@ -65,18 +63,12 @@ def channel_spreads(
 
     Parameters
     ----------
-    radio : RadioScene
-        Scene that the candidates were searched in.
-    candidates : Candidates
-        Of the transmitter.
-    places_m : (m, 3) float
-        Places of the receiver [m].
-    transmitter, receiver : Antenna
-        Antennas in the room's frame; their patterns weigh the paths.
-    executor : Executor, optional
-        Runs the blocks, sharing memory; by default one thread per core.
-    progress : callable, optional
-        Called after every block.
+    radio : Scene that the candidates were searched in.
+    candidates : Of the transmitter.
+    places_m : (m, 3) float — Places of the receiver [m].
+    transmitter, receiver : Antennas in the room's frame; their patterns weigh the paths.
+    executor : Runs the blocks, sharing memory; by default one thread per core.
+    progress : Called after every block.
 
     Returns
     -------

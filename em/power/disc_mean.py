@@ -29,8 +29,7 @@ def disc_rule_m(diameter_m: float) -> tuple[FloatArray, FloatArray]:
 
     Parameters
     ----------
-    diameter_m : float
-        Diameter [m].
+    diameter_m : Diameter [m].
 
     Returns
     -------
@@ -64,17 +63,12 @@ def mean_over_disc(
 
     Parameters
     ----------
-    power_w : callable
-        Coherent power [W], (k,) or (k, n), at (k, 3) places [m].
-    places_m : (m, 3) float
-        Centres of the discs [m].
-    diameter_m : float
-        Diameter of the discs [m]; one wavelength is usual.
-    usable : callable
-        Whether an antenna can be at each of (k, 3) places [m]: beyond a wall or inside a cabinet
-        there is nothing to average.
-    progress : callable, optional
-        Called with how many of the `DISC_PLACES` places are done [-].
+    power_w : Coherent power [W], (k,) or (k, n), at (k, 3) places [m].
+    places_m : (m, 3) float — Centres of the discs [m].
+    diameter_m : Diameter of the discs [m]; one wavelength is usual.
+    usable : Whether an antenna can be at each of (k, 3) places [m]: beyond a wall or inside a
+        cabinet there is nothing to average.
+    progress : Called with how many of the `DISC_PLACES` places are done [-].
 
     Returns
     -------

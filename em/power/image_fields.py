@@ -34,22 +34,15 @@ class ImageField:
 
     Parameters
     ----------
-    x_m, y_m : (nx,), (ny,) float64
-        Evenly spaced grid on which paths were traced [m].
-    z_m : float
-        Height of the receiver [m].
-    amplitudes : (nx, ny, p) complex128
-        Gain of each path without e^{-jkL} [-], at the carrier; 0 where a path does not arrive.
-    images_m : (p, 3) float64
-        Image points from which the paths seem to come [m].
-    first_image : (t + 1,) int64
-        Images first_image[i] to first_image[i + 1] belong to tag i [-].
-    carrier_hz : float
-        Frequency at which the paths were traced [Hz].
-    channels_hz : (c,) float64
-        Evenly spaced frequencies over which power is averaged [Hz].
-    power_w : float
-        What each tag sends [W].
+    x_m, y_m : (nx,), (ny,) float64 — Evenly spaced grid on which paths were traced [m].
+    z_m : Height of the receiver [m].
+    amplitudes : (nx, ny, p) complex128 — Gain of each path without e^{-jkL} [-], at the carrier; 0
+        where a path does not arrive.
+    images_m : (p, 3) float64 — Image points from which the paths seem to come [m].
+    first_image : (t + 1,) int64 — Images first_image[i] to first_image[i + 1] belong to tag i [-].
+    carrier_hz : Frequency at which the paths were traced [Hz].
+    channels_hz : (c,) float64 — Evenly spaced frequencies over which power is averaged [Hz].
+    power_w : What each tag sends [W].
 
     Notes
     -----
@@ -106,8 +99,7 @@ class ImageField:
 
         Parameters
         ----------
-        places_m : (m, 2) float64
-            x, y [m], inside the grid.
+        places_m : (m, 2) float64 — x, y [m], inside the grid.
         """
         places = frozen_array(places_m, name="places_m", shape=(None, 2))
         low = np.array([self.x_m[0], self.y_m[0]])
@@ -155,8 +147,7 @@ class ImageField:
 
         Parameters
         ----------
-        places_m : (m, 2) float64
-            x, y [m].
+        places_m : (m, 2) float64 — x, y [m].
         """
         places = frozen_array(places_m, name="places_m", shape=(None, 2))
         i = np.rint(np.interp(places[:, 0], self.x_m, np.arange(len(self.x_m)))).astype(np.int64)
@@ -182,22 +173,14 @@ def trace_image_field(
 
     Parameters
     ----------
-    radio : RadioScene
-        The room at the carrier.
-    tags : sequence of ((3,) float64, Antenna)
-        Place [m] and antenna of each tag.
-    receiver : Antenna
-        The robot's antenna.
-    x_m, y_m : (nx,), (ny,) float64
-        Evenly spaced, at least two each [m].
-    z_m : float
-        Height of the receiver [m].
-    solver : SolverSettings
-        How paths are searched.
-    channels_hz : (c,) float64
-        Frequencies over which power is averaged [Hz].
-    power_w : float
-        What each tag sends [W].
+    radio : The room at the carrier.
+    tags : Place [m] and antenna of each tag.
+    receiver : The robot's antenna.
+    x_m, y_m : (nx,), (ny,) float64 — Evenly spaced, at least two each [m].
+    z_m : Height of the receiver [m].
+    solver : How paths are searched.
+    channels_hz : (c,) float64 — Frequencies over which power is averaged [Hz].
+    power_w : What each tag sends [W].
 
     Notes
     -----

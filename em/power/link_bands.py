@@ -72,14 +72,10 @@ class LinkBand(NamedTuple):
 
         Parameters
         ----------
-        places_m : (m, 3) float64
-            Centre of the reader [m].
-        headings_rad : (m, h) float64
-            Headings of the robot [rad].
-        rows : tuple
-            Coherent gains, their local means (both [-]), numbers of paths.
-        progress : callable or None
-            Called after every block.
+        places_m : (m, 3) float64 — Centre of the reader [m].
+        headings_rad : (m, h) float64 — Headings of the robot [rad].
+        rows : Coherent gains, their local means (both [-]), numbers of paths.
+        progress : Called after every block.
         """
         places = checked_receivers(self.tree, places_m)
         turns = np.ascontiguousarray(headings_rad - 0.5 * math.pi)
@@ -100,12 +96,9 @@ def link_channels(
 
     Parameters
     ----------
-    radio : RadioScene or sequence of RadioScene
-        One room at each frequency.
-    tag : Antenna or sequence of Antenna
-        The tag's antenna at each frequency.
-    response : ReaderResponse or sequence of ReaderResponse
-        The reader at each frequency.
+    radio : One room at each frequency.
+    tag : The tag's antenna at each frequency.
+    response : The reader at each frequency.
     """
     radios = (radio,) if isinstance(radio, RadioScene) else tuple(radio)
     tags = (tag,) if isinstance(tag, Antenna) else tuple(tag)
@@ -137,12 +130,9 @@ def check_clearance(clearance_m: float, tag_m: FloatArray, channels: Sequence[Ch
 
     Parameters
     ----------
-    clearance_m : float
-        Difference of the heights of tag and reader [m].
-    tag_m : (3,) float64
-        Place of the tag [m].
-    channels : sequence of Channel
-        Frequencies of the link.
+    clearance_m : Difference of the heights of tag and reader [m].
+    tag_m : (3,) float64 — Place of the tag [m].
+    channels : Frequencies of the link.
 
     Warns
     -----
@@ -176,12 +166,9 @@ def link_bands(
 
     Parameters
     ----------
-    channels : sequence of Channel
-        Frequencies in one room.
-    source_m : (3,) float64
-        Place of the tag [m].
-    solver : SolverSettings
-        How paths are searched.
+    channels : Frequencies in one room.
+    source_m : (3,) float64 — Place of the tag [m].
+    solver : How paths are searched.
 
     Returns
     -------

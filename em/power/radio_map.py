@@ -22,14 +22,11 @@ class RadioMap:
 
     Parameters
     ----------
-    x_m, y_m : (nx,), (ny,) float64
-        Coordinates of the grid [m].
-    z_m : float
-        Height of the antenna [m].
-    coherent_w, local_mean_w : (nx, ny) or (nx, ny, n) float64
-        Power of the coherent sum, and power sum over the paths [W]; 0 where no path arrives.
-    path_count : (nx, ny) int64
-        Number of paths [-].
+    x_m, y_m : (nx,), (ny,) float64 — Coordinates of the grid [m].
+    z_m : Height of the antenna [m].
+    coherent_w, local_mean_w : (nx, ny) or (nx, ny, n) float64 — Power of the coherent sum, and
+        power sum over the paths [W]; 0 where no path arrives.
+    path_count : (nx, ny) int64 — Number of paths [-].
     """
 
     x_m: FloatArray
@@ -45,10 +42,8 @@ def grid_axis_m(low_m: float, high_m: float, *, spacing_m: float) -> FloatArray:
 
     Parameters
     ----------
-    low_m, high_m : float
-        Ends [m], high above low.
-    spacing_m : float
-        Greatest distance between centres [m], > 0.
+    low_m, high_m : Ends [m], high above low.
+    spacing_m : Greatest distance between centres [m], > 0.
     """
     cells = max(1, int(np.ceil((high_m - low_m) / spacing_m - 1e-9)))
     width_m = (high_m - low_m) / cells
@@ -91,22 +86,14 @@ def map_antenna(
 
     Parameters
     ----------
-    radio : RadioScene
-        Scene that the candidates were searched in.
-    candidates : Candidates
-        Of the transmitter.
-    x_m, y_m : (nx,), (ny,) float
-        Coordinates of the grid [m].
-    z_m : float
-        Height of the receiver in the room's frame [m].
-    transmitter, receiver : Antenna
-        Antennas in the room's frame.
-    power_w : float
-        Transmitted power [W].
-    executor : Executor, optional
-        Runs the blocks, sharing memory; by default one thread per core.
-    progress : callable, optional
-        Called after every block.
+    radio : Scene that the candidates were searched in.
+    candidates : Of the transmitter.
+    x_m, y_m : (nx,), (ny,) float — Coordinates of the grid [m].
+    z_m : Height of the receiver in the room's frame [m].
+    transmitter, receiver : Antennas in the room's frame.
+    power_w : Transmitted power [W].
+    executor : Runs the blocks, sharing memory; by default one thread per core.
+    progress : Called after every block.
 
     Returns
     -------
@@ -139,14 +126,10 @@ def map_reader(
 
     Parameters
     ----------
-    link : ReaderLink
-        Tag, room and reader.
-    x_m, y_m : (nx,), (ny,) float
-        Coordinates of the grid [m].
-    heading_rad : float
-        Heading of the robot [rad].
-    progress : callable, optional
-        Called after every block.
+    link : Tag, room and reader.
+    x_m, y_m : (nx,), (ny,) float — Coordinates of the grid [m].
+    heading_rad : Heading of the robot [rad].
+    progress : Called after every block.
 
     Returns
     -------

@@ -47,20 +47,13 @@ def antenna_power(
 
     Parameters
     ----------
-    radio : RadioScene
-        Scene that the candidates were searched in.
-    candidates : Candidates
-        Of the transmitter.
-    places_m : (m, 3) float
-        Places of the receiver [m].
-    transmitter, receiver : Antenna
-        Antennas in the room's frame.
-    power_w : float
-        Transmitted power [W].
-    executor : Executor, optional
-        Runs the blocks, sharing memory; by default one thread per core.
-    progress : callable, optional
-        Called after every block.
+    radio : Scene that the candidates were searched in.
+    candidates : Of the transmitter.
+    places_m : (m, 3) float — Places of the receiver [m].
+    transmitter, receiver : Antennas in the room's frame.
+    power_w : Transmitted power [W].
+    executor : Runs the blocks, sharing memory; by default one thread per core.
+    progress : Called after every block.
 
     Returns
     -------
@@ -95,16 +88,11 @@ class ReaderLink:
 
     Parameters
     ----------
-    bands : tuple of LinkBand
-        Frequencies over which RSS is averaged in power; those of one band share their paths.
-    azimuths_rad : (n,) float64
-        Azimuth of each antenna in the reader's frame [rad].
-    tag_position_m : (3,) float64
-        Place of the tag [m].
-    tag_power_w : float
-        Power that the tag sends [W].
-    reader_z_m : float
-        Height of the reader's centre in the room's frame [m].
+    bands : Frequencies over which RSS is averaged in power; those of one band share their paths.
+    azimuths_rad : (n,) float64 — Azimuth of each antenna in the reader's frame [rad].
+    tag_position_m : (3,) float64 — Place of the tag [m].
+    tag_power_w : Power that the tag sends [W].
+    reader_z_m : Height of the reader's centre in the room's frame [m].
     """
 
     bands: tuple[LinkBand, ...]
@@ -123,11 +111,9 @@ class ReaderLink:
 
         Parameters
         ----------
-        poses : (m, 3) float
-            x [m], y [m] and heading [rad] of the robot. A robot of heading h carries antenna i at
-            room azimuth h - pi/2 + delta_i.
-        progress : callable, optional
-            Called after every block.
+        poses : (m, 3) float — x [m], y [m] and heading [rad] of the robot. A robot of heading h
+            carries antenna i at room azimuth h - pi/2 + delta_i.
+        progress : Called after every block.
 
         Returns
         -------
@@ -149,12 +135,9 @@ class ReaderLink:
 
         Parameters
         ----------
-        places_m : (p, 2) float
-            x and y of the robot [m].
-        headings_rad : (h,) float
-            Headings of the robot [rad], the same at all places.
-        progress : callable, optional
-            Called after every block.
+        places_m : (p, 2) float — x and y of the robot [m].
+        headings_rad : (h,) float — Headings of the robot [rad], the same at all places.
+        progress : Called after every block.
 
         Returns
         -------
@@ -186,8 +169,7 @@ class ReaderLink:
 
         Parameters
         ----------
-        poses : (m, 3) float
-            x [m], y [m] and heading [rad] of the robot.
+        poses : (m, 3) float — x [m], y [m] and heading [rad] of the robot.
 
         Returns
         -------
@@ -201,10 +183,8 @@ class ReaderLink:
 
         Parameters
         ----------
-        places_m : (p, 2) float
-            x and y of the robot [m].
-        headings_rad : (h,) float
-            Headings of the robot [rad].
+        places_m : (p, 2) float — x and y of the robot [m].
+        headings_rad : (h,) float — Headings of the robot [rad].
 
         Returns
         -------
@@ -228,21 +208,14 @@ def reader_link(
 
     Parameters
     ----------
-    radio : RadioScene or sequence of RadioScene
-        Scene with resolved materials, at each frequency. Paths are searched and traced once for
+    radio : Scene with resolved materials, at each frequency. Paths are searched and traced once for
         all of them.
-    tag_position_m : (3,) float
-        Place of the tag [m], off every wall.
-    tag_antenna : Antenna or sequence of Antenna
-        The tag's antenna in the room's frame, at each frequency.
-    tag_power_w : float
-        Power that the tag sends [W], > 0.
-    response : ReaderResponse or sequence of ReaderResponse
-        The reader, at each frequency.
-    reader_height_m : float
-        Height of the reader's ground plane above the floor [m].
-    solver : SolverSettings
-        How paths are searched; edges diffract where the radio scene has wedges too.
+    tag_position_m : (3,) float — Place of the tag [m], off every wall.
+    tag_antenna : The tag's antenna in the room's frame, at each frequency.
+    tag_power_w : Power that the tag sends [W], > 0.
+    response : The reader, at each frequency.
+    reader_height_m : Height of the reader's ground plane above the floor [m].
+    solver : How paths are searched; edges diffract where the radio scene has wedges too.
 
     Returns
     -------

@@ -54,18 +54,15 @@ class ReaderSolution:
 
     Parameters
     ----------
-    response : ReaderResponse
-        Embedded realised patterns.
-    impedance_ohm : (n, n) complex128
-        Open-circuit impedance matrix Z [ohm].
-    input_impedance_ohm : (n,) complex128
-        Impedance seen by each source, the other ports loaded [ohm].
-    s_matrix : (n, n) complex128
-        Scattering matrix of power waves, ports referred to their loads [-].
-    radiated_share, accepted_share, lost_share : (n,) float64
-        Shares of the available power, each port driven in turn [-].
-    unknowns : int
-        Number of independent functions that were solved for.
+    response : Embedded realised patterns.
+    impedance_ohm : (n, n) complex128 — Open-circuit impedance matrix Z [ohm].
+    input_impedance_ohm : (n,) complex128 — Impedance seen by each source, the other ports loaded
+        [ohm].
+    s_matrix : (n, n) complex128 — Scattering matrix of power waves, ports referred to their loads
+        [-].
+    radiated_share, accepted_share, lost_share : (n,) float64 — Shares of the available power, each
+        port driven in turn [-].
+    unknowns : Number of independent functions that were solved for.
     """
 
     response: ReaderResponse
@@ -135,29 +132,20 @@ def cached_responses(
 
     Parameters
     ----------
-    body : ReaderBody
-        Ground plane, plates and the places of the antennas.
-    antenna : Antenna
-        One element, an upright dipole or monopole, of which kind and length are used.
-    frequencies_hz : sequence of float
-        Where solutions are wanted [Hz]; for more than ``NODES`` different ones, that many are
-        solved across the band and the others interpolated, see `octant.em.reader.fullwave.band`.
-    gap_m : float
-        Height of a dipole's lower end, or of a monopole's own plane, above the ground plane [m].
-    load_ohm : complex or (n,) array_like
-        Impedance of source and load of every port [ohm].
-    cells_per_wavelength : float
-        Elements per wavelength [-].
-    wire_radius_m : float
-        Radius of the antennas' wire [m].
-    feed_gap_m : float
-        Length of the feed [m]; 0 is a delta gap.
-    surroundings : sequence of Body
-        Further perfectly conducting meshes near the reader, in its own frame [m].
-    folder : Path, optional
-        Where solutions are kept; default: ``responses`` in `cache_folder`.
-    keep : bool
-        Whether solutions are read from and kept on disk; False for those needed only once.
+    body : Ground plane, plates and the places of the antennas.
+    antenna : One element, an upright dipole or monopole, of which kind and length are used.
+    frequencies_hz : Where solutions are wanted [Hz]; for more than ``NODES`` different ones, that
+        many are solved across the band and the others interpolated, see
+        `octant.em.reader.fullwave.band`.
+    gap_m : Height of a dipole's lower end, or of a monopole's own plane, above the ground plane
+        [m].
+    load_ohm : Impedance of source and load of every port [ohm].
+    cells_per_wavelength : Elements per wavelength [-].
+    wire_radius_m : Radius of the antennas' wire [m].
+    feed_gap_m : Length of the feed [m]; 0 is a delta gap.
+    surroundings : Further perfectly conducting meshes near the reader, in its own frame [m].
+    folder : Where solutions are kept; default: ``responses`` in `cache_folder`.
+    keep : Whether solutions are read from and kept on disk; False for those needed only once.
 
     Returns
     -------
@@ -264,8 +252,7 @@ def body_hash(body: Body) -> str:
 
     Parameters
     ----------
-    body : Body
-        Any body [m]; name and material do not count.
+    body : Any body [m]; name and material do not count.
     """
     data = body.vertices_m.tobytes() + body.faces.tobytes()
     return hashlib.sha256(data).hexdigest()

@@ -32,19 +32,14 @@ class ResponseDifference:
 
     Parameters
     ----------
-    model : str
-        Model of the response that is judged.
-    offset_db : float
-        Its gain over the true one, mean over the strong directions of all antennas [dB].
-    strong_rms_db : float
-        Rms difference of gain in the strong directions, the offset taken out [dB].
-    weak_rms_db : float
-        The same from 10 to 20 dB below each antenna's greatest gain [dB].
-    faint_rms_db : float
-        The same from 20 dB below down to where gains count as `FLOOR_DB` below [dB]; NaN when no
-        direction is that faint.
-    other_antenna_share : float
-        Share of the azimuths at which it names another antenna as the strongest one [-].
+    model : Model of the response that is judged.
+    offset_db : Its gain over the true one, mean over the strong directions of all antennas [dB].
+    strong_rms_db : Rms difference of gain in the strong directions, the offset taken out [dB].
+    weak_rms_db : The same from 10 to 20 dB below each antenna's greatest gain [dB].
+    faint_rms_db : The same from 20 dB below down to where gains count as `FLOOR_DB` below [dB]; NaN
+        when no direction is that faint.
+    other_antenna_share : Share of the azimuths at which it names another antenna as the strongest
+        one [-].
     """
 
     model: str
@@ -62,12 +57,9 @@ def compare_responses(
 
     Parameters
     ----------
-    truth : ReaderResponse
-        What is taken as true; its patterns say which directions are strong.
-    other : ReaderResponse
-        What is judged, on any grid; the same number of antennas.
-    theta_rad : sequence of float
-        Angles from the vertical under which tags are seen [rad], for the strongest antenna.
+    truth : What is taken as true; its patterns say which directions are strong.
+    other : What is judged, on any grid; the same number of antennas.
+    theta_rad : Angles from the vertical under which tags are seen [rad], for the strongest antenna.
 
     Returns
     -------

@@ -87,19 +87,13 @@ def ray_patterns(
 
     Parameters
     ----------
-    body : ReaderBody
-        Ground plane, plates and the places of the antennas; of metal.
-    antenna : Antenna
-        One element, an upright dipole or monopole.
-    gap_m : float
-        Height [m] of the dipole's lower end, or of the monopole's own plane, above the ground
+    body : Ground plane, plates and the places of the antennas; of metal.
+    antenna : One element, an upright dipole or monopole.
+    gap_m : Height [m] of the dipole's lower end, or of the monopole's own plane, above the ground
         plane.
-    theta_rad : (T,) float
-        Even steps of theta [rad] from 0 to pi.
-    columns : int
-        Even steps of phi from 0.
-    max_reflections : int
-        Greatest number of reflections of a ray that meets no edge.
+    theta_rad : (T,) float — Even steps of theta [rad] from 0 to pi.
+    columns : Even steps of phi from 0.
+    max_reflections : Greatest number of reflections of a ray that meets no edge.
 
     Returns
     -------
@@ -156,16 +150,11 @@ def antenna_currents(
 
     Parameters
     ----------
-    body : ReaderBody
-        Ground plane, plates and the places of the antennas.
-    antenna : Antenna
-        Upright dipole or monopole.
-    number : int
-        Which antenna, from 0.
-    gap_m : float
-        Height of the dipole's lower end, or of the monopole's own plane [m].
-    max_reflections : int
-        Greatest number of reflections of a ray that meets no edge.
+    body : Ground plane, plates and the places of the antennas.
+    antenna : Upright dipole or monopole.
+    number : Which antenna, from 0.
+    gap_m : Height of the dipole's lower end, or of the monopole's own plane [m].
+    max_reflections : Greatest number of reflections of a ray that meets no edge.
 
     Returns
     -------

@@ -28,15 +28,12 @@ def reader_dataset(
 
     Parameters
     ----------
-    response : ReaderResponse
-        The patterns; stored with their phase at the reader's centre.
-    impedance_ohm : (n,) complex, optional
-        Input impedance [ohm] of each antenna, the others loaded.
-    s_matrix : (n, n) complex, optional
-        S-matrix [-].
-    step_deg : float, optional
-        Step [deg] of theta and phi, a divisor of 180; the response's own grid where it is left
-        out, which comes back exactly.
+    response : The patterns; stored with their phase at the reader's centre.
+    impedance_ohm : (n,) complex, optional — Input impedance [ohm] of each antenna, the others
+        loaded.
+    s_matrix : (n, n) complex, optional — S-matrix [-].
+    step_deg : Step [deg] of theta and phi, a divisor of 180; the response's own grid where it is
+        left out, which comes back exactly.
     """
     import xarray as xr
 
@@ -133,8 +130,7 @@ def read_reader_netcdf(path: str | Path) -> ReaderResponse:
 
     Parameters
     ----------
-    path : str or Path
-        The file, of `reader_dataset` or another program: ``pattern`` on a uniform grid with
+    path : The file, of `reader_dataset` or another program: ``pattern`` on a uniform grid with
         ``theta_deg`` 0..180 and ``phi_deg`` 0..360, and ``frequency_hz``; ``phase_centre_m`` is 0
         and ``azimuth_deg`` evenly spread where they are missing.
     """

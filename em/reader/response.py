@@ -48,17 +48,12 @@ def reader_response(
 
     Parameters
     ----------
-    body : ReaderBody
-        Ground plane, plates and the places of the antennas.
-    antenna : Antenna
-        One element, upright.
-    model : str
-        ``isolated`` or ``rays``.
-    gap_m : float
-        Height [m] of the dipole's lower end, or of the monopole's own plane, above the ground
+    body : Ground plane, plates and the places of the antennas.
+    antenna : One element, upright.
+    model : ``isolated`` or ``rays``.
+    gap_m : Height [m] of the dipole's lower end, or of the monopole's own plane, above the ground
         plane; a monopole without a plane of its own stands on the ground plane.
-    max_reflections : int
-        Greatest number of reflections in ``rays`` of a ray that meets no edge.
+    max_reflections : Greatest number of reflections in ``rays`` of a ray that meets no edge.
 
     Returns
     -------
@@ -127,14 +122,10 @@ def sector_response(
 
     Parameters
     ----------
-    azimuths_rad : (n,) float
-        Azimuth of each antenna [rad].
-    frequency_hz : float
-        Frequency [Hz].
-    antenna_radius_m : float
-        Distance of the antennas from the axis [m].
-    exponent : float
-        Exponent of the window [-]; 4 gives a half-power width of 94 degrees.
+    azimuths_rad : (n,) float — Azimuth of each antenna [rad].
+    frequency_hz : Frequency [Hz].
+    antenna_radius_m : Distance of the antennas from the axis [m].
+    exponent : Exponent of the window [-]; 4 gives a half-power width of 94 degrees.
     """
     azimuths = np.asarray(azimuths_rad, dtype=np.float64)
     theta, phi = angle_grid(*GRID_SHAPE)

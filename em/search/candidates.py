@@ -24,18 +24,15 @@ class SolverSettings:
 
     Parameters
     ----------
-    max_reflections : int
-        Greatest number of bends of a path: reflections, and diffractions where there are any.
-    diffraction : bool
-        Whether edges diffract.
-    max_diffractions : int
-        Diffractions of a path: 1, or 2 for those over both edges of one face as well.
-    transmission : bool
-        Whether sheets with a thickness let waves through.
-    search : str
-        ``complete`` finds every path; ``rays`` launches rays, for meshes of very many triangles.
-    rays : int
-        Rays launched by ``rays``.
+    max_reflections : Greatest number of bends of a path: reflections, and diffractions where there
+        are any.
+    diffraction : Whether edges diffract.
+    max_diffractions : Diffractions of a path: 1, or 2 for those over both edges of one face as
+        well.
+    transmission : Whether sheets with a thickness let waves through.
+    search : ``complete`` finds every path; ``rays`` launches rays, for meshes of very many
+        triangles.
+    rays : Rays launched by ``rays``.
     """
 
     max_reflections: int
@@ -52,10 +49,8 @@ class Candidates:
 
     Parameters
     ----------
-    images : ImageTree
-        Images of the source.
-    edges : EdgeTree or None
-        Its images over edges; None where nothing diffracts.
+    images : Images of the source.
+    edges : Its images over edges; None where nothing diffracts.
     """
 
     images: ImageTree
@@ -72,14 +67,10 @@ def radio_scenes(
 
     Parameters
     ----------
-    scene : Scene
-        Geometry with material labels.
-    frequencies_hz : sequence of float
-        Frequencies [Hz].
-    solver : SolverSettings
-        Says whether edges diffract and sheets let waves through.
-    materials : mapping of str to Material, optional
-        Meaning of labels; the others are looked up in the P.2040 table.
+    scene : Geometry with material labels.
+    frequencies_hz : Frequencies [Hz].
+    solver : Says whether edges diffract and sheets let waves through.
+    materials : Meaning of labels; the others are looked up in the P.2040 table.
     """
     wedges = find_wedges(scene) if solver.diffraction else None
     return tuple(
@@ -101,18 +92,12 @@ def search_candidates(
 
     Parameters
     ----------
-    radio : RadioScene
-        Scene; it says which facets let waves through and which wedges diffract.
-    source_m : (3,) float
-        Place of the source [m], off every facet.
-    solver : SolverSettings
-        Greatest order, kind of search, and whether the scene's wedges count.
-    region_m : (2, 3) float, optional
-        Box [m] that all receivers lie in; for the complete search.
-    executor : Executor, optional
-        Runs the blocks of work, sharing memory.
-    progress : callable, optional
-        Called with (done, in all) as the search goes on.
+    radio : Scene; it says which facets let waves through and which wedges diffract.
+    source_m : (3,) float — Place of the source [m], off every facet.
+    solver : Greatest order, kind of search, and whether the scene's wedges count.
+    region_m : (2, 3) float, optional — Box [m] that all receivers lie in; for the complete search.
+    executor : Runs the blocks of work, sharing memory.
+    progress : Called with (done, in all) as the search goes on.
     """
     if solver.search == "complete":
         images = search_images(

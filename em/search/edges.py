@@ -39,29 +39,22 @@ class EdgeTree:
 
     Parameters
     ----------
-    wedge : (k,) int64
-        Wedge that diffracts last, of each edge image.
-    frame : (k, 12) float64
-        Origin [m], axis, tangent and normal [-] of the wedge, mirrored to where the receiver sees
-        it.
-    plane_start : (k + 1,) int64
-        Planes of edge image i are ``plane[plane_start[i]]`` up to ``plane[plane_start[i + 1]]``.
-    plane : (s,) int64
-        Planes that reflect between edge and receiver, in that order.
-    node_start : (k + 1,) int64
-        Source images that light edge image i are those from ``node_start[i]``.
-    leaf : (n,) int64
-        Image of the source.
-    first : (n,) int64
-        Wedge that diffracts before the last one, or -1.
-    source_m : (n, 2) float64
-        Distance of the source's image from the first edge's line, and its place along it [m].
-    reach_m : (n, 2) float64
-        Part of the last edge that can be lit, from and to [m].
-    considered, kept : int
-        Combinations of source image, wedges and planes that were looked at, and left.
-    max_order : int
-        Greatest number of interactions of a path over the edges.
+    wedge : (k,) int64 — Wedge that diffracts last, of each edge image.
+    frame : (k, 12) float64 — Origin [m], axis, tangent and normal [-] of the wedge, mirrored to
+        where the receiver sees it.
+    plane_start : (k + 1,) int64 — Planes of edge image i are ``plane[plane_start[i]]`` up to
+        ``plane[plane_start[i + 1]]``.
+    plane : (s,) int64 — Planes that reflect between edge and receiver, in that order.
+    node_start : (k + 1,) int64 — Source images that light edge image i are those from
+        ``node_start[i]``.
+    leaf : (n,) int64 — Image of the source.
+    first : (n,) int64 — Wedge that diffracts before the last one, or -1.
+    source_m : (n, 2) float64 — Distance of the source's image from the first edge's line, and its
+        place along it [m].
+    reach_m : (n, 2) float64 — Part of the last edge that can be lit, from and to [m].
+    considered, kept : Combinations of source image, wedges and planes that were looked at, and
+        left.
+    max_order : Greatest number of interactions of a path over the edges.
     """
 
     wedge: IntArray
@@ -82,8 +75,7 @@ class EdgeTree:
 
         Parameters
         ----------
-        ways : int
-            Greatest number of paths that one image of the source can give.
+        ways : Greatest number of paths that one image of the source can give.
         """
         largest = int(np.diff(self.node_start).max(initial=0))
         return EdgeTreeArrays(
@@ -126,8 +118,7 @@ def wedge_frames(wedges: Wedges) -> FloatArray:
 
     Parameters
     ----------
-    wedges : Wedges
-        Wedges of a scene.
+    wedges : Wedges of a scene.
     """
     return np.column_stack(
         (
@@ -148,16 +139,12 @@ def search_edges(
 
     Parameters
     ----------
-    scene : Scene
-        Geometry.
-    wedges : Wedges
-        Its wedges, or those of them that shall diffract.
-    tree : ImageTree
-        Images of the source; its order bounds the interactions of a path, diffractions included
+    scene : Geometry.
+    wedges : Its wedges, or those of them that shall diffract.
+    tree : Images of the source; its order bounds the interactions of a path, diffractions included
         (but one or two diffractions alone are always allowed).
-    max_diffractions : int
-        Diffractions of a path: 1, or 2 for those one after the other over two edges of one
-        facet as well (the top of a cabinet, both rims of a plate).
+    max_diffractions : Diffractions of a path: 1, or 2 for those one after the other over two edges
+        of one facet as well (the top of a cabinet, both rims of a plate).
 
     Notes
     -----

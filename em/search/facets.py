@@ -25,22 +25,17 @@ class SearchFacets:
 
     Parameters
     ----------
-    side : (f,) int64
-        +1 or -1 when a facet reflects on that side of its plane only, 0 for both.
-    occluder_area_m2 : (f,) float64
-        Area [m^2] of facets that are opaque and fill their convex hull; 0 for others.
-    hull_start : (f + 1,) int64
-        Corners of facet i's convex hull are ``hull_start[i]`` up to ``hull_start[i + 1]``.
-    hulls_m : (v, 3) float64
-        Corners [m], counter-clockwise about the plane's normal.
-    boxes : (n, 6) float64
-        Boxes [m] of the hierarchy over the hulls of facets that a path can use.
-    links : (n, 3) int64
-        Links of the hierarchy, as in `octant.geometries.occlusion`.
-    order : (k,) int64
-        Facets in the order of the hierarchy.
-    margin_m : float
-        Distance [m] by which a target must lie behind a facet, and within its outline, to be
+    side : (f,) int64 — +1 or -1 when a facet reflects on that side of its plane only, 0 for both.
+    occluder_area_m2 : (f,) float64 — Area [m^2] of facets that are opaque and fill their convex
+        hull; 0 for others.
+    hull_start : (f + 1,) int64 — Corners of facet i's convex hull are ``hull_start[i]`` up to
+        ``hull_start[i + 1]``.
+    hulls_m : (v, 3) float64 — Corners [m], counter-clockwise about the plane's normal.
+    boxes : (n, 6) float64 — Boxes [m] of the hierarchy over the hulls of facets that a path can
+        use.
+    links : (n, 3) int64 — Links of the hierarchy, as in `octant.geometries.occlusion`.
+    order : (k,) int64 — Facets in the order of the hierarchy.
+    margin_m : Distance [m] by which a target must lie behind a facet, and within its outline, to be
         hidden by it: more than facets deviate from their triangles.
     """
 
@@ -61,14 +56,10 @@ def search_facets(
 
     Parameters
     ----------
-    scene : Scene
-        Geometry.
-    source_m : (3,) float64
-        The source [m].
-    region_m : (2, 3) float64
-        Box [m] that all receivers lie in.
-    opaque_facets : (f,) bool
-        Facets that let nothing through.
+    scene : Geometry.
+    source_m : (3,) float64 — The source [m].
+    region_m : (2, 3) float64 — Box [m] that all receivers lie in.
+    opaque_facets : (f,) bool — Facets that let nothing through.
     """
     f = scene.facets
     fills = np.zeros(len(f.facet_plane), dtype=np.bool_)
@@ -124,12 +115,9 @@ def inner_sides(scene: Scene, source_m: FloatArray, region_m: FloatArray) -> Int
 
     Parameters
     ----------
-    scene : Scene
-        Geometry.
-    source_m : (3,) float64
-        The source [m].
-    region_m : (2, 3) float64
-        Box [m] that all receivers lie in.
+    scene : Geometry.
+    source_m : (3,) float64 — The source [m].
+    region_m : (2, 3) float64 — Box [m] that all receivers lie in.
     """
     sides = scene.supporting_side.copy()
     outer = np.flatnonzero(sides)

@@ -51,26 +51,19 @@ class ImageTree:
 
     Parameters
     ----------
-    source_m : (3,) float64
-        The source [m]; it is image 0, of order 0.
-    image_m : (n, 3) float64
-        Position of each image [m], by ascending order.
-    order : (n,) int64
-        Number of reflections.
-    branch_start : (n + 1,) int64
-        Branches of image i are ``branch_start[i]`` up to ``branch_start[i + 1]``, by ascending
-        plane.
-    branch_plane : (b,) int64
-        Plane of a branch's last reflection.
-    branch_parent : (b,) int64
-        Image before that reflection.
-    considered, pruned, merged, kept : (orders + 1,) int64
-        Per order: sequences looked at, dropped because no path can use them, found to lead to
-        the same point as another, and images left. considered = pruned + merged + kept.
-    region_m : (2, 3) float64
-        Box [m] that receivers must lie in; infinite when they may be anywhere.
-    opaque_facets : (f,) bool
-        Facets that the search took to let nothing through.
+    source_m : (3,) float64 — The source [m]; it is image 0, of order 0.
+    image_m : (n, 3) float64 — Position of each image [m], by ascending order.
+    order : (n,) int64 — Number of reflections.
+    branch_start : (n + 1,) int64 — Branches of image i are ``branch_start[i]`` up to
+        ``branch_start[i + 1]``, by ascending plane.
+    branch_plane : (b,) int64 — Plane of a branch's last reflection.
+    branch_parent : (b,) int64 — Image before that reflection.
+    considered, pruned, merged, kept : (orders + 1,) int64 — Per order: sequences looked at, dropped
+        because no path can use them, found to lead to the same point as another, and images left.
+        considered = pruned + merged + kept.
+    region_m : (2, 3) float64 — Box [m] that receivers must lie in; infinite when they may be
+        anywhere.
+    opaque_facets : (f,) bool — Facets that the search took to let nothing through.
     """
 
     source_m: FloatArray
@@ -121,10 +114,8 @@ class TreeBuilder:
 
     Parameters
     ----------
-    scene : Scene
-        Geometry.
-    source_m : (3,) float64
-        The source [m].
+    scene : Geometry.
+    source_m : (3,) float64 — The source [m].
     """
 
     def __init__(self, scene: Scene, source_m: FloatArray) -> None:
@@ -140,10 +131,8 @@ class TreeBuilder:
 
         Parameters
         ----------
-        children : (c, 2) int64
-            Image of the last level and plane of each child, no pair twice.
-        considered, pruned : int
-            Sequences that were looked at to find them, and that no path can use.
+        children : (c, 2) int64 — Image of the last level and plane of each child, no pair twice.
+        considered, pruned : Sequences that were looked at to find them, and that no path can use.
         """
         p = self._planes
         normal, offset = p.plane_normal[children[:, 1]], p.plane_offset_m[children[:, 1]]
@@ -171,10 +160,8 @@ class TreeBuilder:
 
         Parameters
         ----------
-        region_m : (2, 3) float64
-            Box [m] that receivers must lie in.
-        opaque_facets : (f,) bool
-            Facets that were taken to let nothing through.
+        region_m : (2, 3) float64 — Box [m] that receivers must lie in.
+        opaque_facets : (f,) bool — Facets that were taken to let nothing through.
         """
         image = np.concatenate(self._images)
         order = np.repeat(np.arange(len(self._images)), [len(level) for level in self._images])
@@ -213,24 +200,19 @@ def search_images(
 
     Parameters
     ----------
-    scene : Scene
-        Geometry.
-    source_m : (3,) float
-        Place of the antenna [m], off every facet.
-    max_reflections : int
-        Greatest order, >= 0.
-    region_m : (2, 3) float, optional
-        Least and greatest corner [m] of the box that all receivers lie in. Default: the scene's
-        bounds when the source is in a room, else everywhere. A smaller region prunes more; the
-        images of a box seen from inside are 1, 6, 18, 38, 66, 102 ... (4 n^2 + 2).
-    opaque_facets : (f,) bool, optional
-        Facets that let nothing through [-]. Default: all. Only those hide others, and only a closed
-        part whose facets are all opaque reflects on one side alone.
-    executor : Executor, optional
-        Runs the blocks of images, sharing memory; by default one thread per core. The images are
-        the same, bit by bit, whatever runs them.
-    progress : callable, optional
-        Called with (images done, images in all) for each order.
+    scene : Geometry.
+    source_m : (3,) float — Place of the antenna [m], off every facet.
+    max_reflections : Greatest order, >= 0.
+    region_m : (2, 3) float, optional — Least and greatest corner [m] of the box that all receivers
+        lie in. Default: the scene's bounds when the source is in a room, else everywhere. A smaller
+        region prunes more; the images of a box seen from inside are 1, 6, 18, 38, 66, 102 ... (4
+        n^2 + 2).
+    opaque_facets : (f,) bool, optional — Facets that let nothing through [-]. Default: all. Only
+        those hide others, and only a closed part whose facets are all opaque reflects on one side
+        alone.
+    executor : Runs the blocks of images, sharing memory; by default one thread per core. The images
+        are the same, bit by bit, whatever runs them.
+    progress : Called with (images done, images in all) for each order.
 
     Notes
     -----
@@ -255,12 +237,9 @@ def checked_source(scene: Scene, source_m: npt.ArrayLike, max_reflections: int) 
 
     Parameters
     ----------
-    scene : Scene
-        Geometry.
-    source_m : (3,) float
-        Place of the antenna [m].
-    max_reflections : int
-        Greatest order.
+    scene : Geometry.
+    source_m : (3,) float — Place of the antenna [m].
+    max_reflections : Greatest order.
     """
     if max_reflections < 0:
         msg = f"max_reflections = {max_reflections} is negative; give 0 or more."
@@ -282,10 +261,8 @@ def opaque_mask(scene: Scene, opaque_facets: npt.ArrayLike | None) -> BoolArray:
 
     Parameters
     ----------
-    scene : Scene
-        Geometry.
-    opaque_facets : (f,) bool or None
-        What the caller was given [-].
+    scene : Geometry.
+    opaque_facets : (f,) bool or None — What the caller was given [-].
     """
     count = len(scene.facets.facet_plane)
     given = np.ones(count) if opaque_facets is None else opaque_facets

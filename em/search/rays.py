@@ -40,18 +40,13 @@ class RaySearch:
 
     Parameters
     ----------
-    tree : ImageTree
-        Images; complete for no receiver.
-    rays : int
-        Rays launched, half of them in each of two independent sets.
-    found : (orders + 1,) int64
-        Sequences that the rays followed, per order.
-    found_by_half : (orders + 1, 2) int64
-        Sequences that each half of the rays followed.
-    found_by_both : (orders + 1,) int64
-        Sequences that both halves followed.
-    met_once, met_twice : (orders + 1,) int64
-        Sequences that one ray, or two, of all have followed.
+    tree : Images; complete for no receiver.
+    rays : Rays launched, half of them in each of two independent sets.
+    found : (orders + 1,) int64 — Sequences that the rays followed, per order.
+    found_by_half : (orders + 1, 2) int64 — Sequences that each half of the rays followed.
+    found_by_both : (orders + 1,) int64 — Sequences that both halves followed.
+    met_once, met_twice : (orders + 1,) int64 — Sequences that one ray, or two, of all have
+        followed.
     """
 
     tree: ImageTree
@@ -107,22 +102,15 @@ def ray_search(
 
     Parameters
     ----------
-    scene : Scene
-        Geometry, of any number of triangles.
-    source_m : (3,) float
-        Place of the antenna [m], off every facet.
-    max_reflections : int
-        Greatest order, >= 0.
-    rays : int
-        Rays to launch, >= 2; an odd number is rounded down.
-    opaque_facets : (f,) bool, optional
-        Facets that let nothing through [-]; rays both pass and are reflected by the others.
-        Default: all.
-    executor : Executor, optional
-        Runs the blocks of rays, sharing memory; by default one thread per core. The result is the
-        same, bit by bit, whatever runs them.
-    progress : callable, optional
-        Called with (rays done, rays in all).
+    scene : Geometry, of any number of triangles.
+    source_m : (3,) float — Place of the antenna [m], off every facet.
+    max_reflections : Greatest order, >= 0.
+    rays : Rays to launch, >= 2; an odd number is rounded down.
+    opaque_facets : (f,) bool, optional — Facets that let nothing through [-]; rays both pass and
+        are reflected by the others. Default: all.
+    executor : Runs the blocks of rays, sharing memory; by default one thread per core. The result
+        is the same, bit by bit, whatever runs them.
+    progress : Called with (rays done, rays in all).
 
     Notes
     -----
@@ -169,10 +157,8 @@ def launch_directions(begin: int, end: int, count: int) -> FloatArray:
 
     Parameters
     ----------
-    begin, end : int
-        Rows that are wanted.
-    count : int
-        Directions of the whole lattice.
+    begin, end : Rows that are wanted.
+    count : Directions of the whole lattice.
     """
     i = np.arange(begin, end, dtype=np.float64)
     z = 1.0 - (2.0 * i + 1.0) / count

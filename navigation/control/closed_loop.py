@@ -19,12 +19,9 @@ class ClosedLoop:
 
     Parameters
     ----------
-    time_s : (t,) float64
-        Times [s].
-    polar : (t, 3) float64
-        e [m], α [rad], φ [rad], continuous.
-    twist : (t, 2) float64
-        Command v [m/s], ω [rad/s].
+    time_s : (t,) float64 — Times [s].
+    polar : (t, 3) float64 — e [m], α [rad], φ [rad], continuous.
+    twist : (t, 2) float64 — Command v [m/s], ω [rad/s].
     """
 
     time_s: FloatArray
@@ -55,18 +52,12 @@ def integrate(
 
     Parameters
     ----------
-    law : GoalLaw
-        Feedback.
-    start : (3,) array_like
-        x [m], y [m], heading [rad] in the goal frame, not at the goal itself.
-    time_s : (t,) array_like
-        Ascending times that are wanted [s], counted from the start.
-    limits : TwistLimits or None
-        Limits of the command; None: none.
-    slips : tuple of float
-        What the robot adds to every command: b [m/s], s [rad/s].
-    tolerance : float
-        Relative tolerance of the integrator (eighth order, Dormand and Prince) [-].
+    law : Feedback.
+    start : (3,) array_like — x [m], y [m], heading [rad] in the goal frame, not at the goal itself.
+    time_s : (t,) array_like — Ascending times that are wanted [s], counted from the start.
+    limits : Limits of the command; None: none.
+    slips : What the robot adds to every command: b [m/s], s [rad/s].
+    tolerance : Relative tolerance of the integrator (eighth order, Dormand and Prince) [-].
 
     Notes
     -----

@@ -38,14 +38,10 @@ class Controller(Protocol):
 
         Parameters
         ----------
-        rss_w : (n,) float64
-            One reading with a signal [W].
-        azimuths_rad : (n,) float64
-            Azimuths of the antennas in the reader frame [rad].
-        cruise_speed_m_per_s : float
-            Speed of straight driving [m/s].
-        robot : DifferentialDrive
-            Wheels and axle.
+        rss_w : (n,) float64 — One reading with a signal [W].
+        azimuths_rad : (n,) float64 — Azimuths of the antennas in the reader frame [rad].
+        cruise_speed_m_per_s : Speed of straight driving [m/s].
+        robot : Wheels and axle.
 
         Returns
         -------
@@ -61,13 +57,11 @@ class FuzzyController:
 
     Parameters
     ----------
-    steering_input : {"normalised", "nanowatt"}
-        "nanowatt": the difference right - left in nanowatts over its full scale, clipped, as the
-        thesis has it. "normalised": the difference over the sum of the two.
-    full_scale_w : float
-        Full scale of the "nanowatt" input [W].
-    rules : RuleBase
-        One input on [-1, 1], two outputs on [0, 1]: right and left wheel.
+    steering_input : {"normalised", "nanowatt"} — "nanowatt": the difference right - left in
+        nanowatts over its full scale, clipped, as the thesis has it. "normalised": the difference
+        over the sum of the two.
+    full_scale_w : Full scale of the "nanowatt" input [W].
+    rules : One input on [-1, 1], two outputs on [0, 1]: right and left wheel.
 
     Notes
     -----
@@ -109,10 +103,8 @@ class FuzzyController:
 
         Parameters
         ----------
-        rss_w : (..., n) float64
-            RSS of the antennas [W].
-        azimuths_rad : (n,) float64
-            Azimuths of the antennas in the reader frame [rad].
+        rss_w : (..., n) float64 — RSS of the antennas [W].
+        azimuths_rad : (n,) float64 — Azimuths of the antennas in the reader frame [rad].
 
         Returns
         -------
@@ -147,11 +139,9 @@ class VectorSumController:
 
     Parameters
     ----------
-    gain_per_s : float
-        Turn rate per bearing error [1/s]. Sampled with period T it converges without overshoot for
-        gain T up to 1 and not at all above 2.
-    noise_db : float
-        Noise of the readings that the law assumes [dB]; 0: none.
+    gain_per_s : Turn rate per bearing error [1/s]. Sampled with period T it converges without
+        overshoot for gain T up to 1 and not at all above 2.
+    noise_db : Noise of the readings that the law assumes [dB]; 0: none.
 
     Notes
     -----
@@ -191,10 +181,8 @@ class PatternController:
 
     Parameters
     ----------
-    matcher : PatternMatcher
-        Patterns of the reader, and the errors that readings have.
-    gain_per_s : float
-        Turn rate per bearing error [1/s].
+    matcher : Patterns of the reader, and the errors that readings have.
+    gain_per_s : Turn rate per bearing error [1/s].
     """
 
     matcher: PatternMatcher
@@ -228,14 +216,10 @@ def proportional_rates(
 
     Parameters
     ----------
-    error_rad : float
-        Bearing e from the robot's front, counter-clockwise positive [rad].
-    gain_per_s : float
-        Turn rate per bearing error [1/s].
-    cruise_speed_m_per_s : float
-        Speed of straight driving [m/s].
-    robot : DifferentialDrive
-        Wheels and axle.
+    error_rad : Bearing e from the robot's front, counter-clockwise positive [rad].
+    gain_per_s : Turn rate per bearing error [1/s].
+    cruise_speed_m_per_s : Speed of straight driving [m/s].
+    robot : Wheels and axle.
 
     Returns
     -------

@@ -28,8 +28,7 @@ class GoalLaw(Protocol):
 
         Parameters
         ----------
-        polar : (..., 3) array_like
-            e [m], α [rad], φ [rad] of `polar.polar_state`.
+        polar : (..., 3) array_like — e [m], α [rad], φ [rad] of `polar.polar_state`.
         """
         ...
 
@@ -40,14 +39,11 @@ class DockingLaw:
 
     Parameters
     ----------
-    gamma_per_s : float
-        Gain γ of the speed [1/s].
-    h : float
-        Weight h of the direction of arrival [-].
-    k_per_s : float
-        Gain k of the turn [1/s].
-    approach : {"forward", "reverse"}
-        "reverse" comes to the same pose backwards: the goal [0, ±π, ±π] of the paper.
+    gamma_per_s : Gain γ of the speed [1/s].
+    h : Weight h of the direction of arrival [-].
+    k_per_s : Gain k of the turn [1/s].
+    approach : {"forward", "reverse"} — "reverse" comes to the same pose backwards: the goal [0, ±π,
+        ±π] of the paper.
 
     Warns
     -----
@@ -106,10 +102,8 @@ class DockingLaw:
 
         Parameters
         ----------
-        polar : (..., 3) array_like
-            e [m], α [rad], φ [rad].
-        weight_per_m2 : float
-            Weight λ of the distance [1/m²].
+        polar : (..., 3) array_like — e [m], α [rad], φ [rad].
+        weight_per_m2 : Weight λ of the distance [1/m²].
         """
         e, alpha, phi = _errors(polar, self.approach)
         return np.asarray(0.5 * (weight_per_m2 * e**2 + alpha**2 + self.h * phi**2))
@@ -121,13 +115,11 @@ class TwistLimits:
 
     Parameters
     ----------
-    max_speed_m_per_s : float
-        Highest forward or backward speed [m/s].
-    max_turn_rate_rad_per_s : float
-        Highest turn rate [rad/s].
-    saturation : {"clip", "curvature"}
-        "clip" cuts each on its own, as the paper's experiment; "curvature" scales both by one
-        factor, so that the path keeps its shape and only takes longer.
+    max_speed_m_per_s : Highest forward or backward speed [m/s].
+    max_turn_rate_rad_per_s : Highest turn rate [rad/s].
+    saturation : {"clip", "curvature"} — "clip" cuts each on its own, as the paper's experiment;
+        "curvature" scales both by one factor, so that the path keeps its shape and only takes
+        longer.
     """
 
     max_speed_m_per_s: float = 0.2
@@ -144,8 +136,7 @@ class TwistLimits:
 
         Parameters
         ----------
-        twist : (..., 2) array_like
-            Wanted v [m/s] and ω [rad/s].
+        twist : (..., 2) array_like — Wanted v [m/s] and ω [rad/s].
         """
         wanted = np.asarray(twist, dtype=np.float64)
         limits = np.array([self.max_speed_m_per_s, self.max_turn_rate_rad_per_s])
@@ -160,10 +151,9 @@ def slip_compensated(twist: npt.ArrayLike, slips: npt.ArrayLike) -> FloatArray:
 
     Parameters
     ----------
-    twist : (..., 2) array_like
-        Wanted v [m/s] and ω [rad/s].
-    slips : (..., 2) array_like
-        Estimated slips b̂ [m/s] and ŝ [rad/s]: the robot moves with v + b, ω + s.
+    twist : (..., 2) array_like — Wanted v [m/s] and ω [rad/s].
+    slips : (..., 2) array_like — Estimated slips b̂ [m/s] and ŝ [rad/s]: the robot moves with v +
+        b, ω + s.
 
     Notes
     -----
@@ -178,10 +168,8 @@ def stall_distance_m(law: DockingLaw, linear_slip_m_per_s: float) -> float:
 
     Parameters
     ----------
-    law : DockingLaw
-        Gains.
-    linear_slip_m_per_s : float
-        Slip b against the motion [m/s].
+    law : Gains.
+    linear_slip_m_per_s : Slip b against the motion [m/s].
     """
     return abs(linear_slip_m_per_s) / law.gamma_per_s
 
@@ -191,12 +179,10 @@ def faded(polar: npt.ArrayLike, *, radius_m: float, approach: Approach = "forwar
 
     Parameters
     ----------
-    polar : (..., 3) array_like
-        e [m], α [rad], φ [rad], estimated.
-    radius_m : float
-        Distance within which it fades [m]: several standard deviations of the estimated place.
-    approach : {"forward", "reverse"}
-        Which end comes first.
+    polar : (..., 3) array_like — e [m], α [rad], φ [rad], estimated.
+    radius_m : Distance within which it fades [m]: several standard deviations of the estimated
+        place.
+    approach : {"forward", "reverse"} — Which end comes first.
 
     Returns
     -------
@@ -223,12 +209,9 @@ def latched(polar: npt.ArrayLike, *, radius_m: float, approach: Approach = "forw
 
     Parameters
     ----------
-    polar : (3,) array_like
-        e [m], α [rad], φ [rad], estimated.
-    radius_m : float
-        Distance that counts as arrived [m].
-    approach : {"forward", "reverse"}
-        Which end comes first.
+    polar : (3,) array_like — e [m], α [rad], φ [rad], estimated.
+    radius_m : Distance that counts as arrived [m].
+    approach : {"forward", "reverse"} — Which end comes first.
 
     Returns
     -------

@@ -23,12 +23,10 @@ class Term:
 
     Parameters
     ----------
-    name : str
-        Label that the rules use, such as "NH".
-    corners : (4,) float64
-        Where the membership leaves 0, reaches 1, leaves 1 and reaches 0 again [in the variable's
-        unit]. Ordered; the two middle ones are equal for a triangle, the first two (last two) are
-        equal for a term that starts (ends) with a step.
+    name : Label that the rules use, such as "NH".
+    corners : (4,) float64 — Where the membership leaves 0, reaches 1, leaves 1 and reaches 0 again
+        [in the variable's unit]. Ordered; the two middle ones are equal for a triangle, the first
+        two (last two) are equal for a term that starts (ends) with a step.
     """
 
     name: str
@@ -51,8 +49,7 @@ class Term:
 
         Parameters
         ----------
-        value : (...) float64
-            Where to evaluate [in the variable's unit].
+        value : (...) float64 — Where to evaluate [in the variable's unit].
         """
         x = np.asarray(value, dtype=np.float64)
         a, b, c, d = self.corners
@@ -68,14 +65,10 @@ class FuzzyVariable:
 
     Parameters
     ----------
-    name : str
-        What the variable is, such as "normalised difference".
-    low : float
-        Lower end of the universe [in the variable's unit].
-    high : float
-        Upper end of the universe [in the variable's unit].
-    terms : tuple of Term
-        Ordered from left to right by the middle of their cores, inside the universe, together
+    name : What the variable is, such as "normalised difference".
+    low : Lower end of the universe [in the variable's unit].
+    high : Upper end of the universe [in the variable's unit].
+    terms : Ordered from left to right by the middle of their cores, inside the universe, together
         covering all of it with a membership above zero.
     """
 
@@ -139,8 +132,7 @@ class FuzzyVariable:
 
         Parameters
         ----------
-        value : (...) float64
-            Where to evaluate [in the variable's unit].
+        value : (...) float64 — Where to evaluate [in the variable's unit].
         """
         return np.stack([term.membership(value) for term in self.terms], axis=-1)
 
@@ -151,10 +143,8 @@ class Rule:
 
     Parameters
     ----------
-    when : str
-        Term of the input.
-    then : tuple of str
-        One term for each output, in the outputs' order.
+    when : Term of the input.
+    then : One term for each output, in the outputs' order.
     """
 
     when: str
@@ -167,12 +157,9 @@ class RuleBase:
 
     Parameters
     ----------
-    input_variable : FuzzyVariable
-        The input; values outside its universe are moved to the nearer end.
-    outputs : tuple of FuzzyVariable
-        The outputs.
-    rules : tuple of Rule
-        Exactly one for each term of the input.
+    input_variable : The input; values outside its universe are moved to the nearer end.
+    outputs : The outputs.
+    rules : Exactly one for each term of the input.
 
     Notes
     -----
@@ -234,8 +221,7 @@ class RuleBase:
 
         Parameters
         ----------
-        value : (...) float64
-            Input [in its variable's unit]; moved into the universe first.
+        value : (...) float64 — Input [in its variable's unit]; moved into the universe first.
 
         Notes
         -----
@@ -281,12 +267,10 @@ def variable_from_table(
 
     Parameters
     ----------
-    name : str
-        What the variable is.
-    universe : tuple of float
-        Lower and upper end [in the variable's unit].
-    table : iterable of (str, (4,) or (3,) array_like)
-        Name of each term with its four corners, or three for a triangle [in the variable's unit].
+    name : What the variable is.
+    universe : Lower and upper end [in the variable's unit].
+    table : Name of each term with its four corners, or three for a triangle [in the variable's
+        unit].
     """
     terms = []
     for term_name, row in table:

@@ -18,11 +18,9 @@ def polar_state(pose: npt.ArrayLike, *, previous: npt.ArrayLike | None = None) -
 
     Parameters
     ----------
-    pose : (..., 3) array_like
-        x [m], y [m], heading θ [rad] in the goal frame.
-    previous : (..., 3) array_like or None
-        Polar state a moment before [m], [rad]: α and φ are then continued from it by less than
-        half a turn. None: both in (-π, π].
+    pose : (..., 3) array_like — x [m], y [m], heading θ [rad] in the goal frame.
+    previous : (..., 3) array_like or None — Polar state a moment before [m], [rad]: α and φ are
+        then continued from it by less than half a turn. None: both in (-π, π].
 
     Notes
     -----
@@ -47,8 +45,7 @@ def pose_of_polar(polar: npt.ArrayLike) -> FloatArray:
 
     Parameters
     ----------
-    polar : (..., 3) array_like
-        e [m], α [rad], φ [rad].
+    polar : (..., 3) array_like — e [m], α [rad], φ [rad].
     """
     state = np.asarray(polar, dtype=np.float64)
     e, alpha, phi = state[..., 0], state[..., 1], state[..., 2]
@@ -60,10 +57,8 @@ def polar_rate(polar: npt.ArrayLike, twist: npt.ArrayLike) -> FloatArray:
 
     Parameters
     ----------
-    polar : (..., 3) array_like
-        e [m], α [rad], φ [rad]; e above zero.
-    twist : (..., 2) array_like
-        Forward speed v [m/s], turn rate ω [rad/s].
+    polar : (..., 3) array_like — e [m], α [rad], φ [rad]; e above zero.
+    twist : (..., 2) array_like — Forward speed v [m/s], turn rate ω [rad/s].
 
     Notes
     -----
@@ -81,10 +76,9 @@ def pose_in_goal_frame(pose: npt.ArrayLike, goal: npt.ArrayLike) -> FloatArray:
 
     Parameters
     ----------
-    pose : (..., 3) array_like
-        x [m], y [m], heading [rad] in the room.
-    goal : (..., 3) array_like
-        x [m], y [m] of the goal, and the heading wanted there [rad], in the room.
+    pose : (..., 3) array_like — x [m], y [m], heading [rad] in the room.
+    goal : (..., 3) array_like — x [m], y [m] of the goal, and the heading wanted there [rad], in
+        the room.
     """
     here, there = np.asarray(pose, dtype=np.float64), np.asarray(goal, dtype=np.float64)
     dx, dy = here[..., 0] - there[..., 0], here[..., 1] - there[..., 1]

@@ -17,10 +17,8 @@ class CartesianRegulator:
 
     Parameters
     ----------
-    k1_per_s : float
-        Gain of the speed [1/s].
-    k2_per_s : float
-        Gain of the turn [1/s].
+    k1_per_s : Gain of the speed [1/s].
+    k2_per_s : Gain of the turn [1/s].
 
     Notes
     -----
@@ -49,12 +47,9 @@ def posture_regulator(
 
     Parameters
     ----------
-    k1_per_s : float
-        Gain of the speed [1/s].
-    k2_per_s : float
-        Gain of the turn [1/s].
-    k3 : float
-        Weight of the direction of arrival [-].
+    k1_per_s : Gain of the speed [1/s].
+    k2_per_s : Gain of the turn [1/s].
+    k3 : Weight of the direction of arrival [-].
 
     Returns
     -------
@@ -75,18 +70,12 @@ class GracefulLaw:
 
     Parameters
     ----------
-    k1 : float
-        How much the heading leads the direction of arrival [-].
-    k2 : float
-        How much faster the heading settles than the position [-].
-    beta : float
-        How much curvature slows the robot, β of v = v_max/(1 + β |κ|^λ) [m^λ].
-    exponent : float
-        Exponent λ of the curvature [-].
-    max_speed_m_per_s : float
-        Speed on the straight [m/s].
-    slowing_radius_m : float
-        Distance from the goal within which the speed falls in proportion to it [m].
+    k1 : How much the heading leads the direction of arrival [-].
+    k2 : How much faster the heading settles than the position [-].
+    beta : How much curvature slows the robot, β of v = v_max/(1 + β |κ|^λ) [m^λ].
+    exponent : Exponent λ of the curvature [-].
+    max_speed_m_per_s : Speed on the straight [m/s].
+    slowing_radius_m : Distance from the goal within which the speed falls in proportion to it [m].
 
     Notes
     -----
@@ -122,8 +111,7 @@ class GracefulLaw:
 
         Parameters
         ----------
-        polar : (..., 3) array_like
-            e [m], α [rad], φ [rad].
+        polar : (..., 3) array_like — e [m], α [rad], φ [rad].
         """
         state = np.asarray(polar, dtype=np.float64)
         e, alpha, phi = state[..., 0], state[..., 1], state[..., 2]

@@ -50,10 +50,8 @@ def write_docking_csv(path: str | Path, results: Mapping[str, Sequence[DockingRe
 
     Parameters
     ----------
-    path : str or Path
-        File to write; an existing one is replaced in one move.
-    results : mapping of str to sequence of DockingResult
-        Runs by the name of their layout, run 0 first.
+    path : File to write; an existing one is replaced in one move.
+    results : Runs by the name of their layout, run 0 first.
     """
     rows = [
         (
@@ -82,10 +80,8 @@ def write_docking_trajectory_csv(path: str | Path, result: DockingResult) -> Non
 
     Parameters
     ----------
-    path : str or Path
-        File to write; an existing one is replaced in one move.
-    result : DockingResult
-        The run. Estimates are nan in the phases that have none.
+    path : File to write; an existing one is replaced in one move.
+    result : The run. Estimates are nan in the phases that have none.
     """
     table = np.column_stack(
         [

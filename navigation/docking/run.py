@@ -19,14 +19,10 @@ def run_docking(
 
     Parameters
     ----------
-    task : DockingTask
-        What to do.
-    setting : DockingSetting
-        Reader, camera, robot and obstacles.
-    start : (3,) array_like
-        x [m], y [m], heading [rad] in the room; the robot does not know them.
-    rng : numpy.random.Generator
-        Source of every random number of the run.
+    task : What to do.
+    setting : Reader, camera, robot and obstacles.
+    start : (3,) array_like — x [m], y [m], heading [rad] in the room; the robot does not know them.
+    rng : Source of every random number of the run.
     """
     pose = np.array(start, dtype=np.float64)
     if setting.reader is not None and task.tag_id not in setting.reader.tag_ids:
@@ -45,12 +41,9 @@ class DockingJob:
 
     Parameters
     ----------
-    task : DockingTask
-        What to do.
-    setting : DockingSetting
-        Reader, camera, robot and obstacles.
-    starts : RandomStarts
-        Where missions start.
+    task : What to do.
+    setting : Reader, camera, robot and obstacles.
+    starts : Where missions start.
     """
 
     task: DockingTask
@@ -62,8 +55,7 @@ class DockingJob:
 
         Parameters
         ----------
-        seed : numpy.random.SeedSequence
-            Its start and all its noise come from it.
+        seed : Its start and all its noise come from it.
         """
         rng = np.random.default_rng(seed)
         return run_docking(self.task, self.setting, self.starts.draw(rng), rng)

@@ -48,14 +48,10 @@ class DockingDrive:
 
     Parameters
     ----------
-    task : DockingTask
-        What is driven.
-    setting : DockingSetting
-        Robot and obstacles.
-    pose : (3,) float64
-        True x [m], y [m], heading [rad], for the world only.
-    rng : numpy.random.Generator
-        Source of the random part of the motion.
+    task : What is driven.
+    setting : Robot and obstacles.
+    pose : (3,) float64 — True x [m], y [m], heading [rad], for the world only.
+    rng : Source of the random part of the motion.
     """
 
     def __init__(
@@ -97,18 +93,12 @@ class DockingDrive:
 
         Parameters
         ----------
-        phase : Phase
-            What the robot is doing.
-        twist : (2,) float64
-            Command v [m/s], ω [rad/s].
-        period_s : float
-            Length of the period [s].
-        seen : bool
-            Whether the camera reported a landmark just now.
-        polar : (3,) float64 or None
-            Estimated e [m], α [rad], φ [rad], for the record.
-        slips : (2,) float64 or None
-            Estimated b [m/s], s [rad/s], for the record.
+        phase : What the robot is doing.
+        twist : (2,) float64 — Command v [m/s], ω [rad/s].
+        period_s : Length of the period [s].
+        seen : Whether the camera reported a landmark just now.
+        polar : (3,) float64 or None — Estimated e [m], α [rad], φ [rad], for the record.
+        slips : (2,) float64 or None — Estimated b [m/s], s [rad/s], for the record.
 
         Raises
         ------
@@ -133,10 +123,8 @@ class DockingDrive:
 
         Parameters
         ----------
-        distance_m : float
-            How far [m].
-        phase : Phase
-            What the robot is doing.
+        distance_m : How far [m].
+        phase : What the robot is doing.
         """
         speed = float(np.copysign(MANOEUVRE_SPEED_M_PER_S, distance_m))
         twist = np.array([speed, 0.0])
@@ -149,12 +137,9 @@ class DockingDrive:
 
         Parameters
         ----------
-        outcome : DockingOutcome
-            How it ended.
-        reason : str
-            The same in a sentence.
-        tries : int
-            Tries begun.
+        outcome : How it ended.
+        reason : The same in a sentence.
+        tries : Tries begun.
         """
         if self.worn_out:
             outcome, reason = "collision", f"{reason}; it touched things {self.contacts} times"
@@ -199,14 +184,10 @@ class CoarseDrive:
 
     Parameters
     ----------
-    task : DockingTask
-        Tag and manner.
-    reader : RssSensor
-        The bearing-sensitive reader.
-    drive : DockingDrive
-        The robot.
-    rng : numpy.random.Generator
-        Source of the reader's noise and of the detours around obstacles.
+    task : Tag and manner.
+    reader : The bearing-sensitive reader.
+    drive : The robot.
+    rng : Source of the reader's noise and of the detours around obstacles.
     """
 
     def __init__(
@@ -221,9 +202,8 @@ class CoarseDrive:
 
         Parameters
         ----------
-        attempt : int
-            Number of the try, from 1; later ones aim beside the tag, where there may be more to
-            see.
+        attempt : Number of the try, from 1; later ones aim beside the tag, where there may be more
+            to see.
         """
         coarse = self._task.coarse
         offset = np.zeros(2)
@@ -303,14 +283,10 @@ class FineDrive:
 
     Parameters
     ----------
-    task : DockingTask
-        Landmark, law, filter and manner.
-    camera : LandmarkSensor
-        The landmark's detector.
-    drive : DockingDrive
-        The robot.
-    rng : numpy.random.Generator
-        Source of the camera's errors.
+    task : Landmark, law, filter and manner.
+    camera : The landmark's detector.
+    drive : The robot.
+    rng : Source of the camera's errors.
     """
 
     def __init__(
@@ -391,8 +367,7 @@ class FineDrive:
 
         Parameters
         ----------
-        track : LandmarkTrack
-            Belief from `search`.
+        track : Belief from `search`.
         """
         track = self._refine(track)
         fine = self._task.fine

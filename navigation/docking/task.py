@@ -54,18 +54,12 @@ class CoarseStage:
 
     Parameters
     ----------
-    place_filter : TagPlaceFilter
-        Estimator of the tag's place.
-    speed_m_per_s : float
-        Speed [m/s].
-    period_s : float
-        Time between two readings of the tag [s].
-    arrival_radius_m : float
-        The robot has arrived this near to the estimated place [m].
-    arrival_spread_m : float
-        Greatest spread of the estimate at which the robot trusts it [m].
-    max_time_s : float
-        Time after which a try gives up [s].
+    place_filter : Estimator of the tag's place.
+    speed_m_per_s : Speed [m/s].
+    period_s : Time between two readings of the tag [s].
+    arrival_radius_m : The robot has arrived this near to the estimated place [m].
+    arrival_spread_m : Greatest spread of the estimate at which the robot trusts it [m].
+    max_time_s : Time after which a try gives up [s].
     """
 
     place_filter: TagPlaceFilter = field(default_factory=TagPlaceFilter)
@@ -91,10 +85,8 @@ def task_filter(*, position_sd_m: float = 0.1, attitude_sd_rad: float = 0.1) -> 
 
     Parameters
     ----------
-    position_sd_m : float
-        Standard deviation of each measured coordinate [m].
-    attitude_sd_rad : float
-        Standard deviation of the measured attitude [rad].
+    position_sd_m : Standard deviation of each measured coordinate [m].
+    attitude_sd_rad : Standard deviation of the measured attitude [rad].
 
     Returns
     -------
@@ -118,32 +110,19 @@ class FineStage:
 
     Parameters
     ----------
-    law : DockingLaw
-        Feedback.
-    limits : TwistLimits
-        Limits of its commands.
-    filter : LandmarkFilter
-        Estimator of the landmark's pose and of the slips.
-    compensate_slips : bool
-        Whether the estimated slips are taken off the commands.
-    period_s : float
-        Sample time of camera and control [s].
-    search_rate_rad_per_s : float
-        Turn rate of the search [rad/s].
-    look_s : float
-        How long the robot stands and looks before it docks [s].
-    last_look_m : float
-        At this distance from the goal the robot stands and looks once more [m].
-    confirmations : int
-        Detections that must agree before a landmark is believed.
-    latch_radius_m : float
-        The robot stops this near to the goal [m].
-    fade_radius_m : float
-        Within this distance from the goal its direction fades out of the law [m].
-    max_time_s : float
-        Time after which a try gives up [s].
-    stall_s : float
-        A robot that comes no nearer for so long has stalled [s].
+    law : Feedback.
+    limits : Limits of its commands.
+    filter : Estimator of the landmark's pose and of the slips.
+    compensate_slips : Whether the estimated slips are taken off the commands.
+    period_s : Sample time of camera and control [s].
+    search_rate_rad_per_s : Turn rate of the search [rad/s].
+    look_s : How long the robot stands and looks before it docks [s].
+    last_look_m : At this distance from the goal the robot stands and looks once more [m].
+    confirmations : Detections that must agree before a landmark is believed.
+    latch_radius_m : The robot stops this near to the goal [m].
+    fade_radius_m : Within this distance from the goal its direction fades out of the law [m].
+    max_time_s : Time after which a try gives up [s].
+    stall_s : A robot that comes no nearer for so long has stalled [s].
     """
 
     law: DockingLaw = field(default_factory=DockingLaw)
@@ -187,28 +166,18 @@ class DockingTask:
 
     Parameters
     ----------
-    tag_id : str
-        Tag over the staging place.
-    landmark : Landmark
-        At the station.
-    stand_off_m : float
-        Where the robot docks: so far in front of the landmark [m].
-    staging_m : float
-        Distance of the staging place from the landmark [m]; how far a failed try backs off follows.
-    tolerance_m : float
-        Farthest from the docking place at which the station still makes contact [m].
-    tolerance_rad : float
-        Greatest error of the heading at which it does [rad].
-    tries : int
-        How often the robot tries before it gives up.
-    max_contacts : int
-        How often it may touch something before it gives up.
-    coarse : CoarseStage
-        Drive to the staging place.
-    fine : FineStage
-        Docking.
-    slip : WheelSlip
-        How the robot slips.
+    tag_id : Tag over the staging place.
+    landmark : At the station.
+    stand_off_m : Where the robot docks: so far in front of the landmark [m].
+    staging_m : Distance of the staging place from the landmark [m]; how far a failed try backs off
+        follows.
+    tolerance_m : Farthest from the docking place at which the station still makes contact [m].
+    tolerance_rad : Greatest error of the heading at which it does [rad].
+    tries : How often the robot tries before it gives up.
+    max_contacts : How often it may touch something before it gives up.
+    coarse : Drive to the staging place.
+    fine : Docking.
+    slip : How the robot slips.
     """
 
     tag_id: str
@@ -252,16 +221,11 @@ class DockingSetting:
 
     Parameters
     ----------
-    reader : RssSensor or None
-        The bearing-sensitive reader; None: the robot starts at the staging place.
-    camera : LandmarkSensor
-        The landmark's detector.
-    robot : DifferentialDrive
-        Wheels and limits.
-    blocked : callable or None
-        (m, 2) points on the floor [m] -> (m,) bool: where the robot touches something.
-    outside : callable or None
-        The same form: where it has left the room, whose field is known inside only.
+    reader : The bearing-sensitive reader; None: the robot starts at the staging place.
+    camera : The landmark's detector.
+    robot : Wheels and limits.
+    blocked : (m, 2) points on the floor [m] -> (m,) bool: where the robot touches something.
+    outside : The same form: where it has left the room, whose field is known inside only.
     """
 
     reader: RssSensor | None
@@ -277,32 +241,21 @@ class DockingResult:
 
     Parameters
     ----------
-    task : DockingTask
-        What was asked for.
-    outcome : DockingOutcome
-        How it ended.
-    reason : str
-        The same in a sentence.
-    tries : int
-        Tries begun.
-    contacts : int
-        How often the robot touched something.
-    time_s : (n,) float64
-        Time [s].
-    poses : (n, 3) float64
-        True x [m], y [m], heading [rad].
-    phases : tuple of str
-        What the robot was doing.
-    twist : (n, 2) float64
-        Command v [m/s], ω [rad/s] that follows.
-    polar : (n, 3) float64
-        Estimated e [m], α [rad], φ [rad] of the docking law; NaN in other phases.
-    slips : (n, 2) float64
-        Estimated b [m/s], s [rad/s]; NaN in other phases.
-    seen : (n,) bool
-        Whether the camera reported a landmark [-].
-    staged_m : float
-        Distance from the tag's point to where the coarse stage first ended [m]; NaN if it did not.
+    task : What was asked for.
+    outcome : How it ended.
+    reason : The same in a sentence.
+    tries : Tries begun.
+    contacts : How often the robot touched something.
+    time_s : (n,) float64 — Time [s].
+    poses : (n, 3) float64 — True x [m], y [m], heading [rad].
+    phases : What the robot was doing.
+    twist : (n, 2) float64 — Command v [m/s], ω [rad/s] that follows.
+    polar : (n, 3) float64 — Estimated e [m], α [rad], φ [rad] of the docking law; NaN in other
+        phases.
+    slips : (n, 2) float64 — Estimated b [m/s], s [rad/s]; NaN in other phases.
+    seen : (n,) bool — Whether the camera reported a landmark [-].
+    staged_m : Distance from the tag's point to where the coarse stage first ended [m]; NaN if it
+        did not.
     """
 
     task: DockingTask

@@ -28,10 +28,8 @@ def range_and_bearing(states: npt.ArrayLike, tag: int) -> FloatArray:
 
     Parameters
     ----------
-    states : (r, 3 + 2 s) float64
-        x [m], y [m], heading [rad], then x and y of every tag [m].
-    tag : int
-        Number of the tag, from 0.
+    states : (r, 3 + 2 s) float64 — x [m], y [m], heading [rad], then x and y of every tag [m].
+    tag : Number of the tag, from 0.
 
     Notes
     -----
@@ -51,14 +49,10 @@ def tag_innovation(
 
     Parameters
     ----------
-    belief : Gaussian
-        (r, 3 + 2 s) states, before.
-    tag : int
-        Number of the tag, from 0.
-    measured : (r, 2) float64
-        Range [m] and bearing [rad].
-    noise : (2, 2) float64
-        Covariance of the measurement [m², rad²].
+    belief : (r, 3 + 2 s) states, before.
+    tag : Number of the tag, from 0.
+    measured : (r, 2) float64 — Range [m] and bearing [rad].
+    noise : (2, 2) float64 — Covariance of the measurement [m², rad²].
     """
     mean = belief.mean
     offset = mean[:, :2] - mean[:, 3 + 2 * tag : 5 + 2 * tag]
@@ -85,20 +79,13 @@ class SlamTask:
 
     Parameters
     ----------
-    motion : WheelMotion
-        The wheels with their noise.
-    start : (3,) float64
-        x [m], y [m], heading [rad], known exactly.
-    wheel_rates_rad_per_s : (2,) float64
-        Right and left, commanded all the time [rad/s].
-    steps : int
-        Number of periods.
-    tags_m : (s, 2) float64
-        True places of the tags [m].
-    tag_sigma_m : float
-        Standard deviation of the first guess of each coordinate of a tag [m].
-    range_sigma_m, bearing_sigma_rad : float
-        Of each measurement [m], [rad].
+    motion : The wheels with their noise.
+    start : (3,) float64 — x [m], y [m], heading [rad], known exactly.
+    wheel_rates_rad_per_s : (2,) float64 — Right and left, commanded all the time [rad/s].
+    steps : Number of periods.
+    tags_m : (s, 2) float64 — True places of the tags [m].
+    tag_sigma_m : Standard deviation of the first guess of each coordinate of a tag [m].
+    range_sigma_m, bearing_sigma_rad : Of each measurement [m], [rad].
     """
 
     motion: WheelMotion
@@ -142,18 +129,14 @@ class SlamRecord:
 
     Parameters
     ----------
-    time_s : (k + 1,) float64
-        Times [s].
-    true_poses, poses : (r, k + 1, 3) float64
-        True and estimated x [m], y [m], heading [rad].
-    reckoned : (k + 1, 3) float64
-        What dead reckoning from the commands gives, the same in every run [m, rad].
-    sigmas : (r, k + 1, 3) float64
-        Standard deviations of the pose by the filter [m, rad].
-    final : Gaussian
-        All states at the end.
-    nees : (r,) float64
-        Normalised error squared of the pose at the end [-]; 3 on average when it is consistent.
+    time_s : (k + 1,) float64 — Times [s].
+    true_poses, poses : (r, k + 1, 3) float64 — True and estimated x [m], y [m], heading [rad].
+    reckoned : (k + 1, 3) float64 — What dead reckoning from the commands gives, the same in every
+        run [m, rad].
+    sigmas : (r, k + 1, 3) float64 — Standard deviations of the pose by the filter [m, rad].
+    final : All states at the end.
+    nees : (r,) float64 — Normalised error squared of the pose at the end [-]; 3 on average when it
+        is consistent.
     """
 
     time_s: FloatArray
@@ -191,10 +174,8 @@ def run_slam(task: SlamTask, seeds: Sequence[np.random.SeedSequence]) -> SlamRec
 
     Parameters
     ----------
-    task : SlamTask
-        The experiment.
-    seeds : sequence of numpy.random.SeedSequence
-        One for each run.
+    task : The experiment.
+    seeds : One for each run.
 
     Notes
     -----

@@ -21,14 +21,10 @@ class FingerprintFilter:
 
     Parameters
     ----------
-    motion : WheelMotion
-        How the wheels move the robot.
-    survey : RssMap
-        RSS at surveyed places.
-    sigma_m : float
-        Standard deviation of each coordinate of such a fix [m]; measure it at known places.
-    neighbours : int
-        How many places k are averaged.
+    motion : How the wheels move the robot.
+    survey : RSS at surveyed places.
+    sigma_m : Standard deviation of each coordinate of such a fix [m]; measure it at known places.
+    neighbours : How many places k are averaged.
     """
 
     motion: WheelMotion
@@ -50,8 +46,7 @@ class FingerprintFilter:
 
         Parameters
         ----------
-        rss_dbm : (r, s) float64
-            Readings [dBm].
+        rss_dbm : (r, s) float64 — Readings [dBm].
         """
         x, y = np.meshgrid(self.survey.x_m, self.survey.y_m, indexing="ij")
         places = np.column_stack([x.ravel(), y.ravel()])

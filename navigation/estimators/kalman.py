@@ -22,10 +22,8 @@ class Gaussian:
 
     Parameters
     ----------
-    mean : (..., n) float64
-        Mean [unit of each state].
-    covariance : (..., n, n) float64
-        Covariance [product of the states' units].
+    mean : (..., n) float64 — Mean [unit of each state].
+    covariance : (..., n, n) float64 — Covariance [product of the states' units].
     """
 
     mean: npt.NDArray[np.float64]
@@ -58,14 +56,11 @@ class Innovation:
 
     Parameters
     ----------
-    residual : (..., m) float64
-        Measurement less prediction, angles wrapped [unit of each measurement].
-    covariance : (..., m, m) float64
-        S = C P Cᵀ + R [product of the measurements' units].
-    observation : (..., m, n) float64
-        Observation matrix, or Jacobian, C [measurement per state].
-    measurement_noise : (..., m, m) float64
-        R [product of the measurements' units].
+    residual : (..., m) float64 — Measurement less prediction, angles wrapped [unit of each
+        measurement].
+    covariance : (..., m, m) float64 — S = C P Cᵀ + R [product of the measurements' units].
+    observation : (..., m, n) float64 — Observation matrix, or Jacobian, C [measurement per state].
+    measurement_noise : (..., m, m) float64 — R [product of the measurements' units].
     """
 
     residual: npt.NDArray[np.float64]
@@ -86,14 +81,10 @@ def covariance_matrix(
 
     Parameters
     ----------
-    value : float, (n,) or (n, n) array_like
-        One variance for all, the diagonal, or the matrix [squared unit of the states].
-    states : int
-        Number n of states.
-    name : str
-        Name that an error message uses.
-    definite : bool
-        Refuse singular matrices; otherwise zero variances are allowed.
+    value : One variance for all, the diagonal, or the matrix [squared unit of the states].
+    states : Number n of states.
+    name : Name that an error message uses.
+    definite : Refuse singular matrices; otherwise zero variances are allowed.
     """
     given = np.asarray(value, dtype=np.float64)
     matrix = np.array(given if given.ndim == 2 else np.diag(np.broadcast_to(given, (states,))))
@@ -132,15 +123,12 @@ def predict(
 
     Parameters
     ----------
-    belief : Gaussian
-        Belief before, (..., n).
-    transition : (..., n, n) array_like
-        Transition matrix Φ, or the Jacobian of the motion [state per state].
-    process_noise : (..., n, n) array_like
-        Q of the step [squared unit of the states].
-    moved_mean : (..., n) array_like or None
-        Mean after the step, of an extended filter or of a linear one with an input [unit of each
-        state]; None for Φ times the mean.
+    belief : Belief before, (..., n).
+    transition : (..., n, n) array_like — Transition matrix Φ, or the Jacobian of the motion [state
+        per state].
+    process_noise : (..., n, n) array_like — Q of the step [squared unit of the states].
+    moved_mean : (..., n) array_like or None — Mean after the step, of an extended filter or of a
+        linear one with an input [unit of each state]; None for Φ times the mean.
 
     Notes
     -----
@@ -165,19 +153,14 @@ def innovate(
 
     Parameters
     ----------
-    belief : Gaussian
-        Belief before, (..., n).
-    measurement : (..., m) array_like
-        What was measured [unit of each measurement].
-    observation : (..., m, n) array_like
-        Observation matrix, or Jacobian, C [measurement per state].
-    measurement_noise : (..., m, m) array_like
-        R [squared unit of the measurements].
-    predicted : (..., m) array_like or None
-        Predicted measurement of an extended filter [unit of each measurement]; None for C times the
-        mean.
-    angles : tuple of int
-        Which measurements are angles [rad]; their residuals are wrapped.
+    belief : Belief before, (..., n).
+    measurement : (..., m) array_like — What was measured [unit of each measurement].
+    observation : (..., m, n) array_like — Observation matrix, or Jacobian, C [measurement per
+        state].
+    measurement_noise : (..., m, m) array_like — R [squared unit of the measurements].
+    predicted : (..., m) array_like or None — Predicted measurement of an extended filter [unit of
+        each measurement]; None for C times the mean.
+    angles : Which measurements are angles [rad]; their residuals are wrapped.
     """
     c = np.asarray(observation, dtype=np.float64)
     expected = _apply(c, belief.mean) if predicted is None else np.asarray(predicted)
@@ -196,10 +179,8 @@ def within_gate(innovation: Innovation, *, probability: float) -> npt.NDArray[np
 
     Parameters
     ----------
-    innovation : Innovation
-        Of the measurement, (..., m).
-    probability : float
-        Share of true measurements that pass, in (0, 1) [-].
+    innovation : Of the measurement, (..., m).
+    probability : Share of true measurements that pass, in (0, 1) [-].
     """
     limit = chi_squared_quantile(probability, degrees=innovation.residual.shape[-1])
     return np.asarray(innovation.nis <= limit)
@@ -212,12 +193,10 @@ def update(
 
     Parameters
     ----------
-    belief : Gaussian
-        Belief before, (..., n).
-    innovation : Innovation
-        Of the measurement.
-    accept : (...) array_like of bool or None
-        Where the measurement counts [-]; elsewhere the belief stays. None: everywhere.
+    belief : Belief before, (..., n).
+    innovation : Of the measurement.
+    accept : (...) array_like of bool or None — Where the measurement counts [-]; elsewhere the
+        belief stays. None: everywhere.
 
     Returns
     -------
@@ -253,12 +232,9 @@ def nees(
 
     Parameters
     ----------
-    belief : Gaussian
-        Belief, (..., n).
-    truth : (..., n) array_like
-        True state [unit of each state].
-    angles : tuple of int
-        Which states are angles [rad]; their errors are wrapped.
+    belief : Belief, (..., n).
+    truth : (..., n) array_like — True state [unit of each state].
+    angles : Which states are angles [rad]; their errors are wrapped.
     """
     error = np.array(belief.mean - np.asarray(truth, dtype=np.float64))
     for row in angles:
@@ -273,10 +249,8 @@ def squared_mahalanobis(
 
     Parameters
     ----------
-    residual : (..., m) array_like
-        Residual r [unit of each component].
-    covariance : (..., m, m) array_like
-        Its covariance S [product of the components' units].
+    residual : (..., m) array_like — Residual r [unit of each component].
+    covariance : (..., m, m) array_like — Its covariance S [product of the components' units].
     """
     r = np.asarray(residual, dtype=np.float64)
     whitened = np.linalg.solve(np.asarray(covariance, dtype=np.float64), r[..., None])[..., 0]
@@ -288,10 +262,8 @@ def chi_squared_quantile(probability: float, *, degrees: int) -> float:
 
     Parameters
     ----------
-    probability : float
-        In (0, 1) [-].
-    degrees : int
-        Degrees of freedom, at least 1.
+    probability : In (0, 1) [-].
+    degrees : Degrees of freedom, at least 1.
     """
     from scipy.special import chdtri
 
@@ -311,12 +283,9 @@ def consistency_band(
 
     Parameters
     ----------
-    degrees : int
-        Size of the state (NEES) or of the measurement (NIS).
-    samples : int
-        Number of independent runs that are averaged.
-    probability : float
-        Probability of the band, two-sided [-].
+    degrees : Size of the state (NEES) or of the measurement (NIS).
+    samples : Number of independent runs that are averaged.
+    probability : Probability of the band, two-sided [-].
 
     Returns
     -------

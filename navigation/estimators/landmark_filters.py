@@ -39,8 +39,7 @@ def attitude_transition(period_s: npt.ArrayLike) -> FloatArray:
 
     Parameters
     ----------
-    period_s : (...) array_like
-        Period T [s].
+    period_s : (...) array_like — Period T [s].
 
     Notes
     -----
@@ -57,10 +56,8 @@ def position_transition(turn_rate_rad_per_s: npt.ArrayLike, period_s: npt.ArrayL
 
     Parameters
     ----------
-    turn_rate_rad_per_s : (...) array_like
-        Turn rate ω, slip included [rad/s].
-    period_s : (...) array_like
-        Period T [s].
+    turn_rate_rad_per_s : (...) array_like — Turn rate ω, slip included [rad/s].
+    period_s : (...) array_like — Period T [s].
 
     Returns
     -------
@@ -89,14 +86,10 @@ def turn_sensitivity(
 
     Parameters
     ----------
-    place_m : (..., 2) array_like
-        e_x, e_y before the step [m].
-    speed_m_per_s : (...) array_like
-        Speed, slip included [m/s].
-    turn_rate_rad_per_s : (...) array_like
-        Turn rate, slip included [rad/s].
-    period_s : (...) array_like
-        Period T [s].
+    place_m : (..., 2) array_like — e_x, e_y before the step [m].
+    speed_m_per_s : (...) array_like — Speed, slip included [m/s].
+    turn_rate_rad_per_s : (...) array_like — Turn rate, slip included [rad/s].
+    period_s : (...) array_like — Period T [s].
 
     Returns
     -------
@@ -129,8 +122,7 @@ def checked_period(period_s: npt.ArrayLike) -> FloatArray:
 
     Parameters
     ----------
-    period_s : (...) array_like
-        Sample times [s].
+    period_s : (...) array_like — Sample times [s].
     """
     period = np.asarray(period_s, dtype=np.float64)
     if not (np.isfinite(period).all() and (period > 0.0).all()):
@@ -149,22 +141,15 @@ class LandmarkNoise:
 
     Parameters
     ----------
-    position_m2_per_s : float
-        Growth of the place's variance, Q^x [m²/s].
-    linear_slip_m2_per_s3 : float
-        Growth of the linear slip's variance [m²/s³].
-    attitude_rad2_per_s : float
-        Growth of the attitude's variance, Q^θ [rad²/s].
-    angular_slip_rad2_per_s3 : float
-        Growth of the angular slip's variance [rad²/s³].
-    measured_position_m2 : float
-        Variance of each measured coordinate, R^x [m²].
-    measured_attitude_rad2 : float
-        Variance of the measured attitude, R^θ [rad²].
-    initial_position_m2, initial_linear_slip_m2_per_s2 : float
-        Initial variances, P₀^x [m²], [m²/s²].
-    initial_attitude_rad2, initial_angular_slip_rad2_per_s2 : float
-        Initial variances, P₀^θ, of two rows and not of three as printed [rad²], [rad²/s²].
+    position_m2_per_s : Growth of the place's variance, Q^x [m²/s].
+    linear_slip_m2_per_s3 : Growth of the linear slip's variance [m²/s³].
+    attitude_rad2_per_s : Growth of the attitude's variance, Q^θ [rad²/s].
+    angular_slip_rad2_per_s3 : Growth of the angular slip's variance [rad²/s³].
+    measured_position_m2 : Variance of each measured coordinate, R^x [m²].
+    measured_attitude_rad2 : Variance of the measured attitude, R^θ [rad²].
+    initial_position_m2, initial_linear_slip_m2_per_s2 : Initial variances, P₀^x [m²], [m²/s²].
+    initial_attitude_rad2, initial_angular_slip_rad2_per_s2 : Initial variances, P₀^θ, of two rows
+        and not of three as printed [rad²], [rad²/s²].
 
     Notes
     -----
@@ -226,12 +211,10 @@ class LandmarkTrack:
 
     Parameters
     ----------
-    belief : Gaussian
-        e_x, e_y [m], b [m/s], ψ [rad], s [rad/s]; (..., 5).
-    rejected : (...) int64
-        Measurements in a row that failed the gate [-].
-    nis : (...) float64
-        Normalised innovation squared of the last measurement [-]; NaN where there was none.
+    belief : e_x, e_y [m], b [m/s], ψ [rad], s [rad/s]; (..., 5).
+    rejected : (...) int64 — Measurements in a row that failed the gate [-].
+    nis : (...) float64 — Normalised innovation squared of the last measurement [-]; NaN where there
+        was none.
     """
 
     belief: Gaussian
@@ -258,8 +241,7 @@ class LandmarkTrack:
 
         Parameters
         ----------
-        truth : (..., 5) array_like
-            True e_x, e_y [m], b [m/s], ψ [rad], s [rad/s].
+        truth : (..., 5) array_like — True e_x, e_y [m], b [m/s], ψ [rad], s [rad/s].
         """
         return nees(self.belief, truth, angles=(ATTITUDE,))
 
@@ -270,19 +252,14 @@ class LandmarkFilter:
 
     Parameters
     ----------
-    noise : LandmarkNoise
-        What it assumes.
-    coupled : bool
-        False: the paper's pair of filters; the position filter takes the estimated turn rate for
-        the true one, so its covariance is too small while the robot is far from the landmark.
+    noise : What it assumes.
+    coupled : False: the paper's pair of filters; the position filter takes the estimated turn rate
+        for the true one, so its covariance is too small while the robot is far from the landmark.
         True: an extended filter of all five states, consistent.
-    estimate_slips : bool
-        False: slips are taken to be zero, as in the paper's figures 7 to 10.
-    gate_probability : float
-        Share of true detections that pass the chi-squared gate, in (0, 1) [-].
-    restart_after : int
-        Detections rejected in a row after which the next is believed and the pose starts afresh
-        from it: the robot was wrong from the start or was carried away.
+    estimate_slips : False: slips are taken to be zero, as in the paper's figures 7 to 10.
+    gate_probability : Share of true detections that pass the chi-squared gate, in (0, 1) [-].
+    restart_after : Detections rejected in a row after which the next is believed and the pose
+        starts afresh from it: the robot was wrong from the start or was carried away.
     """
 
     noise: LandmarkNoise = LandmarkNoise()
@@ -328,13 +305,10 @@ class LandmarkFilter:
 
         Parameters
         ----------
-        track : LandmarkTrack
-            Belief before.
-        twist : (..., 2) array_like
-            Commanded v [m/s] and ω [rad/s], constant over the period. A robot commanded to stand
-            still does so: it neither slips nor adds noise.
-        period_s : (...) array_like
-            Time that passed, any and each time another [s].
+        track : Belief before.
+        twist : (..., 2) array_like — Commanded v [m/s] and ω [rad/s], constant over the period. A
+            robot commanded to stand still does so: it neither slips nor adds noise.
+        period_s : (...) array_like — Time that passed, any and each time another [s].
 
         Notes
         -----
@@ -375,10 +349,9 @@ class LandmarkFilter:
 
         Parameters
         ----------
-        track : LandmarkTrack
-            Belief before.
-        detection : (..., 3) array_like
-            Measured e_x, e_y [m], ψ [rad]; NaN where nothing was detected.
+        track : Belief before.
+        detection : (..., 3) array_like — Measured e_x, e_y [m], ψ [rad]; NaN where nothing was
+            detected.
         """
         measured = np.asarray(detection, dtype=np.float64)
         seen = np.asarray(np.isfinite(measured).all(axis=-1))

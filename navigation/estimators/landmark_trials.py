@@ -27,16 +27,11 @@ class Manoeuvre:
 
     Parameters
     ----------
-    start : (3,) float64
-        x [m], y [m], heading [rad] of the robot.
-    legs : (k, 3) float64
-        Duration [s], commanded v [m/s], commanded ω [rad/s] of each leg.
-    landmark : Landmark
-        What the camera looks for.
-    period_s : float
-        Mean sample time [s].
-    jitter : float
-        Sample times are uniform within this share of the mean about it [-], below 1.
+    start : (3,) float64 — x [m], y [m], heading [rad] of the robot.
+    legs : (k, 3) float64 — Duration [s], commanded v [m/s], commanded ω [rad/s] of each leg.
+    landmark : What the camera looks for.
+    period_s : Mean sample time [s].
+    jitter : Sample times are uniform within this share of the mean about it [-], below 1.
     """
 
     start: FloatArray
@@ -65,8 +60,7 @@ class Manoeuvre:
 
         Parameters
         ----------
-        time_s : (k,) float64
-            Times [s].
+        time_s : (k,) float64 — Times [s].
         """
         ends = np.cumsum(self.legs[:, 0])
         leg = np.searchsorted(ends, time_s, side="right")
@@ -96,18 +90,12 @@ class Drives:
 
     Parameters
     ----------
-    time_s : (n,) float64
-        End of each step [s].
-    periods_s : (n,) float64
-        Length of each step [s].
-    commands : (n, 2) float64
-        Commanded v [m/s], ω [rad/s] in each step.
-    poses : (n, s, 3) float64
-        True x [m], y [m], heading [rad].
-    truth : (n, s, 5) float64
-        True state: e_x, e_y [m], b [m/s], ψ [rad], s [rad/s].
-    detections : (n, s, 3) float64
-        Measured e_x, e_y [m], ψ [rad]; NaN where there was none.
+    time_s : (n,) float64 — End of each step [s].
+    periods_s : (n,) float64 — Length of each step [s].
+    commands : (n, 2) float64 — Commanded v [m/s], ω [rad/s] in each step.
+    poses : (n, s, 3) float64 — True x [m], y [m], heading [rad].
+    truth : (n, s, 5) float64 — True state: e_x, e_y [m], b [m/s], ψ [rad], s [rad/s].
+    detections : (n, s, 3) float64 — Measured e_x, e_y [m], ψ [rad]; NaN where there was none.
     """
 
     time_s: FloatArray
@@ -129,8 +117,7 @@ class Drives:
 
         Parameters
         ----------
-        seconds_s : float
-            Length of the blackout [s].
+        seconds_s : Length of the blackout [s].
         """
         long = self.unseen_s >= seconds_s
         if not long.any(axis=0).all():
@@ -155,18 +142,12 @@ def drive(
 
     Parameters
     ----------
-    manoeuvre : Manoeuvre
-        What is driven.
-    sensor : LandmarkSensor
-        Camera.
-    filter_ : LandmarkFilter
-        Its process noise is the truth's, so that its consistency can be judged.
-    slips : tuple of float
-        b [m/s] and s [rad/s] at the start; they wander by the filter's densities.
-    repetitions : int
-        How many.
-    seed : int
-        Seed; repetition i depends on it and on i only.
+    manoeuvre : What is driven.
+    sensor : Camera.
+    filter_ : Its process noise is the truth's, so that its consistency can be judged.
+    slips : b [m/s] and s [rad/s] at the start; they wander by the filter's densities.
+    repetitions : How many.
+    seed : Seed; repetition i depends on it and on i only.
     """
     if repetitions < 1:
         msg = f"repetitions is {repetitions}, but at least one is needed: raise it."
@@ -199,14 +180,11 @@ class Estimates:
 
     Parameters
     ----------
-    mean : (n, s, 5) float64
-        Estimated e_x, e_y [m], b [m/s], ψ [rad], s [rad/s].
-    variance : (n, s, 5) float64
-        Their variances [squared units].
-    nees : (n, s) float64
-        Normalised estimation error squared [-], of the states that are estimated.
-    nis : (n, s) float64
-        Normalised innovation squared [-]; NaN where nothing was measured.
+    mean : (n, s, 5) float64 — Estimated e_x, e_y [m], b [m/s], ψ [rad], s [rad/s].
+    variance : (n, s, 5) float64 — Their variances [squared units].
+    nees : (n, s) float64 — Normalised estimation error squared [-], of the states that are
+        estimated.
+    nis : (n, s) float64 — Normalised innovation squared [-]; NaN where nothing was measured.
     """
 
     mean: FloatArray
@@ -219,8 +197,7 @@ class Estimates:
 
         Parameters
         ----------
-        drives : Drives
-            What the estimates are of.
+        drives : What the estimates are of.
         """
         return np.asarray(np.linalg.norm((self.mean - drives.truth)[..., PLACE], axis=-1))
 
@@ -232,12 +209,10 @@ def estimate(
 
     Parameters
     ----------
-    drives : Drives
-        Odometry and detections.
-    filter_ : LandmarkFilter
-        The filter.
-    start_error : (3,) or (s, 3) array_like
-        First guess less truth of e_x, e_y [m], ψ [rad], at the end of the first step.
+    drives : Odometry and detections.
+    filter_ : The filter.
+    start_error : (3,) or (s, 3) array_like — First guess less truth of e_x, e_y [m], ψ [rad], at
+        the end of the first step.
     """
     steps, repetitions = drives.truth.shape[:2]
     first = drives.truth[0][:, [0, 1, ATTITUDE]]

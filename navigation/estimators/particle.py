@@ -19,10 +19,8 @@ class Particles:
 
     Parameters
     ----------
-    poses : (r, n, 3) float64
-        x [m], y [m], heading [rad] of every particle of every run.
-    log_weights : (r, n) float64
-        Logarithms of their weights, up to a constant for each run [-].
+    poses : (r, n, 3) float64 — x [m], y [m], heading [rad] of every particle of every run.
+    log_weights : (r, n) float64 — Logarithms of their weights, up to a constant for each run [-].
     """
 
     poses: FloatArray
@@ -50,16 +48,11 @@ class ParticleFilter:
 
     Parameters
     ----------
-    motion : WheelMotion
-        How the wheels move the robot; every particle draws its own wheel noise.
-    sensor : RssModel
-        RSS against place.
-    sigma_db : float
-        Standard deviation of a reading from the model, noise and the model's own error [dB].
-    particles : int
-        Number of particles.
-    jitter_m, jitter_rad : float
-        Spread added after resampling, so that equal particles part [m], [rad].
+    motion : How the wheels move the robot; every particle draws its own wheel noise.
+    sensor : RSS against place.
+    sigma_db : Standard deviation of a reading from the model, noise and the model's own error [dB].
+    particles : Number of particles.
+    jitter_m, jitter_rad : Spread added after resampling, so that equal particles part [m], [rad].
     """
 
     motion: WheelMotion

@@ -29,8 +29,7 @@ class RssModel(Protocol):
 
         Parameters
         ----------
-        places_m : (m, 2) float64
-            x, y [m].
+        places_m : (m, 2) float64 — x, y [m].
         """
 
 
@@ -42,8 +41,7 @@ class SmoothRssModel(RssModel, Protocol):
 
         Parameters
         ----------
-        places_m : (m, 2) float64
-            x, y [m].
+        places_m : (m, 2) float64 — x, y [m].
         """
 
 
@@ -57,12 +55,9 @@ class PoseEstimator(Protocol[Belief]):
 
         Parameters
         ----------
-        poses : (r, 3) float64
-            Assumed x [m], y [m], heading [rad] of every run.
-        covariance : (3, 3) float64
-            How uncertain they are [m², rad²].
-        rngs : sequence of numpy.random.Generator
-            One for each run.
+        poses : (r, 3) float64 — Assumed x [m], y [m], heading [rad] of every run.
+        covariance : (3, 3) float64 — How uncertain they are [m², rad²].
+        rngs : One for each run.
         """
 
     def step(
@@ -76,14 +71,11 @@ class PoseEstimator(Protocol[Belief]):
 
         Parameters
         ----------
-        belief : object
-            What `begin` or `step` returned; it must not be changed.
-        wheel_rates : (r, 2) float64
-            Right and left in the period, as commanded or as the encoders count them [rad/s].
-        rss_dbm : (r, s) float64 or None
-            What was read at its end [dBm]; None when nothing was.
-        rngs : sequence of numpy.random.Generator
-            One for each run.
+        belief : What `begin` or `step` returned; it must not be changed.
+        wheel_rates : (r, 2) float64 — Right and left in the period, as commanded or as the encoders
+            count them [rad/s].
+        rss_dbm : (r, s) float64 or None — What was read at its end [dBm]; None when nothing was.
+        rngs : One for each run.
         """
 
     def poses(self, belief: Belief) -> FloatArray:
@@ -91,8 +83,7 @@ class PoseEstimator(Protocol[Belief]):
 
         Parameters
         ----------
-        belief : object
-            What `begin` or `step` returned.
+        belief : What `begin` or `step` returned.
         """
 
 
@@ -102,14 +93,10 @@ class WheelMotion:
 
     Parameters
     ----------
-    robot : DifferentialDrive
-        Wheels and axle.
-    period_s : float
-        Sample period T [s].
-    rate_sigma_rad_per_s : float
-        Standard deviation of each wheel's rate in a period [rad/s].
-    method : {"euler", "rk2", "exact"}
-        How a period is integrated.
+    robot : Wheels and axle.
+    period_s : Sample period T [s].
+    rate_sigma_rad_per_s : Standard deviation of each wheel's rate in a period [rad/s].
+    method : {"euler", "rk2", "exact"} — How a period is integrated.
     """
 
     robot: DifferentialDrive
@@ -132,10 +119,8 @@ class WheelMotion:
 
         Parameters
         ----------
-        poses : (..., 3) float64
-            x [m], y [m], heading [rad].
-        wheel_rates : (..., 2) float64
-            Right and left [rad/s].
+        poses : (..., 3) float64 — x [m], y [m], heading [rad].
+        wheel_rates : (..., 2) float64 — Right and left [rad/s].
         """
         distance, turn = wheel_travel(self.period_s * np.asarray(wheel_rates), self.robot)
         return move(poses, distance_m=distance, turn_rad=turn, method=self.method)
@@ -147,10 +132,8 @@ class WheelMotion:
 
         Parameters
         ----------
-        poses : (r, 3) float64
-            x [m], y [m], heading [rad].
-        wheel_rates : (r, 2) float64
-            Right and left [rad/s].
+        poses : (r, 3) float64 — x [m], y [m], heading [rad].
+        wheel_rates : (r, 2) float64 — Right and left [rad/s].
 
         Notes
         -----
@@ -179,8 +162,7 @@ class DeadReckoning:
 
     Parameters
     ----------
-    motion : WheelMotion
-        How the wheels move the robot.
+    motion : How the wheels move the robot.
     """
 
     motion: WheelMotion

@@ -20,11 +20,9 @@ class RssAssumptions:
 
     Parameters
     ----------
-    sigma_db : float
-        Standard deviation of each reading [dB].
-    mean_sigma_db : float
-        How uncertain the noise's common mean is at the start [dB]; 0: it is taken for zero, as the
-        thesis' filter does.
+    sigma_db : Standard deviation of each reading [dB].
+    mean_sigma_db : How uncertain the noise's common mean is at the start [dB]; 0: it is taken for
+        zero, as the thesis' filter does.
     """
 
     sigma_db: float = 50.0
@@ -49,10 +47,8 @@ class RssAssumptions:
 
         Parameters
         ----------
-        poses : (r, 3) float64
-            x [m], y [m], heading [rad].
-        covariance : (3, 3) float64
-            Of the pose [m², rad²].
+        poses : (r, 3) float64 — x [m], y [m], heading [rad].
+        covariance : (3, 3) float64 — Of the pose [m², rad²].
         """
         states = 4 if self.mean_sigma_db > 0.0 else 3
         mean = np.zeros((len(poses), states))
@@ -68,10 +64,8 @@ def with_zero_rows(states: int, matrix: FloatArray) -> FloatArray:
 
     Parameters
     ----------
-    states : int
-        Number n of states.
-    matrix : (r, 3, c) float64
-        Derivatives of the pose [m, rad per unit of the columns].
+    states : Number n of states.
+    matrix : (r, 3, c) float64 — Derivatives of the pose [m, rad per unit of the columns].
     """
     out = np.zeros((len(matrix), states, matrix.shape[2]))
     out[:, :3] = matrix
@@ -84,10 +78,8 @@ class RssFilter:
 
     Parameters
     ----------
-    motion : WheelMotion
-        How the wheels move the robot.
-    noise : RssAssumptions
-        Of the readings.
+    motion : How the wheels move the robot.
+    noise : Of the readings.
     """
 
     motion: WheelMotion
@@ -100,12 +92,9 @@ class RssFilter:
 
         Parameters
         ----------
-        poses : (r, 3) float64
-            x [m], y [m], heading [rad].
-        covariance : (3, 3) float64
-            Of the pose [m², rad²].
-        rngs : sequence of numpy.random.Generator
-            Not used.
+        poses : (r, 3) float64 — x [m], y [m], heading [rad].
+        covariance : (3, 3) float64 — Of the pose [m², rad²].
+        rngs : Not used.
         """
         del rngs
         return self.noise.begin(poses, covariance)
@@ -115,8 +104,7 @@ class RssFilter:
 
         Parameters
         ----------
-        belief : Gaussian
-            What `step` returned.
+        belief : What `step` returned.
         """
         return belief.mean[:, :3]
 
@@ -127,12 +115,9 @@ class ExtendedKalman(RssFilter):
 
     Parameters
     ----------
-    motion : WheelMotion
-        How the wheels move the robot.
-    sensor : SmoothRssModel
-        RSS against place.
-    noise : RssAssumptions
-        Of the readings.
+    motion : How the wheels move the robot.
+    sensor : RSS against place.
+    noise : Of the readings.
 
     Notes
     -----
@@ -154,14 +139,10 @@ class ExtendedKalman(RssFilter):
 
         Parameters
         ----------
-        belief : Gaussian
-            Before.
-        wheel_rates : (r, 2) float64
-            Right and left [rad/s].
-        rss_dbm : (r, s) float64 or None
-            Readings at the period's end [dBm].
-        rngs : sequence of numpy.random.Generator
-            Not used.
+        belief : Before.
+        wheel_rates : (r, 2) float64 — Right and left [rad/s].
+        rss_dbm : (r, s) float64 or None — Readings at the period's end [dBm].
+        rngs : Not used.
         """
         del rngs
         moved = predict_motion(self.motion, belief, wheel_rates)
@@ -185,12 +166,9 @@ def predict_motion(motion: WheelMotion, belief: Gaussian, wheel_rates: FloatArra
 
     Parameters
     ----------
-    motion : WheelMotion
-        The motion and its noise.
-    belief : Gaussian
-        The first three states are the pose [m, rad]; further ones do not change.
-    wheel_rates : (r, 2) float64
-        Right and left [rad/s].
+    motion : The motion and its noise.
+    belief : The first three states are the pose [m, rad]; further ones do not change.
+    wheel_rates : (r, 2) float64 — Right and left [rad/s].
     """
     by_pose, by_rates = motion.jacobians(belief.mean[:, :3], wheel_rates)
     states = belief.mean.shape[1]
@@ -212,10 +190,8 @@ def expected_readings(sensor: SmoothRssModel, belief: Gaussian) -> tuple[FloatAr
 
     Parameters
     ----------
-    sensor : SmoothRssModel
-        RSS against place.
-    belief : Gaussian
-        Pose [m, rad], and the noise's mean [dB] where there is a fourth state.
+    sensor : RSS against place.
+    belief : Pose [m, rad], and the noise's mean [dB] where there is a fourth state.
     """
     mean = belief.mean
     predicted = sensor.rss_dbm(mean[:, :2])
@@ -233,12 +209,9 @@ class UnscentedKalman(RssFilter):
 
     Parameters
     ----------
-    motion : WheelMotion
-        How the wheels move the robot.
-    sensor : RssModel
-        RSS against place; it need not be smooth.
-    noise : RssAssumptions
-        Of the readings.
+    motion : How the wheels move the robot.
+    sensor : RSS against place; it need not be smooth.
+    noise : Of the readings.
 
     Notes
     -----
@@ -261,14 +234,10 @@ class UnscentedKalman(RssFilter):
 
         Parameters
         ----------
-        belief : Gaussian
-            Before.
-        wheel_rates : (r, 2) float64
-            Right and left [rad/s].
-        rss_dbm : (r, s) float64 or None
-            Readings at the period's end [dBm].
-        rngs : sequence of numpy.random.Generator
-            Not used.
+        belief : Before.
+        wheel_rates : (r, 2) float64 — Right and left [rad/s].
+        rss_dbm : (r, s) float64 or None — Readings at the period's end [dBm].
+        rngs : Not used.
         """
         del rngs
         moved = predict_motion(self.motion, belief, wheel_rates)
@@ -302,14 +271,10 @@ class KalmanBucy(RssFilter):
 
     Parameters
     ----------
-    motion : WheelMotion
-        How the wheels move the robot; its period and noise.
-    sensor : SmoothRssModel
-        RSS against place.
-    noise : RssAssumptions
-        Of the readings.
-    substeps : int
-        Integration steps in a period.
+    motion : How the wheels move the robot; its period and noise.
+    sensor : RSS against place.
+    noise : Of the readings.
+    substeps : Integration steps in a period.
 
     Notes
     -----
@@ -336,14 +301,10 @@ class KalmanBucy(RssFilter):
 
         Parameters
         ----------
-        belief : Gaussian
-            Before.
-        wheel_rates : (r, 2) float64
-            Right and left [rad/s].
-        rss_dbm : (r, s) float64 or None
-            Readings of the period [dBm].
-        rngs : sequence of numpy.random.Generator
-            Not used.
+        belief : Before.
+        wheel_rates : (r, 2) float64 — Right and left [rad/s].
+        rss_dbm : (r, s) float64 or None — Readings of the period [dBm].
+        rngs : Not used.
         """
         del rngs
         length = self.motion.period_s / self.substeps

@@ -23,12 +23,9 @@ class TagPlaceBelief:
 
     Parameters
     ----------
-    axis_m : (g,) float64
-        Coordinates of the cells along x and along y [m].
-    log_weight : (g, g) float64
-        Logarithm of each cell's weight, rows along y [-].
-    window_m : float
-        Half the side of the square about the best cell over which the place is averaged [m].
+    axis_m : (g,) float64 — Coordinates of the cells along x and along y [m].
+    log_weight : (g, g) float64 — Logarithm of each cell's weight, rows along y [-].
+    window_m : Half the side of the square about the best cell over which the place is averaged [m].
     """
 
     axis_m: FloatArray
@@ -69,19 +66,14 @@ class TagPlaceFilter:
 
     Parameters
     ----------
-    reach_m : float
-        How far from its start the robot looks for the tag, along x and y [m].
-    spacing_m : float
-        Size of a cell [m].
-    bearing_sd_rad : float
-        Standard deviation of a good bearing [rad].
-    outlier_share : float
-        Share of bearings that point anywhere, in (0, 1) [-].
-    blur_m : float
-        How well odometry knows where a bearing was taken [m]; near the tag this is what counts.
-    trust : float
-        Power to which each likelihood is raised, in (0, 1] [-]: readings half a wavelength apart
-        share their reflections and are not independent.
+    reach_m : How far from its start the robot looks for the tag, along x and y [m].
+    spacing_m : Size of a cell [m].
+    bearing_sd_rad : Standard deviation of a good bearing [rad].
+    outlier_share : Share of bearings that point anywhere, in (0, 1) [-].
+    blur_m : How well odometry knows where a bearing was taken [m]; near the tag this is what
+        counts.
+    trust : Power to which each likelihood is raised, in (0, 1] [-]: readings half a wavelength
+        apart share their reflections and are not independent.
     """
 
     reach_m: float = 9.0
@@ -121,13 +113,10 @@ class TagPlaceFilter:
 
         Parameters
         ----------
-        belief : TagPlaceBelief
-            Belief before.
-        pose : (3,) array_like
-            x [m], y [m], heading [rad] by odometry, from the start.
-        bearing_rad : float
-            Direction of the tag from the robot's front, counter-clockwise positive [rad]; NaN
-            leaves the belief as it is.
+        belief : Belief before.
+        pose : (3,) array_like — x [m], y [m], heading [rad] by odometry, from the start.
+        bearing_rad : Direction of the tag from the robot's front, counter-clockwise positive [rad];
+            NaN leaves the belief as it is.
         """
         if not np.isfinite(bearing_rad):
             return belief

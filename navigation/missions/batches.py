@@ -20,10 +20,8 @@ class Mapper(Protocol):
 
         Parameters
         ----------
-        call : callable
-            The function.
-        items : sequence
-            Its arguments, one for each call.
+        call : The function.
+        items : Its arguments, one for each call.
         """
 
 
@@ -39,17 +37,12 @@ def run_seeded(
 
     Parameters
     ----------
-    job : callable
-        Seed of one run -> its result.
-    runs : int
-        Number of runs.
-    seed : int
-        Base seed, not negative. Run i uses child i of its numpy SeedSequence, so its result
+    job : Seed of one run -> its result.
+    runs : Number of runs.
+    seed : Base seed, not negative. Run i uses child i of its numpy SeedSequence, so its result
         depends neither on the number of runs nor on who computes it.
-    mapper : callable
-        Runs them: `map` in this process. Arrays that come from another process are writable.
-    progress : callable or None
-        Called with the number of finished runs, whenever one has finished.
+    mapper : Runs them: `map` in this process. Arrays that come from another process are writable.
+    progress : Called with the number of finished runs, whenever one has finished.
     """
     if runs < 1 or seed < 0:
         msg = (

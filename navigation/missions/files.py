@@ -46,12 +46,10 @@ def write_missions_csv(
 
     Parameters
     ----------
-    path : str or Path
-        File to write; an existing one is replaced in one move, never left half written.
-    results : sequence of MissionResult
-        The runs, run 0 first.
-    success_radius_m : float or None
-        How far from a tag's point an arrival counts [m]; None for twice the arrival radius.
+    path : File to write; an existing one is replaced in one move, never left half written.
+    results : The runs, run 0 first.
+    success_radius_m : How far from a tag's point an arrival counts [m]; None for twice the arrival
+        radius.
 
     Notes
     -----
@@ -93,10 +91,8 @@ def write_trajectory_csv(path: str | Path, result: MissionResult) -> None:
 
     Parameters
     ----------
-    path : str or Path
-        File to write; an existing one is replaced in one move, never left half written.
-    result : MissionResult
-        The run.
+    path : File to write; an existing one is replaced in one move, never left half written.
+    result : The run.
 
     Notes
     -----

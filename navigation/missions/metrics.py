@@ -25,10 +25,8 @@ def local_pose_error(pose: npt.ArrayLike, reference_pose: npt.ArrayLike) -> npt.
 
     Parameters
     ----------
-    pose : (..., 3) float64
-        Pose of the robot: x [m], y [m], heading [rad].
-    reference_pose : (..., 3) float64
-        Wanted pose: x [m], y [m], heading [rad].
+    pose : (..., 3) float64 — Pose of the robot: x [m], y [m], heading [rad].
+    reference_pose : (..., 3) float64 — Wanted pose: x [m], y [m], heading [rad].
 
     Returns
     -------
@@ -54,12 +52,9 @@ def nearest_on_segment(
 
     Parameters
     ----------
-    points_m : (..., 2) float64
-        Points [m].
-    starts_m : (..., 2) float64
-        Where the segments begin [m].
-    ends_m : (..., 2) float64
-        Where they end, not where they begin [m].
+    points_m : (..., 2) float64 — Points [m].
+    starts_m : (..., 2) float64 — Where the segments begin [m].
+    ends_m : (..., 2) float64 — Where they end, not where they begin [m].
     """
     points, start = np.asarray(points_m, dtype=np.float64), np.asarray(starts_m, dtype=np.float64)
     along = np.asarray(ends_m, dtype=np.float64) - start
@@ -72,8 +67,7 @@ def root_mean_square(errors: npt.ArrayLike) -> float:
 
     Parameters
     ----------
-    errors : (s,) float64
-        One error a sample, at least one [m] or [rad].
+    errors : (s,) float64 — One error a sample, at least one [m] or [rad].
 
     Notes
     -----
@@ -90,10 +84,8 @@ def percentile_curve(
 
     Parameters
     ----------
-    errors : (s,) float64
-        One error a sample, not negative [m] or [rad].
-    percents : (p,) float64 or None
-        Shares of the samples [%]; None for 0 to 100 in steps of 1.
+    errors : (s,) float64 — One error a sample, not negative [m] or [rad].
+    percents : (p,) float64 or None — Shares of the samples [%]; None for 0 to 100 in steps of 1.
 
     Returns
     -------
@@ -112,38 +104,25 @@ class MissionMetrics:
 
     Parameters
     ----------
-    outcome : MissionOutcome
-        Why the run ended.
-    success : bool
-        All tags were declared reached, each within the success radius of its point.
-    captured : bool
-        The robot stayed at a wrong place: a tag was declared reached outside the success
+    outcome : Why the run ended.
+    success : All tags were declared reached, each within the success radius of its point.
+    captured : The robot stayed at a wrong place: a tag was declared reached outside the success
         radius, or time ran out while the robot circled or stood outside it.
-    collided : bool
-        The robot touched an obstacle.
-    contacts : int
-        Periods in which it did.
-    near_miss : bool
-        A tag that was not reached, or was declared reached elsewhere, had been within the success
-        radius while it was the target.
-    time_s : float
-        Duration [s].
-    path_m : float
-        Length of the way driven, chord by chord [m].
-    rmse_m : float
-        Root mean square of the position error, thesis (5.4) [m].
-    p90_position_m : float
-        Position error that 90 % of the samples do not exceed [m].
-    p90_heading_rad : float
-        The same for the heading error [rad].
-    position_errors_m : (s,) float64
-        Distance to the current segment [m].
-    heading_errors_rad : (s,) float64
-        Size of the angle between heading and segment, 0 to π [rad].
-    arrival_errors_m : (k,) float64
-        Distance from each tag's point where it was declared reached [m]; NaN where it was not.
-    closest_m : (k,) float64
-        Least distance from each tag's point while it was the target [m]; NaN where it never was.
+    collided : The robot touched an obstacle.
+    contacts : Periods in which it did.
+    near_miss : A tag that was not reached, or was declared reached elsewhere, had been within the
+        success radius while it was the target.
+    time_s : Duration [s].
+    path_m : Length of the way driven, chord by chord [m].
+    rmse_m : Root mean square of the position error, thesis (5.4) [m].
+    p90_position_m : Position error that 90 % of the samples do not exceed [m].
+    p90_heading_rad : The same for the heading error [rad].
+    position_errors_m : (s,) float64 — Distance to the current segment [m].
+    heading_errors_rad : (s,) float64 — Size of the angle between heading and segment, 0 to π [rad].
+    arrival_errors_m : (k,) float64 — Distance from each tag's point where it was declared reached
+        [m]; NaN where it was not.
+    closest_m : (k,) float64 — Least distance from each tag's point while it was the target [m]; NaN
+        where it never was.
     """
 
     outcome: MissionOutcome
@@ -175,8 +154,7 @@ def pose_errors(result: MissionResult) -> npt.NDArray[np.float64]:
 
     Parameters
     ----------
-    result : MissionResult
-        A run of s samples.
+    result : A run of s samples.
 
     Returns
     -------
@@ -197,10 +175,9 @@ def measure(result: MissionResult, *, success_radius_m: float | None = None) -> 
 
     Parameters
     ----------
-    result : MissionResult
-        The run.
-    success_radius_m : float or None
-        How far from a tag's point an arrival counts [m]; None for twice the tag's arrival radius.
+    result : The run.
+    success_radius_m : How far from a tag's point an arrival counts [m]; None for twice the tag's
+        arrival radius.
 
     Notes
     -----

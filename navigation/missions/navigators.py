@@ -29,18 +29,12 @@ def thesis_navigator(
 
     Parameters
     ----------
-    mission : Mission
-        Its arrival tests, cruise speed and period are used.
-    azimuths_rad : (n,) float64
-        Azimuths of the antennas in the reader frame [rad].
-    controller : Controller
-        Law of the navigation mode.
-    robot : DifferentialDrive
-        Wheels, axle and limits.
-    rotation : {"strongest", "vector_sum"}
-        Bearing of the rotation mode.
-    rerotate_for_s : float
-        How long on a leg it may rotate again [s].
+    mission : Its arrival tests, cruise speed and period are used.
+    azimuths_rad : (n,) float64 — Azimuths of the antennas in the reader frame [rad].
+    controller : Law of the navigation mode.
+    robot : Wheels, axle and limits.
+    rotation : {"strongest", "vector_sum"} — Bearing of the rotation mode.
+    rerotate_for_s : How long on a leg it may rotate again [s].
     """
     return ThesisNavigator(
         arrivals=mission.arrivals,
@@ -61,12 +55,9 @@ def tracker_navigator(
 
     Parameters
     ----------
-    mission : Mission
-        Its arrival radius, cruise step and period are used.
-    tables : sequence of PowerTable
-        The reader's patterns for each of the mission's tags, in order.
-    robot : DifferentialDrive
-        Wheels, axle and limits.
+    mission : Its arrival radius, cruise step and period are used.
+    tables : The reader's patterns for each of the mission's tags, in order.
+    robot : Wheels, axle and limits.
 
     Returns
     -------

@@ -28,32 +28,22 @@ class Mission:
 
     Parameters
     ----------
-    start_m : (2,) float64
-        Start on the floor [m].
-    heading_rad : float
-        Heading at the start [rad].
-    tag_ids : tuple of str
-        Tags in the order of the visit.
-    tag_points_m : (k, 2) float64
-        Points on the floor under them [m]; for the metrics only, the robot does not know them.
-    arrivals : tuple of ArrivalTest
-        One for each tag.
-    sample_time_s : float
-        Period T [s].
-    cruise_step_m : float
-        Distance driven straight ahead in one period [m].
-    max_time_s : float or None
-        Time-out [s]; None for 60 s and four times what the straight legs take at cruise speed.
-    motion : {"euler", "arc"}
-        How a period moves the robot.
-    silent_limit : int
-        Readings in a row without any signal after which the run ends.
-    contact : {"end", "slide"}
-        Whether the run ends when the robot touches something, or the robot slides along it.
-    contact_limit : int
-        Contacts on one leg after which a sliding robot counts as stuck.
-    rolling : Rolling
-        Slip of the wheels and resolution of their encoders.
+    start_m : (2,) float64 — Start on the floor [m].
+    heading_rad : Heading at the start [rad].
+    tag_ids : Tags in the order of the visit.
+    tag_points_m : (k, 2) float64 — Points on the floor under them [m]; for the metrics only, the
+        robot does not know them.
+    arrivals : One for each tag.
+    sample_time_s : Period T [s].
+    cruise_step_m : Distance driven straight ahead in one period [m].
+    max_time_s : Time-out [s]; None for 60 s and four times what the straight legs take at cruise
+        speed.
+    motion : {"euler", "arc"} — How a period moves the robot.
+    silent_limit : Readings in a row without any signal after which the run ends.
+    contact : {"end", "slide"} — Whether the run ends when the robot touches something, or the robot
+        slides along it.
+    contact_limit : Contacts on one leg after which a sliding robot counts as stuck.
+    rolling : Slip of the wheels and resolution of their encoders.
 
     Warns
     -----
@@ -155,32 +145,21 @@ class MissionResult:
 
     Parameters
     ----------
-    mission : Mission
-        What was asked for.
-    outcome : MissionOutcome
-        Why the run ended.
-    reason : str
-        The same in a sentence.
-    time_s : (s,) float64
-        Time [s].
-    poses : (s, 3) float64
-        x [m], y [m], heading in (-π, π] [rad].
-    modes : tuple of str
-        "rotation", "navigation", "search", "evade" or "stopped" in the period that begins then.
-    targets : (s,) int64
-        Index of the tag that was read [-].
-    rss_w : (s, n) float64
-        The reading [W]. Where a tag was reached this is the reading of the next one, taken in the
-        same period; the last row of a completed run holds the last tag's. Zeros where the robot
-        has left the room.
-    arrival_times_s : (k,) float64
-        When each tag was declared reached [s]; NaN where it was not.
-    arrival_points_m : (k, 2) float64
-        Where the robot was then [m]; NaN where it was not.
-    contacts : int
-        Periods in which the robot touched something.
-    believed_points_m : (s, 2) float64 or None
-        Where the navigator believed the tag of each row [m]; NaN where nowhere. None becomes NaN.
+    mission : What was asked for.
+    outcome : Why the run ended.
+    reason : The same in a sentence.
+    time_s : (s,) float64 — Time [s].
+    poses : (s, 3) float64 — x [m], y [m], heading in (-π, π] [rad].
+    modes : "rotation", "navigation", "search", "evade" or "stopped" in the period that begins then.
+    targets : (s,) int64 — Index of the tag that was read [-].
+    rss_w : (s, n) float64 — The reading [W]. Where a tag was reached this is the reading of the
+        next one, taken in the same period; the last row of a completed run holds the last tag's.
+        Zeros where the robot has left the room.
+    arrival_times_s : (k,) float64 — When each tag was declared reached [s]; NaN where it was not.
+    arrival_points_m : (k, 2) float64 — Where the robot was then [m]; NaN where it was not.
+    contacts : Periods in which the robot touched something.
+    believed_points_m : (s, 2) float64 or None — Where the navigator believed the tag of each row
+        [m]; NaN where nowhere. None becomes NaN.
     """
 
     mission: Mission

@@ -34,22 +34,15 @@ def run_mission(
 
     Parameters
     ----------
-    mission : Mission
-        Start, tags and manner.
-    sensor : RssSensor
-        What the robot reads.
-    navigator : Navigator
-        What decides; it gets readings and odometry and nothing else.
-    robot : DifferentialDrive
-        The robot.
-    rng : numpy.random.Generator
-        Source of every random number of the run: of the sensor's by itself, of the wheels' and of
+    mission : Start, tags and manner.
+    sensor : What the robot reads.
+    navigator : What decides; it gets readings and odometry and nothing else.
+    robot : The robot.
+    rng : Source of every random number of the run: of the sensor's by itself, of the wheels' and of
         the navigator's through two children.
-    blocked : callable or None
-        (m, 2) points on the floor [m] -> (m,) bool: where the robot's centre cannot be. What
+    blocked : (m, 2) points on the floor [m] -> (m,) bool: where the robot's centre cannot be. What
         happens there is said by the mission's `contact`.
-    outside : callable or None
-        The same form: where the robot has left the room, whose field is known inside only.
+    outside : The same form: where the robot has left the room, whose field is known inside only.
 
     Returns
     -------
@@ -208,24 +201,15 @@ def run_missions(
 
     Parameters
     ----------
-    mission : Mission
-        Start, tags and manner.
-    sensor : RssSensor
-        What the robot reads.
-    navigator : Navigator
-        What decides.
-    robot : DifferentialDrive
-        The robot.
-    runs, seed : int
-        Number of runs and base seed, as for `run_seeded`.
-    mapper : callable
-        Runs them, as for `run_seeded`; other processes need picklable arguments.
-    blocked, outside : callable or None
-        As for `run_mission`.
-    starts : Starts or None
-        Start of each run in place of the mission's own.
-    progress : callable or None
-        Called with the number of finished runs, whenever one has finished.
+    mission : Start, tags and manner.
+    sensor : What the robot reads.
+    navigator : What decides.
+    robot : The robot.
+    runs, seed : Number of runs and base seed, as for `run_seeded`.
+    mapper : Runs them, as for `run_seeded`; other processes need picklable arguments.
+    blocked, outside : As for `run_mission`.
+    starts : Start of each run in place of the mission's own.
+    progress : Called with the number of finished runs, whenever one has finished.
     """
     results = run_seeded(
         MissionJob(
@@ -273,8 +257,7 @@ class MissionJob:
 
         Parameters
         ----------
-        seed : numpy.random.SeedSequence
-            Its start and all its noise come from it.
+        seed : Its start and all its noise come from it.
         """
         mission = self.mission
         if self.starts is not None:

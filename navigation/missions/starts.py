@@ -24,8 +24,7 @@ class Starts(Protocol):
 
         Parameters
         ----------
-        seed : numpy.random.SeedSequence
-            The run's seed: a child of the campaign's.
+        seed : The run's seed: a child of the campaign's.
         """
         ...
 
@@ -36,8 +35,7 @@ class ListedStarts:
 
     Parameters
     ----------
-    poses : (k, 3) float64
-        x [m], y [m], heading [rad].
+    poses : (k, 3) float64 — x [m], y [m], heading [rad].
     """
 
     poses: FloatArray
@@ -60,10 +58,8 @@ class RandomStarts:
 
     Parameters
     ----------
-    low_m, high_m : (2,) float64
-        Corners of the rectangle [m].
-    fits : callable
-        (m, 2) points [m] -> (m,) bool: where the robot can stand.
+    low_m, high_m : (2,) float64 — Corners of the rectangle [m].
+    fits : (m, 2) points [m] -> (m,) bool: where the robot can stand.
     """
 
     low_m: FloatArray
@@ -91,8 +87,7 @@ class RandomStarts:
 
         Parameters
         ----------
-        rng : numpy.random.Generator
-            Source of the start.
+        rng : Source of the start.
         """
         for _ in range(_DRAWS):
             point = rng.uniform(self.low_m, self.high_m)

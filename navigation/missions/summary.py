@@ -25,14 +25,10 @@ class Estimate(Interval):
 
     Parameters
     ----------
-    value, low, high : float
-        As of `Interval` [its unit].
-    quantity : str
-        What it is.
-    unit : str
-        Its unit, "1" for a share.
-    runs : int
-        Number of values that it comes from.
+    value, low, high : As of `Interval` [its unit].
+    quantity : What it is.
+    unit : Its unit, "1" for a share.
+    runs : Number of values that it comes from.
     """
 
     quantity: str
@@ -46,16 +42,11 @@ class MissionSummary:
 
     Parameters
     ----------
-    runs : int
-        Number of runs.
-    shares : tuple of Estimate
-        Shares of the runs: success, captures, collisions, near misses.
-    medians : tuple of Estimate
-        Median and 90 % percentile of time [s], way, RMSE and errors [m], [deg] over the runs.
-    arrivals : tuple of Estimate
-        Median distance from each tag's point on arrival [m], in the order of the visit.
-    outcomes : tuple of (str, int)
-        How the runs ended, and how often, the most frequent first [runs].
+    runs : Number of runs.
+    shares : Shares of the runs: success, captures, collisions, near misses.
+    medians : Median and 90 % percentile of time [s], way, RMSE and errors [m], [deg] over the runs.
+    arrivals : Median distance from each tag's point on arrival [m], in the order of the visit.
+    outcomes : How the runs ended, and how often, the most frequent first [runs].
     """
 
     runs: int
@@ -69,8 +60,7 @@ class MissionSummary:
 
         Parameters
         ----------
-        quantity : str
-            Its name.
+        quantity : Its name.
         """
         every = (*self.shares, *self.medians, *self.arrivals)
         for estimate in every:
@@ -85,8 +75,7 @@ def summarise(metrics: Sequence[MissionMetrics]) -> MissionSummary:
 
     Parameters
     ----------
-    metrics : sequence of MissionMetrics
-        Of every run.
+    metrics : Of every run.
     """
     runs = len(metrics)
     rng = bootstrap_rng()
@@ -139,8 +128,7 @@ def summary_sentences(summary: MissionSummary) -> Iterator[str]:
 
     Parameters
     ----------
-    summary : MissionSummary
-        From `summarise`.
+    summary : From `summarise`.
 
     Yields
     ------
@@ -172,10 +160,8 @@ def write_summary_csv(path: str | Path, summary: MissionSummary) -> None:
 
     Parameters
     ----------
-    path : str or Path
-        File to write; an existing one is replaced in one move.
-    summary : MissionSummary
-        From `summarise` [s], [m], [deg].
+    path : File to write; an existing one is replaced in one move.
+    summary : From `summarise` [s], [m], [deg].
     """
     rows = [
         (e.quantity, e.unit, e.runs, number_text(e.value), number_text(e.low), number_text(e.high))

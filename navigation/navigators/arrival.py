@@ -38,8 +38,7 @@ def rss_spread_w(rss_w: npt.ArrayLike) -> npt.NDArray[np.float64]:
 
     Parameters
     ----------
-    rss_w : (..., n) float64
-        RSS of the antennas [W].
+    rss_w : (..., n) float64 — RSS of the antennas [W].
     """
     return np.asarray(np.ptp(np.asarray(rss_w, dtype=np.float64), axis=-1))
 
@@ -50,17 +49,14 @@ class ArrivalTest:
 
     Parameters
     ----------
-    threshold_w : float
-        Spread of the RSS at the arrival radius [W]; see `arrival_threshold_w`.
-    radius_m : float
-        Arrival radius R around the point under the tag [m].
-    arming_ratio : float
-        The spread must have been this many times the threshold on this leg [-], more than 1. The
-        default 10 corresponds to 1.8 R under two dipoles, and is far above the noise.
-    margin_db : float
-        How far a reading may lie above the law of equivalent distance [dB]. The default 16 leaves
-        6 for a reflection as strong as the direct path and 10 for noise and for antennas that stand
-        on a circle instead of in one point; a shadow entered beyond 2.5 R + a step is then seen.
+    threshold_w : Spread of the RSS at the arrival radius [W]; see `arrival_threshold_w`.
+    radius_m : Arrival radius R around the point under the tag [m].
+    arming_ratio : The spread must have been this many times the threshold on this leg [-], more
+        than 1. The default 10 corresponds to 1.8 R under two dipoles, and is far above the noise.
+    margin_db : How far a reading may lie above the law of equivalent distance [dB]. The default 16
+        leaves 6 for a reflection as strong as the direct path and 10 for noise and for antennas
+        that stand on a circle instead of in one point; a shadow entered beyond 2.5 R + a step is
+        then seen.
 
     Notes
     -----
@@ -96,8 +92,7 @@ class ArrivalTest:
 
         Parameters
         ----------
-        spread_w : float
-            Spread of the RSS [W].
+        spread_w : Spread of the RSS [W].
 
         Returns
         -------
@@ -114,14 +109,11 @@ class ArrivalState:
 
     Parameters
     ----------
-    armed : bool
-        The spread has been well above the threshold, and no fall has been impossible since.
-    least_distance_m : float
-        The tag is at least this far by the readings so far and the distance driven since [m].
-    anchor_m : tuple of float
-        Dead-reckoned place where the leg began or the last impossible fall was seen [m].
-    driven_m : float
-        Distance driven since then [m].
+    armed : The spread has been well above the threshold, and no fall has been impossible since.
+    least_distance_m : The tag is at least this far by the readings so far and the distance driven
+        since [m].
+    anchor_m : Dead-reckoned place where the leg began or the last impossible fall was seen [m].
+    driven_m : Distance driven since then [m].
     """
 
     armed: bool = False
@@ -142,17 +134,12 @@ def observe_spread(
 
     Parameters
     ----------
-    test : ArrivalTest
-        Threshold and margins of the current tag.
-    state : ArrivalState
-        What was remembered before this reading.
-    spread_w : float
-        Spread of this reading [W]; zero when no antenna received anything, which is never an
+    test : Threshold and margins of the current tag.
+    state : What was remembered before this reading.
+    spread_w : Spread of this reading [W]; zero when no antenna received anything, which is never an
         arrival: without a signal the reader does not know the tag's ID.
-    driven_m : float
-        Distance driven since the previous reading [m].
-    place_m : tuple of float
-        Dead-reckoned place, in a frame whose origin is where the leg began [m].
+    driven_m : Distance driven since the previous reading [m].
+    place_m : Dead-reckoned place, in a frame whose origin is where the leg began [m].
     """
     state = replace(
         state,
@@ -182,15 +169,11 @@ def arrival_threshold_w(
 
     Parameters
     ----------
-    link : PowerLink
-        The tag's link to the reader, in free space (the calibration a person can do beforehand) or
-        in the room.
-    tag_point_m : (2,) float64
-        Point on the floor under the tag [m].
-    radius_m : float
-        Arrival radius [m].
-    azimuths : int
-        Number of directions from which the robot comes, heading for the tag.
+    link : The tag's link to the reader, in free space (the calibration a person can do beforehand)
+        or in the room.
+    tag_point_m : (2,) float64 — Point on the floor under the tag [m].
+    radius_m : Arrival radius [m].
+    azimuths : Number of directions from which the robot comes, heading for the tag.
     """
     centre = frozen_array(tag_point_m, name="tag_point_m", shape=(2,), error=NavigationError)
     if not (np.isfinite(radius_m) and radius_m > 0.0 and azimuths > 0):
@@ -224,14 +207,10 @@ def arrival_tests(
 
     Parameters
     ----------
-    links : mapping of str to PowerLink
-        Link of each tag.
-    tag_ids : sequence of str
-        Tags in the mission's order.
-    tag_points_m : (k, 2) float64
-        Points on the floor under them [m].
-    radius_m : float
-        Arrival radius [m].
+    links : Link of each tag.
+    tag_ids : Tags in the mission's order.
+    tag_points_m : (k, 2) float64 — Points on the floor under them [m].
+    radius_m : Arrival radius [m].
     """
     points = frozen_array(
         tag_points_m, name="tag_points_m", shape=(len(tag_ids), 2), error=NavigationError

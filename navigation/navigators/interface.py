@@ -28,12 +28,9 @@ class Odometry:
 
     Parameters
     ----------
-    distance_m : float
-        Way by the wheels' encoders, negative backwards [m].
-    turn_rad : float
-        Turn by the same, counter-clockwise positive [rad].
-    contact : bool
-        The bumper touched something.
+    distance_m : Way by the wheels' encoders, negative backwards [m].
+    turn_rad : Turn by the same, counter-clockwise positive [rad].
+    contact : The bumper touched something.
     """
 
     distance_m: float = 0.0
@@ -51,16 +48,14 @@ class Decision(Generic[Memory]):
 
     Parameters
     ----------
-    rates : (2,) float64
-        Right and left wheel for the coming period, within the robot's limits [rad/s].
-    memory : Memory
-        What it remembers from now on.
-    reached : bool
-        The tag is declared reached; the rates are zero then.
-    mode : {"rotation", "navigation", "search", "evade", "stopped"}
-        What it does in the coming period.
-    place_m : (2,) float64 or None
-        Where it believes the tag, ahead of the robot and to its left [m]; None: nowhere.
+    rates : (2,) float64 — Right and left wheel for the coming period, within the robot's limits
+        [rad/s].
+    memory : What it remembers from now on.
+    reached : The tag is declared reached; the rates are zero then.
+    mode : {"rotation", "navigation", "search", "evade", "stopped"} — What it does in the coming
+        period.
+    place_m : (2,) float64 or None — Where it believes the tag, ahead of the robot and to its left
+        [m]; None: nowhere.
     """
 
     rates: FloatArray
@@ -85,12 +80,9 @@ class Navigator(Protocol[Memory]):
 
         Parameters
         ----------
-        target : int
-            Index of the tag to be reached, in the mission's order.
-        before : Memory or None
-            What was remembered at the end of the leg before; None at the start.
-        heading_rad : float
-            Heading at the mission's start, which the robot knows [rad].
+        target : Index of the tag to be reached, in the mission's order.
+        before : What was remembered at the end of the leg before; None at the start.
+        heading_rad : Heading at the mission's start, which the robot knows [rad].
         """
         ...
 
@@ -105,13 +97,9 @@ class Navigator(Protocol[Memory]):
 
         Parameters
         ----------
-        memory : Memory
-            What was remembered after the previous reading.
-        rss_w : (n,) float64
-            One reading of the current tag; zero where nothing was received [W].
-        odometry : Odometry
-            Motion since the previous reading.
-        rng : numpy.random.Generator
-            Source of whatever the navigator draws.
+        memory : What was remembered after the previous reading.
+        rss_w : (n,) float64 — One reading of the current tag; zero where nothing was received [W].
+        odometry : Motion since the previous reading.
+        rng : Source of whatever the navigator draws.
         """
         ...

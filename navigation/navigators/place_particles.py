@@ -35,12 +35,10 @@ class PlaceBelief:
 
     Parameters
     ----------
-    places : (4, m) float64
-        Of each particle: how far ahead of the robot and to its left the tag is [m], the level of
-        the diffuse field over the table's reference [dB], and the robot's heading in the frame in
-        which the tags' orientation is known [rad].
-    weights : (m,) float64
-        Their probabilities, adding up to one [-].
+    places : (4, m) float64 — Of each particle: how far ahead of the robot and to its left the tag
+        is [m], the level of the diffuse field over the table's reference [dB], and the robot's
+        heading in the frame in which the tags' orientation is known [rad].
+    weights : (m,) float64 — Their probabilities, adding up to one [-].
     """
 
     places: FloatArray
@@ -66,16 +64,11 @@ class PlaceEstimate:
 
     Parameters
     ----------
-    place_m : (2,) float64
-        Ahead of the robot and to its left [m].
-    share : float
-        Probability that the tag is within 1 m of there [-].
-    covariance_m2 : (2, 2) float64
-        Of the particles within 1 m [m²].
-    heading_rad : float
-        Mean of the robot's heading over them [rad].
-    heading_sd_rad : float
-        Its standard deviation [rad].
+    place_m : (2,) float64 — Ahead of the robot and to its left [m].
+    share : Probability that the tag is within 1 m of there [-].
+    covariance_m2 : (2, 2) float64 — Of the particles within 1 m [m²].
+    heading_rad : Mean of the robot's heading over them [rad].
+    heading_sd_rad : Its standard deviation [rad].
     """
 
     place_m: FloatArray
@@ -106,30 +99,20 @@ class PlaceFilter:
 
     Parameters
     ----------
-    table : PowerTable
-        RSS of the reader for relative places of a tag, free of reflections.
-    particles : int
-        Number of particles.
-    noise_db : float
-        Standard deviation of the error of an RSS that the direct wave dominates [dB].
-    fading_db : float
-        The same, added in squares, where the diffuse field dominates [dB].
-    level_db : float
-        Standard deviation of the error that all antennas share: fading of the direct wave, the
-        tag's power [dB].
-    outlier_share : float
-        Probability that a reading has nothing to do with the tag's place, as when a reflection
-        captures it, in (0, 1) [-].
-    trust : float
-        Power to which the likelihood of a reading is raised, in (0, 1] [-]: readings less than half
-        a wavelength apart share their fading.
-    fresh_share : float
-        Share of new particles, anywhere in reach, whenever they are drawn anew [-]: by these the
-        robot notices that it was wrong.
-    travel_sd : float
-        Standard deviation of odometry's error as a share of way and turn [-].
-    heading_sd_rad : float
-        The same for the turn of a period, added [rad].
+    table : RSS of the reader for relative places of a tag, free of reflections.
+    particles : Number of particles.
+    noise_db : Standard deviation of the error of an RSS that the direct wave dominates [dB].
+    fading_db : The same, added in squares, where the diffuse field dominates [dB].
+    level_db : Standard deviation of the error that all antennas share: fading of the direct wave,
+        the tag's power [dB].
+    outlier_share : Probability that a reading has nothing to do with the tag's place, as when a
+        reflection captures it, in (0, 1) [-].
+    trust : Power to which the likelihood of a reading is raised, in (0, 1] [-]: readings less than
+        half a wavelength apart share their fading.
+    fresh_share : Share of new particles, anywhere in reach, whenever they are drawn anew [-]: by
+        these the robot notices that it was wrong.
+    travel_sd : Standard deviation of odometry's error as a share of way and turn [-].
+    heading_sd_rad : The same for the turn of a period, added [rad].
 
     Notes
     -----
@@ -188,12 +171,9 @@ class PlaceFilter:
 
         Parameters
         ----------
-        belief : PlaceBelief
-            Belief before.
-        odometry : Odometry
-            The motion.
-        rng : numpy.random.Generator
-            Source of the odometry's errors, one for each particle.
+        belief : Belief before.
+        odometry : The motion.
+        rng : Source of the odometry's errors, one for each particle.
 
         Returns
         -------
@@ -232,12 +212,9 @@ class PlaceFilter:
 
         Parameters
         ----------
-        belief : PlaceBelief
-            Belief before.
-        rss_w : (n,) float64
-            The reading; without any signal the belief stays [W].
-        rng : numpy.random.Generator
-            Source of the new particles.
+        belief : Belief before.
+        rss_w : (n,) float64 — The reading; without any signal the belief stays [W].
+        rng : Source of the new particles.
 
         Returns
         -------
@@ -278,8 +255,7 @@ class PlaceFilter:
 
         Parameters
         ----------
-        belief : PlaceBelief
-            The particles.
+        belief : The particles.
 
         Returns
         -------

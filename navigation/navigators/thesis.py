@@ -37,18 +37,14 @@ class ThesisMemory:
 
     Parameters
     ----------
-    mode : {"rotation", "navigation"}
-        What it does next.
-    target : int
-        Index of the current tag in the mission's list.
-    turn_left_rad : float
-        What is left of a rotation that takes several periods, counter-clockwise positive [rad].
-    place : tuple of float
-        Dead-reckoned x [m], y [m], heading [rad] since the leg began, in the frame of its start.
-    readings : int
-        Readings on this leg so far.
-    arrival : ArrivalState
-        Memory of the arrival test on this leg.
+    mode : {"rotation", "navigation"} — What it does next.
+    target : Index of the current tag in the mission's list.
+    turn_left_rad : What is left of a rotation that takes several periods, counter-clockwise
+        positive [rad].
+    place : Dead-reckoned x [m], y [m], heading [rad] since the leg began, in the frame of its
+        start.
+    readings : Readings on this leg so far.
+    arrival : Memory of the arrival test on this leg.
     """
 
     mode: Mode = "rotation"
@@ -65,24 +61,17 @@ class ThesisNavigator:
 
     Parameters
     ----------
-    arrivals : tuple of ArrivalTest
-        One for each tag of the mission, in order.
-    azimuths_rad : (n,) float64
-        Azimuths of the antennas in the reader frame [rad].
-    controller : Controller
-        Law of the navigation mode.
-    robot : DifferentialDrive
-        Wheels, axle and limits.
-    cruise_speed_m_per_s : float
-        Speed of straight driving [m/s].
-    period_s : float
-        Sample period T [s].
-    rotation : {"strongest", "vector_sum"}
-        Bearing of the rotation mode: the strongest antenna, thesis (5.2), or the vector sum.
-    rerotate_for_s : float
-        For so long from the beginning of a leg the robot rotates again when the strongest antenna
-        is not one of the front three [s]; 0, as in the thesis, for never. Under a dominant
-        reflection it would otherwise rotate without end.
+    arrivals : One for each tag of the mission, in order.
+    azimuths_rad : (n,) float64 — Azimuths of the antennas in the reader frame [rad].
+    controller : Law of the navigation mode.
+    robot : Wheels, axle and limits.
+    cruise_speed_m_per_s : Speed of straight driving [m/s].
+    period_s : Sample period T [s].
+    rotation : {"strongest", "vector_sum"} — Bearing of the rotation mode: the strongest antenna,
+        thesis (5.2), or the vector sum.
+    rerotate_for_s : For so long from the beginning of a leg the robot rotates again when the
+        strongest antenna is not one of the front three [s]; 0, as in the thesis, for never. Under a
+        dominant reflection it would otherwise rotate without end.
 
     Notes
     -----

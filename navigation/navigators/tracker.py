@@ -29,18 +29,12 @@ class TrackerMemory:
 
     Parameters
     ----------
-    target : int
-        Index of the current tag in the mission's list.
-    belief : PlaceBelief or None
-        The tag's place; None before the first reading of a leg, or to begin anew.
-    heading_rad : float
-        Heading as far as the robot knows [rad].
-    heading_sd_rad : float
-        Its standard deviation [rad].
-    readings : int
-        Readings since the belief began.
-    plan : tuple of (float, float)
-        Ways [m] and turns [rad] of the next periods, when it is backing off.
+    target : Index of the current tag in the mission's list.
+    belief : The tag's place; None before the first reading of a leg, or to begin anew.
+    heading_rad : Heading as far as the robot knows [rad].
+    heading_sd_rad : Its standard deviation [rad].
+    readings : Readings since the belief began.
+    plan : Ways [m] and turns [rad] of the next periods, when it is backing off.
     """
 
     target: int
@@ -57,23 +51,15 @@ class TrackerNavigator:
 
     Parameters
     ----------
-    filters : tuple of PlaceFilter
-        Estimator of the place of each tag of the mission, in order; the same one where tags hang
-        alike.
-    robot : DifferentialDrive
-        Wheels, axle and limits.
-    cruise_step_m : float
-        Distance driven straight ahead in one period [m].
-    period_s : float
-        Sample period T [s].
-    arrival_radius_m : float
-        The tag is reached when the believed place is nearer than this [m].
-    arrival_share : float
-        And the tag is within 1 m of that place with at least this probability [-].
-    arrival_spread_m : float
-        And the particles there spread no more than this [m].
-    patience : int
-        After so many readings without arrival the belief begins anew.
+    filters : Estimator of the place of each tag of the mission, in order; the same one where tags
+        hang alike.
+    robot : Wheels, axle and limits.
+    cruise_step_m : Distance driven straight ahead in one period [m].
+    period_s : Sample period T [s].
+    arrival_radius_m : The tag is reached when the believed place is nearer than this [m].
+    arrival_share : And the tag is within 1 m of that place with at least this probability [-].
+    arrival_spread_m : And the particles there spread no more than this [m].
+    patience : After so many readings without arrival the belief begins anew.
 
     Notes
     -----

@@ -15,12 +15,9 @@ class DifferentialDrive:
 
     Parameters
     ----------
-    wheel_radius_m : float
-        Radius r of both wheels [m].
-    axle_length_m : float
-        Distance l between the wheels [m].
-    max_wheel_speed_m_per_s : float
-        Highest speed of a wheel's rim [m/s].
+    wheel_radius_m : Radius r of both wheels [m].
+    axle_length_m : Distance l between the wheels [m].
+    max_wheel_speed_m_per_s : Highest speed of a wheel's rim [m/s].
 
     Notes
     -----
@@ -63,8 +60,8 @@ class DifferentialDrive:
 
         Parameters
         ----------
-        wheel_rates_rad_per_s : (..., 2) float64
-            Wanted rates of the right and the left wheel [rad/s].
+        wheel_rates_rad_per_s : (..., 2) float64 — Wanted rates of the right and the left wheel
+            [rad/s].
 
         Returns
         -------
@@ -98,10 +95,8 @@ class DifferentialDrive:
 
         Parameters
         ----------
-        pose : (..., 3) float64
-            x [m], y [m], heading [rad].
-        wheel_rates_rad_per_s : (..., 2) float64
-            Rates of the right and the left wheel [rad/s].
+        pose : (..., 3) float64 — x [m], y [m], heading [rad].
+        wheel_rates_rad_per_s : (..., 2) float64 — Rates of the right and the left wheel [rad/s].
 
         Returns
         -------
@@ -121,12 +116,10 @@ class DifferentialDrive:
 
         Parameters
         ----------
-        pose : (..., 3) float64
-            x [m], y [m], heading [rad].
-        wheel_rates_rad_per_s : (..., 2) float64
-            Rates of the right and the left wheel, constant over the period [rad/s].
-        period_s : float
-            Sample period T [s].
+        pose : (..., 3) float64 — x [m], y [m], heading [rad].
+        wheel_rates_rad_per_s : (..., 2) float64 — Rates of the right and the left wheel, constant
+            over the period [rad/s].
+        period_s : Sample period T [s].
 
         Notes
         -----
@@ -143,12 +136,10 @@ class DifferentialDrive:
 
         Parameters
         ----------
-        pose : (..., 3) float64
-            x [m], y [m], heading [rad].
-        wheel_rates_rad_per_s : (..., 2) float64
-            Rates of the right and the left wheel, constant over the period [rad/s].
-        period_s : float
-            Sample period T [s].
+        pose : (..., 3) float64 — x [m], y [m], heading [rad].
+        wheel_rates_rad_per_s : (..., 2) float64 — Rates of the right and the left wheel, constant
+            over the period [rad/s].
+        period_s : Sample period T [s].
 
         Notes
         -----
@@ -167,12 +158,9 @@ def linear_model(
 
     Parameters
     ----------
-    poses : (k, 3) float64
-        x [m], y [m], heading [rad].
-    wheel_rates : (k, 2) float64
-        Right and left [rad/s].
-    robot : DifferentialDrive
-        Wheels and axle.
+    poses : (k, 3) float64 — x [m], y [m], heading [rad].
+    wheel_rates : (k, 2) float64 — Right and left [rad/s].
+    robot : Wheels and axle.
 
     Returns
     -------

@@ -43,10 +43,8 @@ class Footprint:
 
     Parameters
     ----------
-    edges_m : (e, 4) float64
-        Plan of the obstacles: segments x, y, x, y [m].
-    radius_m : float
-        Radius of the robot [m].
+    edges_m : (e, 4) float64 — Plan of the obstacles: segments x, y, x, y [m].
+    radius_m : Radius of the robot [m].
 
     Notes
     -----
@@ -68,8 +66,7 @@ class Footprint:
 
         Parameters
         ----------
-        points_m : (m, 2) array_like
-            Places of the robot's centre [m].
+        points_m : (m, 2) array_like — Places of the robot's centre [m].
 
         Returns
         -------
@@ -91,8 +88,7 @@ class Footprint:
 
         Parameters
         ----------
-        points_m : (m, 2) float64
-            Places of its centre [m].
+        points_m : (m, 2) float64 — Places of its centre [m].
         """
         return np.asarray(self.clearance_m(points_m) < 0.0)
 
@@ -102,12 +98,9 @@ def footprint(scene: Scene, *, radius_m: float, height_m: float) -> Footprint:
 
     Parameters
     ----------
-    scene : Scene
-        Room and objects.
-    radius_m : float
-        Radius of the robot [m].
-    height_m : float
-        Height of the robot [m]; what hangs higher does not touch it.
+    scene : Room and objects.
+    radius_m : Radius of the robot [m].
+    height_m : Height of the robot [m]; what hangs higher does not touch it.
     """
     check_positive(height_m, name="height_m", unit="m")
     low, high = scene.floor_height_m + _ABOVE_FLOOR_M, scene.floor_height_m + height_m
@@ -131,12 +124,9 @@ class RobotSpace:
 
     Parameters
     ----------
-    footprint : Footprint
-        The robot among the scene's edges.
-    scene : Scene
-        Room and objects.
-    height_m : float
-        Height of the robot [m].
+    footprint : The robot among the scene's edges.
+    scene : Room and objects.
+    height_m : Height of the robot [m].
     """
 
     footprint: Footprint
@@ -148,8 +138,7 @@ class RobotSpace:
 
         Parameters
         ----------
-        points_m : (m, 2) float64
-            Places of its centre [m].
+        points_m : (m, 2) float64 — Places of its centre [m].
         """
         free = ~self.footprint(points_m)
         for share in _LEVELS:
@@ -163,8 +152,7 @@ class RobotSpace:
 
         Parameters
         ----------
-        points_m : (m, 2) float64
-            Places of its centre [m].
+        points_m : (m, 2) float64 — Places of its centre [m].
         """
         z = np.full(len(points_m), self.scene.floor_height_m + _LEVELS[1] * self.height_m)
         return ~self.scene.inside_room(np.column_stack([points_m, z]))
@@ -177,10 +165,9 @@ def check_start(
 
     Parameters
     ----------
-    start_m : (2,) array_like
-        Its centre [m].
-    blocked, outside : callable or None
-        Where it touches something, and where it is no longer in the room; None: nowhere.
+    start_m : (2,) array_like — Its centre [m].
+    blocked, outside : Where it touches something, and where it is no longer in the room; None:
+        nowhere.
     """
     point = np.asarray(start_m, dtype=np.float64).reshape(1, 2)
     for where, what in ((blocked, "inside an obstacle"), (outside, "outside the room")):
@@ -198,14 +185,10 @@ class WheelSlip:
 
     Parameters
     ----------
-    linear_m_per_s : float
-        Constant part b of the speed [m/s].
-    angular_rad_per_s : float
-        Constant part s of the turn rate [rad/s].
-    position_m2_per_s : float
-        Growth of the place's variance [m²/s].
-    heading_rad2_per_s : float
-        Growth of the heading's variance [rad²/s].
+    linear_m_per_s : Constant part b of the speed [m/s].
+    angular_rad_per_s : Constant part s of the turn rate [rad/s].
+    position_m2_per_s : Growth of the place's variance [m²/s].
+    heading_rad2_per_s : Growth of the heading's variance [rad²/s].
     """
 
     linear_m_per_s: float = -0.01
@@ -230,14 +213,10 @@ class Floor:
 
     Parameters
     ----------
-    robot : DifferentialDrive
-        Wheels and axle.
-    step : {"euler", "arc"}
-        How a period moves the robot.
-    contact : {"end", "slide"}
-        Whether it slides along what it touches.
-    blocked : callable or None
-        (m, 2) points [m] -> (m,) bool: where the robot's centre cannot be.
+    robot : Wheels and axle.
+    step : {"euler", "arc"} — How a period moves the robot.
+    contact : {"end", "slide"} — Whether it slides along what it touches.
+    blocked : (m, 2) points [m] -> (m,) bool: where the robot's centre cannot be.
     """
 
     robot: DifferentialDrive
@@ -252,12 +231,10 @@ class Floor:
 
         Parameters
         ----------
-        pose : (3,) float64
-            x [m], y [m], heading [rad] before.
-        rates_rad_per_s : (2,) float64
-            Rates of the right and the left wheel, as if they rolled without slip [rad/s].
-        period_s : float
-            Sample period T [s].
+        pose : (3,) float64 — x [m], y [m], heading [rad] before.
+        rates_rad_per_s : (2,) float64 — Rates of the right and the left wheel, as if they rolled
+            without slip [rad/s].
+        period_s : Sample period T [s].
 
         Returns
         -------
@@ -296,16 +273,12 @@ class Floor:
 
         Parameters
         ----------
-        pose : (3,) float64
-            x [m], y [m], heading [rad] before.
-        twist : (2,) array_like
-            Commanded v [m/s], ω [rad/s]; without a command the robot stands still.
-        slip : WheelSlip
-            How its motion differs from the command.
-        period_s : float
-            Length of the period [s].
-        rng : numpy.random.Generator
-            Source of the random part; three numbers are drawn, also when it stands still.
+        pose : (3,) float64 — x [m], y [m], heading [rad] before.
+        twist : (2,) array_like — Commanded v [m/s], ω [rad/s]; without a command the robot stands
+            still.
+        slip : How its motion differs from the command.
+        period_s : Length of the period [s].
+        rng : Source of the random part; three numbers are drawn, also when it stands still.
 
         Returns
         -------

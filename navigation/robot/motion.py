@@ -23,14 +23,11 @@ def move(
 
     Parameters
     ----------
-    pose : (..., 3) float64
-        x [m], y [m], heading [rad] at its start.
-    distance_m : (...) float64
-        Length Δs = v T of the way, negative backwards [m].
-    turn_rad : (...) float64
-        Turn Δθ = ω T, counter-clockwise positive [rad].
-    method : {"euler", "rk2", "exact"}
-        Straight along the old heading, along the mean heading, or on the circular arc.
+    pose : (..., 3) float64 — x [m], y [m], heading [rad] at its start.
+    distance_m : (...) float64 — Length Δs = v T of the way, negative backwards [m].
+    turn_rad : (...) float64 — Turn Δθ = ω T, counter-clockwise positive [rad].
+    method : {"euler", "rk2", "exact"} — Straight along the old heading, along the mean heading, or
+        on the circular arc.
 
     Notes
     -----
@@ -62,14 +59,10 @@ def pose_on_arc(
 
     Parameters
     ----------
-    pose : (..., 3) float64
-        x [m], y [m], heading [rad].
-    time_s : (...) float64
-        How much later [s]; negative for earlier.
-    speed_m_per_s : (...) float64
-        Forward speed [m/s].
-    turn_rate_rad_per_s : (...) float64
-        Turn rate, counter-clockwise positive [rad/s].
+    pose : (..., 3) float64 — x [m], y [m], heading [rad].
+    time_s : (...) float64 — How much later [s]; negative for earlier.
+    speed_m_per_s : (...) float64 — Forward speed [m/s].
+    turn_rate_rad_per_s : (...) float64 — Turn rate, counter-clockwise positive [rad/s].
 
     Notes
     -----
@@ -89,10 +82,8 @@ class Motion:
 
     Parameters
     ----------
-    speed_m_per_s : float
-        Forward speed [m/s].
-    turn_rate_rad_per_s : float
-        Turn rate, counter-clockwise positive [rad/s].
+    speed_m_per_s : Forward speed [m/s].
+    turn_rate_rad_per_s : Turn rate, counter-clockwise positive [rad/s].
     """
 
     speed_m_per_s: float = 0.0
@@ -116,10 +107,8 @@ class Motion:
 
         Parameters
         ----------
-        pose : (3,) float64
-            x [m], y [m], heading [rad] at time zero.
-        time_s : (k,) float64
-            Times [s].
+        pose : (3,) float64 — x [m], y [m], heading [rad] at time zero.
+        time_s : (k,) float64 — Times [s].
         """
         return pose_on_arc(
             np.asarray(pose, dtype=np.float64),

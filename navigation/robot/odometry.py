@@ -19,10 +19,9 @@ def wheel_travel(
 
     Parameters
     ----------
-    increments_rad : (..., 2) float64
-        Rotations of the right and the left wheel in the interval [rad].
-    robot : DifferentialDrive
-        Its wheel radius and axle length.
+    increments_rad : (..., 2) float64 — Rotations of the right and the left wheel in the interval
+        [rad].
+    robot : Its wheel radius and axle length.
 
     Returns
     -------
@@ -44,10 +43,8 @@ def counted_rotation(turned_rad: npt.ArrayLike, *, tick_rad: float) -> FloatArra
 
     Parameters
     ----------
-    turned_rad : (...) float64
-        How far it has turned [rad].
-    tick_rad : float
-        Rotation that one count stands for [rad].
+    turned_rad : (...) float64 — How far it has turned [rad].
+    tick_rad : Rotation that one count stands for [rad].
     """
     if not (np.isfinite(tick_rad) and tick_rad > 0.0):
         msg = f"tick_rad is {tick_rad} rad, but it must be positive and finite: give one count."
@@ -62,13 +59,10 @@ class Rolling:
 
     Parameters
     ----------
-    slip_sd : float
-        Standard deviation of the share by which each wheel's rolling differs from its rotation,
-        anew in every period [-].
-    scale_sd : float
-        Standard deviation of the same, constant over a run: tyres, load, floor [-].
-    tick_rad : float
-        Rotation that one count of an encoder stands for [rad]; 0 for an exact one.
+    slip_sd : Standard deviation of the share by which each wheel's rolling differs from its
+        rotation, anew in every period [-].
+    scale_sd : Standard deviation of the same, constant over a run: tyres, load, floor [-].
+    tick_rad : Rotation that one count of an encoder stands for [rad]; 0 for an exact one.
 
     Notes
     -----
@@ -90,10 +84,8 @@ class RollingWheels:
 
     Parameters
     ----------
-    rolling : Rolling
-        How they roll.
-    rng : numpy.random.Generator
-        Source of the slip; nothing is drawn where a deviation is zero.
+    rolling : How they roll.
+    rng : Source of the slip; nothing is drawn where a deviation is zero.
     """
 
     def __init__(self, rolling: Rolling, rng: np.random.Generator) -> None:
@@ -107,8 +99,7 @@ class RollingWheels:
 
         Parameters
         ----------
-        rotations_rad : (2,) float64
-            Rotations of the right and the left wheel in a period [rad].
+        rotations_rad : (2,) float64 — Rotations of the right and the left wheel in a period [rad].
         """
         share = self._scale
         if self._rolling.slip_sd > 0.0:
@@ -120,8 +111,8 @@ class RollingWheels:
 
         Parameters
         ----------
-        rotations_rad : (2,) float64
-            Rotations of the right and the left wheel since the last call [rad].
+        rotations_rad : (2,) float64 — Rotations of the right and the left wheel since the last call
+            [rad].
         """
         tick_rad = self._rolling.tick_rad
         before = self._turned_rad

@@ -28,10 +28,8 @@ def room_azimuth(
 
     Parameters
     ----------
-    heading_rad : (...) float64
-        Robot's heading h in the room [rad].
-    reader_azimuth_rad : (...) float64
-        Azimuth δ in the reader frame [rad].
+    heading_rad : (...) float64 — Robot's heading h in the room [rad].
+    reader_azimuth_rad : (...) float64 — Azimuth δ in the reader frame [rad].
     """
     heading = np.asarray(heading_rad, dtype=np.float64)
     return wrap_angle(heading - FRONT_AZIMUTH_RAD + np.asarray(reader_azimuth_rad))
@@ -44,10 +42,8 @@ def reader_azimuth(
 
     Parameters
     ----------
-    heading_rad : (...) float64
-        Robot's heading h in the room [rad].
-    room_azimuth_rad : (...) float64
-        Azimuth φ in the room [rad].
+    heading_rad : (...) float64 — Robot's heading h in the room [rad].
+    room_azimuth_rad : (...) float64 — Azimuth φ in the room [rad].
     """
     heading = np.asarray(heading_rad, dtype=np.float64)
     return wrap_angle(np.asarray(room_azimuth_rad) - heading + FRONT_AZIMUTH_RAD)
@@ -58,8 +54,7 @@ def checked_azimuths(azimuths_rad: npt.ArrayLike) -> npt.NDArray[np.float64]:
 
     Parameters
     ----------
-    azimuths_rad : (n,) float64
-        Azimuths δ_i of the antennas in the reader frame [rad].
+    azimuths_rad : (n,) float64 — Azimuths δ_i of the antennas in the reader frame [rad].
     """
     azimuths = frozen_array(azimuths_rad, name="azimuths_rad", shape=(None,), error=NavigationError)
     if azimuths.size < 3:
@@ -81,8 +76,7 @@ def steering_pair(azimuths_rad: npt.ArrayLike) -> tuple[int, int]:
 
     Parameters
     ----------
-    azimuths_rad : (n,) float64
-        Azimuths of the antennas in the reader frame [rad].
+    azimuths_rad : (n,) float64 — Azimuths of the antennas in the reader frame [rad].
 
     Returns
     -------
@@ -114,10 +108,8 @@ def doct(rss_w: npt.ArrayLike, azimuths_rad: npt.ArrayLike) -> npt.NDArray[np.fl
 
     Parameters
     ----------
-    rss_w : (..., n) float64
-        RSS of the antennas [W], not negative.
-    azimuths_rad : (n,) float64
-        Azimuths of the antennas in the reader frame [rad].
+    rss_w : (..., n) float64 — RSS of the antennas [W], not negative.
+    azimuths_rad : (n,) float64 — Azimuths of the antennas in the reader frame [rad].
 
     Returns
     -------
@@ -142,10 +134,8 @@ def vector_sum_bearing(
 
     Parameters
     ----------
-    rss_w : (..., n) float64
-        RSS z_i of the antennas [W], not negative.
-    azimuths_rad : (n,) float64
-        Azimuths δ_i of the antennas in the reader frame [rad].
+    rss_w : (..., n) float64 — RSS z_i of the antennas [W], not negative.
+    azimuths_rad : (n,) float64 — Azimuths δ_i of the antennas in the reader frame [rad].
 
     Returns
     -------
@@ -172,12 +162,9 @@ def vector_sum_variance(
 
     Parameters
     ----------
-    rss_w : (..., n) float64
-        RSS z_i of the antennas [W], not negative.
-    azimuths_rad : (n,) float64
-        Azimuths δ_i of the antennas in the reader frame [rad].
-    noise_db : float
-        Standard deviation of the independent log-normal error of each RSS [dB].
+    rss_w : (..., n) float64 — RSS z_i of the antennas [W], not negative.
+    azimuths_rad : (n,) float64 — Azimuths δ_i of the antennas in the reader frame [rad].
+    noise_db : Standard deviation of the independent log-normal error of each RSS [dB].
 
     Returns
     -------
@@ -207,8 +194,7 @@ def turn_towards(bearing_rad: npt.ArrayLike) -> npt.NDArray[np.float64]:
 
     Parameters
     ----------
-    bearing_rad : (...) float64
-        Bearing γ in the reader frame [rad].
+    bearing_rad : (...) float64 — Bearing γ in the reader frame [rad].
 
     Notes
     -----

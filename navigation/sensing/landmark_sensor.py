@@ -22,10 +22,9 @@ class Landmark:
 
     Parameters
     ----------
-    position_m : (3,) float64
-        Place in the room [m].
-    heading_rad : float
-        Direction that a robot has when it faces the landmark squarely [rad]: into the landmark.
+    position_m : (3,) float64 — Place in the room [m].
+    heading_rad : Direction that a robot has when it faces the landmark squarely [rad]: into the
+        landmark.
     """
 
     position_m: FloatArray
@@ -45,8 +44,7 @@ class Landmark:
 
         Parameters
         ----------
-        stand_off_m : float
-            Distance from the landmark [m].
+        stand_off_m : Distance from the landmark [m].
         """
         ahead = np.array([np.cos(self.heading_rad), np.sin(self.heading_rad)])
         return np.array([*(self.position_m[:2] - stand_off_m * ahead), self.heading_rad])
@@ -56,8 +54,7 @@ class Landmark:
 
         Parameters
         ----------
-        poses : (..., 3) array_like
-            x [m], y [m], heading [rad] of the robot in the room.
+        poses : (..., 3) array_like — x [m], y [m], heading [rad] of the robot in the room.
         """
         pose = np.asarray(poses, dtype=np.float64)
         dx, dy = self.position_m[0] - pose[..., 0], self.position_m[1] - pose[..., 1]
@@ -70,8 +67,7 @@ class Landmark:
 
         Parameters
         ----------
-        scene : Scene
-            Room and objects.
+        scene : Room and objects.
         """
         front = np.array(self.position_m)
         front[:2] -= LENGTHS.step_m * np.array([np.cos(self.heading_rad), np.sin(self.heading_rad)])
@@ -92,30 +88,20 @@ class LandmarkSensor:
 
     Parameters
     ----------
-    position_m : (3,) float64
-        Camera in the body frame: ahead of the axle, to the left, above the floor [m].
-    yaw_rad : float
-        Direction of its optical axis in the body frame [rad].
-    width_rad : float
-        Horizontal field of view [rad].
-    height_rad : float
-        Vertical field of view [rad], about the horizontal.
-    nearest_m : float
-        Least distance that it measures [m].
-    farthest_m : float
-        Greatest distance at which the landmark is recognised [m].
-    obliqueness_rad : float
-        Greatest angle between the line of sight and the landmark's normal [rad].
-    position_sd_m : float
-        Standard deviation of each measured coordinate [m].
-    attitude_sd_rad : float
-        Standard deviation of the measured attitude [rad].
-    detection_probability : float
-        Probability that a landmark in sight is detected [-].
-    false_probability : float
-        Probability that something else in the field of view is reported in its stead [-].
-    scene : Scene or None
-        What can hide the landmark; None: nothing.
+    position_m : (3,) float64 — Camera in the body frame: ahead of the axle, to the left, above the
+        floor [m].
+    yaw_rad : Direction of its optical axis in the body frame [rad].
+    width_rad : Horizontal field of view [rad].
+    height_rad : Vertical field of view [rad], about the horizontal.
+    nearest_m : Least distance that it measures [m].
+    farthest_m : Greatest distance at which the landmark is recognised [m].
+    obliqueness_rad : Greatest angle between the line of sight and the landmark's normal [rad].
+    position_sd_m : Standard deviation of each measured coordinate [m].
+    attitude_sd_rad : Standard deviation of the measured attitude [rad].
+    detection_probability : Probability that a landmark in sight is detected [-].
+    false_probability : Probability that something else in the field of view is reported in its
+        stead [-].
+    scene : What can hide the landmark; None: nothing.
 
     Notes
     -----
@@ -162,10 +148,8 @@ class LandmarkSensor:
 
         Parameters
         ----------
-        poses : (n, 3) array_like
-            x [m], y [m], heading [rad] of the robot in the room.
-        landmark : Landmark
-            What to look for.
+        poses : (n, 3) array_like — x [m], y [m], heading [rad] of the robot in the room.
+        landmark : What to look for.
 
         Returns
         -------
@@ -208,12 +192,9 @@ class LandmarkSensor:
 
         Parameters
         ----------
-        poses : (n, 3) array_like
-            x [m], y [m], heading [rad] of the robot in the room.
-        landmark : Landmark
-            What to look for.
-        rng : numpy.random.Generator
-            Source of the errors; the same number of draws for every pose.
+        poses : (n, 3) array_like — x [m], y [m], heading [rad] of the robot in the room.
+        landmark : What to look for.
+        rng : Source of the errors; the same number of draws for every pose.
         """
         pose = np.asarray(poses, dtype=np.float64).reshape(-1, 3)
         n = len(pose)

@@ -33,11 +33,10 @@ class PowerTable:
 
     Parameters
     ----------
-    reach_m : float
-        Largest distance, along the floor, of the table [m].
-    power_w : (r, b, s, n) float64
-        RSS [W] of n antennas. Distance number i is reach (i/(r - 1))² [m]; bearing number j from
-        the robot's front is 2πj/b; the robot stands to the side 2πk/s of the tag, in the room.
+    reach_m : Largest distance, along the floor, of the table [m].
+    power_w : (r, b, s, n) float64 — RSS [W] of n antennas. Distance number i is reach (i/(r - 1))²
+        [m]; bearing number j from the robot's front is 2πj/b; the robot stands to the side 2πk/s of
+        the tag, in the room.
 
     Notes
     -----
@@ -90,14 +89,11 @@ def power_table(
 
     Parameters
     ----------
-    link : PowerLink
-        Link of one tag to the reader in free space.
-    tag_point_m : (2,) float64
-        Point on the floor under that tag [m].
-    reach_m : float
-        Largest distance [m].
-    distances, bearings, sides : int
-        Size of the table; one side is enough for a tag that looks the same from all.
+    link : Link of one tag to the reader in free space.
+    tag_point_m : (2,) float64 — Point on the floor under that tag [m].
+    reach_m : Largest distance [m].
+    distances, bearings, sides : Size of the table; one side is enough for a tag that looks the same
+        from all.
 
     Returns
     -------
@@ -126,10 +122,8 @@ class PatternMatcher:
 
     Parameters
     ----------
-    table : PowerTable
-        The reader's patterns.
-    error_db : float
-        Standard deviation of what the patterns do not explain of each RSS [dB]: noise of the
+    table : The reader's patterns.
+    error_db : Standard deviation of what the patterns do not explain of each RSS [dB]: noise of the
         device and reflections.
 
     Notes
@@ -163,8 +157,7 @@ class PatternMatcher:
 
         Parameters
         ----------
-        rss_w : (n,) float64
-            One reading; antennas that received nothing (0 W) are left out [W].
+        rss_w : (n,) float64 — One reading; antennas that received nothing (0 W) are left out [W].
 
         Returns
         -------

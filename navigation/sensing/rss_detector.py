@@ -20,12 +20,9 @@ def log_normal_rss(
 
     Parameters
     ----------
-    rss_w : (...) float64
-        RSS free of noise [W].
-    noise_db : float
-        Standard deviation of the factor in decibels [dB], zero for none.
-    rng : numpy.random.Generator
-        Source of the noise; as many numbers are drawn whatever `noise_db` is.
+    rss_w : (...) float64 — RSS free of noise [W].
+    noise_db : Standard deviation of the factor in decibels [dB], zero for none.
+    rng : Source of the noise; as many numbers are drawn whatever `noise_db` is.
 
     Notes
     -----
@@ -44,12 +41,9 @@ class ThermalNoise:
 
     Parameters
     ----------
-    bandwidth_hz : float
-        Noise bandwidth B [Hz].
-    noise_figure_db : float
-        Noise figure F [dB].
-    samples : int
-        Independent samples M that a reading averages in power.
+    bandwidth_hz : Noise bandwidth B [Hz].
+    noise_figure_db : Noise figure F [dB].
+    samples : Independent samples M that a reading averages in power.
 
     Notes
     -----
@@ -96,10 +90,8 @@ class ThermalNoise:
 
         Parameters
         ----------
-        rss_w : (...) float64
-            Power of each signal [W].
-        rng : numpy.random.Generator
-            Source of the noise.
+        rss_w : (...) float64 — Power of each signal [W].
+        rng : Source of the noise.
 
         Notes
         -----
@@ -122,12 +114,9 @@ class RssQuantiser:
 
     Parameters
     ----------
-    bits : int
-        Length of the code [bit], 1 to 16.
-    floor_dbm : float
-        Power of the lowest code [dBm]; more than half a step below it nothing is received.
-    full_scale_dbm : float
-        Power of the highest code [dBm]; what is stronger reads as this.
+    bits : Length of the code [bit], 1 to 16.
+    floor_dbm : Power of the lowest code [dBm]; more than half a step below it nothing is received.
+    full_scale_dbm : Power of the highest code [dBm]; what is stronger reads as this.
 
     Notes
     -----
@@ -162,8 +151,7 @@ class RssQuantiser:
 
         Parameters
         ----------
-        rss_w : (...) float64
-            Received power, not negative [W].
+        rss_w : (...) float64 — Received power, not negative [W].
         """
         rss = np.asarray(rss_w, dtype=np.float64)
         level_dbm = power_dbm(np.maximum(rss, np.finfo(np.float64).tiny))

@@ -18,10 +18,8 @@ class RssMap:
 
     Parameters
     ----------
-    x_m, y_m : (nx,), (ny,) float64
-        Grid [m].
-    rss : (nx, ny, s) float64
-        RSS of every tag [dBm].
+    x_m, y_m : (nx,), (ny,) float64 — Grid [m].
+    rss : (nx, ny, s) float64 — RSS of every tag [dBm].
     """
 
     x_m: FloatArray

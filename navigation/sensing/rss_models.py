@@ -25,8 +25,7 @@ class DistanceLaw(Protocol):
 
         Parameters
         ----------
-        distance_m : (...) float64
-            Distances [m], positive.
+        distance_m : (...) float64 — Distances [m], positive.
         """
 
     def slope_db_per_m(self, distance_m: FloatArray) -> FloatArray:
@@ -34,8 +33,7 @@ class DistanceLaw(Protocol):
 
         Parameters
         ----------
-        distance_m : (...) float64
-            Distances [m], positive.
+        distance_m : (...) float64 — Distances [m], positive.
         """
 
 
@@ -45,10 +43,8 @@ class LogExponentialLaw:
 
     Parameters
     ----------
-    alpha_dbm : float
-        RSS at no distance [dBm], negative.
-    beta_per_m : float
-        Growth of its magnitude [1/m].
+    alpha_dbm : RSS at no distance [dBm], negative.
+    beta_per_m : Growth of its magnitude [1/m].
 
     Notes
     -----
@@ -84,10 +80,8 @@ class LogDistanceLaw:
 
     Parameters
     ----------
-    rss_1m_dbm : float
-        RSS at 1 m [dBm].
-    exponent : float
-        Path-loss exponent n [-]; 2 in free space.
+    rss_1m_dbm : RSS at 1 m [dBm].
+    exponent : Path-loss exponent n [-]; 2 in free space.
     """
 
     rss_1m_dbm: float
@@ -119,10 +113,8 @@ def fit_log_exponential(
 
     Parameters
     ----------
-    distance_m : (k,) float64
-        Distances [m].
-    rss_dbm : (k,) float64
-        RSS [dBm].
+    distance_m : (k,) float64 — Distances [m].
+    rss_dbm : (k,) float64 — RSS [dBm].
 
     Returns
     -------
@@ -170,10 +162,8 @@ def fit_log_distance(
 
     Parameters
     ----------
-    distance_m : (k,) float64
-        Distances [m], positive.
-    rss_dbm : (k,) float64
-        RSS [dBm].
+    distance_m : (k,) float64 — Distances [m], positive.
+    rss_dbm : (k,) float64 — RSS [dBm].
 
     Returns
     -------
@@ -206,10 +196,8 @@ class RssNoise:
 
     Parameters
     ----------
-    mean_db : float
-        Mean, the same for all tags [dB]; the thesis has -30.
-    sigma_db : float
-        Standard deviation [dB]; the thesis has 50.
+    mean_db : Mean, the same for all tags [dB]; the thesis has -30.
+    sigma_db : Standard deviation [dB]; the thesis has 50.
     """
 
     mean_db: float = -30.0
@@ -229,10 +217,8 @@ class RssNoise:
 
         Parameters
         ----------
-        shape : tuple of int
-            Its shape.
-        rng : numpy.random.Generator
-            Source.
+        shape : Its shape.
+        rng : Source.
         """
         return rng.normal(self.mean_db, self.sigma_db, shape)
 
@@ -243,10 +229,8 @@ class TagMesh:
 
     Parameters
     ----------
-    tags_m : (s, 3) float64
-        Places of the tags, heights above the robot's antenna [m].
-    law : DistanceLaw
-        RSS against distance.
+    tags_m : (s, 3) float64 — Places of the tags, heights above the robot's antenna [m].
+    law : RSS against distance.
     """
 
     tags_m: FloatArray
@@ -284,12 +268,9 @@ def tag_grid(side: int, *, spacing_m: float, height_m: float) -> FloatArray:
 
     Parameters
     ----------
-    side : int
-        Tags along each side; 3 makes the nine of chapter 6, 5 the 25 of chapter 7.
-    spacing_m : float
-        Distance of neighbours [m].
-    height_m : float
-        Height above the robot's antenna [m].
+    side : Tags along each side; 3 makes the nine of chapter 6, 5 the 25 of chapter 7.
+    spacing_m : Distance of neighbours [m].
+    height_m : Height above the robot's antenna [m].
     """
     if side < 1 or not (spacing_m > 0.0 and height_m > 0.0):
         msg = (

@@ -27,8 +27,7 @@ class PowerLink(Protocol):
 
         Parameters
         ----------
-        poses : (m, 3) float64
-            x [m], y [m], heading [rad] of the robot in the room.
+        poses : (m, 3) float64 — x [m], y [m], heading [rad] of the robot in the room.
         """
         ...
 
@@ -63,16 +62,13 @@ class RssSensor(Protocol):
 
         Parameters
         ----------
-        pose : (3,) float64
-            x [m], y [m], heading [rad] of the robot in the room, when the reading ends.
-        tag_id : str
-            Which tag to ask for.
-        rng : numpy.random.Generator
-            Source of the reading's random errors.
-        motion : Motion
-            How the robot has driven since its last reading: a reader that takes its antennas one
-            after another read the first of them on that way. By default it has stood still. After
-            an arrival the next tag is read at once and standing.
+        pose : (3,) float64 — x [m], y [m], heading [rad] of the robot in the room, when the reading
+            ends.
+        tag_id : Which tag to ask for.
+        rng : Source of the reading's random errors.
+        motion : How the robot has driven since its last reading: a reader that takes its antennas
+            one after another read the first of them on that way. By default it has stood still.
+            After an arrival the next tag is read at once and standing.
         """
         ...
 
@@ -83,24 +79,17 @@ class FieldSensor:
 
     Parameters
     ----------
-    links : mapping of str to PowerLink
-        One link for each tag that the robot may ask for.
-    azimuths_rad : (n,) float64
-        Azimuths of the reader's antennas in the reader frame [rad].
-    noise_db : float
-        Standard deviation of the log-normal error of each antenna [dB].
-    sensitivity_w : float
-        RSS below this is not received and reads zero [W].
-    quantiser : RssQuantiser or None
-        The detector's codes; None for none.
-    dwell_s : float
-        Time from one antenna's reading to the next one's [s]; zero reads all at once.
-    thermal : ThermalNoise or None
-        The receiver's own noise; None for none.
-    drop_out_probability : float
-        Probability that an antenna's reading is lost, each by itself, and reads zero [-].
-    read_probability : float
-        Probability that a tag within reach answers at all; otherwise all antennas read zero [-].
+    links : One link for each tag that the robot may ask for.
+    azimuths_rad : (n,) float64 — Azimuths of the reader's antennas in the reader frame [rad].
+    noise_db : Standard deviation of the log-normal error of each antenna [dB].
+    sensitivity_w : RSS below this is not received and reads zero [W].
+    quantiser : The detector's codes; None for none.
+    dwell_s : Time from one antenna's reading to the next one's [s]; zero reads all at once.
+    thermal : The receiver's own noise; None for none.
+    drop_out_probability : Probability that an antenna's reading is lost, each by itself, and reads
+        zero [-].
+    read_probability : Probability that a tag within reach answers at all; otherwise all antennas
+        read zero [-].
 
     Notes
     -----
@@ -162,14 +151,11 @@ class FieldSensor:
 
         Parameters
         ----------
-        pose : (3,) float64
-            x [m], y [m], heading [rad] of the robot in the room, when the reading ends.
-        tag_id : str
-            Which tag to ask for.
-        rng : numpy.random.Generator
-            Source of the errors.
-        motion : Motion
-            How the robot has driven since its last reading.
+        pose : (3,) float64 — x [m], y [m], heading [rad] of the robot in the room, when the reading
+            ends.
+        tag_id : Which tag to ask for.
+        rng : Source of the errors.
+        motion : How the robot has driven since its last reading.
         """
         rss = self._field_w(np.asarray(pose, dtype=np.float64), tag_id, motion)
         # The thermal noise draws last: how many numbers its gamma variables take is not fixed.
@@ -208,10 +194,8 @@ def unknown_tag(tag_id: str, known: tuple[str, ...]) -> NavigationError:
 
     Parameters
     ----------
-    tag_id : str
-        The tag asked for.
-    known : tuple of str
-        The tags there are.
+    tag_id : The tag asked for.
+    known : The tags there are.
     """
     near = nearest_name(tag_id, known)
     return NavigationError(

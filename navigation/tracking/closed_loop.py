@@ -26,23 +26,16 @@ class World:
 
     Parameters
     ----------
-    robot : DifferentialDrive
-        The robot and its limits.
-    period_s : float
-        Sample period T [s].
-    sensor : RssModel
-        RSS that the tags really send.
-    noise : RssNoise
-        On every reading.
-    rate_sigma_rad_per_s : float
-        Standard deviation of what each wheel adds to its commanded rate in a period [rad/s].
-    start_covariance : (3, 3) float64
-        How wrong the assumed start is, or its diagonal [m², rad²].
-    reading_every : int
-        Periods from one reading of the tags to the next.
-    encoder_tick_rad : float or None
-        The estimator gets what wheel encoders of this resolution count [rad]; None: what was
-        commanded, as in the thesis.
+    robot : The robot and its limits.
+    period_s : Sample period T [s].
+    sensor : RSS that the tags really send.
+    noise : On every reading.
+    rate_sigma_rad_per_s : Standard deviation of what each wheel adds to its commanded rate in a
+        period [rad/s].
+    start_covariance : (3, 3) float64 — How wrong the assumed start is, or its diagonal [m², rad²].
+    reading_every : Periods from one reading of the tags to the next.
+    encoder_tick_rad : The estimator gets what wheel encoders of this resolution count [rad]; None:
+        what was commanded, as in the thesis.
     """
 
     robot: DifferentialDrive
@@ -80,14 +73,10 @@ class TrackingRecord:
 
     Parameters
     ----------
-    desired : DesiredTrajectory
-        What was to be followed.
-    poses : (r, k + 1, 3) float64
-        True x [m], y [m], heading [rad].
-    estimates : (r, k + 1, 3) float64
-        Estimated ones [m, rad].
-    wheel_rates : (r, k, 2) float64
-        Commanded right and left, cut to the limits [rad/s].
+    desired : What was to be followed.
+    poses : (r, k + 1, 3) float64 — True x [m], y [m], heading [rad].
+    estimates : (r, k + 1, 3) float64 — Estimated ones [m, rad].
+    wheel_rates : (r, k, 2) float64 — Commanded right and left, cut to the limits [rad/s].
     """
 
     desired: DesiredTrajectory
@@ -133,8 +122,7 @@ class TrackingRecord:
 
         Parameters
         ----------
-        share : float
-            From 0 to 1 [-]; 0.9 for the thesis' "90 % of the time".
+        share : From 0 to 1 [-]; 0.9 for the thesis' "90 % of the time".
         """
         quantile: FloatArray = np.quantile(self.errors_m, share, axis=1)
         return quantile
@@ -145,10 +133,8 @@ def run_seeds(seed: int, runs: int) -> list[np.random.SeedSequence]:
 
     Parameters
     ----------
-    seed : int
-        Base seed, not negative.
-    runs : int
-        Number of runs, at least 1.
+    seed : Base seed, not negative.
+    runs : Number of runs, at least 1.
     """
     if seed < 0 or runs < 1:
         msg = f"seed is {seed} and runs is {runs}, but they must be at least 0 and 1: raise them."
@@ -169,18 +155,12 @@ def drive(
 
     Parameters
     ----------
-    controller : TrackingController
-        What decides.
-    estimator : PoseEstimator
-        Gives it the pose.
-    world : World
-        What really happens.
-    desired : DesiredTrajectory
-        Sampled at the world's period.
-    start : (3,) float64
-        True x [m], y [m], heading [rad] at the beginning of every run.
-    seeds : sequence of numpy.random.SeedSequence
-        One for each run, from `run_seeds`: what happens in a run depends on its seed alone.
+    controller : What decides.
+    estimator : Gives it the pose.
+    world : What really happens.
+    desired : Sampled at the world's period.
+    start : (3,) float64 — True x [m], y [m], heading [rad] at the beginning of every run.
+    seeds : One for each run, from `run_seeds`: what happens in a run depends on its seed alone.
 
     Notes
     -----

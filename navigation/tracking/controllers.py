@@ -31,12 +31,10 @@ class TrackingController(Protocol):
 
         Parameters
         ----------
-        step : int
-            Number k of the period, which begins at k T.
-        poses : (r, 3) float64
-            Estimated x [m], y [m], heading [rad] then, the headings possibly off by whole turns.
-        rss_dbm : (r, s) float64
-            What was read last [dBm].
+        step : Number k of the period, which begins at k T.
+        poses : (r, 3) float64 — Estimated x [m], y [m], heading [rad] then, the headings possibly
+            off by whole turns.
+        rss_dbm : (r, s) float64 — What was read last [dBm].
         """
 
 
@@ -46,8 +44,7 @@ class OpenLoop:
 
     Parameters
     ----------
-    rates : (k, 2) float64
-        Right and left in every period [rad/s].
+    rates : (k, 2) float64 — Right and left in every period [rad/s].
     """
 
     rates: FloatArray
@@ -68,12 +65,9 @@ class NeighbouringControl:
 
     Parameters
     ----------
-    nominal_poses : (k, 3) float64
-        x [m], y [m], heading [rad] at the beginning of every period.
-    nominal_rates : (k, 2) float64
-        Right and left [rad/s].
-    gains : (k, 2, 3) float64
-        C [rad/s per m, rad/s per rad].
+    nominal_poses : (k, 3) float64 — x [m], y [m], heading [rad] at the beginning of every period.
+    nominal_rates : (k, 2) float64 — Right and left [rad/s].
+    gains : (k, 2, 3) float64 — C [rad/s per m, rad/s per rad].
     """
 
     nominal_poses: FloatArray
@@ -107,8 +101,7 @@ class MeasurementFeedback:
 
     Parameters
     ----------
-    gains : (k, 2, s) float64
-        K of every period [rad/s per dBm].
+    gains : (k, 2, s) float64 — K of every period [rad/s per dBm].
     """
 
     gains: FloatArray
@@ -130,16 +123,11 @@ class PredictiveControl:
 
     Parameters
     ----------
-    desired : DesiredTrajectory
-        What to follow, sampled at the control period; beyond its end the last pose is held.
-    robot : DifferentialDrive
-        The robot and its limits.
-    weights : Weights
-        Q, R (on the deviation from the feed-forward) and the final weight of each horizon.
-    horizon : int
-        Periods looked ahead.
-    iterations : int
-        iLQR iterations in each period.
+    desired : What to follow, sampled at the control period; beyond its end the last pose is held.
+    robot : The robot and its limits.
+    weights : Q, R (on the deviation from the feed-forward) and the final weight of each horizon.
+    horizon : Periods looked ahead.
+    iterations : iLQR iterations in each period.
     """
 
     desired: DesiredTrajectory

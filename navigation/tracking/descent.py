@@ -26,14 +26,10 @@ class Descent:
 
     Parameters
     ----------
-    iterations : int
-        At most so many.
-    momentum : float
-        λ of the update, from 0 to below 1 [-].
-    first_step : float
-        ε before the first iteration [-].
-    tolerance : float
-        δ_1 and δ_2 of step 5: stop at a cost, or a squared gradient, below it [-].
+    iterations : At most so many.
+    momentum : λ of the update, from 0 to below 1 [-].
+    first_step : ε before the first iteration [-].
+    tolerance : δ_1 and δ_2 of step 5: stop at a cost, or a squared gradient, below it [-].
 
     Notes
     -----
@@ -65,10 +61,8 @@ class Descent:
 
         Parameters
         ----------
-        cost_of : callable
-            Gains to cost, gradient and |z|².
-        shape : (3,) tuple of int
-            Of the gains: periods, wheels, states or tags.
+        cost_of : Gains to cost, gradient and |z|².
+        shape : (3,) tuple of int — Of the gains: periods, wheels, states or tags.
 
         Returns
         -------

@@ -21,13 +21,10 @@ class FeedbackTask:
 
     Parameters
     ----------
-    problem : TrackingProblem
-        Trajectory, start, weights and robot, without substeps: one Euler step in a period, as in
-        the thesis.
-    tags_m : (s, 3) float64
-        Places of the tags [m]; the robot does not know them.
-    law : LogExponentialLaw
-        RSS of the tags, (6.2).
+    problem : Trajectory, start, weights and robot, without substeps: one Euler step in a period, as
+        in the thesis.
+    tags_m : (s, 3) float64 — Places of the tags [m]; the robot does not know them.
+    law : RSS of the tags, (6.2).
     """
 
     problem: TrackingProblem
@@ -56,14 +53,11 @@ class FeedbackRun:
 
     Parameters
     ----------
-    cost : float
-        J of (6.5) [-].
-    gradient : (k, 2, s) float64
-        dJ/dK, the period times the Hamiltonian's gradient (6.23) [dBm s/rad].
-    poses : (k + 1, 3) float64
-        x [m], y [m], heading [rad].
-    wheel_rates : (k, 2) float64
-        Right and left [rad/s].
+    cost : J of (6.5) [-].
+    gradient : (k, 2, s) float64 — dJ/dK, the period times the Hamiltonian's gradient (6.23) [dBm
+        s/rad].
+    poses : (k + 1, 3) float64 — x [m], y [m], heading [rad].
+    wheel_rates : (k, 2) float64 — Right and left [rad/s].
     """
 
     cost: float
@@ -76,8 +70,7 @@ class FeedbackRun:
 
         Parameters
         ----------
-        problem : TrackingProblem
-            With the desired trajectory.
+        problem : With the desired trajectory.
         """
         offset = self.poses[:, :2] - problem.desired.poses[:, :2]
         errors: FloatArray = np.linalg.norm(offset, axis=1)
@@ -89,12 +82,9 @@ def run_feedback(task: FeedbackTask, gains: FloatArray, noise_db: FloatArray) ->
 
     Parameters
     ----------
-    task : FeedbackTask
-        The task.
-    gains : (k, 2, s) float64
-        K of every period [rad/s per dBm].
-    noise_db : (k, s) float64
-        ζ of every period [dB].
+    task : The task.
+    gains : (k, 2, s) float64 — K of every period [rad/s per dBm].
+    noise_db : (k, s) float64 — ζ of every period [dB].
 
     Notes
     -----
@@ -122,10 +112,8 @@ class FeedbackTraining(Descent):
 
     Parameters
     ----------
-    iterations : int
-        At most so many.
-    momentum : float
-        λ, from 0 to below 1 [-].
+    iterations : At most so many.
+    momentum : λ, from 0 to below 1 [-].
     """
 
     iterations: int = 4000
@@ -136,11 +124,9 @@ class FeedbackTraining(Descent):
 
         Parameters
         ----------
-        task : FeedbackTask
-            The task.
-        noise_db : (n, k, s) float64
-            Noise records [dB]: one, as published, fits the gains to its noise; many
-            make gains that expect any noise.
+        task : The task.
+        noise_db : (n, k, s) float64 — Noise records [dB]: one, as published, fits the gains to its
+            noise; many make gains that expect any noise.
 
         Returns
         -------
@@ -177,14 +163,10 @@ def replay_and_fresh_m(
 
     Parameters
     ----------
-    task : FeedbackTask
-        The task.
-    noise : RssNoise
-        Of the readings.
-    training : FeedbackTraining
-        How to train.
-    seed : numpy.random.SeedSequence
-        Of both records.
+    task : The task.
+    noise : Of the readings.
+    training : How to train.
+    seed : Of both records.
 
     Returns
     -------

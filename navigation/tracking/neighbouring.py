@@ -19,10 +19,8 @@ class RiccatiGains:
 
     Parameters
     ----------
-    gains : (k, 2, 3) float64
-        C of (7.32) in every period [rad/s per m, rad/s per rad].
-    cost_to_go : (k + 1, 3, 3) float64
-        P of (7.33) [s/m², s/rad²].
+    gains : (k, 2, 3) float64 — C of (7.32) in every period [rad/s per m, rad/s per rad].
+    cost_to_go : (k + 1, 3, 3) float64 — P of (7.33) [s/m², s/rad²].
     """
 
     gains: FloatArray
@@ -46,16 +44,12 @@ def riccati_gains(
 
     Parameters
     ----------
-    poses : (k, 3) float64
-        Nominal poses at the sample times but the last: x [m], y [m], heading [rad].
-    wheel_rates : (k, 2) float64
-        Nominal wheel rates [rad/s].
-    robot : DifferentialDrive
-        Wheels and axle.
-    weights : Weights
-        Q, R and P(t_f) of (7.31).
-    period_s : float
-        Sample period T [s].
+    poses : (k, 3) float64 — Nominal poses at the sample times but the last: x [m], y [m], heading
+        [rad].
+    wheel_rates : (k, 2) float64 — Nominal wheel rates [rad/s].
+    robot : Wheels and axle.
+    weights : Q, R and P(t_f) of (7.31).
+    period_s : Sample period T [s].
 
     Returns
     -------
@@ -88,14 +82,12 @@ class StabilityReport:
 
     Parameters
     ----------
-    lyapunov_decay : float
-        Smallest share by which V = Δqᵀ P Δq / 2 falls in one period, over all Δq and periods [-];
-        positive: stable in the sense of Lyapunov.
-    observability : float
-        Smallest eigenvalue of the Gramian (7.37) [s/m², s/rad²]; positive: {A, D} is observable.
-    controllability : float
-        Smallest singular value of the reachability Gramian of {A, B} over the whole time
-        [m² s²/rad², s²]; positive: every pose error can be steered away.
+    lyapunov_decay : Smallest share by which V = Δqᵀ P Δq / 2 falls in one period, over all Δq and
+        periods [-]; positive: stable in the sense of Lyapunov.
+    observability : Smallest eigenvalue of the Gramian (7.37) [s/m², s/rad²]; positive: {A, D} is
+        observable.
+    controllability : Smallest singular value of the reachability Gramian of {A, B} over the whole
+        time [m² s²/rad², s²]; positive: every pose error can be steered away.
     """
 
     lyapunov_decay: float
@@ -116,16 +108,12 @@ def stability_report(
 
     Parameters
     ----------
-    poses, wheel_rates : (k, 3), (k, 2) float64
-        The nominal trajectory, as given to `riccati_gains` [m, rad], [rad/s].
-    robot : DifferentialDrive
-        Wheels and axle.
-    riccati : RiccatiGains
-        Its gains.
-    weights : Weights
-        Its weights.
-    period_s : float
-        Sample period T [s].
+    poses, wheel_rates : (k, 3), (k, 2) float64 — The nominal trajectory, as given to
+        `riccati_gains` [m, rad], [rad/s].
+    robot : Wheels and axle.
+    riccati : Its gains.
+    weights : Its weights.
+    period_s : Sample period T [s].
 
     Notes
     -----

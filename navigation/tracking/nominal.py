@@ -24,14 +24,10 @@ class NominalSolution:
 
     Parameters
     ----------
-    wheel_rates : (n m, 2) float64
-        Right and left in every Euler step [rad/s].
-    poses : (n m + 1, 3) float64
-        x [m], y [m], heading [rad] at the Euler steps.
-    cost : float
-        J of (6.5) [-].
-    costs : (i,) float64
-        J after each iteration [-].
+    wheel_rates : (n m, 2) float64 — Right and left in every Euler step [rad/s].
+    poses : (n m + 1, 3) float64 — x [m], y [m], heading [rad] at the Euler steps.
+    cost : J of (6.5) [-].
+    costs : (i,) float64 — J after each iteration [-].
     """
 
     wheel_rates: FloatArray
@@ -62,8 +58,7 @@ class NominalSolver(Protocol):
 
         Parameters
         ----------
-        problem : TrackingProblem
-            What to follow, from where, with which weights.
+        problem : What to follow, from where, with which weights.
         """
 
 
@@ -74,10 +69,8 @@ def input_cost(
 
     Parameters
     ----------
-    problem : TrackingProblem
-        The problem.
-    wheel_rates : (n, 2) float64
-        Right and left in every control interval [rad/s].
+    problem : The problem.
+    wheel_rates : (n, 2) float64 — Right and left in every control interval [rad/s].
 
     Returns
     -------
@@ -113,11 +106,9 @@ def gain_cost(
 
     Parameters
     ----------
-    problem : TrackingProblem
-        The problem.
-    gains : (n, 2, 3) float64
-        K of every control interval [rad/s per m, rad/s per rad]; u = K(t_k) q(t) follows q within
-        the interval, cut to the wheels' limits.
+    problem : The problem.
+    gains : (n, 2, 3) float64 — K of every control interval [rad/s per m, rad/s per rad]; u = K(t_k)
+        q(t) follows q within the interval, cut to the wheels' limits.
 
     Returns
     -------
@@ -158,13 +149,10 @@ class BoundedIlqr:
 
     Parameters
     ----------
-    iterations : int
-        At most so many from each first guess.
-    tolerance : float
-        Stop when an iteration lowers the cost by less than this share [-].
-    first_rates_rad_per_s : tuple of (float, float)
-        Constant wheel rates from which the search begins, one search for each; the best one
-        counts [rad/s].
+    iterations : At most so many from each first guess.
+    tolerance : Stop when an iteration lowers the cost by less than this share [-].
+    first_rates_rad_per_s : Constant wheel rates from which the search begins, one search for each;
+        the best one counts [rad/s].
 
     Notes
     -----
@@ -219,11 +207,9 @@ class InputSearch:
 
     Parameters
     ----------
-    iterations : int
-        At most so many from each first guess.
-    first_rates_rad_per_s : tuple of (float, float)
-        Constant wheel rates from which the search begins, one search for each; the best one
-        counts [rad/s].
+    iterations : At most so many from each first guess.
+    first_rates_rad_per_s : Constant wheel rates from which the search begins, one search for each;
+        the best one counts [rad/s].
 
     Notes
     -----
@@ -283,10 +269,8 @@ class GainDescent(Descent):
 
     Parameters
     ----------
-    iterations : int
-        At most so many.
-    momentum : float
-        λ of the update, from 0 to below 1 [-].
+    iterations : At most so many.
+    momentum : λ of the update, from 0 to below 1 [-].
 
     Notes
     -----

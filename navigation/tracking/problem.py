@@ -18,12 +18,9 @@ def weight_matrix(value: npt.ArrayLike, *, name: str, size: int) -> FloatArray:
 
     Parameters
     ----------
-    value : (size,) or (size, size) float
-        The weight [-].
-    name : str
-        What it is called in a message.
-    size : int
-        Number of rows.
+    value : (size,) or (size, size) float — The weight [-].
+    name : What it is called in a message.
+    size : Number of rows.
     """
     rows = np.ndim(np.array(value, dtype=object))
     given = frozen_array(value, name=name, shape=(None,) * max(rows, 1), error=NavigationError)
@@ -55,13 +52,10 @@ class Weights:
 
     Parameters
     ----------
-    state : (3, 3) float64
-        Q of the running pose error, or its diagonal [1/m², 1/rad²].
-    final : (3, 3) float64
-        P(t_f) of the last pose error, or its diagonal [s/m², s/rad²].
-    inputs : (2, 2) float64
-        R of the wheel rates' deviation from the nominal, or its diagonal [s²/rad²]; only the
-        neighbouring control has it.
+    state : (3, 3) float64 — Q of the running pose error, or its diagonal [1/m², 1/rad²].
+    final : (3, 3) float64 — P(t_f) of the last pose error, or its diagonal [s/m², s/rad²].
+    inputs : (2, 2) float64 — R of the wheel rates' deviation from the nominal, or its diagonal
+        [s²/rad²]; only the neighbouring control has it.
     """
 
     state: FloatArray
@@ -94,16 +88,11 @@ class TrackingProblem:
 
     Parameters
     ----------
-    desired : DesiredTrajectory
-        Sampled at the Euler steps with which the robot is simulated.
-    start : (3,) float64
-        x [m], y [m], heading [rad].
-    weights : Weights
-        Of the cost.
-    robot : DifferentialDrive
-        The robot and its limits.
-    substeps : int
-        Euler steps for which a wheel rate, or a gain, is held.
+    desired : Sampled at the Euler steps with which the robot is simulated.
+    start : (3,) float64 — x [m], y [m], heading [rad].
+    weights : Of the cost.
+    robot : The robot and its limits.
+    substeps : Euler steps for which a wheel rate, or a gain, is held.
     """
 
     desired: DesiredTrajectory

@@ -21,10 +21,8 @@ def fixed_pose(pose: npt.ArrayLike, *, duration_s: float = 60.0) -> Curve:
 
     Parameters
     ----------
-    pose : (3,) float64
-        x [m], y [m], heading [rad].
-    duration_s : float
-        How long [s].
+    pose : (3,) float64 — x [m], y [m], heading [rad].
+    duration_s : How long [s].
     """
     at = frozen_array(pose, name="pose", shape=(3,), error=NavigationError)
 
@@ -43,14 +41,10 @@ def graph(name: str, along: Graph, *, x_range_m: tuple[float, float], duration_s
 
     Parameters
     ----------
-    name : str
-        What it is called.
-    along : callable
-        x (k,) [m] to y [m], dy/dx and d²y/dx² [1/m].
-    x_range_m : (2,) tuple of float
-        x at the beginning and at the end [m].
-    duration_s : float
-        How long it takes [s].
+    name : What it is called.
+    along : x (k,) [m] to y [m], dy/dx and d²y/dx² [1/m].
+    x_range_m : (2,) tuple of float — x at the beginning and at the end [m].
+    duration_s : How long it takes [s].
     """
     first, last = x_range_m
     rate = (last - first) / duration_s
@@ -80,10 +74,8 @@ def line(
 
     Parameters
     ----------
-    start_m, end_m : (2,) tuple of float
-        Its ends [m].
-    duration_s : float
-        How long it takes [s].
+    start_m, end_m : (2,) tuple of float — Its ends [m].
+    duration_s : How long it takes [s].
     """
     begin, way = np.array(start_m), np.subtract(end_m, start_m)
 
@@ -100,8 +92,7 @@ def sine(*, duration_s: float = 60.0) -> Curve:
 
     Parameters
     ----------
-    duration_s : float
-        How long it takes [s].
+    duration_s : How long it takes [s].
     """
 
     def along(x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -116,8 +107,7 @@ def sigmoid(*, duration_s: float = 60.0) -> Curve:
 
     Parameters
     ----------
-    duration_s : float
-        How long it takes [s].
+    duration_s : How long it takes [s].
     """
     rise_m, width_m = 10.0, 0.7
 
@@ -134,8 +124,7 @@ def parabola(*, duration_s: float = 60.0) -> Curve:
 
     Parameters
     ----------
-    duration_s : float
-        How long it takes [s].
+    duration_s : How long it takes [s].
     """
 
     def along(x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -165,10 +154,8 @@ def ellipse(*, half_axes_m: tuple[float, float] = (4.0, 2.0), duration_s: float 
 
     Parameters
     ----------
-    half_axes_m : (2,) tuple of float
-        Along x and y [m].
-    duration_s : float
-        How long it takes [s].
+    half_axes_m : (2,) tuple of float — Along x and y [m].
+    duration_s : How long it takes [s].
     """
     along_x, along_y = half_axes_m
     terms = ((along_x, 1, 0.5 * math.pi), (along_y, 1, 0.0))
@@ -180,10 +167,8 @@ def lemniscate(*, size_m: float = 3.0, duration_s: float = 60.0) -> Curve:
 
     Parameters
     ----------
-    size_m : float
-        A [m].
-    duration_s : float
-        How long it takes [s].
+    size_m : A [m].
+    duration_s : How long it takes [s].
     """
     return _harmonic("lemniscate", ((size_m, 1, 0.0), (size_m, 2, 0.0)), duration_s=duration_s)
 
@@ -198,12 +183,10 @@ def u_shape(
 
     Parameters
     ----------
-    legs_m : (3,) tuple of float
-        Lengths between the corners [m]; the defaults are those of thesis 7.6.2.
-    corner_radius_m : float
-        Radius of the corners [m]; a robot that does not stop cannot take a sharp one.
-    duration_s : float
-        How long it takes [s].
+    legs_m : (3,) tuple of float — Lengths between the corners [m]; the defaults are those of thesis
+        7.6.2.
+    corner_radius_m : Radius of the corners [m]; a robot that does not stop cannot take a sharp one.
+    duration_s : How long it takes [s].
     """
     first, middle, last = legs_m
     if not (corner_radius_m > 0.0 and corner_radius_m <= min(first, 0.5 * middle, last)):
@@ -251,14 +234,10 @@ def spline(
 
     Parameters
     ----------
-    waypoints_m : (k, 2) float64
-        The points [m], at least two, no two neighbours alike.
-    duration_s : float
-        How long it takes [s].
-    closed : bool
-        Go back to the first point, without a kink there.
-    name : str
-        What it is called.
+    waypoints_m : (k, 2) float64 — The points [m], at least two, no two neighbours alike.
+    duration_s : How long it takes [s].
+    closed : Go back to the first point, without a kink there.
+    name : What it is called.
     """
     from scipy.interpolate import CubicSpline
 

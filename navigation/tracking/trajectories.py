@@ -21,14 +21,10 @@ class Curve:
 
     Parameters
     ----------
-    name : str
-        What it is called.
-    duration_s : float
-        How long it takes [s].
-    motion : callable
-        Times (k,) [s] to (3, k, 2): place [m], velocity [m/s] and acceleration [m/s²].
-    resting_heading_rad : float
-        Heading of a curve that never moves [rad].
+    name : What it is called.
+    duration_s : How long it takes [s].
+    motion : Times (k,) [s] to (3, k, 2): place [m], velocity [m/s] and acceleration [m/s²].
+    resting_heading_rad : Heading of a curve that never moves [rad].
     """
 
     name: str
@@ -51,16 +47,11 @@ class DesiredTrajectory:
 
     Parameters
     ----------
-    name : str
-        What it is called.
-    time_s : (k,) float64
-        Times, evenly spaced [s].
-    poses : (k, 3) float64
-        x [m], y [m], heading, unwrapped [rad].
-    speed_m_per_s : (k,) float64
-        Forward speed ν [m/s].
-    turn_rate_rad_per_s : (k,) float64
-        Turn rate ω [rad/s].
+    name : What it is called.
+    time_s : (k,) float64 — Times, evenly spaced [s].
+    poses : (k, 3) float64 — x [m], y [m], heading, unwrapped [rad].
+    speed_m_per_s : (k,) float64 — Forward speed ν [m/s].
+    turn_rate_rad_per_s : (k,) float64 — Turn rate ω [rad/s].
     """
 
     name: str
@@ -107,10 +98,8 @@ def desired_trajectory(curve: Curve, *, period_s: float) -> DesiredTrajectory:
 
     Parameters
     ----------
-    curve : Curve
-        The way.
-    period_s : float
-        Sample period T [s]; the duration is a multiple of it.
+    curve : The way.
+    period_s : Sample period T [s]; the duration is a multiple of it.
 
     Notes
     -----
@@ -150,10 +139,8 @@ def check_feasible(trajectory: DesiredTrajectory, robot: DifferentialDrive) -> N
 
     Parameters
     ----------
-    trajectory : DesiredTrajectory
-        The trajectory.
-    robot : DifferentialDrive
-        The robot and its limits.
+    trajectory : The trajectory.
+    robot : The robot and its limits.
     """
     rates = np.abs(trajectory.wheel_rates(robot)).max(axis=1)
     worst = int(np.argmax(rates))

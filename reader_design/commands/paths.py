@@ -26,8 +26,7 @@ def path_options(command: Decorated) -> Decorated:
 
     Parameters
     ----------
-    command : callable
-        With the parameters ``antennas``, a pair of `End`, and ``max_reflections``.
+    command : With the parameters ``antennas``, a pair of `End`, and ``max_reflections``.
     """
 
     @wraps(command)
@@ -96,18 +95,12 @@ def command_link(
 
     Parameters
     ----------
-    study : Path
-        The study file.
-    tx : (3,) tuple of float
-        Transmitter [m].
-    receivers : (m, 3) array_like
-        Receivers [m].
-    antennas : pair of End
-        Transmitting and receiving.
-    max_reflections : int or None
-        Highest order; None: the study's.
-    progress : Progress
-        Says which antennas were moved off a surface.
+    study : The study file.
+    tx : (3,) tuple of float — Transmitter [m].
+    receivers : (m, 3) array_like — Receivers [m].
+    antennas : Transmitting and receiving.
+    max_reflections : Highest order; None: the study's.
+    progress : Says which antennas were moved off a surface.
     """
     from octant.reader_design.face.paths import path_link
     from octant.reader_design.study_file.loading import load_study

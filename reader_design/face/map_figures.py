@@ -58,10 +58,8 @@ def map_pages(data: "xr.Dataset", built: Setting) -> "Iterator[tuple[str, Figure
 
     Parameters
     ----------
-    data : xarray.Dataset
-        From `octant.reader_design.face.rss_map.map_dataset`.
-    built : Setting
-        The room.
+    data : From `octant.reader_design.face.rss_map.map_dataset`.
+    built : The room.
 
     Yields
     ------
@@ -182,18 +180,12 @@ def category_figure(
 
     Parameters
     ----------
-    x_m, y_m : (nx,), (ny,) float64
-        Grid [m].
-    panels : sequence of MapPanel
-        Numbers from 1; NaN is grey.
-    plan : Plan
-        Walls and objects.
-    names : sequence of str
-        What the numbers mean, from 1 on.
-    title : str
-        Above the figure.
-    legend_title : str
-        Above the legend.
+    x_m, y_m : (nx,), (ny,) float64 — Grid [m].
+    panels : Numbers from 1; NaN is grey.
+    plan : Walls and objects.
+    names : What the numbers mean, from 1 on.
+    title : Above the figure.
+    legend_title : Above the legend.
 
     Returns
     -------

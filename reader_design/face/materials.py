@@ -22,8 +22,7 @@ def materials(*, frequency_hz: float = 2.4e9) -> "xr.Dataset":
 
     Parameters
     ----------
-    frequency_hz : float
-        Where they are evaluated [Hz].
+    frequency_hz : Where they are evaluated [Hz].
 
     Returns
     -------
@@ -76,8 +75,7 @@ class Audit:
 
     Attributes
     ----------
-    found : MeshAudit
-        Every finding with its numbers.
+    found : Every finding with its numbers.
     """
 
     __slots__ = ("found",)
@@ -101,10 +99,8 @@ def audit(mesh: str | Path, *, unit: str | None = None) -> Audit:
 
     Parameters
     ----------
-    mesh : str or Path
-        The file, of any format that trimesh reads.
-    unit : str, optional
-        Length unit of the file (m, cm, mm, in ...), if it declares none.
+    mesh : The file, of any format that trimesh reads.
+    unit : Length unit of the file (m, cm, mm, in ...), if it declares none.
 
     Examples
     --------

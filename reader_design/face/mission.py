@@ -45,28 +45,20 @@ class Mission:
 
     Parameters
     ----------
-    room : Room
-        The room.
-    tags : sequence of Tag
-        The tags that hang in it.
-    reader : Reader, optional
-        The reader; by default that of the thesis.
-    start : (2,) or (3,) sequence of float
-        Where the robot starts: x, y [m] and heading [deg], by default 90.
-    frequency_hz : float
-        Carrier [Hz].
-    channels_hz : sequence of float
-        Hopping frequencies [Hz].
-    sensor, solver : mapping, optional
-        Keys of the tables ``[sensor]`` and ``[solver]`` of a study file.
-    name : str
-        In titles.
+    room : The room.
+    tags : The tags that hang in it.
+    reader : The reader; by default that of the thesis.
+    start : (2,) or (3,) sequence of float — Where the robot starts: x, y [m] and heading [deg], by
+        default 90.
+    frequency_hz : Carrier [Hz].
+    channels_hz : Hopping frequencies [Hz].
+    sensor, solver : Keys of the tables ``[sensor]`` and ``[solver]`` of a study file.
+    name : In titles.
     **keys
         Keys of the table ``[mission]``: ``navigator``, ``controller``, ``noise_db``,
         ``arrival_radius_m`` and so on. ``tags`` by name is not needed: the tags are visited in the
         order given, unless ``order`` names others.
-    order : sequence of str, optional
-        Names of the tags to visit, in this order.
+    order : Names of the tags to visit, in this order.
 
     Examples
     --------
@@ -123,8 +115,7 @@ class Mission:
 
         Parameters
         ----------
-        study : Study
-            With a table ``[mission]``.
+        study : With a table ``[mission]``.
         """
         mission_table(study)
         made = cls.__new__(cls)
@@ -143,14 +134,10 @@ class Mission:
 
         Parameters
         ----------
-        runs : int, optional
-            Number of runs; by default the mission's.
-        seed : int, optional
-            Seed of every random number; by default the study's.
-        noise_db : float, optional
-            Noise of each reading [dB]; by default the mission's.
-        progress : bool or Progress
-            False silences it.
+        runs : Number of runs; by default the mission's.
+        seed : Seed of every random number; by default the study's.
+        noise_db : Noise of each reading [dB]; by default the mission's.
+        progress : False silences it.
 
         Raises
         ------
@@ -191,14 +178,10 @@ class MissionRuns:
 
     Parameters
     ----------
-    study : Study
-        What was driven.
-    built : Setting
-        The room; with random placements that of run 0.
-    responses : tuple of ReaderResponse
-        The reader's.
-    results : tuple of MissionResult
-        Every run.
+    study : What was driven.
+    built : The room; with random placements that of run 0.
+    responses : The reader's.
+    results : Every run.
     """
 
     study: Study
@@ -264,8 +247,7 @@ class MissionRuns:
 
         Parameters
         ----------
-        run : int
-            Number of the run.
+        run : Number of the run.
         """
         import xarray as xr
 
@@ -303,8 +285,7 @@ class MissionRuns:
 
         Parameters
         ----------
-        run : int
-            Number of the run.
+        run : Number of the run.
         """
         result = self._result(run)
         scenery = run_scenery(self.study, self.built, self.responses, result)
@@ -319,8 +300,7 @@ class MissionRuns:
 
         Parameters
         ----------
-        run : int
-            Number of the run.
+        run : Number of the run.
         """
         result = self._result(run)
         mission = result.mission
@@ -339,8 +319,7 @@ class MissionRuns:
 
         Parameters
         ----------
-        folder : str or Path
-            Where they are written; replaced where they exist.
+        folder : Where they are written; replaced where they exist.
         """
         place = Path(folder)
         place.mkdir(parents=True, exist_ok=True)
@@ -374,10 +353,8 @@ class Animation:
 
     Parameters
     ----------
-    content : bytes
-        A GIF file.
-    frames : int
-        Number of its frames.
+    content : A GIF file.
+    frames : Number of its frames.
     """
 
     content: bytes
@@ -388,8 +365,7 @@ class Animation:
 
         Parameters
         ----------
-        path : str or Path
-            The file; replaced where it exists.
+        path : The file; replaced where it exists.
         """
         Path(path).write_bytes(self.content)
 

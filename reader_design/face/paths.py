@@ -88,14 +88,10 @@ class End:
 
     Parameters
     ----------
-    place_key, antenna_key : str
-        The arguments that give place and antenna, for messages.
-    antenna : str
-        A kind of antenna or a pattern file.
-    axis : (3,) tuple of float or None
-        Its direction; None: up, a patch down.
-    azimuth_deg : float
-        Turn about the axis [deg].
+    place_key, antenna_key : The arguments that give place and antenna, for messages.
+    antenna : A kind of antenna or a pattern file.
+    axis : (3,) tuple of float or None — Its direction; None: up, a patch down.
+    azimuth_deg : Turn about the axis [deg].
     """
 
     place_key: str
@@ -109,8 +105,7 @@ class End:
 
         Parameters
         ----------
-        frequency_hz : float
-            Frequency [Hz].
+        frequency_hz : Frequency [Hz].
         """
         return named_antenna(
             self.antenna,
@@ -127,18 +122,12 @@ class PathLink:
 
     Parameters
     ----------
-    built : Setting
-        The room with its tags.
-    radio : RadioScene
-        Scene and materials at the frequency.
-    candidates : Candidates
-        Of the transmitter.
-    receivers_m : (m, 3) float64
-        Places of the receivers, after the stand-off [m].
-    transmitter, receiver : Antenna
-        Antennas in the room's frame.
-    notes : tuple of str
-        Which antennas lay on a surface and were moved off it.
+    built : The room with its tags.
+    radio : Scene and materials at the frequency.
+    candidates : Of the transmitter.
+    receivers_m : (m, 3) float64 — Places of the receivers, after the stand-off [m].
+    transmitter, receiver : Antennas in the room's frame.
+    notes : Which antennas lay on a surface and were moved off it.
     """
 
     built: Setting
@@ -164,10 +153,8 @@ class PathLink:
 
         Parameters
         ----------
-        found : PathSet
-            Paths of a block.
-        path : int
-            Row of the path.
+        found : Paths of a block.
+        path : Row of the path.
         """
         return explain_path(
             self.radio, found, path, transmitter=self.transmitter, receiver=self.receiver
@@ -187,16 +174,11 @@ def path_link(
 
     Parameters
     ----------
-    study : Study
-        Its room, carrier and solver.
-    tx_m : (3,) array_like
-        Transmitter [m].
-    receivers_m : (m, 3) array_like
-        Receivers [m].
-    tx, rx : End
-        Transmitting and receiving antenna.
-    max_reflections : int or None
-        Highest order; None: the study's.
+    study : Its room, carrier and solver.
+    tx_m : (3,) array_like — Transmitter [m].
+    receivers_m : (m, 3) array_like — Receivers [m].
+    tx, rx : Transmitting and receiving antenna.
+    max_reflections : Highest order; None: the study's.
 
     Raises
     ------
@@ -261,8 +243,7 @@ def receiver_sums(block: Block) -> FloatArray:
 
     Parameters
     ----------
-    block : Block
-        From `PathLink.blocks`.
+    block : From `PathLink.blocks`.
     """
     _, found, gains = block
     count = len(found.receivers_m)
@@ -280,8 +261,7 @@ def path_rows(block: Block) -> Iterator[Sequence[object]]:
 
     Parameters
     ----------
-    block : Block
-        From `PathLink.blocks`.
+    block : From `PathLink.blocks`.
     """
     first, found, gains = block
     departure, arrival = _angles_deg(gains.departure), _angles_deg(gains.arrival)
@@ -309,12 +289,9 @@ def summary_lines(link: PathLink, sums: FloatArray, *, most: int | None = None) 
 
     Parameters
     ----------
-    link : PathLink
-        What was traced.
-    sums : (m, 3) float64
-        From `receiver_sums`, of all receivers [-].
-    most : int or None
-        Receivers that are listed; None: all.
+    link : What was traced.
+    sums : (m, 3) float64 — From `receiver_sums`, of all receivers [-].
+    most : Receivers that are listed; None: all.
     """
     coherent_db, power_db = decibels(sums[:, 1]), decibels(sums[:, 2])
     names = ("rx", "x_m", "y_m", "z_m", "paths", "coherent_db", "power_sum_db")
@@ -359,10 +336,8 @@ class Paths:
 
     Parameters
     ----------
-    link : PathLink
-        Room, ends and antennas.
-    blocks : tuple of Block
-        Paths and gains, some hundred receivers at a time.
+    link : Room, ends and antennas.
+    blocks : Paths and gains, some hundred receivers at a time.
     """
 
     link: PathLink
@@ -440,10 +415,8 @@ class Paths:
 
         Parameters
         ----------
-        path : str or Path
-            The file.
-        force : bool
-            Replace a file that exists.
+        path : The file.
+        force : Replace a file that exists.
         """
         rows = (row for block in self.blocks for row in path_rows(block))
         put_table(str(path), PATH_COLUMNS, rows, force=force)
@@ -453,8 +426,7 @@ class Paths:
 
         Parameters
         ----------
-        path : int or None
-            Row of the path in `to_dataframe`; None: the strongest.
+        path : Row of the path in `to_dataframe`; None: the strongest.
 
         Raises
         ------
@@ -485,8 +457,7 @@ class Paths:
 
         Parameters
         ----------
-        most : int
-            Number of paths.
+        most : Number of paths.
         """
         gain_db = decibels(np.abs(np.concatenate([g.gain for _, _, g in self.blocks])) ** 2)
         chosen = np.argsort(-gain_db, kind="stable")[:most]
@@ -513,12 +484,9 @@ class Paths:
 
         Parameters
         ----------
-        most : int
-            Draw at most so many paths.
-        colour_by : {"gain", "order"}
-            What the colour of a path shows.
-        view : View, optional
-            From where it is seen.
+        most : Draw at most so many paths.
+        colour_by : {"gain", "order"} — What the colour of a path shows.
+        view : From where it is seen.
         """
         built, drawn = self.link.built, self.strongest(most)
         return scene_figure(
@@ -549,12 +517,9 @@ def paths_title(built: Setting, paths: DrawnPaths, *, frequency_hz: float) -> st
 
     Parameters
     ----------
-    built : Setting
-        The room.
-    paths : DrawnPaths
-        What is drawn.
-    frequency_hz : float
-        Frequency [Hz].
+    built : The room.
+    paths : What is drawn.
+    frequency_hz : Frequency [Hz].
     """
     shown = len(paths.order)
     what = f"all {shown} paths" if shown == paths.of else f"{shown} strongest of {paths.of} paths"
@@ -567,16 +532,11 @@ class Explanation:
 
     Parameters
     ----------
-    link : PathLink
-        Room, ends and antennas.
-    found : PathSet
-        The path and its neighbours.
-    gains : PathGains
-        Their gains.
-    path : int
-        Row of the path among them.
-    budget : PathBudget
-        Its lines add up to the path's gain [dB].
+    link : Room, ends and antennas.
+    found : The path and its neighbours.
+    gains : Their gains.
+    path : Row of the path among them.
+    budget : Its lines add up to the path's gain [dB].
     """
 
     link: PathLink

@@ -89,12 +89,9 @@ class Reader(StudyTable):
 
         Parameters
         ----------
-        frequencies_hz : float or sequence of float
-            Frequencies [Hz]; antennas without a length are resonant at the first.
-        step_deg : float
-            Step of the patterns over theta and phi [deg]; it must divide 180.
-        progress : bool or Progress
-            False silences it.
+        frequencies_hz : Frequencies [Hz]; antennas without a length are resonant at the first.
+        step_deg : Step of the patterns over theta and phi [deg]; it must divide 180.
+        progress : False silences it.
 
         Warns
         -----
@@ -130,10 +127,8 @@ def check_step(step_deg: float, *, name: str) -> None:
 
     Parameters
     ----------
-    step_deg : float
-        The step [deg].
-    name : str
-        Of the argument.
+    step_deg : The step [deg].
+    name : Of the argument.
 
     Raises
     ------
@@ -157,14 +152,10 @@ def solve_reader_of(
 
     Parameters
     ----------
-    study : Study
-        The study.
-    frequencies_hz : sequence of float
-        Frequencies [Hz]; antennas without a length are resonant at the first.
-    step_deg : float
-        Step of the patterns over theta and phi [deg].
-    progress : Progress
-        Shows what is done.
+    study : The study.
+    frequencies_hz : Frequencies [Hz]; antennas without a length are resonant at the first.
+    step_deg : Step of the patterns over theta and phi [deg].
+    progress : Shows what is done.
     """
     check_step(step_deg, name="step_deg")
     design = study.reader
@@ -206,16 +197,11 @@ class SolvedReader:
 
     Parameters
     ----------
-    study : Study
-        What was solved.
-    design : ReaderTable
-        The reader.
-    responses : tuple of ReaderResponse
-        Embedded patterns, one a frequency.
-    results : tuple of FullwaveResult
-        The solutions behind them; empty for models that give patterns only.
-    step_deg : float
-        Step of the patterns over theta and phi [deg].
+    study : What was solved.
+    design : The reader.
+    responses : Embedded patterns, one a frequency.
+    results : The solutions behind them; empty for models that give patterns only.
+    step_deg : Step of the patterns over theta and phi [deg].
     """
 
     study: Study
@@ -234,8 +220,7 @@ class SolvedReader:
 
         Parameters
         ----------
-        number : int
-            Of the frequency.
+        number : Of the frequency.
 
         Raises
         ------
@@ -255,10 +240,8 @@ class SolvedReader:
 
         Parameters
         ----------
-        number : int
-            Of the frequency.
-        step_deg : float
-            Step over theta and phi [deg].
+        number : Of the frequency.
+        step_deg : Step over theta and phi [deg].
         """
         rows, columns = round(180.0 / step_deg) + 1, round(360.0 / step_deg)
         theta = np.linspace(0.0, math.pi, rows)
@@ -345,8 +328,7 @@ class SolvedReader:
 
         Parameters
         ----------
-        number : int
-            Of the frequency.
+        number : Of the frequency.
         """
         result = self.results[number] if self.results else None
         data = reader_dataset(
@@ -387,12 +369,9 @@ class SolvedReader:
 
         Parameters
         ----------
-        path : str or Path
-            The file.
-        number : int
-            Of the frequency.
-        force : bool
-            Replace a file that exists.
+        path : The file.
+        number : Of the frequency.
+        force : Replace a file that exists.
         """
         write_dataset(self.dataset(number), Path(path), force=force)
 
@@ -401,8 +380,7 @@ class SolvedReader:
 
         Parameters
         ----------
-        folder : str or Path
-            Where ``antenna_1.ffe`` and so on are written; replaced where they exist.
+        folder : Where ``antenna_1.ffe`` and so on are written; replaced where they exist.
         """
         tables_at = [pattern_tables(self._exact(i)) for i in range(len(self.responses))]
         files = []
@@ -417,8 +395,7 @@ class SolvedReader:
 
         Parameters
         ----------
-        path : str or Path
-            The file; its suffix becomes ``.sNp``, and it is replaced where it exists.
+        path : The file; its suffix becomes ``.sNp``, and it is replaced where it exists.
         """
         result = self.result()
         file = Path(path).with_suffix(f".s{result.ports}p")
@@ -463,8 +440,7 @@ class SolvedReader:
 
         Parameters
         ----------
-        number : int
-            Of the frequency.
+        number : Of the frequency.
         """
         design = self.design
         label = design.label()
@@ -495,8 +471,7 @@ class SolvedReader:
 
         Parameters
         ----------
-        number : int
-            Of the frequency.
+        number : Of the frequency.
         """
         response = self.responses[number]
         phi = np.linspace(0.0, 2.0 * math.pi, round(360.0 / FIGURE_STEP_DEG) + 1)
@@ -523,8 +498,7 @@ class SolvedReader:
 
         Parameters
         ----------
-        number : int
-            Of the frequency.
+        number : Of the frequency.
         """
         response = self.responses[number]
         peak = gain_dbi(self._samples[number][2]).max(axis=(1, 2))
@@ -548,8 +522,7 @@ class SolvedReader:
 
         Parameters
         ----------
-        progress : bool or Progress
-            False silences it.
+        progress : False silences it.
         """
         self.result()
         shown = progress_of(progress)
@@ -589,12 +562,9 @@ def port_lines(
 
     Parameters
     ----------
-    result : FullwaveResult
-        Solution.
-    azimuths_rad : (n,) float64
-        Azimuths of the antennas [rad].
-    peak_gain_dbi : (n,) float64
-        Greatest realised gain of each antenna [dBi].
+    result : Solution.
+    azimuths_rad : (n,) float64 — Azimuths of the antennas [rad].
+    peak_gain_dbi : (n,) float64 — Greatest realised gain of each antenna [dBi].
 
     Yields
     ------
@@ -623,8 +593,7 @@ def s_matrix_lines(s_matrix: npt.NDArray[np.complex128]) -> Iterator[str]:
 
     Parameters
     ----------
-    s_matrix : (n, n) complex128
-        Scattering matrix [-].
+    s_matrix : (n, n) complex128 — Scattering matrix [-].
 
     Yields
     ------
@@ -643,8 +612,7 @@ def balance_line(result: FullwaveResult) -> str:
 
     Parameters
     ----------
-    result : FullwaveResult
-        Solution.
+    result : Solution.
 
     Returns
     -------

@@ -34,8 +34,7 @@ def gain_dbi(pattern: npt.NDArray[np.complex128]) -> FloatArray:
 
     Parameters
     ----------
-    pattern : (..., 2) complex128
-        F_theta and F_phi [-].
+    pattern : (..., 2) complex128 — F_theta and F_phi [-].
 
     Returns
     -------
@@ -53,14 +52,10 @@ def element_figure(
 
     Parameters
     ----------
-    theta_rad : (t,) float64
-        Angles from the vertical, 0 to pi [rad].
-    phi_rad : (p,) float64
-        Azimuths, 0 to 2 pi, both ends included [rad].
-    gain : (t, p) float64
-        Gain [dBi].
-    title : str
-        Above the figure.
+    theta_rad : (t,) float64 — Angles from the vertical, 0 to pi [rad].
+    phi_rad : (p,) float64 — Azimuths, 0 to 2 pi, both ends included [rad].
+    gain : (t, p) float64 — Gain [dBi].
+    title : Above the figure.
 
     Returns
     -------
@@ -99,14 +94,10 @@ def gain_figure(
 
     Parameters
     ----------
-    theta_rad : (t,) float64
-        Angles from the vertical, 0 to pi [rad].
-    phi_rad : (p,) float64
-        Azimuths, 0 to 2 pi, both ends included [rad].
-    gain : (t, p) float64
-        Gain [dBi].
-    title : str
-        Above the figure.
+    theta_rad : (t,) float64 — Angles from the vertical, 0 to pi [rad].
+    phi_rad : (p,) float64 — Azimuths, 0 to 2 pi, both ends included [rad].
+    gain : (t, p) float64 — Gain [dBi].
+    title : Above the figure.
 
     Returns
     -------
@@ -177,14 +168,10 @@ def cuts_figure(
 
     Parameters
     ----------
-    phi_rad : (p,) float64
-        Azimuths, 0 to 2 pi, both ends included [rad].
-    cuts : sequence of (float, (n, p) float64)
-        Elevation over the horizon [deg] and the antennas' gain there [dBi].
-    element_azimuths_rad : (n,) float64
-        Azimuths of the antennas [rad].
-    title : str
-        Above the figure.
+    phi_rad : (p,) float64 — Azimuths, 0 to 2 pi, both ends included [rad].
+    cuts : Elevation over the horizon [deg] and the antennas' gain there [dBi].
+    element_azimuths_rad : (n,) float64 — Azimuths of the antennas [rad].
+    title : Above the figure.
 
     Returns
     -------
@@ -222,10 +209,8 @@ def s_matrix_figure(s_matrix: npt.NDArray[np.complex128], *, title: str) -> "Fig
 
     Parameters
     ----------
-    s_matrix : (n, n) complex128
-        Scattering matrix [-].
-    title : str
-        Above the figure.
+    s_matrix : (n, n) complex128 — Scattering matrix [-].
+    title : Above the figure.
 
     Returns
     -------
@@ -261,12 +246,10 @@ def current_figure(corners_m: FloatArray, current_a_per_m: FloatArray, *, title:
 
     Parameters
     ----------
-    corners_m : (f, 3, 3) float64
-        Corners of the triangles [m].
-    current_a_per_m : (f,) float64
-        Size of the current density in the middle of each triangle [A/m].
-    title : str
-        Above the figure.
+    corners_m : (f, 3, 3) float64 — Corners of the triangles [m].
+    current_a_per_m : (f,) float64 — Size of the current density in the middle of each triangle
+        [A/m].
+    title : Above the figure.
 
     Returns
     -------

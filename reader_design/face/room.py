@@ -79,17 +79,12 @@ class Room(StudyTable):
 
         Parameters
         ----------
-        size_m : (3,) sequence of float
-            Inner size along x, y and z [m].
-        material : str or mapping, optional
-            A name of `octant.materials`, keys of a material, or one for each of ``walls``,
+        size_m : (3,) sequence of float — Inner size along x, y and z [m].
+        material : A name of `octant.materials`, keys of a material, or one for each of ``walls``,
             ``floor`` and ``ceiling``; concrete where it is left out.
-        origin_m : (3,) sequence of float
-            Lowest corner [m].
-        objects : sequence of mapping
-            Furniture, each with the keys of a table ``[[room.object]]``.
-        doorways : sequence of mapping
-            Openings, each with the keys of a table ``[[room.doorway]]``.
+        origin_m : (3,) sequence of float — Lowest corner [m].
+        objects : Furniture, each with the keys of a table ``[[room.object]]``.
+        doorways : Openings, each with the keys of a table ``[[room.doorway]]``.
         """
         return cls(
             box_m=size_m, material=material, origin_m=origin_m, object=objects, doorway=doorways
@@ -110,16 +105,11 @@ class Room(StudyTable):
 
         Parameters
         ----------
-        corners_m : (n, 2) array_like
-            Corners x, y [m].
-        material : str or mapping, optional
-            As in `box`.
-        height_m : float
-            Height [m].
-        origin_m : (3,) sequence of float
-            Where the outline's origin lies [m].
-        objects, doorways : sequence of mapping
-            As in `box`.
+        corners_m : (n, 2) array_like — Corners x, y [m].
+        material : As in `box`.
+        height_m : Height [m].
+        origin_m : (3,) sequence of float — Where the outline's origin lies [m].
+        objects, doorways : As in `box`.
         """
         return cls(
             outline_m=corners_m,
@@ -146,21 +136,16 @@ class Room(StudyTable):
 
         Parameters
         ----------
-        file : str, Path or sequence of mapping
-            A file of any format that trimesh reads, or a Mitsuba scene; or several files, each with
-            the keys of a table ``[[room.mesh]]``.
-        unit : str, optional
-            Length unit of the file, such as m, cm, mm, in; needed unless the format declares one.
-        up : {"y", "z"}, optional
-            The file's vertical axis; by default y for GLB and GLTF, z for the others.
-        material : str or mapping, optional
-            Material of every body that ``materials`` does not name.
-        materials : mapping, optional
-            Material by the name of the body in the file.
-        origin_m : (3,) sequence of float
-            Where the file's origin lies [m].
-        objects : sequence of mapping
-            Furniture, each with the keys of a table ``[[room.object]]``.
+        file : A file of any format that trimesh reads, or a Mitsuba scene; or several files, each
+            with the keys of a table ``[[room.mesh]]``.
+        unit : Length unit of the file, such as m, cm, mm, in; needed unless the format declares
+            one.
+        up : {"y", "z"}, optional — The file's vertical axis; by default y for GLB and GLTF, z for
+            the others.
+        material : Material of every body that ``materials`` does not name.
+        materials : Material by the name of the body in the file.
+        origin_m : (3,) sequence of float — Where the file's origin lies [m].
+        objects : Furniture, each with the keys of a table ``[[room.object]]``.
         """
         several = not isinstance(file, str | Path)
         return cls(
@@ -179,8 +164,7 @@ class Room(StudyTable):
 
         Parameters
         ----------
-        objects : sequence of mapping
-            Furniture, each with the keys of a table ``[[room.object]]``.
+        objects : Furniture, each with the keys of a table ``[[room.object]]``.
         """
         return cls(free_space=True, object=objects)
 
@@ -212,19 +196,13 @@ class Room(StudyTable):
 
         Parameters
         ----------
-        tx : Tag or (3,) array_like
-            Transmitter; a place [m] gets ``tx_antenna``.
-        rx : Tag, (3,) or (m, 3) array_like
-            Receiver, or the places of several [m], which get ``rx_antenna``.
-        frequency_hz : float
-            Frequency [Hz].
-        max_reflections : int, optional
-            Highest number of reflections and diffractions; by default 3.
-        tx_antenna, rx_antenna : str
-            ``dipole``, ``monopole``, ``patch``, ``isotropic_theta`` or a pattern file; a `Tag`
-            brings its own, with axis and azimuth.
-        solver : mapping, optional
-            Keys of the table ``[solver]``, such as ``diffraction`` and ``transmission``.
+        tx : Transmitter; a place [m] gets ``tx_antenna``.
+        rx : Receiver, or the places of several [m], which get ``rx_antenna``.
+        frequency_hz : Frequency [Hz].
+        max_reflections : Highest number of reflections and diffractions; by default 3.
+        tx_antenna, rx_antenna : ``dipole``, ``monopole``, ``patch``, ``isotropic_theta`` or a
+            pattern file; a `Tag` brings its own, with axis and azimuth.
+        solver : Keys of the table ``[solver]``, such as ``diffraction`` and ``transmission``.
         """
         study = study_from(
             "paths",
@@ -253,18 +231,12 @@ class Room(StudyTable):
 
         Parameters
         ----------
-        tags : sequence of Tag
-            Transmitters.
-        reader : Reader
-            The reader.
-        poses : (k, 3) array_like
-            x, y [m] and heading [deg] of the robot.
-        frequency_hz : float
-            Carrier [Hz].
-        channels_hz : sequence of float
-            Hopping frequencies [Hz]; RSS is the mean power over them.
-        solver : mapping, optional
-            Keys of the table ``[solver]``.
+        tags : Transmitters.
+        reader : The reader.
+        poses : (k, 3) array_like — x, y [m] and heading [deg] of the robot.
+        frequency_hz : Carrier [Hz].
+        channels_hz : Hopping frequencies [Hz]; RSS is the mean power over them.
+        solver : Keys of the table ``[solver]``.
         """
         study = link_study(
             self,
@@ -297,33 +269,20 @@ class Room(StudyTable):
 
         Parameters
         ----------
-        tags : sequence of Tag
-            Transmitters, one layer each.
-        reader : Reader, optional
-            The reader; one ``isotropic_theta`` antenna where it is left out.
-        spacing_m : float
-            Distance of neighbouring places [m].
-        height_m : float, optional
-            Height of the receivers above the floor [m]; by default the reader's.
-        antennas : sequence of int, optional
-            Numbers of the antennas, from 1; by default all, with the strongest antenna and the
-            bearing error of the RSS-weighted vector sum.
-        heading_deg : float or sequence of float
-            Heading of the robot [deg]; several make a dimension ``heading``.
-        frequency_hz : float
-            Carrier [Hz].
-        channels_hz : sequence of float
-            Hopping frequencies [Hz]; RSS is the mean power over them.
-        local_mean : bool
-            Add the power sum over paths.
-        local_mean_disc : bool
-            Add the mean over a disc of one wavelength.
-        spreads : bool
-            Add delay spread and angular spreads of the channel.
-        solver : mapping, optional
-            Keys of the table ``[solver]``.
-        progress : bool or Progress
-            False silences it.
+        tags : Transmitters, one layer each.
+        reader : The reader; one ``isotropic_theta`` antenna where it is left out.
+        spacing_m : Distance of neighbouring places [m].
+        height_m : Height of the receivers above the floor [m]; by default the reader's.
+        antennas : Numbers of the antennas, from 1; by default all, with the strongest antenna and
+            the bearing error of the RSS-weighted vector sum.
+        heading_deg : Heading of the robot [deg]; several make a dimension ``heading``.
+        frequency_hz : Carrier [Hz].
+        channels_hz : Hopping frequencies [Hz]; RSS is the mean power over them.
+        local_mean : Add the power sum over paths.
+        local_mean_disc : Add the mean over a disc of one wavelength.
+        spreads : Add delay spread and angular spreads of the channel.
+        solver : Keys of the table ``[solver]``.
+        progress : False silences it.
         """
         study = link_study(
             self,
@@ -363,10 +322,8 @@ class Room(StudyTable):
 
         Parameters
         ----------
-        tags : sequence of Tag
-            Tags that are drawn.
-        azimuth_deg, elevation_deg : float
-            From where it is seen [deg].
+        tags : Tags that are drawn.
+        azimuth_deg, elevation_deg : From where it is seen [deg].
         """
         study = study_from("plot", {"room": self, "tag": list(tags)})
         view = View(azimuth_deg=azimuth_deg, elevation_deg=elevation_deg)
@@ -377,8 +334,7 @@ class Room(StudyTable):
 
         Parameters
         ----------
-        path : str or Path
-            The file; replaced where it exists.
+        path : The file; replaced where it exists.
         """
         scene = build_setting(study_from("to_glb", {"room": self})).scene
         write_scene(scene, Path(path), paths=None, ends_m={})
@@ -412,18 +368,12 @@ def link_study(
 
     Parameters
     ----------
-    room : Room
-        The room.
-    tags : sequence of Tag
-        The tags.
-    reader : Reader or None
-        The reader; None: the default one.
-    tables : mapping
-        Further tables of a study file.
-    frequency_hz : float
-        Carrier [Hz].
-    channels_hz : sequence of float
-        Hopping frequencies [Hz].
+    room : The room.
+    tags : The tags.
+    reader : The reader; None: the default one.
+    tables : Further tables of a study file.
+    frequency_hz : Carrier [Hz].
+    channels_hz : Hopping frequencies [Hz].
 
     Raises
     ------
@@ -497,20 +447,13 @@ def scene_picture(
 
     Parameters
     ----------
-    study : Study
-        The study.
-    built : Setting
-        Its room.
-    title : str, optional
-        Above the picture; by default the study's name, and what paths are drawn.
-    found : Paths, optional
-        Paths between two ends.
-    most : int
-        Draw at most so many of them.
-    colour_by : {"gain", "order"}
-        What their colour shows.
-    view : View, optional
-        From where it is seen.
+    study : The study.
+    built : Its room.
+    title : Above the picture; by default the study's name, and what paths are drawn.
+    found : Paths between two ends.
+    most : Draw at most so many of them.
+    colour_by : {"gain", "order"} — What their colour shows.
+    view : From where it is seen.
     """
     drawn = None if found is None else found.strongest(most)
     if title is None:

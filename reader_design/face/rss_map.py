@@ -45,14 +45,11 @@ class TagLayers:
 
     Parameters
     ----------
-    tag : PlacedTag
-        The tag, which transmits.
-    power : RadioMap
-        Coherent power, power sum and number of paths [W],.
-    disc_mean_w : ndarray or None
-        Mean of the coherent power over a disc of one wavelength [W], in the shape of the power.
-    spreads : ChannelSpreads or None
-        Spreads of the channel, (nx ny,) [s], [rad].
+    tag : The tag, which transmits.
+    power : Coherent power, power sum and number of paths [W],.
+    disc_mean_w : Mean of the coherent power over a disc of one wavelength [W], in the shape of the
+        power.
+    spreads : Spreads of the channel, (nx ny,) [s], [rad].
     """
 
     tag: PlacedTag
@@ -75,20 +72,13 @@ def tag_map(
 
     Parameters
     ----------
-    study : Study
-        The study.
-    built : Setting
-        Its room.
-    tag : PlacedTag
-        The tag.
-    responses : sequence of ReaderResponse
-        The reader's, one a frequency; none for one isotropic_theta antenna.
-    axes : pair of (k,) float64
-        Grid in x and y [m].
-    heading_rad : float
-        Heading of the robot [rad].
-    progress : callable
-        Called with the number of places that are done.
+    study : The study.
+    built : Its room.
+    tag : The tag.
+    responses : The reader's, one a frequency; none for one isotropic_theta antenna.
+    axes : Grid in x and y [m].
+    heading_rad : Heading of the robot [rad].
+    progress : Called with the number of places that are done.
     """
     x_m, y_m = axes
 
@@ -136,8 +126,7 @@ def disc_map(
     ----------
     study, built, tag, responses, axes, heading_rad
         As in `tag_map` [m], [rad].
-    progress : callable
-        Called with the number of places of each disc that are done.
+    progress : Called with the number of places of each disc that are done.
 
     Returns
     -------
@@ -214,10 +203,8 @@ def open_places(built: Setting, places_m: FloatArray) -> npt.NDArray[np.bool_]:
 
     Parameters
     ----------
-    built : Setting
-        The room.
-    places_m : (k, 3) float64
-        Places [m].
+    built : The room.
+    places_m : (k, 3) float64 — Places [m].
 
     Returns
     -------
@@ -232,8 +219,7 @@ def strongest_antenna(rss_w: FloatArray) -> npt.NDArray[np.int64]:
 
     Parameters
     ----------
-    rss_w : (..., n) float64
-        RSS [W]; of equal ones the first counts.
+    rss_w : (..., n) float64 — RSS [W]; of equal ones the first counts.
     """
     return np.where(rss_w.max(axis=-1) > 0.0, rss_w.argmax(axis=-1) + 1, 0)
 
@@ -245,14 +231,10 @@ def bearing_error_rad(
 
     Parameters
     ----------
-    rss_w : (nx, ny, n) float64
-        RSS of all antennas [W].
-    axes : pair of (k,) float64
-        Grid in x and y [m].
-    point_m : (2,) float64
-        Where the tag is, seen from above [m].
-    heading_rad : float
-        Heading of the robot [rad].
+    rss_w : (nx, ny, n) float64 — RSS of all antennas [W].
+    axes : Grid in x and y [m].
+    point_m : (2,) float64 — Where the tag is, seen from above [m].
+    heading_rad : Heading of the robot [rad].
 
     Returns
     -------
@@ -277,16 +259,11 @@ def map_dataset(
 
     Parameters
     ----------
-    study : Study
-        The study.
-    layers : sequence of TagLayers
-        One a tag, at least one.
-    antennas : sequence of int or None
-        Numbers of the reader's antennas that are kept, from 1; None: all.
-    heading_deg : float
-        Heading of the robot [deg].
-    local_mean : bool
-        Whether the power sum over paths is stored too.
+    study : The study.
+    layers : One a tag, at least one.
+    antennas : Numbers of the reader's antennas that are kept, from 1; None: all.
+    heading_deg : Heading of the robot [deg].
+    local_mean : Whether the power sum over paths is stored too.
 
     Returns
     -------
@@ -415,20 +392,13 @@ class MapWanted:
 
     Parameters
     ----------
-    tag_ids : tuple of str
-        Tags, which transmit; empty: all of the study.
-    antennas : tuple of int or None
-        Numbers of the reader's antennas, from 1; None: all.
-    heading_deg : float or None
-        Heading of the robot [deg]; None: that of the mission's start, or 90.
-    isotropic : bool
-        One ``isotropic_theta`` antenna receives, and no reader.
-    local_mean : bool
-        Add the power sum over paths.
-    local_mean_disc : bool
-        Add the mean over a disc of one wavelength.
-    spreads : bool
-        Add delay spread and angular spreads of the channel.
+    tag_ids : Tags, which transmit; empty: all of the study.
+    antennas : Numbers of the reader's antennas, from 1; None: all.
+    heading_deg : Heading of the robot [deg]; None: that of the mission's start, or 90.
+    isotropic : One ``isotropic_theta`` antenna receives, and no reader.
+    local_mean : Add the power sum over paths.
+    local_mean_disc : Add the mean over a disc of one wavelength.
+    spreads : Add delay spread and angular spreads of the channel.
     """
 
     tag_ids: tuple[str, ...] = ()
@@ -447,12 +417,9 @@ def map_rss(
 
     Parameters
     ----------
-    study : Study
-        The study; its ``[map]`` gives spacing and height.
-    wanted : MapWanted
-        What it shows.
-    progress : Progress
-        Shows what is done.
+    study : The study; its ``[map]`` gives spacing and height.
+    wanted : What it shows.
+    progress : Shows what is done.
 
     Raises
     ------
@@ -522,8 +489,7 @@ def with_dbm(data: "xr.Dataset") -> "xr.Dataset":
 
     Parameters
     ----------
-    data : xarray.Dataset
-        From `map_rss` or `pose_dataset`.
+    data : From `map_rss` or `pose_dataset`.
     """
     added = {}
     for name, power in data.data_vars.items():
@@ -539,12 +505,9 @@ def rss_link(study: Study, tag_id: str, *, progress: Progress) -> ReaderLink:
 
     Parameters
     ----------
-    study : Study
-        The study.
-    tag_id : str
-        The tag.
-    progress : Progress
-        Says which tags were moved off a surface.
+    study : The study.
+    tag_id : The tag.
+    progress : Says which tags were moved off a surface.
     """
     built = build_setting(study)
     tag = built.tag(tag_id)
@@ -558,10 +521,8 @@ def pose_rss_w(link: ReaderLink, poses: npt.ArrayLike) -> FloatArray:
 
     Parameters
     ----------
-    link : ReaderLink
-        From `rss_link`.
-    poses : (k, 3) array_like
-        x, y [m] and heading [deg].
+    link : From `rss_link`.
+    poses : (k, 3) array_like — x, y [m] and heading [deg].
     """
     return link.rss_w(np.asarray(poses, dtype=np.float64) * (1.0, 1.0, np.pi / 180.0))
 
@@ -571,8 +532,7 @@ def rss_columns(antennas: int) -> list[str]:
 
     Parameters
     ----------
-    antennas : int
-        Number of antennas.
+    antennas : Number of antennas.
     """
     return ["x_m", "y_m", "heading_deg", *(f"rss_{i + 1}_w" for i in range(antennas))]
 
@@ -582,12 +542,9 @@ def pose_dataset(study: Study, tag_ids: Sequence[str], poses: npt.ArrayLike) -> 
 
     Parameters
     ----------
-    study : Study
-        The study.
-    tag_ids : sequence of str
-        The tags.
-    poses : (k, 3) array_like
-        x, y [m] and heading [deg].
+    study : The study.
+    tag_ids : The tags.
+    poses : (k, 3) array_like — x, y [m] and heading [deg].
     """
     import xarray as xr
 
@@ -637,8 +594,7 @@ def summary_lines(layers: Sequence[TagLayers]) -> Iterator[str]:
 
     Parameters
     ----------
-    layers : sequence of TagLayers
-        From `map_rss`.
+    layers : From `map_rss`.
     """
     for layer in layers:
         tag, power, count = layer.tag.id, layer.power.coherent_w, layer.power.path_count

@@ -23,20 +23,13 @@ class Face:
 
     Parameters
     ----------
-    triangles_m : (t, 3, 3) float64
-        The triangles that fill it [m].
-    outlines_m : tuple of (n, 3) float64
-        The polygon that fills it as well; its triangles, where it has holes [m].
-    rim_m : (e, 2, 3) float64
-        Ends of the edges around it and around its holes [m].
-    normal : (3,) float64
-        Unit normal towards the viewer [-].
-    material : str
-        Label.
-    wall : bool
-        Whether one side of it is outside the room.
-    cut_away : bool
-        Whether it is a wall that hides the room from the viewer.
+    triangles_m : (t, 3, 3) float64 — The triangles that fill it [m].
+    outlines_m : The polygon that fills it as well; its triangles, where it has holes [m].
+    rim_m : (e, 2, 3) float64 — Ends of the edges around it and around its holes [m].
+    normal : (3,) float64 — Unit normal towards the viewer [-].
+    material : Label.
+    wall : Whether one side of it is outside the room.
+    cut_away : Whether it is a wall that hides the room from the viewer.
     """
 
     triangles_m: FloatArray
@@ -53,10 +46,8 @@ def scene_faces(scene: Scene, towards: FloatArray) -> list[Face]:
 
     Parameters
     ----------
-    scene : Scene
-        Room and objects.
-    towards : (3,) float64
-        Direction from the scene to the viewer [-].
+    scene : Room and objects.
+    towards : (3,) float64 — Direction from the scene to the viewer [-].
 
     Returns
     -------
@@ -149,12 +140,9 @@ def hidden_points(
 
     Parameters
     ----------
-    faces : list of Face
-        Those that hide: objects, not walls.
-    points_m : (k, 3) float64
-        Points [m].
-    towards : (3,) float64
-        Direction to the viewer [-].
+    faces : Those that hide: objects, not walls.
+    points_m : (k, 3) float64 — Points [m].
+    towards : (3,) float64 — Direction to the viewer [-].
 
     Returns
     -------

@@ -37,14 +37,10 @@ def write_scene(
 
     Parameters
     ----------
-    scene : Scene
-        Room and objects.
-    path : Path
-        The file, written whole or not at all.
-    paths : DrawnPaths or None
-        Paths to be drawn as tubes, named by their rank, order and gain.
-    ends_m : mapping of str to (3,) float64
-        Places of transmitter and receiver [m], drawn as balls.
+    scene : Room and objects.
+    path : The file, written whole or not at all.
+    paths : Paths to be drawn as tubes, named by their rank, order and gain.
+    ends_m : Places of transmitter and receiver [m], drawn as balls.
 
     Raises
     ------
@@ -74,10 +70,8 @@ def closes_room(body: Body, scene: Scene) -> bool:
 
     Parameters
     ----------
-    body : Body
-        One of the scene's.
-    scene : Scene
-        The scene.
+    body : One of the scene's.
+    scene : The scene.
 
     Returns
     -------
@@ -99,12 +93,9 @@ def tube(vertices_m: FloatArray, radius_m: float, *, name: str, material: str) -
 
     Parameters
     ----------
-    vertices_m : (n, 3) float64
-        Corners of the path [m].
-    radius_m : float
-        Radius [m].
-    name, material : str
-        Of the body.
+    vertices_m : (n, 3) float64 — Corners of the path [m].
+    radius_m : Radius [m].
+    name, material : Of the body.
 
     Returns
     -------

@@ -41,14 +41,10 @@ class DrawnPaths:
 
     Parameters
     ----------
-    vertices_m : tuple of (n, 3) float64
-        Source, interactions and receiver of each path [m].
-    gain_db : (k,) float64
-        Gain of each path [dB].
-    order : (k,) int64
-        Number of its interactions [-].
-    of : int
-        Number of paths from which these are the strongest.
+    vertices_m : Source, interactions and receiver of each path [m].
+    gain_db : (k,) float64 — Gain of each path [dB].
+    order : (k,) int64 — Number of its interactions [-].
+    of : Number of paths from which these are the strongest.
     """
 
     vertices_m: tuple[FloatArray, ...]
@@ -70,14 +66,10 @@ class SceneDrawing:
 
     Parameters
     ----------
-    axes : Axes3D
-        Empty axes that keep the order of drawing as given.
-    scene : Scene
-        Room and objects.
-    faces : list of Face
-        From `octant.reader_design.face.scene_faces.scene_faces`.
-    towards : (3,) float64
-        Direction to the viewer [-].
+    axes : Empty axes that keep the order of drawing as given.
+    scene : Room and objects.
+    faces : From `octant.reader_design.face.scene_faces.scene_faces`.
+    towards : (3,) float64 — Direction to the viewer [-].
     """
 
     def __init__(
@@ -122,8 +114,7 @@ class SceneDrawing:
 
         Parameters
         ----------
-        triangles_m : (t, 3, 3) float64
-            Its triangles in the room [m].
+        triangles_m : (t, 3, 3) float64 — Its triangles in the room [m].
         """
         from matplotlib.lines import Line2D
         from mpl_toolkits.mplot3d.art3d import Poly3DCollection
@@ -147,10 +138,8 @@ class SceneDrawing:
 
         Parameters
         ----------
-        paths : DrawnPaths
-            The paths [m].
-        colour_by : {"gain", "order"}
-            What their colour shows.
+        paths : The paths [m].
+        colour_by : {"gain", "order"} — What their colour shows.
         """
         from matplotlib.lines import Line2D
 
@@ -174,8 +163,7 @@ class SceneDrawing:
 
         Parameters
         ----------
-        tags : mapping of str to (3,) float64
-            Names and places [m].
+        tags : Names and places [m].
         """
         from matplotlib.patheffects import withStroke
 
@@ -196,8 +184,7 @@ class SceneDrawing:
 
         Parameters
         ----------
-        ends_m : mapping of str to (3,) float64
-            ``transmitter`` and ``receiver`` [m].
+        ends_m : ``transmitter`` and ``receiver`` [m].
         """
         looks = {"transmitter": (_TX_COLOUR, "*", 13), "receiver": (_RX_COLOUR, "o", 8)}
         for name, place in ends_m.items():
@@ -328,10 +315,8 @@ class View:
 
     Parameters
     ----------
-    azimuth_deg : float
-        From +x towards +y [deg].
-    elevation_deg : float
-        Above the horizon [deg], more than 0 and at most 90.
+    azimuth_deg : From +x towards +y [deg].
+    elevation_deg : Above the horizon [deg], more than 0 and at most 90.
     """
 
     azimuth_deg: float = -60.0
@@ -368,22 +353,14 @@ def scene_figure(
 
     Parameters
     ----------
-    scene : Scene
-        Room and objects.
-    title : str
-        Above the picture.
-    tags : mapping of str to (3,) float64
-        Names and places of the tags [m].
-    ends_m : mapping of str to (3,) float64, optional
-        ``transmitter`` and ``receiver`` [m].
-    reader_m : (t, 3, 3) float64, optional
-        Triangles of the reader's body in the room [m].
-    paths : DrawnPaths, optional
-        Paths between the ends.
-    colour_by : {"gain", "order"}
-        What their colour shows.
-    view : View, optional
-        From where it is seen.
+    scene : Room and objects.
+    title : Above the picture.
+    tags : Names and places of the tags [m].
+    ends_m : ``transmitter`` and ``receiver`` [m].
+    reader_m : (t, 3, 3) float64, optional — Triangles of the reader's body in the room [m].
+    paths : Paths between the ends.
+    colour_by : {"gain", "order"} — What their colour shows.
+    view : From where it is seen.
 
     Returns
     -------

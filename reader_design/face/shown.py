@@ -16,8 +16,7 @@ def progress_of(progress: bool | Progress) -> Progress:
 
     Parameters
     ----------
-    progress : bool or Progress
-        False silences bars and messages.
+    progress : False silences bars and messages.
     """
     return progress if isinstance(progress, Progress) else Progress(quiet=not progress)
 
@@ -27,8 +26,7 @@ def text_html(text: str) -> str:
 
     Parameters
     ----------
-    text : str
-        Any text.
+    text : Any text.
     """
     return f"<pre>{html.escape(text)}</pre>"
 
@@ -38,8 +36,7 @@ def figure_html(figure: "Figure") -> str:
 
     Parameters
     ----------
-    figure : Figure
-        From any ``plot`` of Octant.
+    figure : From any ``plot`` of Octant.
     """
     picture = io.BytesIO()
     figure.savefig(picture, format="png", dpi=100)
@@ -51,10 +48,8 @@ def image_html(content: bytes, *, kind: str) -> str:
 
     Parameters
     ----------
-    content : bytes
-        The file.
-    kind : str
-        ``png`` or ``gif``.
+    content : The file.
+    kind : ``png`` or ``gif``.
     """
     code = base64.b64encode(content).decode("ascii")
     return f'<img style="max-width: 100%" src="data:image/{kind};base64,{code}">'

@@ -37,12 +37,9 @@ class Study:
 
     Parameters
     ----------
-    room : Room
-        The room.
-    tags : sequence of Tag
-        The tags that hang in it.
-    reader : Reader, optional
-        The reader; by default that of the thesis.
+    room : The room.
+    tags : The tags that hang in it.
+    reader : The reader; by default that of the thesis.
     **tables
         Further tables of a study file by name, each a mapping of its keys: ``radio``, ``solver``,
         ``map``, ``mission``, ``sensor``, ``sweep``, ``scoring``, ``choice``, ``optimise``,
@@ -87,10 +84,9 @@ class Study:
 
         Parameters
         ----------
-        file : str or Path, optional
-            The TOML file.
-        built_in : {"thesis_study", "track_study", "dock_study"}
-            Which study where no file is given.
+        file : The TOML file.
+        built_in : {"thesis_study", "track_study", "dock_study"} — Which study where no file is
+            given.
         """
         return cls.of(load_study(file, built_in=built_in))
 
@@ -100,8 +96,7 @@ class Study:
 
         Parameters
         ----------
-        tables : Study
-            From `octant.reader_design.study_file.loading.load_study`.
+        tables : From `octant.reader_design.study_file.loading.load_study`.
         """
         made = cls.__new__(cls)
         made.tables = tables
@@ -133,9 +128,8 @@ class Study:
 
         Parameters
         ----------
-        changes : mapping
-            Value by name, as in the table ``[sweep]``: a key of the reader, or the path of a key,
-            such as ``"radio.frequency_hz"``; in the unit of the key.
+        changes : Value by name, as in the table ``[sweep]``: a key of the reader, or the path of a
+            key, such as ``"radio.frequency_hz"``; in the unit of the key.
         """
         return type(self).of(vary(self.tables, plain(changes), directory=Path.cwd()))
 
@@ -144,10 +138,8 @@ class Study:
 
         Parameters
         ----------
-        path : str or Path, optional
-            Where it is written too; mesh files are then named relative to it.
-        force : bool
-            Replace a file that exists.
+        path : Where it is written too; mesh files are then named relative to it.
+        force : Replace a file that exists.
         """
         if path is None:
             return to_toml(self.tables)
@@ -169,14 +161,10 @@ class Study:
 
         Parameters
         ----------
-        tx : (3,) array_like
-            Transmitter [m].
-        rx : (3,) or (m, 3) array_like
-            Receivers [m].
-        max_reflections : int, optional
-            Highest number of reflections and diffractions; by default the study's.
-        tx_antenna, rx_antenna : str
-            As in `Room.paths`.
+        tx : (3,) array_like — Transmitter [m].
+        rx : (3,) or (m, 3) array_like — Receivers [m].
+        max_reflections : Highest number of reflections and diffractions; by default the study's.
+        tx_antenna, rx_antenna : As in `Room.paths`.
         """
         ends = {
             name: End(place_key=name, antenna_key=f"{name}_antenna", antenna=antenna)
@@ -190,10 +178,8 @@ class Study:
 
         Parameters
         ----------
-        poses : (k, 3) array_like
-            x, y [m] and heading [deg].
-        tags : sequence of str, optional
-            Names of the tags; by default all.
+        poses : (k, 3) array_like — x, y [m] and heading [deg].
+        tags : Names of the tags; by default all.
         """
         chosen = [tag.id for tag in self.tables.tags] if tags is None else list(tags)
         return pose_dataset(self.tables, chosen, poses)
@@ -214,12 +200,10 @@ class Study:
 
         Parameters
         ----------
-        tags : sequence of str
-            Names of the tags; by default all.
+        tags : Names of the tags; by default all.
         antennas, heading_deg, local_mean, local_mean_disc, spreads, progress
             As in `Room.rss_map` [deg]; the heading is by default that of the mission, or 90.
-        isotropic : bool
-            One ``isotropic_theta`` antenna receives, and no reader.
+        isotropic : One ``isotropic_theta`` antenna receives, and no reader.
         """
         wanted = MapWanted(
             tag_ids=tuple(tags),
@@ -237,10 +221,8 @@ class Study:
 
         Parameters
         ----------
-        step_deg : float
-            Step of the patterns over theta and phi [deg].
-        progress : bool or Progress
-            False silences it.
+        step_deg : Step of the patterns over theta and phi [deg].
+        progress : False silences it.
         """
         carrier = [self.tables.radio.frequency_hz]
         return solve_reader_of(
@@ -265,19 +247,13 @@ class Study:
 
         Parameters
         ----------
-        out : str or Path
-            Folder of the results; the same call goes on where the last one stopped.
-        quick : bool
-            Coarse sampling, a coarse map and few runs.
-        workers : int or None
-            Processes; None: one for each core. A script that starts processes must guard its main
-            part with ``if __name__ == "__main__"``.
-        cluster : str, optional
-            Address of a dask scheduler, or ``local:N``; in place of ``workers``.
-        force : bool
-            Replace the results of another study in that folder.
-        progress : bool or Progress
-            False silences it.
+        out : Folder of the results; the same call goes on where the last one stopped.
+        quick : Coarse sampling, a coarse map and few runs.
+        workers : Processes; None: one for each core. A script that starts processes must guard its
+            main part with ``if __name__ == "__main__"``.
+        cluster : Address of a dask scheduler, or ``local:N``; in place of ``workers``.
+        force : Replace the results of another study in that folder.
+        progress : False silences it.
         """
         from octant.reader_design.experiments.study.run import run_study
 
@@ -364,8 +340,7 @@ class Study:
         ----------
         out, workers, cluster, force, progress
             As in `run`.
-        samples : int, optional
-            Readers that are built; by default the study's.
+        samples : Readers that are built; by default the study's.
         """
         from octant.reader_design.experiments.tolerance.run import run_tolerance
 
@@ -423,8 +398,7 @@ class Study:
         ----------
         out, workers, force, progress
             As in `run`.
-        runs : int, optional
-            Runs in each room; by default the study's.
+        runs : Runs in each room; by default the study's.
         """
         from octant.reader_design.experiments.docking.page import run_docking_study
 
@@ -447,12 +421,10 @@ class Study:
 
         Parameters
         ----------
-        file : str or Path
-            The comparison, as ``octant navigate --compare`` takes it.
+        file : The comparison, as ``octant navigate --compare`` takes it.
         out, force, progress
             As in `run`.
-        runs : int, optional
-            Runs of each mission; by default the comparison's.
+        runs : Runs of each mission; by default the comparison's.
         """
         from octant.reader_design.experiments.missions.comparison import (
             load_comparison,
@@ -486,8 +458,7 @@ class Results:
 
     Parameters
     ----------
-    folder : Path
-        The folder.
+    folder : The folder.
     """
 
     folder: Path
@@ -526,8 +497,7 @@ class Results:
 
         Parameters
         ----------
-        name : str
-            One of ``tables``.
+        name : One of ``tables``.
         """
         import pandas as pd
 
@@ -555,8 +525,7 @@ def open_results(folder: str | Path) -> Results:
 
     Parameters
     ----------
-    folder : str or Path
-        What was given as ``out``.
+    folder : What was given as ``out``.
 
     Raises
     ------

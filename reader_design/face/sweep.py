@@ -40,12 +40,10 @@ class Scorer:
 
     Parameters
     ----------
-    study : Study
-        What is varied.
-    code : str
-        What the function computes, so that its results are found again only while it is the same.
-    function : callable
-        The function.
+    study : What is varied.
+    code : What the function computes, so that its results are found again only while it is the
+        same.
+    function : The function.
     """
 
     study: StudyTables
@@ -59,8 +57,7 @@ class Scored:
 
     Parameters
     ----------
-    scores : dict of str to float
-        By name, in the function's own units [-].
+    scores : By name, in the function's own units [-].
     """
 
     scores: dict[str, float]
@@ -71,10 +68,8 @@ def scored_case(scorer: Scorer, values: dict[str, Any]) -> Scored:
 
     Parameters
     ----------
-    scorer : Scorer
-        The function and the study that is varied.
-    values : dict
-        Value by parameter, in the unit of its key.
+    scorer : The function and the study that is varied.
+    values : Value by parameter, in the unit of its key.
     """
     made = scorer.function(Study.of(vary(scorer.study, values)))
     named = dict(made) if isinstance(made, Mapping) else {"score": made}
@@ -100,31 +95,21 @@ def sweep(
 
     Parameters
     ----------
-    reader : Reader
-        The reader that is varied.
-    parameters : mapping
-        Lists of values, or ranges ``{"from": .., "to": .., "count": ..}``, by name as in the table
-        ``[sweep]``: a key of the reader, or the path of a key, such as ``"room.material"``.
-    score : callable, optional
-        Takes each varied `Study` and returns a number, or a mapping of names to numbers; by default
-        the scores of ``octant sweep``.
-    room : Room, optional
-        The room; free space where it is left out.
-    tags : sequence of Tag
-        The tags.
-    store : str or Path, optional
-        Folder in which every combination is kept: the same call again goes on where it stopped.
-    frequency_hz : float
-        Carrier [Hz].
-    channels_hz : sequence of float
-        Hopping frequencies [Hz].
-    solver, tables : mapping, optional
-        Keys of ``[solver]``, and further tables of a study file by name.
-    workers : int or None
-        Processes; None: one for each core. They import ``score`` from its module, and a script that
-        starts them must guard its main part with ``if __name__ == "__main__"``.
-    progress : bool or Progress
-        False silences it.
+    reader : The reader that is varied.
+    parameters : Lists of values, or ranges ``{"from": .., "to": .., "count": ..}``, by name as in
+        the table ``[sweep]``: a key of the reader, or the path of a key, such as
+        ``"room.material"``.
+    score : Takes each varied `Study` and returns a number, or a mapping of names to numbers; by
+        default the scores of ``octant sweep``.
+    room : The room; free space where it is left out.
+    tags : The tags.
+    store : Folder in which every combination is kept: the same call again goes on where it stopped.
+    frequency_hz : Carrier [Hz].
+    channels_hz : Hopping frequencies [Hz].
+    solver, tables : Keys of ``[solver]``, and further tables of a study file by name.
+    workers : Processes; None: one for each core. They import ``score`` from its module, and a
+        script that starts them must guard its main part with ``if __name__ == "__main__"``.
+    progress : False silences it.
 
     Returns
     -------

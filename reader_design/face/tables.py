@@ -23,8 +23,7 @@ def plain(value: Any) -> Any:  # noqa: ANN401  any tree of values
 
     Parameters
     ----------
-    value : object
-        Also arrays, paths and objects of the face.
+    value : Also arrays, paths and objects of the face.
     """
     if isinstance(value, StudyTable | Table):
         return given_keys(value.table if isinstance(value, StudyTable) else value)
@@ -42,8 +41,7 @@ def given_keys(table: Table) -> dict[str, Any]:
 
     Parameters
     ----------
-    table : Table
-        Any table of a study.
+    table : Any table of a study.
     """
     shown: dict[str, Any] = {}
     tag = type(table).__struct_config__
@@ -64,10 +62,8 @@ def study_from(source: str, tables: Mapping[str, Any]) -> Study:
 
     Parameters
     ----------
-    source : str
-        What is being made, for messages.
-    tables : mapping
-        Tables by their names in a study file; None is left out. Files are looked for below the
+    source : What is being made, for messages.
+    tables : Tables by their names in a study file; None is left out. Files are looked for below the
         working folder.
     """
     raw = {"room": EMPTY_ROOM, **{k: v for k, v in tables.items() if v is not None}}
@@ -81,10 +77,8 @@ def solver_keys(
 
     Parameters
     ----------
-    solver : mapping or None
-        Keys of ``[solver]``.
-    max_reflections : int or None
-        Highest order; None: that of ``solver``.
+    solver : Keys of ``[solver]``.
+    max_reflections : Highest order; None: that of ``solver``.
     """
     keys = dict(solver or {})
     if max_reflections is not None:
@@ -97,8 +91,7 @@ class StudyTable:
 
     Attributes
     ----------
-    table : Table
-        The table, checked, with every default.
+    table : The table, checked, with every default.
     """
 
     __slots__ = ("table",)
@@ -111,8 +104,7 @@ class StudyTable:
 
         Parameters
         ----------
-        table : Table
-            For example the room of a loaded study.
+        table : For example the room of a loaded study.
         """
         made = cls.__new__(cls)
         made.table = table
@@ -123,8 +115,7 @@ class StudyTable:
 
         Parameters
         ----------
-        changes : mapping
-            Value by key, in the unit that the key names ([m], [Hz], ...).
+        changes : Value by key, in the unit that the key names ([m], [Hz], ...).
         """
         return type(self)(**{**given_keys(self.table), **changes})
 
@@ -155,8 +146,7 @@ def with_keys_of(table: type[Table]) -> Any:  # noqa: ANN401  a decorator of cla
 
     Parameters
     ----------
-    table : type
-        A table of the study file.
+    table : A table of the study file.
     """
 
     def decorated(face: Any) -> Any:  # noqa: ANN401
@@ -178,19 +168,13 @@ class Tag(StudyTable):
 
     Parameters
     ----------
-    id : str
-        Its name.
-    position_m : (3,) array_like
-        Place in the room's frame [m].
-    antenna : str
-        ``dipole``, ``monopole``, ``patch``, ``conical_patch``, ``isotropic_theta`` or a pattern
-        file.
-    axis : (3,) array_like, optional
-        Direction of the antenna's axis; by default up, patches down.
-    azimuth_deg : float
-        Turn of a patch or a file about the axis [deg].
-    power_w : float
-        Power that the tag radiates [W].
+    id : Its name.
+    position_m : (3,) array_like — Place in the room's frame [m].
+    antenna : ``dipole``, ``monopole``, ``patch``, ``conical_patch``, ``isotropic_theta`` or a
+        pattern file.
+    axis : (3,) array_like, optional — Direction of the antenna's axis; by default up, patches down.
+    azimuth_deg : Turn of a patch or a file about the axis [deg].
+    power_w : Power that the tag radiates [W].
 
     Examples
     --------
@@ -231,10 +215,8 @@ class Tag(StudyTable):
 
         Parameters
         ----------
-        table : Tag
-            The study's table.
-        power_w : float
-            Power that it radiates [W].
+        table : The study's table.
+        power_w : Power that it radiates [W].
         """
         made = super().of(table)
         made.power_w = power_w
@@ -245,8 +227,7 @@ class Tag(StudyTable):
 
         Parameters
         ----------
-        changes : mapping
-            Value by key.
+        changes : Value by key.
         """
         return type(self)(**{"power_w": self.power_w, **given_keys(self.table), **changes})
 
@@ -261,12 +242,9 @@ def radio_keys(
 
     Parameters
     ----------
-    tags : sequence of Tag
-        The tags.
-    frequency_hz : float
-        Carrier [Hz].
-    channels_hz : sequence of float
-        Hopping frequencies [Hz].
+    tags : The tags.
+    frequency_hz : Carrier [Hz].
+    channels_hz : Hopping frequencies [Hz].
 
     Raises
     ------
@@ -293,14 +271,10 @@ def refuse_unlike(name: str, value: Any, kind: type, *, example: str) -> None:  
 
     Parameters
     ----------
-    name : str
-        Of the argument.
-    value : object
-        What was given.
-    kind : type
-        What is needed.
-    example : str
-        How to make one.
+    name : Of the argument.
+    value : What was given.
+    kind : What is needed.
+    example : How to make one.
 
     Raises
     ------

@@ -33,12 +33,9 @@ def case_path(folder: Path, key: str, suffix: str) -> Path:
 
     Parameters
     ----------
-    folder : Path
-        Folder of the cases.
-    key : str
-        Key of the case.
-    suffix : str
-        Ending of the name, with its dot.
+    folder : Folder of the cases.
+    key : Key of the case.
+    suffix : Ending of the name, with its dot.
     """
     return folder / f"{key[:32]}{suffix}"
 
@@ -49,8 +46,7 @@ def claimed(folder: Path) -> Iterator[None]:
 
     Parameters
     ----------
-    folder : Path
-        Folder of the cases; made when missing.
+    folder : Folder of the cases; made when missing.
 
     Notes
     -----
@@ -83,12 +79,9 @@ def write_case(path: Path, content: bytes, facts: Mapping[str, Any]) -> None:
 
     Parameters
     ----------
-    path : Path
-        The file.
-    content : bytes
-        What the codec made; empty for a case without a record.
-    facts : mapping
-        Plain values: the key, seconds, and the reason where there is no record.
+    path : The file.
+    content : What the codec made; empty for a case without a record.
+    facts : Plain values: the key, seconds, and the reason where there is no record.
     """
     line = json.dumps({**facts, "digest": _digest(content, facts)})
     put_bytes(path, content + b"\n" * bool(content) + line.encode() + b"\n")
@@ -99,10 +92,8 @@ def put_bytes(path: Path, content: bytes) -> None:
 
     Parameters
     ----------
-    path : Path
-        The file.
-    content : bytes
-        All of it.
+    path : The file.
+    content : All of it.
     """
     try:
         with whole_file(path) as part:
@@ -120,10 +111,8 @@ def read_case(path: Path, key: str) -> tuple[bytes, dict[str, Any]] | None:
 
     Parameters
     ----------
-    path : Path
-        The file.
-    key : str
-        Key that it must have.
+    path : The file.
+    key : Key that it must have.
 
     Raises
     ------

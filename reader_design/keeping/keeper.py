@@ -47,8 +47,7 @@ class Codec(Protocol):
 
     Attributes
     ----------
-    suffix : str
-        Ending of the files' names, with its dot.
+    suffix : Ending of the files' names, with its dot.
     """
 
     suffix: str
@@ -58,10 +57,8 @@ class Codec(Protocol):
 
         Parameters
         ----------
-        record : object
-            What the computation returned.
-        case : object
-            What was computed.
+        record : What the computation returned.
+        case : What was computed.
         """
 
     def decode(self, content: bytes, case: Any) -> Any:  # noqa: ANN401  any record of any case
@@ -69,10 +66,8 @@ class Codec(Protocol):
 
         Parameters
         ----------
-        content : bytes
-            From ``encode``.
-        case : object
-            What was computed.
+        content : From ``encode``.
+        case : What was computed.
         """
 
 
@@ -81,8 +76,7 @@ class RecordCodec(Generic[Record]):
 
     Parameters
     ----------
-    kind : type
-        Class of the records.
+    kind : Class of the records.
     """
 
     suffix = ".msgpack"
@@ -95,8 +89,7 @@ class RecordCodec(Generic[Record]):
 
         Parameters
         ----------
-        record, case : object
-            As in `Codec`.
+        record, case : As in `Codec`.
         """
         del case
         return msgspec.msgpack.encode(record, enc_hook=_plain_array)
@@ -106,8 +99,7 @@ class RecordCodec(Generic[Record]):
 
         Parameters
         ----------
-        content, case : object
-            As in `Codec`.
+        content, case : As in `Codec`.
         """
         del case
         return msgspec.msgpack.decode(content, type=self.kind, dec_hook=_array)
@@ -134,19 +126,13 @@ class Kept(Generic[Record]):
 
     Attributes
     ----------
-    key : str
-        Key of the case.
-    record : object or None
-        What was computed; None when it failed.
-    reason : str
-        Why it failed; empty when it did not.
-    unexpected : bool
-        True: it failed for a reason that is not its own, such as want of memory, and the next run
-        tries it again.
-    seconds : float
-        Time that it took [s].
-    path : Path
-        Its file.
+    key : Key of the case.
+    record : What was computed; None when it failed.
+    reason : Why it failed; empty when it did not.
+    unexpected : True: it failed for a reason that is not its own, such as want of memory, and the
+        next run tries it again.
+    seconds : Time that it took [s].
+    path : Its file.
     """
 
     key: str
@@ -235,38 +221,25 @@ def map_cases(
 
     Parameters
     ----------
-    compute : callable
-        ``compute(context, case) -> record``, a function of a module. An ``OctantError`` that it
-        raises is a result: the case failed for that reason. Any other exception is recorded, and
+    compute : ``compute(context, case) -> record``, a function of a module. An ``OctantError`` that
+        it raises is a result: the case failed for that reason. Any other exception is recorded, and
         the next run tries the case again.
-    cases : sequence
-        What to compute; equal ones are computed once.
-    context : object
-        What all cases share. Context and cases must be picklable, and of the types that
+    cases : What to compute; equal ones are computed once.
+    context : What all cases share. Context and cases must be picklable, and of the types that
         :func:`octant.reader_design.keeping.keys.case_keys` reads.
-    folder : Path
-        Where the files lie; made when missing.
-    codec : Codec
-        How records are kept, for example ``RecordCodec(Record)``.
-    leave_out : sequence of str
-        Fields without effect on records, each as ``Class.field``.
-    workers : int or None
-        Processes of this machine, no more than there are cases; 1: this process computes; None:
-        one for each core. A script that starts processes must guard its main part with
-        ``if __name__ == "__main__"``.
-    cluster : str or None
-        Address of a dask scheduler, or ``local:N``; in place of ``workers``.
-    crew : Crew, optional
-        Workers that are there already, from
+    folder : Where the files lie; made when missing.
+    codec : How records are kept, for example ``RecordCodec(Record)``.
+    leave_out : Fields without effect on records, each as ``Class.field``.
+    workers : Processes of this machine, no more than there are cases; 1: this process computes;
+        None: one for each core. A script that starts processes must guard its main part with ``if
+        __name__ == "__main__"``.
+    cluster : Address of a dask scheduler, or ``local:N``; in place of ``workers``.
+    crew : Workers that are there already, from
         :func:`octant.reader_design.keeping.workers.open_crew`; in place of both.
-    progress : Progress, optional
-        Shows a bar with the time left, failures, and files that cannot be used.
-    label : str
-        What the cases are called, in the plural.
-    name : callable, optional
-        Returns the name of a case for messages.
-    raises : tuple of exception classes
-        Errors of ``compute`` that end the run instead of being recorded.
+    progress : Shows a bar with the time left, failures, and files that cannot be used.
+    label : What the cases are called, in the plural.
+    name : Returns the name of a case for messages.
+    raises : Errors of ``compute`` that end the run instead of being recorded.
 
     Returns
     -------
@@ -339,12 +312,9 @@ def computed_case(job: _Job, case: object, version: str) -> Computed:
 
     Parameters
     ----------
-    job : _Job
-        How to compute.
-    case : object
-        What to compute.
-    version : str
-        Version of Octant that asks.
+    job : How to compute.
+    case : What to compute.
+    version : Version of Octant that asks.
 
     Raises
     ------

@@ -35,16 +35,12 @@ def case_keys(
 
     Parameters
     ----------
-    compute : callable
-        A function of a module; its name is part of the key, as is the version of Octant.
-    cases : iterable of object
-        One of them is what ``compute`` receives after the context. Numbers, text, arrays, files,
-        dataclasses, msgspec structs and collections of these. A path, or a text that is the
+    compute : A function of a module; its name is part of the key, as is the version of Octant.
+    cases : One of them is what ``compute`` receives after the context. Numbers, text, arrays,
+        files, dataclasses, msgspec structs and collections of these. A path, or a text that is the
         absolute path of a file, counts by the content of the file.
-    context : object
-        What ``compute`` receives first; of the same types.
-    leave_out : sequence of str
-        Fields that cannot change a result, each written ``Class.field``, for example
+    context : What ``compute`` receives first; of the same types.
+    leave_out : Fields that cannot change a result, each written ``Class.field``, for example
         ``Study.name``. Fields that a dataclass computes itself (``init=False``) never count.
 
     Raises
@@ -65,8 +61,7 @@ def digest(value: object) -> str:
 
     Parameters
     ----------
-    value : object
-        Of the types that `case_keys` reads.
+    value : Of the types that `case_keys` reads.
     """
     return _Digests(()).of(value).hex()
 

@@ -15,12 +15,9 @@ class Progress:
 
     Parameters
     ----------
-    quiet : bool
-        True: no bars and no messages; the default, so that a library call stays silent.
-    stream : TextIO or None
-        Where to write; None: the standard error of the moment.
-    bars : bool
-        False: messages only.
+    quiet : True: no bars and no messages; the default, so that a library call stays silent.
+    stream : Where to write; None: the standard error of the moment.
+    bars : False: messages only.
     """
 
     quiet: bool = True
@@ -32,8 +29,7 @@ class Progress:
 
         Parameters
         ----------
-        message : str
-            The line, without its end.
+        message : The line, without its end.
         """
         if not self.quiet:
             from tqdm.auto import tqdm
@@ -47,12 +43,9 @@ class Progress:
 
         Parameters
         ----------
-        items : iterable
-            What is worked through.
-        total : int or None
-            Number of items; None: ``len(items)`` where it has one.
-        label : str
-            What the bar is called.
+        items : What is worked through.
+        total : Number of items; None: ``len(items)`` where it has one.
+        label : What the bar is called.
         """
         from tqdm.auto import tqdm
 
@@ -73,10 +66,8 @@ class Progress:
 
         Parameters
         ----------
-        total : int
-            Number of items.
-        label : str
-            What the bar is called.
+        total : Number of items.
+        label : What the bar is called.
         """
         from tqdm.auto import tqdm
 

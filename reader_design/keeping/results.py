@@ -16,15 +16,11 @@ def refuse_another(folder: Path, text: str, *, force: bool, outputs: Iterable[st
 
     Parameters
     ----------
-    folder : Path
-        Where results would go.
-    text : str
-        The resolved study, as it will be stored there.
-    force : bool
-        True: delete the results of another study. Kept cases stay, so that what both studies have
-        in common is not computed again.
-    outputs : iterable of str
-        Patterns of the files that hold results.
+    folder : Where results would go.
+    text : The resolved study, as it will be stored there.
+    force : True: delete the results of another study. Kept cases stay, so that what both studies
+        have in common is not computed again.
+    outputs : Patterns of the files that hold results.
 
     Raises
     ------
@@ -55,10 +51,8 @@ def is_complete(stamp: Path, key: str) -> bool:
 
     Parameters
     ----------
-    stamp : Path
-        The file that the former run left, in a folder of the results folder.
-    key : str
-        Hash of everything that the results depend on.
+    stamp : The file that the former run left, in a folder of the results folder.
+    key : Hash of everything that the results depend on.
     """
     try:
         found = json.loads(stamp.read_text("utf-8"))
@@ -73,12 +67,9 @@ def mark_complete(stamp: Path, key: str, files: Iterable[Path]) -> None:
 
     Parameters
     ----------
-    stamp : Path
-        The file; two levels below it stand all others.
-    key : str
-        Hash of everything that the results depend on.
-    files : iterable of Path
-        What was written.
+    stamp : The file; two levels below it stand all others.
+    key : Hash of everything that the results depend on.
+    files : What was written.
     """
     names = [file.relative_to(stamp.parents[1]).as_posix() for file in files]
     write_text(stamp, json.dumps({"key": key, "files": names}, indent=1) + "\n")
@@ -89,7 +80,6 @@ def complete_line(folder: Path) -> str:
 
     Parameters
     ----------
-    folder : Path
-        Folder of the results.
+    folder : Folder of the results.
     """
     return f"{folder} is complete already; nothing was written."

@@ -26,10 +26,8 @@ class SeededJob:
 
     Attributes
     ----------
-    job : callable
-        Makes one run from its seed; a dataclass, for its fields are part of the key.
-    seed : int
-        Run i takes child i of its numpy SeedSequence.
+    job : Makes one run from its seed; a dataclass, for its fields are part of the key.
+    seed : Run i takes child i of its numpy SeedSequence.
     """
 
     job: Callable[[np.random.SeedSequence], object]
@@ -41,10 +39,8 @@ def compute_runs(context: SeededJob, case: tuple[int, ...]) -> tuple[object, ...
 
     Parameters
     ----------
-    context : SeededJob
-        The job.
-    case : tuple of int
-        Numbers of the runs.
+    context : The job.
+    case : Numbers of the runs.
     """
     seeds = np.random.SeedSequence(context.seed).spawn(max(case) + 1)
     return tuple(context.job(seeds[run]) for run in case)
@@ -55,8 +51,7 @@ def run_cases(runs: int) -> tuple[tuple[int, ...], ...]:
 
     Parameters
     ----------
-    runs : int
-        How many there are.
+    runs : How many there are.
     """
     starts = range(0, runs, RUNS_A_CASE)
     return tuple(tuple(range(start, min(start + RUNS_A_CASE, runs))) for start in starts)
@@ -77,22 +72,14 @@ def map_seeded(
 
     Parameters
     ----------
-    job : callable
-        Makes one run from its seed; a picklable dataclass.
-    runs : int
-        Number of runs.
-    seed : int
-        Base seed.
-    kind : type
-        Class of the results, a dataclass of numbers, text and arrays.
-    folder : Path
-        Where they are kept.
-    crew : Crew or None
-        From :func:`octant.reader_design.keeping.workers.open_crew`; None: this process computes.
-    progress : Progress, optional
-        Shows how many are done.
-    label : str
-        What the runs are called in the bar.
+    job : Makes one run from its seed; a picklable dataclass.
+    runs : Number of runs.
+    seed : Base seed.
+    kind : Class of the results, a dataclass of numbers, text and arrays.
+    folder : Where they are kept.
+    crew : From :func:`octant.reader_design.keeping.workers.open_crew`; None: this process computes.
+    progress : Shows how many are done.
+    label : What the runs are called in the bar.
     """
     kept = map_cases(
         compute_runs,

@@ -28,11 +28,9 @@ def netcdf_bytes(
 
     Parameters
     ----------
-    variables : mapping of str to (dimensions, values, units, long name)
-        One named like its only dimension is that dimension's coordinate, and every dimension
-        needs one. Numbers in the unit named [``units``], or text.
-    attributes : mapping
-        Of the file [-].
+    variables : One named like its only dimension is that dimension's coordinate, and every
+        dimension needs one. Numbers in the unit named [``units``], or text.
+    attributes : Of the file [-].
 
     Raises
     ------
@@ -74,8 +72,7 @@ def read_netcdf(content: bytes) -> tuple[dict[str, npt.NDArray[Any]], dict[str, 
 
     Parameters
     ----------
-    content : bytes
-        The file.
+    content : The file.
 
     Returns
     -------
@@ -109,10 +106,8 @@ class DatasetCodec:
 
         Parameters
         ----------
-        record : xarray.Dataset
-            With units on everything.
-        case : object
-            As in `octant.reader_design.keeping.keeper.Codec`.
+        record : With units on everything.
+        case : As in `octant.reader_design.keeping.keeper.Codec`.
         """
         del case
         with tempfile.TemporaryDirectory() as folder:
@@ -125,10 +120,8 @@ class DatasetCodec:
 
         Parameters
         ----------
-        content : bytes
-            From `encode`.
-        case : object
-            As in `octant.reader_design.keeping.keeper.Codec`.
+        content : From `encode`.
+        case : As in `octant.reader_design.keeping.keeper.Codec`.
         """
         import xarray as xr
 

@@ -55,10 +55,8 @@ class Crew(Protocol):
 
         Parameters
         ----------
-        call : callable
-            A function of a module, which a worker can import.
-        *arguments : object
-            What it takes; must be picklable.
+        call : A function of a module, which a worker can import.
+        *arguments : What it takes; must be picklable.
         """
 
     def renew(self) -> None:
@@ -73,10 +71,8 @@ class GivenExecutor:
 
     Parameters
     ----------
-    executor : concurrent.futures.Executor
-        Threads, processes, or what behaves like them.
-    size : int
-        Cells that it gets at a time [-].
+    executor : Threads, processes, or what behaves like them.
+    size : Cells that it gets at a time [-].
     """
 
     def __init__(self, executor: Executor, size: int = GIVEN_SIZE) -> None:
@@ -88,10 +84,8 @@ class GivenExecutor:
 
         Parameters
         ----------
-        call : callable
-            A function of a module.
-        *arguments : object
-            What it takes.
+        call : A function of a module.
+        *arguments : What it takes.
         """
         return self._executor.submit(call, *arguments)
 
@@ -107,8 +101,7 @@ class LocalProcesses:
 
     Parameters
     ----------
-    size : int
-        Number of processes [-].
+    size : Number of processes [-].
     """
 
     def __init__(self, size: int) -> None:
@@ -121,10 +114,8 @@ class LocalProcesses:
 
         Parameters
         ----------
-        call : callable
-            A function of a module.
-        *arguments : object
-            What it takes.
+        call : A function of a module.
+        *arguments : What it takes.
         """
         if self._pool is None:
             # Spawned, not forked: a fork copies the locks of numerical libraries in any state.
@@ -156,11 +147,9 @@ def begin(lifeline: Connection, threads: int) -> None:
 
     Parameters
     ----------
-    lifeline : Connection
-        Its other end is held by the starting process alone: when that one ends, however it ends,
-        or closes it, the worker leaves at once.
-    threads : int
-        Threads that the worker may use.
+    lifeline : Its other end is held by the starting process alone: when that one ends, however it
+        ends, or closes it, the worker leaves at once.
+    threads : Threads that the worker may use.
     """
     for name in ONE_THREAD:
         os.environ[name] = "1"
@@ -183,11 +172,9 @@ def open_crew(*, workers: int | None = None, cluster: str | None = None) -> Iter
 
     Parameters
     ----------
-    workers : int or None
-        Processes of this machine; None: one for each core; 1: none, this process computes.
-    cluster : str or None
-        Address of a dask scheduler, or ``local:N`` for N worker processes of a cluster that is
-        started here; instead of ``workers``.
+    workers : Processes of this machine; None: one for each core; 1: none, this process computes.
+    cluster : Address of a dask scheduler, or ``local:N`` for N worker processes of a cluster that
+        is started here; instead of ``workers``.
 
     Yields
     ------
@@ -218,8 +205,7 @@ def worker_map(workers: int) -> Iterator[Callable[[Callable[[Any], Any], Sequenc
 
     Parameters
     ----------
-    workers : int
-        Number of processes; 1: this process makes all calls.
+    workers : Number of processes; 1: this process makes all calls.
     """
     with open_crew(workers=workers) as crew:
         yield map if crew is None else partial(_shared, crew)

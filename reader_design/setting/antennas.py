@@ -23,18 +23,13 @@ def named_antenna(
 
     Parameters
     ----------
-    name : str
-        A kind of `octant.em.antennas.kinds.AntennaKind`, or the path of a pattern file.
-    frequency_hz : float
-        Frequency [Hz].
-    key : str
-        Where it is named, for messages.
-    axis : (3,) sequence of float, optional
-        Its direction in the room [-]; by default up, patches down.
-    azimuth_deg : float
-        Turn about the axis [deg].
-    length_m : float, optional
-        Length, or diameter of a conical patch [m]; by default resonant. Files have none.
+    name : A kind of `octant.em.antennas.kinds.AntennaKind`, or the path of a pattern file.
+    frequency_hz : Frequency [Hz].
+    key : Where it is named, for messages.
+    axis : (3,) sequence of float, optional — Its direction in the room [-]; by default up, patches
+        down.
+    azimuth_deg : Turn about the axis [deg].
+    length_m : Length, or diameter of a conical patch [m]; by default resonant. Files have none.
 
     Returns
     -------

@@ -24,11 +24,11 @@ class ErrorSummary:
 
     Attributes
     ----------
-    mean_rad, rms_rad, median_rad, p90_rad, max_rad : float
-        Mean, root mean square, 50th and 90th percentile and greatest [rad]. A percentile is the
-        least error that at least this share of the weight does not exceed.
-    beyond_45_share, beyond_90_share : float
-        Shares of the weight [-] with errors beyond 45 and 90 degrees.
+    mean_rad, rms_rad, median_rad, p90_rad, max_rad : Mean, root mean square, 50th and 90th
+        percentile and greatest [rad]. A percentile is the least error that at least this share of
+        the weight does not exceed.
+    beyond_45_share, beyond_90_share : Shares of the weight [-] with errors beyond 45 and 90
+        degrees.
     """
 
     mean_rad: float
@@ -45,10 +45,9 @@ def summarise_errors(error_rad: FloatArray, weight: FloatArray | None = None) ->
 
     Parameters
     ----------
-    error_rad : (...) float64
-        Errors [rad], of either sign; at least one.
-    weight : (...) float64, optional
-        Weight of each [-], not negative, not all zero; default: equal.
+    error_rad : (...) float64 — Errors [rad], of either sign; at least one.
+    weight : (...) float64, optional — Weight of each [-], not negative, not all zero; default:
+        equal.
 
     Returns
     -------
@@ -88,12 +87,9 @@ def vector_errors_rad(
 
     Parameters
     ----------
-    rss_w : (d, a, n) float64
-        RSS [W] by distance or place, azimuth of the tag, antenna.
-    azimuths_rad : (a,) or (d, a) float64
-        Azimuths of the tag in the reader frame [rad].
-    element_azimuths_rad : (n,) float64
-        Azimuths of the antennas [rad].
+    rss_w : (d, a, n) float64 — RSS [W] by distance or place, azimuth of the tag, antenna.
+    azimuths_rad : (a,) or (d, a) float64 — Azimuths of the tag in the reader frame [rad].
+    element_azimuths_rad : (n,) float64 — Azimuths of the antennas [rad].
 
     Returns
     -------

@@ -24,15 +24,11 @@ class ArrivingPaths:
 
     Attributes
     ----------
-    place : (k,) int64
-        Place of each path [-].
-    bends : (k,) int64
-        Reflections and diffractions of each path [-]; 0 is the direct ray.
-    theta_rad, phi_rad : (k,) float64
-        Direction that each comes from, in the room's frame [rad].
-    field : (c, k, 2) complex128
-        What a theta- and a phi-polarised isotropic antenna would receive of it at each frequency,
-        for 1 W from the tag [-].
+    place : (k,) int64 — Place of each path [-].
+    bends : (k,) int64 — Reflections and diffractions of each path [-]; 0 is the direct ray.
+    theta_rad, phi_rad : (k,) float64 — Direction that each comes from, in the room's frame [rad].
+    field : (c, k, 2) complex128 — What a theta- and a phi-polarised isotropic antenna would receive
+        of it at each frequency, for 1 W from the tag [-].
     """
 
     place: npt.NDArray[np.int64]
@@ -62,14 +58,10 @@ def arriving_paths(
 
     Parameters
     ----------
-    study : Study
-        With its solver.
-    setting : Setting
-        One of its rooms.
-    tag : PlacedTag
-        One of the room's tags.
-    places_m : (p, 2) float64
-        Places of the reader [m].
+    study : With its solver.
+    setting : One of its rooms.
+    tag : One of the room's tags.
+    places_m : (p, 2) float64 — Places of the reader [m].
 
     Returns
     -------
@@ -104,12 +96,9 @@ def captured(
 
     Parameters
     ----------
-    paths : ArrivingPaths
-        From a tag to the places.
-    towards_rad : (p,) float64
-        Room azimuth of the tag from each place [rad].
-    responses : sequence of ReaderResponse
-        The reader's, one for each frequency.
+    paths : From a tag to the places.
+    towards_rad : (p,) float64 — Room azimuth of the tag from each place [rad].
+    responses : The reader's, one for each frequency.
 
     Returns
     -------
@@ -140,14 +129,10 @@ def captured_by_tag(
 
     Parameters
     ----------
-    study : Study
-        With its solver.
-    setting : Setting
-        One of its rooms.
-    sampling : Sampling
-        Which places count [m].
-    responses : sequence of ReaderResponse
-        The reader's, one for each frequency.
+    study : With its solver.
+    setting : One of its rooms.
+    sampling : Which places count [m].
+    responses : The reader's, one for each frequency.
 
     Returns
     -------
@@ -169,14 +154,10 @@ def captured_share(
 
     Parameters
     ----------
-    study : Study
-        With its solver.
-    setting : Setting
-        One of its rooms.
-    sampling : Sampling
-        Which places count [m].
-    responses : sequence of ReaderResponse
-        The reader's, one for each frequency.
+    study : With its solver.
+    setting : One of its rooms.
+    sampling : Which places count [m].
+    responses : The reader's, one for each frequency.
 
     Returns
     -------

@@ -23,8 +23,7 @@ def canonical_json(value: Any) -> str:  # noqa: ANN401  any tree of plain values
 
     Parameters
     ----------
-    value : object
-        Mappings with text keys, sequences, text, finite numbers, booleans and None.
+    value : Mappings with text keys, sequences, text, finite numbers, booleans and None.
 
     Returns
     -------
@@ -44,8 +43,7 @@ def content_hash(value: Any) -> str:  # noqa: ANN401  any tree of plain values
 
     Parameters
     ----------
-    value : object
-        As :func:`canonical_json` takes it.
+    value : As :func:`canonical_json` takes it.
 
     Returns
     -------
@@ -67,12 +65,9 @@ def solutions(
 
     Parameters
     ----------
-    reader : Reader
-        The reader.
-    frequencies_hz : sequence of float
-        Frequencies [Hz]; antennas without a length are resonant at the first.
-    cells_per_wavelength : float, optional
-        Elements of the mesh per wavelength [-]; by default the reader's own.
+    reader : The reader.
+    frequencies_hz : Frequencies [Hz]; antennas without a length are resonant at the first.
+    cells_per_wavelength : Elements of the mesh per wavelength [-]; by default the reader's own.
 
     Returns
     -------
@@ -103,12 +98,9 @@ def response_at(reader: Reader, frequency_hz: float, model: str | None = None) -
 
     Parameters
     ----------
-    reader : Reader
-        The reader.
-    frequency_hz : float
-        Frequency [Hz].
-    model : str, optional
-        As ``reader.response``, which is the default.
+    reader : The reader.
+    frequency_hz : Frequency [Hz].
+    model : As ``reader.response``, which is the default.
 
     Returns
     -------
@@ -145,10 +137,8 @@ def reader_responses(reader: Reader, radio: Radio) -> tuple[ReaderResponse, ...]
 
     Parameters
     ----------
-    reader : Reader
-        The reader.
-    radio : Radio
-        Frequencies [Hz]. At all of them the antennas have one length: the reader's, or the
+    reader : The reader.
+    radio : Frequencies [Hz]. At all of them the antennas have one length: the reader's, or the
         resonant one at the carrier.
 
     Returns
@@ -172,8 +162,7 @@ def response_inputs(study: Study) -> dict[str, object]:
 
     Parameters
     ----------
-    study : Study
-        The study.
+    study : The study.
 
     Returns
     -------

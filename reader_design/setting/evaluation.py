@@ -41,32 +41,21 @@ class Cell:
 
     Attributes
     ----------
-    key : str
-        Its key; empty until it is kept.
-    design : Reader
-        The design.
-    reason : str
-        Why it failed; empty when it did not.
-    free, room : Scores or None
-        Scores in free space and in the room ([rad], [dB], [W],); None without.
-    distances_m : (d,) float64
-        Distances in free space [m].
-    free_rss_w : (d, a, n) float64
-        RSS in free space [W] by distance, azimuth, antenna; azimuths evenly from 0.
-    travel_m : (t,) float64
-        Distances of the drive away from the tag [m].
-    travel_rss_w : (t, n) float64
-        RSS on it [W], the tag straight behind antenna 1's direction of travel reversed: antenna 1
-        faces the tag.
-    notes : tuple of str
-        Warnings of the reader's model.
-    seconds : float
-        Time that it took [s].
-    unexpected : bool
-        Whether it failed for a reason that is not the design's own, such as want of memory: the
-        next run tries it again.
-    label : str
-        Human name, with every swept parameter; by default the design's own.
+    key : Its key; empty until it is kept.
+    design : The design.
+    reason : Why it failed; empty when it did not.
+    free, room : Scores in free space and in the room ([rad], [dB], [W],); None without.
+    distances_m : (d,) float64 — Distances in free space [m].
+    free_rss_w : (d, a, n) float64 — RSS in free space [W] by distance, azimuth, antenna; azimuths
+        evenly from 0.
+    travel_m : (t,) float64 — Distances of the drive away from the tag [m].
+    travel_rss_w : (t, n) float64 — RSS on it [W], the tag straight behind antenna 1's direction of
+        travel reversed: antenna 1 faces the tag.
+    notes : Warnings of the reader's model.
+    seconds : Time that it took [s].
+    unexpected : Whether it failed for a reason that is not the design's own, such as want of
+        memory: the next run tries it again.
+    label : Human name, with every swept parameter; by default the design's own.
     """
 
     key: str = ""
@@ -101,10 +90,8 @@ def reference_tag(study: Study, setting: Setting) -> PlacedTag:
 
     Parameters
     ----------
-    study : Study
-        The study.
-    setting : Setting
-        Its room with tags.
+    study : The study.
+    setting : Its room with tags.
 
     Returns
     -------
@@ -127,14 +114,10 @@ def failed_cell(design: Reader, key: str, reason: str, *, unexpected: bool = Fal
 
     Parameters
     ----------
-    design : Reader
-        The design.
-    key : str
-        Its name.
-    reason : str
-        Why there are none.
-    unexpected : bool
-        Whether the reason is not the design's own.
+    design : The design.
+    key : Its name.
+    reason : Why there are none.
+    unexpected : Whether the reason is not the design's own.
 
     Returns
     -------
@@ -158,10 +141,8 @@ def scored_cell(context: Setting, design: Reader) -> Cell:
 
     Parameters
     ----------
-    context : Setting
-        Study, room and sampling.
-    design : Reader
-        The design.
+    context : Study, room and sampling.
+    design : The design.
 
     Raises
     ------
@@ -218,12 +199,9 @@ def free_link(context: Setting, tag: PlacedTag, responses: Sequence[ReaderRespon
 
     Parameters
     ----------
-    context : Setting
-        Study and room, which gives the height of the floor [m].
-    tag : PlacedTag
-        Its place and antenna are kept.
-    responses : sequence of ReaderResponse
-        Of the design, one for each frequency.
+    context : Study and room, which gives the height of the floor [m].
+    tag : Its place and antenna are kept.
+    responses : Of the design, one for each frequency.
 
     Returns
     -------
@@ -251,12 +229,9 @@ def room_samples_w(
 
     Parameters
     ----------
-    context : Setting
-        Study, room and sampling.
-    responses : sequence of ReaderResponse
-        Of the design, one for each frequency.
-    azimuths_rad : (a,) float64
-        Azimuths of the tag in the reader frame [rad].
+    context : Study, room and sampling.
+    responses : Of the design, one for each frequency.
+    azimuths_rad : (a,) float64 — Azimuths of the tag in the reader frame [rad].
 
     Returns
     -------

@@ -18,8 +18,7 @@ def scene_fingerprint(setting: Setting) -> str:
 
     Parameters
     ----------
-    setting : Setting
-        Room, materials at every frequency and tags.
+    setting : Room, materials at every frequency and tags.
 
     Returns
     -------

@@ -24,8 +24,7 @@ def study_responses(study: Study) -> tuple[ReaderResponse, ...]:
 
     Parameters
     ----------
-    study : Study
-        The study.
+    study : The study.
 
     Returns
     -------
@@ -60,16 +59,11 @@ def tag_link(
 
     Parameters
     ----------
-    study : Study
-        The study.
-    setting : Setting
-        One of its rooms.
-    tag : PlacedTag
-        One of the room's tags.
-    responses : sequence of ReaderResponse
-        The reader's, one for each of ``study.radio.frequencies_hz``.
-    height_m : float or None
-        Ground plane above the floor [m]; None: the study's.
+    study : The study.
+    setting : One of its rooms.
+    tag : One of the room's tags.
+    responses : The reader's, one for each of ``study.radio.frequencies_hz``.
+    height_m : Ground plane above the floor [m]; None: the study's.
 
     Returns
     -------
@@ -92,8 +86,7 @@ def mission_table(study: Study) -> MissionTable:
 
     Parameters
     ----------
-    study : Study
-        The study.
+    study : The study.
 
     Returns
     -------
@@ -118,14 +111,10 @@ def open_link(
 
     Parameters
     ----------
-    study : Study
-        The study.
-    setting : Setting
-        One of its rooms; only the tag's height above the floor is taken from it [m].
-    tag_id : str
-        The tag.
-    responses : sequence of ReaderResponse
-        The reader's, one for each of ``study.radio.frequencies_hz``.
+    study : The study.
+    setting : One of its rooms; only the tag's height above the floor is taken from it [m].
+    tag_id : The tag.
+    responses : The reader's, one for each of ``study.radio.frequencies_hz``.
 
     Returns
     -------
@@ -155,12 +144,9 @@ def mission_tables(
 
     Parameters
     ----------
-    study : Study
-        With a mission.
-    setting : Setting
-        The room; how the tags hang is taken from it, and not where.
-    responses : sequence of ReaderResponse
-        The reader's, one for each of ``study.radio.frequencies_hz``.
+    study : With a mission.
+    setting : The room; how the tags hang is taken from it, and not where.
+    responses : The reader's, one for each of ``study.radio.frequencies_hz``.
 
     Returns
     -------

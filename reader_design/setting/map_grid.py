@@ -23,10 +23,8 @@ def map_axes_m(study: Study, setting: Setting) -> tuple[FloatArray, FloatArray]:
 
     Parameters
     ----------
-    study : Study
-        Its ``map.spacing_m`` is the greatest distance between neighbours.
-    setting : Setting
-        The room; in free space the grid spans tags, start and objects with a margin.
+    study : Its ``map.spacing_m`` is the greatest distance between neighbours.
+    setting : The room; in free space the grid spans tags, start and objects with a margin.
 
     Returns
     -------

@@ -34,8 +34,7 @@ def leaders(rss_w: FloatArray) -> FloatArray:
 
     Parameters
     ----------
-    rss_w : (..., n) float64
-        RSS [W].
+    rss_w : (..., n) float64 — RSS [W].
 
     Returns
     -------
@@ -55,12 +54,9 @@ def right_share(
 
     Parameters
     ----------
-    rss_w : (d, a, n) float64
-        RSS [W] by distance or place, azimuth of the tag, antenna.
-    azimuths_rad : (a,) float64
-        Azimuths of the tag in the reader frame [rad].
-    element_azimuths_rad : (n,) float64
-        Azimuths of the antennas [rad].
+    rss_w : (d, a, n) float64 — RSS [W] by distance or place, azimuth of the tag, antenna.
+    azimuths_rad : (a,) float64 — Azimuths of the tag in the reader frame [rad].
+    element_azimuths_rad : (n,) float64 — Azimuths of the antennas [rad].
 
     Returns
     -------
@@ -84,10 +80,8 @@ def vector_sum_bearing_rad(rss_w: FloatArray, element_azimuths_rad: FloatArray) 
 
     Parameters
     ----------
-    rss_w : (..., n) float64
-        RSS z_i [W].
-    element_azimuths_rad : (n,) float64
-        Azimuths delta_i of the antennas [rad].
+    rss_w : (..., n) float64 — RSS z_i [W].
+    element_azimuths_rad : (n,) float64 — Azimuths delta_i of the antennas [rad].
 
     Returns
     -------
@@ -108,12 +102,9 @@ def strongest_errors_rad(
 
     Parameters
     ----------
-    rss_w : (d, a, n) float64
-        RSS [W] by distance or place, azimuth of the tag, antenna.
-    azimuths_rad : (a,) float64
-        Azimuths of the tag in the reader frame [rad].
-    element_azimuths_rad : (n,) float64
-        Azimuths of the antennas [rad].
+    rss_w : (d, a, n) float64 — RSS [W] by distance or place, azimuth of the tag, antenna.
+    azimuths_rad : (a,) float64 — Azimuths of the tag in the reader frame [rad].
+    element_azimuths_rad : (n,) float64 — Azimuths of the antennas [rad].
 
     Returns
     -------
@@ -144,13 +135,11 @@ def facing_ratios_db(
 
     Parameters
     ----------
-    rss_w : (d, a, n) float64
-        RSS [W] by distance or place, azimuth of the tag, antenna.
-    azimuths_rad : (a,) float64
-        Azimuths of the tag in the reader frame [rad]; only those that meet an antenna's azimuth
-        are used.
-    element_azimuths_rad : (n,) float64
-        Azimuths of the antennas [rad], ascending and evenly spaced.
+    rss_w : (d, a, n) float64 — RSS [W] by distance or place, azimuth of the tag, antenna.
+    azimuths_rad : (a,) float64 — Azimuths of the tag in the reader frame [rad]; only those that
+        meet an antenna's azimuth are used.
+    element_azimuths_rad : (n,) float64 — Azimuths of the antennas [rad], ascending and evenly
+        spaced.
 
     Returns
     -------
@@ -187,12 +176,10 @@ class SteeringSignal:
 
     Attributes
     ----------
-    deviation_rad : (k,) float64
-        Direction of the tag, from the robot's front towards antenna 2, ascending [rad].
-    difference_w : (d, k) float64
-        z2 - z4 by distance or place [W].
-    normalised : (d, k) float64
-        (z2 - z4)/(z2 + z4) [-]; 0 where neither receives anything.
+    deviation_rad : (k,) float64 — Direction of the tag, from the robot's front towards antenna 2,
+        ascending [rad].
+    difference_w : (d, k) float64 — z2 - z4 by distance or place [W].
+    normalised : (d, k) float64 — (z2 - z4)/(z2 + z4) [-]; 0 where neither receives anything.
     """
 
     deviation_rad: FloatArray
@@ -207,12 +194,10 @@ def steering_signal(
 
     Parameters
     ----------
-    rss_w : (d, a, n) float64
-        RSS [W] by distance or place, azimuth of the tag, antenna.
-    azimuths_rad : (a,) float64
-        Azimuths of the tag in the reader frame [rad].
-    element_azimuths_rad : (n,) float64
-        Azimuths of the antennas [rad], ascending and evenly spaced.
+    rss_w : (d, a, n) float64 — RSS [W] by distance or place, azimuth of the tag, antenna.
+    azimuths_rad : (a,) float64 — Azimuths of the tag in the reader frame [rad].
+    element_azimuths_rad : (n,) float64 — Azimuths of the antennas [rad], ascending and evenly
+        spaced.
 
     Returns
     -------

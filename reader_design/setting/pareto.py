@@ -14,11 +14,9 @@ def pareto_front(values: npt.ArrayLike, maximise: bool | Sequence[bool]) -> npt.
 
     Parameters
     ----------
-    values : (k, m) array_like
-        One row a design, one column a score, each column in a unit of its own [-]; infinities are
-        numbers like others.
-    maximise : bool or sequence of bool
-        Whether more is better, for all columns or one by one.
+    values : (k, m) array_like — One row a design, one column a score, each column in a unit of its
+        own [-]; infinities are numbers like others.
+    maximise : Whether more is better, for all columns or one by one.
 
     Returns
     -------

@@ -38,17 +38,12 @@ class Candidate:
 
     Attributes
     ----------
-    label : str
-        Human name of the design, with its dimensions [cm].
-    key : str
-        Hash of the cell it was computed in.
-    free : Scores
-        Scores in free space (units as in Scores: [rad], [dB], [W],).
-    room : Scores or None
-        Scores in the room; None when the study has none.
-    width_m, height_m : float
-        Size of the reader [m], see `Reader.size_m`; 0 where
-        it is not known and no constraint is to act.
+    label : Human name of the design, with its dimensions [cm].
+    key : Hash of the cell it was computed in.
+    free : Scores in free space (units as in Scores: [rad], [dB], [W],).
+    room : Scores in the room; None when the study has none.
+    width_m, height_m : Size of the reader [m], see `Reader.size_m`; 0 where it is not known and no
+        constraint is to act.
     """
 
     label: str
@@ -65,13 +60,10 @@ class Merit:
 
     Attributes
     ----------
-    usable_share : float
-        The smaller usable share of free space and room [-].
-    excess_m : float
-        By how much the reader exceeds the greatest allowed width or height, the greater of the two
-        [m]; 0 where it fits.
-    values : tuple of float
-        One for each criterion, in the unit of its score [rad, dB, dBm, W or -].
+    usable_share : The smaller usable share of free space and room [-].
+    excess_m : By how much the reader exceeds the greatest allowed width or height, the greater of
+        the two [m]; 0 where it fits.
+    values : One for each criterion, in the unit of its score [rad, dB, dBm, W or -].
     """
 
     usable_share: float
@@ -85,20 +77,14 @@ class Choice:
 
     Attributes
     ----------
-    rules : Rules
-        What the ranking obeys; lengths in [m].
-    ranking : tuple of int
-        Indices of the candidates, best first.
-    merits : tuple of Merit
-        The deciding numbers in the order of the candidates ([-], [rad], [dB], [dBm]).
-    pareto : tuple of bool
-        Whether no other candidate is at least as good in all criteria and better in one.
-    decided : tuple of str
-        What separated each design of the ranking from the next.
-    reason : tuple of str
-        Why the first was chosen, in sentences with numbers.
-    comparisons : tuple of str
-        For each design of the ranking, one sentence with numbers: what it has over the next.
+    rules : What the ranking obeys; lengths in [m].
+    ranking : Indices of the candidates, best first.
+    merits : The deciding numbers in the order of the candidates ([-], [rad], [dB], [dBm]).
+    pareto : Whether no other candidate is at least as good in all criteria and better in one.
+    decided : What separated each design of the ranking from the next.
+    reason : Why the first was chosen, in sentences with numbers.
+    comparisons : For each design of the ranking, one sentence with numbers: what it has over the
+        next.
     """
 
     rules: Rules
@@ -130,12 +116,9 @@ def criterion_value(criterion: Criterion, free: Scores, room: Scores | None) -> 
 
     Parameters
     ----------
-    criterion : Criterion
-        Names of the scores.
-    free : Scores
-        In free space.
-    room : Scores or None
-        In the room; None: free space stands for it where the criterion names a score there.
+    criterion : Names of the scores.
+    free : In free space.
+    room : In the room; None: free space stands for it where the criterion names a score there.
 
     Returns
     -------
@@ -159,10 +142,8 @@ def merit(candidate: Candidate, rules: Rules | None = None) -> Merit:
 
     Parameters
     ----------
-    candidate : Candidate
-        Its scores; without a room those of free space alone count.
-    rules : Rules, optional
-        Default: those of a study that names none.
+    candidate : Its scores; without a room those of free space alone count.
+    rules : Default: those of a study that names none.
 
     Returns
     -------
@@ -188,8 +169,7 @@ def better_is_more(criterion: Criterion) -> bool:
 
     Parameters
     ----------
-    criterion : Criterion
-        Names of the scores.
+    criterion : Names of the scores.
 
     Returns
     -------
@@ -231,12 +211,9 @@ def choose(candidates: Sequence[Candidate], *, model: str, rules: Rules | None =
 
     Parameters
     ----------
-    candidates : sequence of Candidate
-        Scored designs, in the order of the sweep; at least one.
-    model : str
-        Model of the reader's response, so that the reason can say how far to trust it.
-    rules : Rules, optional
-        The study's table ``[choice]``; default: that of a study that names none.
+    candidates : Scored designs, in the order of the sweep; at least one.
+    model : Model of the reader's response, so that the reason can say how far to trust it.
+    rules : The study's table ``[choice]``; default: that of a study that names none.
 
     Returns
     -------

@@ -46,8 +46,7 @@ def score_phrase(name: str) -> str:
 
     Parameters
     ----------
-    name : str
-        Its name.
+    name : Its name.
 
     Returns
     -------
@@ -62,10 +61,8 @@ def score_text(name: str, value: float) -> str:
 
     Parameters
     ----------
-    name : str
-        Its name, which tells the unit.
-    value : float
-        The value in that unit [rad, dB, dBm, W or -].
+    name : Its name, which tells the unit.
+    value : The value in that unit [rad, dB, dBm, W or -].
 
     Returns
     -------
@@ -89,8 +86,7 @@ def criterion_name(criterion: Criterion) -> str:
 
     Parameters
     ----------
-    criterion : Criterion
-        Names of the scores.
+    criterion : Names of the scores.
 
     Returns
     -------
@@ -105,8 +101,7 @@ def criterion_sentence(criterion: Criterion) -> str:
 
     Parameters
     ----------
-    criterion : Criterion
-        Names of the scores and tolerance.
+    criterion : Names of the scores and tolerance.
 
     Returns
     -------
@@ -136,8 +131,7 @@ def rule_sentences(rules: Rules) -> tuple[str, ...]:
 
     Parameters
     ----------
-    rules : Rules
-        The study's table ``[choice]``.
+    rules : The study's table ``[choice]``.
 
     Returns
     -------
@@ -186,12 +180,9 @@ def chosen_sentence(best: "Candidate", merit: "Merit", rules: Rules) -> tuple[st
 
     Parameters
     ----------
-    best : Candidate
-        The chosen design ([cm], [dB], [deg]).
-    merit : Merit
-        Its deciding numbers.
-    rules : Rules
-        The constraints.
+    best : The chosen design ([cm], [dB], [deg]).
+    merit : Its deciding numbers.
+    rules : The constraints.
 
     Returns
     -------
@@ -219,14 +210,10 @@ def comparison_sentence(
 
     Parameters
     ----------
-    better, worse : Merit
-        Deciding numbers of both.
-    by : str
-        What decided.
-    label : str
-        Name of the next design.
-    rules : Rules
-        The criteria.
+    better, worse : Deciding numbers of both.
+    by : What decided.
+    label : Name of the next design.
+    rules : The criteria.
 
     Returns
     -------
@@ -251,8 +238,7 @@ def model_sentence(model: str) -> str:
 
     Parameters
     ----------
-    model : str
-        Model of the reader's response.
+    model : Model of the reader's response.
 
     Returns
     -------

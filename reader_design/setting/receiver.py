@@ -25,12 +25,9 @@ class RssReceiver:
 
     Attributes
     ----------
-    noise_db : float
-        Standard deviation of the error of each reading [dB].
-    thermal_noise_w : float
-        Power of the receiver's own noise [W], which adds to that of the signal.
-    quantiser : RssQuantiser or None
-        Codes in which the reading comes; None: it is exact.
+    noise_db : Standard deviation of the error of each reading [dB].
+    thermal_noise_w : Power of the receiver's own noise [W], which adds to that of the signal.
+    quantiser : Codes in which the reading comes; None: it is exact.
     """
 
     noise_db: float = 0.0
@@ -49,10 +46,8 @@ class RssReceiver:
 
         Parameters
         ----------
-        rss_w : (...) array_like
-            Received powers [W].
-        rng : numpy.random.Generator
-            Source of the errors; nothing is drawn without ``noise_db``.
+        rss_w : (...) array_like — Received powers [W].
+        rng : Source of the errors; nothing is drawn without ``noise_db``.
 
         Returns
         -------
@@ -73,12 +68,9 @@ class RssReceiver:
 
         Parameters
         ----------
-        rss_w : (d, a, n) float64
-            Received powers [W] by distance or place, azimuth, antenna.
-        rng : numpy.random.Generator
-            Source of the errors.
-        draws : int
-            Readings of each; one is enough without ``noise_db``, and then one is made.
+        rss_w : (d, a, n) float64 — Received powers [W] by distance or place, azimuth, antenna.
+        rng : Source of the errors.
+        draws : Readings of each; one is enough without ``noise_db``, and then one is made.
 
         Returns
         -------
@@ -94,8 +86,7 @@ def quantiser_of(table: Scoring | Sensor) -> RssQuantiser | None:
 
     Parameters
     ----------
-    table : Scoring or Sensor
-        Table ``[scoring]`` or ``[sensor]``; its levels are in [dBm].
+    table : Table ``[scoring]`` or ``[sensor]``; its levels are in [dBm].
     """
     if not table.bits:
         return None
@@ -109,8 +100,7 @@ def receiver_of(table: Scoring) -> RssReceiver:
 
     Parameters
     ----------
-    table : Scoring
-        The table; its levels are in [dBm].
+    table : The table; its levels are in [dBm].
 
     Returns
     -------
@@ -129,10 +119,8 @@ def scoring_readings_w(study: Study, rss_w: FloatArray) -> FloatArray:
 
     Parameters
     ----------
-    study : Study
-        Table ``[scoring]`` and seed.
-    rss_w : (d, a, n) float64
-        Received powers [W] by distance or place, azimuth, antenna.
+    study : Table ``[scoring]`` and seed.
+    rss_w : (d, a, n) float64 — Received powers [W] by distance or place, azimuth, antenna.
 
     Returns
     -------
@@ -155,14 +143,10 @@ def study_sensor(
 
     Parameters
     ----------
-    table : Sensor
-        The table [s], [Hz], [dB], [dBm].
-    links : mapping of str to PowerLink
-        Link of each tag that the robot may ask for.
-    azimuths_rad : (n,) float64
-        Azimuths of the reader's antennas [rad].
-    noise_db : float
-        Standard deviation of the log-normal error [dB]: the mission's.
+    table : The table [s], [Hz], [dB], [dBm].
+    links : Link of each tag that the robot may ask for.
+    azimuths_rad : (n,) float64 — Azimuths of the reader's antennas [rad].
+    noise_db : Standard deviation of the log-normal error [dB]: the mission's.
 
     Returns
     -------

@@ -10,12 +10,9 @@ def robot_space(scene: Scene, reader: Reader, *, radius_m: float, height_m: floa
 
     Parameters
     ----------
-    scene : Scene
-        The room [m].
-    reader : Reader
-        The table ``[reader]``: its ground plane counts where it reaches beyond the robot.
-    radius_m, height_m : float
-        The robot's round body [m].
+    scene : The room [m].
+    reader : The table ``[reader]``: its ground plane counts where it reaches beyond the robot.
+    radius_m, height_m : The robot's round body [m].
     """
     radius_m = max(radius_m, 0.5 * reader.ground_plane_m)
     height_m = max(height_m, reader.height_m)

@@ -27,10 +27,8 @@ def grid_azimuths_rad(antennas: int, per_antenna: int) -> FloatArray:
 
     Parameters
     ----------
-    antennas : int
-        Number of antennas n.
-    per_antenna : int
-        Azimuths for each antenna.
+    antennas : Number of antennas n.
+    per_antenna : Azimuths for each antenna.
 
     Returns
     -------
@@ -48,12 +46,9 @@ def facing_poses(
 
     Parameters
     ----------
-    points_m : (p, 2) array_like
-        Places of the robot [m].
-    tag_point_m : (2,) array_like
-        Point under the tag [m].
-    azimuths_rad : (a,) array_like
-        Azimuths of the tag in the reader frame [rad].
+    points_m : (p, 2) array_like — Places of the robot [m].
+    tag_point_m : (2,) array_like — Point under the tag [m].
+    azimuths_rad : (a,) array_like — Azimuths of the tag in the reader frame [rad].
 
     Returns
     -------
@@ -85,14 +80,10 @@ def sample_rss_w(
 
     Parameters
     ----------
-    link : PowerLink
-        From the tag to the reader.
-    points_m : (p, 2) array_like
-        Places of the robot [m].
-    tag_point_m : (2,) array_like
-        Point under the tag [m].
-    azimuths_rad : (a,) array_like
-        Azimuths of the tag in the reader frame [rad].
+    link : From the tag to the reader.
+    points_m : (p, 2) array_like — Places of the robot [m].
+    tag_point_m : (2,) array_like — Point under the tag [m].
+    azimuths_rad : (a,) array_like — Azimuths of the tag in the reader frame [rad].
 
     Returns
     -------
@@ -111,8 +102,7 @@ def free_points_m(distances_m: npt.ArrayLike) -> FloatArray:
 
     Parameters
     ----------
-    distances_m : (d,) array_like
-        Horizontal distances [m].
+    distances_m : (d,) array_like — Horizontal distances [m].
 
     Returns
     -------
@@ -130,14 +120,10 @@ def standing_room(
 
     Parameters
     ----------
-    scene : Scene
-        Room and objects.
-    points_m : (p, 2) float64
-        Places [m].
-    reader_z_m : float
-        Height coordinate of the ground plane in the room's frame [m].
-    clearance_m : float
-        Distance to keep between the reader's centre and walls or objects beside it [m].
+    scene : Room and objects.
+    points_m : (p, 2) float64 — Places [m].
+    reader_z_m : Height coordinate of the ground plane in the room's frame [m].
+    clearance_m : Distance to keep between the reader's centre and walls or objects beside it [m].
 
     Returns
     -------
@@ -166,14 +152,10 @@ def floor_points_m(
 
     Parameters
     ----------
-    scene : Scene
-        A room; its bounds carry the grid, centred in them.
-    spacing_m : float
-        Step of the grid [m].
-    reader_z_m : float
-        Height coordinate of the ground plane in the room's frame [m].
-    clearance_m : float
-        See :func:`standing_room` [m].
+    scene : A room; its bounds carry the grid, centred in them.
+    spacing_m : Step of the grid [m].
+    reader_z_m : Height coordinate of the ground plane in the room's frame [m].
+    clearance_m : See :func:`standing_room` [m].
 
     Returns
     -------
@@ -197,12 +179,9 @@ def room_places_m(
 
     Parameters
     ----------
-    study : Study
-        With its reader.
-    setting : Setting
-        One of its rooms.
-    sampling : Sampling
-        Grid and range [m].
+    study : With its reader.
+    setting : One of its rooms.
+    sampling : Grid and range [m].
 
     Returns
     -------

@@ -100,20 +100,17 @@ def score_rss(
 
     Parameters
     ----------
-    rss_w : (d, a, n) array_like
-        RSS [W], not negative, by distance or place, azimuth of the tag, antenna.
-    azimuths_rad : (a,) array_like
-        Azimuths of the tag in the reader frame [rad]; evenly spaced over the circle, containing
-        those of the antennas, if the averages are to mean what they say.
-    element_azimuths_rad : (n,) array_like
-        Azimuths of the antennas in the reader frame [rad], ascending and evenly spaced.
-    usable_dbm : float
-        RSS at which a tag is still read [dBm].
-    readings_w : (k, a, n) array_like, optional
-        What a receiver reads of such samples [W], for the scores whose names begin with ``read``;
-        default: the RSS itself.
-    captured_share : float
-        Passed on [-]; see :mod:`octant.reader_design.setting.capture`.
+    rss_w : (d, a, n) array_like — RSS [W], not negative, by distance or place, azimuth of the tag,
+        antenna.
+    azimuths_rad : (a,) array_like — Azimuths of the tag in the reader frame [rad]; evenly spaced
+        over the circle, containing those of the antennas, if the averages are to mean what they
+        say.
+    element_azimuths_rad : (n,) array_like — Azimuths of the antennas in the reader frame [rad],
+        ascending and evenly spaced.
+    usable_dbm : RSS at which a tag is still read [dBm].
+    readings_w : (k, a, n) array_like, optional — What a receiver reads of such samples [W], for the
+        scores whose names begin with ``read``; default: the RSS itself.
+    captured_share : Passed on [-]; see :mod:`octant.reader_design.setting.capture`.
 
     Returns
     -------

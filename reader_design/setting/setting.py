@@ -34,15 +34,11 @@ class PlacedTag:
 
     Parameters
     ----------
-    id : str
-        Its name.
-    position_m : (3,) float64
-        Place in the room, after the stand-off [m].
-    given_m : (3,) float64
-        Place that the study gives [m].
-    antennas : tuple of Antenna
-        Its antenna at each frequency of the study [Hz]: the same metal, cut for the carrier; axis
-        in the room's frame.
+    id : Its name.
+    position_m : (3,) float64 — Place in the room, after the stand-off [m].
+    given_m : (3,) float64 — Place that the study gives [m].
+    antennas : Its antenna at each frequency of the study [Hz]: the same metal, cut for the carrier;
+        axis in the room's frame.
     """
 
     id: str
@@ -67,19 +63,14 @@ class Sampling:
 
     Attributes
     ----------
-    nearest_m, farthest_m : float
-        Range of horizontal distances between reader and tag [m].
-    distance_step_m : float
-        Step of the distances in free space [m].
-    free_azimuths : int
-        Azimuths for each antenna in free space; even, so that directions half-way between
-        antennas are among them.
-    room_azimuths : int
-        Azimuths for each antenna in the room; even.
-    room_spacing_m : float
-        Step of the places on the floor [m].
-    travel_step_m : float
-        Step of the drive along antenna 1's direction, for the figure of RSS against distance [m].
+    nearest_m, farthest_m : Range of horizontal distances between reader and tag [m].
+    distance_step_m : Step of the distances in free space [m].
+    free_azimuths : Azimuths for each antenna in free space; even, so that directions half-way
+        between antennas are among them.
+    room_azimuths : Azimuths for each antenna in the room; even.
+    room_spacing_m : Step of the places on the floor [m].
+    travel_step_m : Step of the drive along antenna 1's direction, for the figure of RSS against
+        distance [m].
     """
 
     nearest_m: float = 0.5
@@ -136,26 +127,17 @@ class Setting:
 
     Parameters
     ----------
-    study : Study
-        The study; its ``[reader]`` is the reader that stands here.
-    name : str
-        The study's name, or the layout's.
-    scene : Scene
-        Room and objects.
-    radios : tuple of RadioScene
-        One for each frequency over which RSS is averaged [Hz].
-    tags : tuple of PlacedTag
-        In the order of the study.
-    reader_z_m : float
-        Height coordinate of the reader's ground plane in the room's frame [m].
-    map_z_m : float
-        Height coordinate of map receivers in the room's frame [m].
-    notes : tuple of str
-        What the user should know, for example which tag was moved off the ceiling and how far [m].
-    sampling : Sampling
-        How densely readers are probed [m].
-    usable_dbm : float
-        RSS at which a tag is still read [dBm].
+    study : The study; its ``[reader]`` is the reader that stands here.
+    name : The study's name, or the layout's.
+    scene : Room and objects.
+    radios : One for each frequency over which RSS is averaged [Hz].
+    tags : In the order of the study.
+    reader_z_m : Height coordinate of the reader's ground plane in the room's frame [m].
+    map_z_m : Height coordinate of map receivers in the room's frame [m].
+    notes : What the user should know, for example which tag was moved off the ceiling and how far
+        [m].
+    sampling : How densely readers are probed [m].
+    usable_dbm : RSS at which a tag is still read [dBm].
     """
 
     study: Study
@@ -184,8 +166,7 @@ class Setting:
 
         Parameters
         ----------
-        reader : Reader
-            Its ground plane stands at its own height [m].
+        reader : Its ground plane stands at its own height [m].
         """
         return replace(
             self,
@@ -198,8 +179,7 @@ class Setting:
 
         Parameters
         ----------
-        tag_id : str
-            Its id.
+        tag_id : Its id.
 
         Returns
         -------
@@ -226,12 +206,9 @@ def build_setting(
 
     Parameters
     ----------
-    study : Study
-        A study from `load_study` [m].
-    layout : Layout or None
-        One of ``study.layouts``; None: the study's own room.
-    sampling : Sampling, optional
-        How densely readers are probed [m].
+    study : A study from `load_study` [m].
+    layout : One of ``study.layouts``; None: the study's own room.
+    sampling : How densely readers are probed [m].
 
     Returns
     -------
@@ -285,12 +262,9 @@ def radio_at(study: Study, setting: Setting, frequency_hz: float) -> RadioScene:
 
     Parameters
     ----------
-    study : Study
-        The study.
-    setting : Setting
-        One of its rooms.
-    frequency_hz : float
-        Frequency [Hz].
+    study : The study.
+    setting : One of its rooms.
+    frequency_hz : Frequency [Hz].
 
     Returns
     -------
@@ -321,16 +295,11 @@ def candidates_from(
 
     Parameters
     ----------
-    study : Study
-        The study.
-    radio : RadioScene
-        Its room at one frequency.
-    source_m : (3,) array_like
-        Place of the source [m].
-    max_reflections : int or None
-        Greatest order; None: the study's.
-    region_m : (2, 3) array_like or None
-        Box [m] that all receivers lie in; None: the room.
+    study : The study.
+    radio : Its room at one frequency.
+    source_m : (3,) array_like — Place of the source [m].
+    max_reflections : Greatest order; None: the study's.
+    region_m : (2, 3) array_like or None — Box [m] that all receivers lie in; None: the room.
 
     Returns
     -------
@@ -348,8 +317,7 @@ def solver_settings(study: Study) -> SolverSettings:
 
     Parameters
     ----------
-    study : Study
-        The study.
+    study : The study.
     """
     solver = study.solver
     return SolverSettings(
@@ -367,10 +335,8 @@ def place_tags(study: Study, scene: Scene) -> tuple[tuple[PlacedTag, ...], tuple
 
     Parameters
     ----------
-    study : Study
-        With its tags [m].
-    scene : Scene
-        The room they hang in.
+    study : With its tags [m].
+    scene : The room they hang in.
 
     Returns
     -------
@@ -413,16 +379,11 @@ def place_antenna(
 
     Parameters
     ----------
-    scene : Scene
-        The room.
-    point_m : (3,) array_like
-        Given place [m].
-    standoff_m : float
-        How far it is moved off a surface that it lies on [m].
-    name : str
-        What it is called when it is moved.
-    key : str
-        Key path or option that gave the place, for errors.
+    scene : The room.
+    point_m : (3,) array_like — Given place [m].
+    standoff_m : How far it is moved off a surface that it lies on [m].
+    name : What it is called when it is moved.
+    key : Key path or option that gave the place, for errors.
 
     Returns
     -------

@@ -24,14 +24,10 @@ def variable(
 
     Parameters
     ----------
-    dims : sequence of str
-        Name of each dimension; a complex array gets a last one, ``part`` = re, im.
-    values : array_like
-        The numbers, in the unit [``units``]; text is allowed.
-    units : str
-        Unit, for example ``W``; ``1`` for a number without one.
-    long_name : str
-        What it is, in words.
+    dims : Name of each dimension; a complex array gets a last one, ``part`` = re, im.
+    values : array_like — The numbers, in the unit [``units``]; text is allowed.
+    units : Unit, for example ``W``; ``1`` for a number without one.
+    long_name : What it is, in words.
     """
     import xarray as xr
 
@@ -57,18 +53,12 @@ def dataset(
 
     Parameters
     ----------
-    variables : mapping of str to xarray.Variable
-        Made by `variable` (any unit).
-    coordinates : mapping of str to xarray.Variable or None
-        Made by `variable`; ``part`` is added where a variable is complex.
-    study_toml : str
-        The resolved study.
-    seed : int
-        The seed in force.
-    title : str
-        What the file holds.
-    attributes : mapping or None
-        Further attributes [-].
+    variables : Made by `variable` (any unit).
+    coordinates : Made by `variable`; ``part`` is added where a variable is complex.
+    study_toml : The resolved study.
+    seed : The seed in force.
+    title : What the file holds.
+    attributes : Further attributes [-].
     """
     import xarray as xr
 
@@ -90,12 +80,9 @@ def write_dataset(data: "xr.Dataset", path: Path, *, force: bool) -> None:
 
     Parameters
     ----------
-    data : xarray.Dataset
-        Every variable and coordinate with ``units`` and ``long_name``.
-    path : Path
-        The file.
-    force : bool
-        False: refuse when the file exists.
+    data : Every variable and coordinate with ``units`` and ``long_name``.
+    path : The file.
+    force : False: refuse when the file exists.
     """
     refuse_overwrite(path, force=force)
     for name, item in data.variables.items():
@@ -111,8 +98,7 @@ def read_dataset(path: Path) -> "xr.Dataset":
 
     Parameters
     ----------
-    path : Path
-        A netCDF4 file.
+    path : A netCDF4 file.
     """
     import xarray as xr
 

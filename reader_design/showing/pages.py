@@ -22,16 +22,11 @@ class ReportTable:
 
     Attributes
     ----------
-    caption : str
-        One sentence above the table.
-    header : tuple of str
-        Column headings, with units in brackets.
-    rows : tuple of tuple of str
-        Cells.
-    best : int or None
-        Row that is highlighted.
-    words : bool
-        True: cells hold words, set flush left.
+    caption : One sentence above the table.
+    header : Column headings, with units in brackets.
+    rows : Cells.
+    best : Row that is highlighted.
+    words : True: cells hold words, set flush left.
     """
 
     caption: str
@@ -47,12 +42,9 @@ class ReportFigure:
 
     Attributes
     ----------
-    title : str
-        Name, also the alternative text of the image.
-    caption : str
-        One sentence that says what to see in it.
-    png : bytes
-        The image.
+    title : Name, also the alternative text of the image.
+    caption : One sentence that says what to see in it.
+    png : The image.
     """
 
     title: str
@@ -66,20 +58,13 @@ class ReportSection:
 
     Attributes
     ----------
-    heading : str
-        Heading.
-    paragraphs : tuple of str
-        Text.
-    warnings : tuple of str
-        Sentences that are highlighted.
-    points : tuple of str
-        A list.
-    tables : tuple of ReportTable
-        Tables.
-    figures : tuple of ReportFigure
-        Figures.
-    folded : tuple of (str, str)
-        Long texts behind a line that opens them: line, text.
+    heading : Heading.
+    paragraphs : Text.
+    warnings : Sentences that are highlighted.
+    points : A list.
+    tables : Tables.
+    figures : Figures.
+    folded : Long texts behind a line that opens them: line, text.
     """
 
     heading: str
@@ -97,18 +82,12 @@ class Report:
 
     Attributes
     ----------
-    title : str
-        Title.
-    subtitle : str
-        Line below it.
-    summary : tuple of str
-        The most important results, in short.
-    warnings : tuple of str
-        What limits it.
-    facts : tuple of (str, str)
-        Names and values with their units, as tiles.
-    sections : tuple of ReportSection
-        The rest.
+    title : Title.
+    subtitle : Line below it.
+    summary : The most important results, in short.
+    warnings : What limits it.
+    facts : Names and values with their units, as tiles.
+    sections : The rest.
     """
 
     title: str
@@ -126,10 +105,8 @@ def embedded_figures(
 
     Parameters
     ----------
-    figures : mapping of str to sequence of (str, str, Path)
-        By section: title, caption and PNG file of each figure.
-    section : str
-        Which.
+    figures : By section: title, caption and PNG file of each figure.
+    section : Which.
     """
     return tuple(
         ReportFigure(title=title, caption=caption, png=path.read_bytes())
@@ -144,8 +121,7 @@ def render_report(report: Report) -> str:
 
     Parameters
     ----------
-    report : Report
-        The content; every text is escaped.
+    report : The content; every text is escaped.
     """
     return _environment().get_template("report.html.j2").render(report=report)
 

@@ -26,12 +26,9 @@ class Plan:
 
     Attributes
     ----------
-    cuts_m : (k, 2, 2) float64
-        Segments in which the reader's plane cuts walls and objects [m].
-    solids_m : (t, 3, 2) float64
-        Triangles of closed objects, projected to the floor [m].
-    bounds_m : (2, 2) float64
-        Least and greatest x and y of the room [m]; zeros without any.
+    cuts_m : (k, 2, 2) float64 — Segments in which the reader's plane cuts walls and objects [m].
+    solids_m : (t, 3, 2) float64 — Triangles of closed objects, projected to the floor [m].
+    bounds_m : (2, 2) float64 — Least and greatest x and y of the room [m]; zeros without any.
     """
 
     cuts_m: FloatArray
@@ -46,10 +43,8 @@ def plan_of(scene: Scene, height_m: float) -> Plan:
 
     Parameters
     ----------
-    scene : Scene
-        Room and objects.
-    height_m : float
-        Height coordinate of the cut in the room's frame [m].
+    scene : Room and objects.
+    height_m : Height coordinate of the cut in the room's frame [m].
     """
     corners = [body.vertices_m[body.faces] for body in scene.bodies]
     triangles = np.concatenate(corners) if corners else np.zeros((0, 3, 3))
@@ -66,10 +61,8 @@ def cut_triangles(triangles_m: FloatArray, height_m: float) -> FloatArray:
 
     Parameters
     ----------
-    triangles_m : (t, 3, 3) float64
-        Corners [m].
-    height_m : float
-        Height of the plane [m]; a corner exactly on it counts as above.
+    triangles_m : (t, 3, 3) float64 — Corners [m].
+    height_m : Height of the plane [m]; a corner exactly on it counts as above.
     """
     if len(triangles_m) == 0:
         return np.zeros((0, 2, 2))
@@ -94,12 +87,9 @@ def draw_plan(axes: "Axes", plan: Plan, *, extra_m: FloatArray | None = None) ->
 
     Parameters
     ----------
-    axes : Axes
-        Where to draw.
-    plan : Plan
-        From `plan_of`.
-    extra_m : (k, 2) float64, optional
-        Points that must be in view besides the room [m].
+    axes : Where to draw.
+    plan : From `plan_of`.
+    extra_m : (k, 2) float64, optional — Points that must be in view besides the room [m].
     """
     from matplotlib.collections import LineCollection, PolyCollection
 
@@ -133,10 +123,8 @@ def draw_tags(axes: "Axes", tags: Mapping[str, FloatArray]) -> None:
 
     Parameters
     ----------
-    axes : Axes
-        A plan view.
-    tags : mapping of str to (2,) float64
-        Names and points [m].
+    axes : A plan view.
+    tags : Names and points [m].
     """
     from matplotlib.patheffects import withStroke
 
@@ -169,10 +157,8 @@ def plan_shape(plan: Plan, x_m: FloatArray, y_m: FloatArray) -> float:
 
     Parameters
     ----------
-    plan : Plan
-        The room.
-    x_m, y_m : (k,) float64
-        Coordinates that must be in view [m].
+    plan : The room.
+    x_m, y_m : (k,) float64 — Coordinates that must be in view [m].
     """
     low = np.minimum(plan.bounds_m[0], [x_m.min(), y_m.min()])
     high = np.maximum(plan.bounds_m[1], [x_m.max(), y_m.max()])
@@ -186,12 +172,10 @@ class MapPanel:
 
     Attributes
     ----------
-    title : str
-        Above the panel.
-    values : (ny, nx) float64
-        What is mapped, in the unit of the colour bar [dBm or deg]; NaN where no robot can stand.
-    tags : mapping of str to (2,) float64
-        Names and places of the tags that are drawn [m].
+    title : Above the panel.
+    values : (ny, nx) float64 — What is mapped, in the unit of the colour bar [dBm or deg]; NaN
+        where no robot can stand.
+    tags : Names and places of the tags that are drawn [m].
     """
 
     title: str
@@ -218,25 +202,16 @@ def map_figure(
 
     Parameters
     ----------
-    x_m, y_m : (nx,), (ny,) float64
-        Grid [m].
-    panels : sequence of MapPanel
-        One map each.
-    plan : Plan
-        Walls and objects.
-    title : str
-        Above the figure.
-    bar_label : str
-        Quantity and unit at the colour bar.
-    limits : (float, float), optional
-        Ends of the colour bar in its unit [dBm] or [deg]; default: the 2nd and 99.8th percentile
-        of all panels.
-    colours : str
-        Matplotlib colour map.
-    columns : int
-        Most panels in a row.
-    levels : int, optional
-        Number of colours between the limits; default: a smooth bar.
+    x_m, y_m : (nx,), (ny,) float64 — Grid [m].
+    panels : One map each.
+    plan : Walls and objects.
+    title : Above the figure.
+    bar_label : Quantity and unit at the colour bar.
+    limits : (float, float), optional — Ends of the colour bar in its unit [dBm] or [deg]; default:
+        the 2nd and 99.8th percentile of all panels.
+    colours : Matplotlib colour map.
+    columns : Most panels in a row.
+    levels : Number of colours between the limits; default: a smooth bar.
     """
     from matplotlib import colormaps
 

@@ -42,16 +42,11 @@ class NamedFigure:
 
     Attributes
     ----------
-    file : str
-        File name.
-    section : str
-        ``sweep``, ``reader``, ``room`` or ``mission``.
-    title : str
-        Its name.
-    caption : str
-        One sentence, with the units that matter [m, dB, deg].
-    figure : Figure
-        The figure.
+    file : File name.
+    section : ``sweep``, ``reader``, ``room`` or ``mission``.
+    title : Its name.
+    caption : One sentence, with the units that matter [m, dB, deg].
+    figure : The figure.
     """
 
     file: str
@@ -84,10 +79,8 @@ def save_figure(figure: "Figure", path: Path) -> None:
 
     Parameters
     ----------
-    figure : Figure
-        From one of the functions here.
-    path : Path
-        File ending in ``.png``.
+    figure : From one of the functions here.
+    path : File ending in ``.png``.
     """
     with figure_style(), whole_file(path) as part:
         figure.savefig(part, format="png", metadata={"Software": None})
@@ -100,12 +93,9 @@ def new_figure(
 
     Parameters
     ----------
-    width_in, height_in : float
-        Size [in].
-    title : str
-        Line above all panels.
-    rows, columns : int
-        Number of panels.
+    width_in, height_in : Size [in].
+    title : Line above all panels.
+    rows, columns : Number of panels.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -123,8 +113,7 @@ def math_text(label: str) -> str:
 
     Parameters
     ----------
-    label : str
-        E.g. a design's label.
+    label : E.g. a design's label.
     """
     return label.replace("r_a", "$r_a$").replace("h_p", "$h_p$")
 
@@ -134,12 +123,9 @@ def draw_antennas(axes: "Axes", x: npt.ArrayLike, rss_dbm: FloatArray) -> None:
 
     Parameters
     ----------
-    axes : Axes
-        Where to draw.
-    x : (k,) array_like
-        Abscissa, in the unit of the axis [m, deg or s].
-    rss_dbm : (k, n) float64
-        RSS [dBm]; minus infinity leaves a gap.
+    axes : Where to draw.
+    x : (k,) array_like — Abscissa, in the unit of the axis [m, deg or s].
+    rss_dbm : (k, n) float64 — RSS [dBm]; minus infinity leaves a gap.
     """
     level = np.where(np.isfinite(rss_dbm), rss_dbm, np.nan)
     for i in range(level.shape[1]):
@@ -158,12 +144,9 @@ def antenna_legend(figure: "Figure", axes: "Axes", *, title: str | None = None) 
 
     Parameters
     ----------
-    figure : Figure
-        The figure.
-    axes : Axes
-        Panel that holds the lines.
-    title : str, optional
-        Above the legend.
+    figure : The figure.
+    axes : Panel that holds the lines.
+    title : Above the legend.
     """
     handles, labels = axes.get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside right center", title=title, handlelength=2.6)

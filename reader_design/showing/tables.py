@@ -21,11 +21,9 @@ def read_columns(path: Path, columns: Sequence[str]) -> npt.NDArray[np.float64]:
 
     Parameters
     ----------
-    path : Path
-        A CSV file whose first line names its columns; further columns are left alone, empty lines
-        skipped.
-    columns : sequence of str
-        The names wanted, for example ``x_m``.
+    path : A CSV file whose first line names its columns; further columns are left alone, empty
+        lines skipped.
+    columns : The names wanted, for example ``x_m``.
     """
     try:
         text = path.read_text("utf-8-sig")
@@ -57,14 +55,10 @@ def put_table(
 
     Parameters
     ----------
-    target : str or None
-        A file's path; None or ``-``: stdout.
-    header : sequence of str
-        Column names, with their units.
-    rows : iterable of sequences
-        Values; floats get the digits that read back to the same number.
-    force : bool
-        Replace a file that exists.
+    target : A file's path; None or ``-``: stdout.
+    header : Column names, with their units.
+    rows : Values; floats get the digits that read back to the same number.
+    force : Replace a file that exists.
     """
     if target is None or target == "-":
         _write_rows(sys.stdout, header, rows)
@@ -80,10 +74,8 @@ def csv_text(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
 
     Parameters
     ----------
-    header : sequence of str
-        Column names, with their units.
-    rows : iterable of sequences
-        Values; floats get the digits that read back to the same number.
+    header : Column names, with their units.
+    rows : Values; floats get the digits that read back to the same number.
     """
     text = io.StringIO(newline="")
     _write_rows(text, header, rows)

@@ -35,8 +35,7 @@ def study_materials(study: Study) -> dict[str, Material]:
 
     Parameters
     ----------
-    study : Study
-        A checked study.
+    study : A checked study.
 
     Returns
     -------
@@ -57,8 +56,7 @@ def room_bodies(room: Room) -> tuple[Body, ...]:
 
     Parameters
     ----------
-    room : Room
-        Any room of a study [m].
+    room : Any room of a study [m].
 
     Returns
     -------
@@ -96,8 +94,7 @@ def object_bodies(objects: Sequence[RoomObject]) -> tuple[Body, ...]:
 
     Parameters
     ----------
-    objects : sequence of RoomObject
-        The tables ``[[room.object]]`` [m], [deg].
+    objects : The tables ``[[room.object]]`` [m], [deg].
 
     Returns
     -------

@@ -33,10 +33,8 @@ def unknown_antenna(path: str, name: str) -> str:
 
     Parameters
     ----------
-    path : str
-        Where it is named.
-    name : str
-        What was given.
+    path : Where it is named.
+    name : What was given.
 
     Returns
     -------
@@ -52,11 +50,9 @@ def check_study(study: Study, *, shapes: bool = True) -> None:
 
     Parameters
     ----------
-    study : Study
-        A study whose single values are already within their ranges.
-    shapes : bool
-        False: leave out whether the walls of rooms fit together, which building the scene finds
-        out as well; it takes a hundred times as long as the rest.
+    study : A study whose single values are already within their ranges.
+    shapes : False: leave out whether the walls of rooms fit together, which building the scene
+        finds out as well; it takes a hundred times as long as the rest.
 
     Raises
     ------
@@ -119,10 +115,8 @@ def rooms_of(study: Study, layout: Layout | None = None) -> Room:
 
     Parameters
     ----------
-    study : Study
-        The study.
-    layout : Layout or None
-        One of its layouts; None: the study's own room.
+    study : The study.
+    layout : One of its layouts; None: the study's own room.
 
     Returns
     -------

@@ -15,17 +15,12 @@ class Scoring(Table, frozen=True, kw_only=True):
 
     Parameters
     ----------
-    noise_db : float
-        Standard deviation of the error of each RSS reading [dB].
-    thermal_noise_dbm : float
-        Power of the receiver's noise [dBm]; the default is that of 2 MHz at 290 K, -111 dBm, with
-        a noise figure of 11 dB.
-    bits : int
-        Length of the code of an RSS reading [bit], as in the thesis' tags; 0: it is exact.
-    floor_dbm, full_scale_dbm : float
-        Powers of the lowest and of the highest code [dBm].
-    draws : int
-        Readings of every sample.
+    noise_db : Standard deviation of the error of each RSS reading [dB].
+    thermal_noise_dbm : Power of the receiver's noise [dBm]; the default is that of 2 MHz at 290 K,
+        -111 dBm, with a noise figure of 11 dB.
+    bits : Length of the code of an RSS reading [bit], as in the thesis' tags; 0: it is exact.
+    floor_dbm, full_scale_dbm : Powers of the lowest and of the highest code [dBm].
+    draws : Readings of every sample.
     """
 
     noise_db: NotNegative = 1.0
@@ -41,15 +36,12 @@ class Criterion(Table, frozen=True, kw_only=True):
 
     Parameters
     ----------
-    free, room : str
-        Names of the scores that count in free space and in the room; empty: none there. Where
-        both count it is their mean, of bearing errors their root mean square; a study without a
-        room takes that of free space.
-    tolerance : float
-        Designs that stay behind the best by no more than this count as equal, in the score's
-        unit [dB, rad or -].
-    relative : bool
-        Whether the tolerance is a fraction of the best instead.
+    free, room : Names of the scores that count in free space and in the room; empty: none there.
+        Where both count it is their mean, of bearing errors their root mean square; a study without
+        a room takes that of free space.
+    tolerance : Designs that stay behind the best by no more than this count as equal, in the
+        score's unit [dB, rad or -].
+    relative : Whether the tolerance is a fraction of the best instead.
     """
 
     free: str = ""
@@ -72,17 +64,13 @@ class Choice(Table, frozen=True, kw_only=True):
 
     Parameters
     ----------
-    least_usable_share : float
-        A design whose strongest antenna is usable in a smaller share of samples, in free space
-        or in the room, ranks below all others.
-    greatest_width_m, greatest_height_m : float or None
-        A reader that is wider, or taller above its ground plane, ranks last [m]; None: any.
-    criteria : tuple of Criterion
-        The tables ``[[choice.criterion]]``, in order of weight.
-    shortlist : int
-        Designs that the report's short list shows.
-    missions : int
-        Designs, best first, with which the missions are driven; the first is the chosen one.
+    least_usable_share : A design whose strongest antenna is usable in a smaller share of samples,
+        in free space or in the room, ranks below all others.
+    greatest_width_m, greatest_height_m : A reader that is wider, or taller above its ground plane,
+        ranks last [m]; None: any.
+    criteria : The tables ``[[choice.criterion]]``, in order of weight.
+    shortlist : Designs that the report's short list shows.
+    missions : Designs, best first, with which the missions are driven; the first is the chosen one.
 
     Notes
     -----

@@ -22,59 +22,34 @@ class Dock(Table, frozen=True, kw_only=True):
 
     Parameters
     ----------
-    tag : str
-        Tag that hangs over the staging place: the ``id`` of a ``[[tag]]``.
-    landmark_position_m : (3,) tuple of float
-        Landmark at the station, in the room's frame [m].
-    landmark_heading_deg : float
-        Direction that the robot has when it faces the landmark squarely [deg].
-    stand_off_m : float
-        The robot docks so far in front of the landmark [m].
-    staging_m : float
-        Distance of the staging place from the landmark [m].
-    tries : int
-        How often the robot tries.
-    runs : int
-        Monte-Carlo repetitions in each layout.
-    start_low_m, start_high_m : (2,) tuple of float or None
-        Corners of the area in which starts are drawn [m]; None: the room, or in free space 4 m to
-        every side of the staging place.
-    noise_db : float
-        Standard deviation of the noise of each RSS reading [dB].
-    reading_time_s : float
-        Time between two readings of the tag [s].
-    sample_time_s : float
-        Time between two images of the camera and two commands of the docking law [s].
-    gamma_per_s, h, k_per_s : float
-        Gains of the docking law [1/s], [-], [1/s].
-    max_speed_m_per_s : float
-        Limit of the docking law's speed [m/s].
-    max_turn_rate_deg_per_s : float
-        Limit of its turn rate [deg/s].
-    saturation : str
-        ``curvature``: beyond a limit both commands shrink by one factor; ``clip``: each by itself.
-    latch_radius_m : float
-        The robot stops so near to the goal [m].
-    compensate_slips : bool
-        Whether estimated slips are taken off the commands.
-    linear_slip_m_per_s : float
-        How much faster the robot drives than it is commanded to [m/s].
-    angular_slip_deg_per_s : float
-        How much faster it turns than it is commanded to [deg/s].
-    robot_radius_m, robot_height_m : float
-        The round body that collides [m].
-    camera_range_m : float
-        Greatest distance at which the landmark is recognised [m].
-    camera_width_deg : float
-        Horizontal field of view [deg].
-    position_sd_m : float
-        Standard deviation of each measured coordinate of the landmark [m].
-    attitude_sd_deg : float
-        Standard deviation of its measured attitude [deg].
-    detection_probability : float
-        Probability that a landmark in sight is detected.
-    false_probability : float
-        Probability that something else is reported in its stead.
+    tag : Tag that hangs over the staging place: the ``id`` of a ``[[tag]]``.
+    landmark_position_m : (3,) tuple of float — Landmark at the station, in the room's frame [m].
+    landmark_heading_deg : Direction that the robot has when it faces the landmark squarely [deg].
+    stand_off_m : The robot docks so far in front of the landmark [m].
+    staging_m : Distance of the staging place from the landmark [m].
+    tries : How often the robot tries.
+    runs : Monte-Carlo repetitions in each layout.
+    start_low_m, start_high_m : (2,) tuple of float or None — Corners of the area in which starts
+        are drawn [m]; None: the room, or in free space 4 m to every side of the staging place.
+    noise_db : Standard deviation of the noise of each RSS reading [dB].
+    reading_time_s : Time between two readings of the tag [s].
+    sample_time_s : Time between two images of the camera and two commands of the docking law [s].
+    gamma_per_s, h, k_per_s : Gains of the docking law [1/s], [-], [1/s].
+    max_speed_m_per_s : Limit of the docking law's speed [m/s].
+    max_turn_rate_deg_per_s : Limit of its turn rate [deg/s].
+    saturation : ``curvature``: beyond a limit both commands shrink by one factor; ``clip``: each by
+        itself.
+    latch_radius_m : The robot stops so near to the goal [m].
+    compensate_slips : Whether estimated slips are taken off the commands.
+    linear_slip_m_per_s : How much faster the robot drives than it is commanded to [m/s].
+    angular_slip_deg_per_s : How much faster it turns than it is commanded to [deg/s].
+    robot_radius_m, robot_height_m : The round body that collides [m].
+    camera_range_m : Greatest distance at which the landmark is recognised [m].
+    camera_width_deg : Horizontal field of view [deg].
+    position_sd_m : Standard deviation of each measured coordinate of the landmark [m].
+    attitude_sd_deg : Standard deviation of its measured attitude [deg].
+    detection_probability : Probability that a landmark in sight is detected.
+    false_probability : Probability that something else is reported in its stead.
     """
 
     tag: Name

@@ -43,14 +43,10 @@ def unknown_name(path: str, name: str, allowed: Sequence[str], *, what: str) -> 
 
     Parameters
     ----------
-    path : str
-        Where it stands, for example ``mission.tags[1]``.
-    name : str
-        What was given.
-    allowed : sequence of str
-        Names that exist.
-    what : str
-        What the names are, for example ``tag``.
+    path : Where it stands, for example ``mission.tags[1]``.
+    name : What was given.
+    allowed : Names that exist.
+    what : What the names are, for example ``tag``.
 
     Returns
     -------
@@ -68,8 +64,7 @@ def path_text(path: Path) -> str:
 
     Parameters
     ----------
-    path : tuple of str or int
-        Keys and list positions from the root.
+    path : Keys and list positions from the root.
 
     Returns
     -------
@@ -90,8 +85,7 @@ def unit_of(path: Path) -> str:
 
     Parameters
     ----------
-    path : tuple of str or int
-        Keys and list positions from the root.
+    path : Keys and list positions from the root.
 
     Returns
     -------
@@ -107,10 +101,8 @@ def value_text(path: Path, value: Any) -> str:  # noqa: ANN401  any TOML value
 
     Parameters
     ----------
-    path : tuple of str or int
-        Where it stands.
-    value : object
-        A TOML value.
+    path : Where it stands.
+    value : A TOML value.
 
     Returns
     -------
@@ -130,8 +122,7 @@ def struct_names(struct: type[msgspec.Struct]) -> list[str]:
 
     Parameters
     ----------
-    struct : type
-        The table's class.
+    struct : The table's class.
 
     Returns
     -------
@@ -148,12 +139,9 @@ def sentence(error: msgspec.ValidationError, raw: Any, root: type) -> str:  # no
 
     Parameters
     ----------
-    error : msgspec.ValidationError
-        What ``msgspec.convert`` raised.
-    raw : object
-        The parsed file.
-    root : type
-        The class it should become.
+    error : What ``msgspec.convert`` raised.
+    raw : The parsed file.
+    root : The class it should become.
 
     Returns
     -------

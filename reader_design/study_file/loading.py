@@ -29,10 +29,8 @@ def load_study(path: str | Path | None = None, *, built_in: str = "thesis_study"
 
     Parameters
     ----------
-    path : str, Path or None
-        A TOML file; None: a built-in study.
-    built_in : str
-        Which: ``thesis_study``, ``track_study`` of ``octant track``, or ``dock_study`` of
+    path : A TOML file; None: a built-in study.
+    built_in : Which: ``thesis_study``, ``track_study`` of ``octant track``, or ``dock_study`` of
         ``octant dock``.
 
     Returns
@@ -58,12 +56,9 @@ def parse_study(text: str, *, source: str, directory: Path) -> Study:
 
     Parameters
     ----------
-    text : str
-        TOML.
-    source : str
-        Name of the file in messages.
-    directory : Path
-        Where relative mesh files are looked for.
+    text : TOML.
+    source : Name of the file in messages.
+    directory : Where relative mesh files are looked for.
 
     Returns
     -------
@@ -83,12 +78,9 @@ def study_of_tables(raw: dict[str, Any], *, source: str, directory: Path) -> Stu
 
     Parameters
     ----------
-    raw : dict
-        Tables with the keys of a study file: text, numbers, booleans, lists and dicts.
-    source : str
-        Name of what holds them in messages.
-    directory : Path
-        Where relative mesh files are looked for.
+    raw : Tables with the keys of a study file: text, numbers, booleans, lists and dicts.
+    source : Name of what holds them in messages.
+    directory : Where relative mesh files are looked for.
 
     Raises
     ------
@@ -113,11 +105,9 @@ def to_toml(study: Study, *, relative_to: Path | None = None) -> str:
 
     Parameters
     ----------
-    study : Study
-        The study [m], [Hz], [deg].
-    relative_to : Path or None
-        Folder in which the text will lie: mesh files are named relative to it; None names them by
-        absolute path.
+    study : The study [m], [Hz], [deg].
+    relative_to : Folder in which the text will lie: mesh files are named relative to it; None names
+        them by absolute path.
 
     Returns
     -------
@@ -147,10 +137,8 @@ def resolved(study: Study, *, directory: Path) -> Study:
 
     Parameters
     ----------
-    study : Study
-        A checked study.
-    directory : Path
-        Where relative mesh files are looked for.
+    study : A checked study.
+    directory : Where relative mesh files are looked for.
 
     Returns
     -------
@@ -190,15 +178,12 @@ def vary(
 
     Parameters
     ----------
-    study : Study
-        The study.
-    values : mapping
-        Value by parameter, named as in ``[sweep]``, or by the dotted path of any other key such as
-        ``mission.runs``; in the unit of the key ([m], [Hz], ...).
-    directory : Path
-        Where relative files among the values are looked for; those of a loaded study are absolute.
-    shapes : bool
-        As in `check_study`.
+    study : The study.
+    values : Value by parameter, named as in ``[sweep]``, or by the dotted path of any other key
+        such as ``mission.runs``; in the unit of the key ([m], [Hz], ...).
+    directory : Where relative files among the values are looked for; those of a loaded study are
+        absolute.
+    shapes : As in `check_study`.
 
     Returns
     -------

@@ -25,8 +25,7 @@ def material_arguments(spec: MaterialSpec | RoomMaterial) -> str | dict[str, Any
 
     Parameters
     ----------
-    spec : str, MaterialTable or RoomMaterial
-        A name, or a table ([-], [S/m], [m]); of a `RoomMaterial` its own keys, not its surfaces.
+    spec : A name, or a table ([-], [S/m], [m]); of a `RoomMaterial` its own keys, not its surfaces.
 
     Returns
     -------
@@ -46,8 +45,7 @@ def material_label(spec: MaterialSpec | RoomMaterial) -> str:
 
     Parameters
     ----------
-    spec : str, MaterialTable or RoomMaterial
-        As the study file gives it.
+    spec : As the study file gives it.
 
     Returns
     -------
@@ -68,8 +66,7 @@ def surface_labels(room: Room) -> dict[str, str]:
 
     Parameters
     ----------
-    room : Room
-        A room given by ``box_m`` or ``outline_m``.
+    room : A room given by ``box_m`` or ``outline_m``.
 
     Returns
     -------
@@ -87,8 +84,7 @@ def material_specs(study: Study) -> Iterator[tuple[str, MaterialSpec]]:
 
     Parameters
     ----------
-    study : Study
-        Any study.
+    study : Any study.
 
     Yields
     ------
@@ -107,8 +103,7 @@ def room_material(room: Room) -> str | RoomMaterial | None:
 
     Parameters
     ----------
-    room : Room
-        The room.
+    room : The room.
 
     Returns
     -------
@@ -124,12 +119,9 @@ def check_material(path: str, spec: MaterialSpec, frequencies_hz: Sequence[float
 
     Parameters
     ----------
-    path : str
-        Where the study names it.
-    spec : str or MaterialTable
-        What stands there.
-    frequencies_hz : sequence of float
-        Where it is needed [Hz].
+    path : Where the study names it.
+    spec : What stands there.
+    frequencies_hz : Where it is needed [Hz].
 
     Raises
     ------

@@ -30,12 +30,11 @@ class Parameters(Table, frozen=True, kw_only=True):
 
     Parameters
     ----------
-    antenna_length_m, antenna_radius_m, plate_height_m, plate_height_axis_m : (2,) tuple or None
+    antenna_length_m, antenna_radius_m, plate_height_m, plate_height_axis_m : (2,) tuple or None —
         Least and greatest value of the key of ``[reader]`` of that name [m]; None: it stays.
-    plate_outer_radius_m, ground_plane_m, gap_m, monopole_plane_m : (2,) tuple or None
-        The same [m].
-    load_ohm : (2,) tuple or None
-        The same [ohm].
+    plate_outer_radius_m, ground_plane_m, gap_m, monopole_plane_m : (2,) tuple or None — The same
+        [m].
+    load_ohm : (2,) tuple or None — The same [ohm].
     """
 
     antenna_length_m: Bounds | None = None
@@ -65,18 +64,13 @@ class Choices(Table, frozen=True, kw_only=True):
 
     Parameters
     ----------
-    antenna : tuple of str
-        Of ``dipole`` and ``monopole``; empty: the reader's own, as in the other keys.
-    ground_plane_shape : tuple of str
-        Of ``square``, ``round`` and ``octagon``.
-    antennas : tuple of int
-        Numbers of antennas.
-    antenna_length_m, antenna_radius_m, plate_height_m, plate_height_axis_m : tuple of float
-        Values [m] of the key of ``[reader]`` of that name.
-    plate_outer_radius_m, ground_plane_m, gap_m, monopole_plane_m : tuple of float
-        The same [m].
-    load_ohm : tuple of float
-        The same [ohm].
+    antenna : Of ``dipole`` and ``monopole``; empty: the reader's own, as in the other keys.
+    ground_plane_shape : Of ``square``, ``round`` and ``octagon``.
+    antennas : Numbers of antennas.
+    antenna_length_m, antenna_radius_m, plate_height_m, plate_height_axis_m : Values [m] of the key
+        of ``[reader]`` of that name.
+    plate_outer_radius_m, ground_plane_m, gap_m, monopole_plane_m : The same [m].
+    load_ohm : The same [ohm].
     """
 
     antenna: tuple[Literal["dipole", "monopole"], ...] = ()
@@ -109,8 +103,7 @@ class Goal(Table, frozen=True, kw_only=True):
 
     Parameters
     ----------
-    score : str
-        Over the distances that count: ``right_share``, mean share of directions whose strongest
+    score : Over the distances that count: ``right_share``, mean share of directions whose strongest
         antenna is the nearest; ``margin_db``, worst lead of the facing antenna over its neighbours
         [dB]; ``bearing_error_deg``, rms error of the vector sum over azimuth, at the worst distance
         [deg]; ``front_to_back_db``, mean lead of the facing antenna over the opposite one [dB];
@@ -118,12 +111,9 @@ class Goal(Table, frozen=True, kw_only=True):
         [dBm]; ``gain_db``, least gain of that signal over the study's ``[reader]`` [dB]. Of no
         distance: ``footprint_m``, size of the ground plane [m]; ``height_m``, of plates and
         antennas above it [m].
-    value : float
-        What is to be reached or undercut, in the score's unit.
-    weight : float
-        How much one unit of shortfall counts.
-    at_m : tuple of float
-        Distances that count [m], of ``distances_m``; empty: all.
+    value : What is to be reached or undercut, in the score's unit.
+    weight : How much one unit of shortfall counts.
+    at_m : Distances that count [m], of ``distances_m``; empty: all.
     """
 
     score: Score
@@ -146,33 +136,22 @@ class Optimise(Table, frozen=True, kw_only=True):
 
     Parameters
     ----------
-    parameters : Parameters
-        What varies continuously, and its bounds [m], [ohm].
-    choices : Choices
-        What varies in steps; every combination is surveyed.
-    goals : tuple of Goal
-        The tables ``[[optimise.goal]]``.
-    distances_m : tuple of float
-        Horizontal distances of the tag at which designs are scored, in free space [m].
-    footprint_m : float
-        Greatest ground plane: side, diameter, or width across flats [m].
-    height_m : float
-        Greatest height of plates and antennas above the ground plane [m].
-    survey : int
-        Designs spread over the bounds for each combination of choices, besides the reader's own
-        values, which are always tried.
-    starts : int
-        Combinations of choices that are refined, each from its best design of the survey, the
+    parameters : What varies continuously, and its bounds [m], [ohm].
+    choices : What varies in steps; every combination is surveyed.
+    goals : The tables ``[[optimise.goal]]``.
+    distances_m : Horizontal distances of the tag at which designs are scored, in free space [m].
+    footprint_m : Greatest ground plane: side, diameter, or width across flats [m].
+    height_m : Greatest height of plates and antennas above the ground plane [m].
+    survey : Designs spread over the bounds for each combination of choices, besides the reader's
+        own values, which are always tried.
+    starts : Combinations of choices that are refined, each from its best design of the survey, the
         best ones first.
-    evaluations : int
-        Designs that each refinement may evaluate; 0: survey only.
-    method : str
-        ``nelder-mead`` and ``cobyqa`` refine locally; ``differential-evolution`` searches all
+    evaluations : Designs that each refinement may evaluate; 0: survey only.
+    method : ``nelder-mead`` and ``cobyqa`` refine locally; ``differential-evolution`` searches all
         between the bounds.
-    shortlist : int
-        Designs on the short list.
-    confirm_cells_per_wavelength : float
-        Mesh with which the winner and the reader are solved once more [-].
+    shortlist : Designs on the short list.
+    confirm_cells_per_wavelength : Mesh with which the winner and the reader are solved once more
+        [-].
     """
 
     parameters: Parameters = Parameters()
@@ -196,8 +175,7 @@ def check_optimise(table: Optimise) -> None:
 
     Parameters
     ----------
-    table : Optimise
-        Table whose single values are within their ranges [m], [ohm].
+    table : Table whose single values are within their ranges [m], [ohm].
 
     Raises
     ------

@@ -36,49 +36,33 @@ class Reader(Table, frozen=True, kw_only=True):
 
     Parameters
     ----------
-    antenna : str
-        ``dipole`` or ``monopole``.
-    antenna_length_m : float or None
-        Length of each antenna [m]; None: half a wave (dipole) or a quarter wave (monopole).
-    antenna_radius_m : float
-        Distance r_a of the antennas from the axis [m].
-    plate_height_m : float
-        Height h_p of the plates [m]; 0 is a reader without plates.
-    plate_height_axis_m : float or None
-        Height of the plates at the axis [m]; None: as at the rim.
-    plate_outer_radius_m : float or None
-        How far the plates reach from the axis [m]; None: half of ``ground_plane_m``.
-    ground_plane_m : float
-        Side of the ground plane, or its diameter when it is round [m].
-    ground_plane_shape : str
-        ``square``, ``round`` or ``octagon``.
-    antennas : int
-        Number of antennas, at least 3.
-    gap_m : float
-        Lower end of a dipole, or a monopole's own plane, above the ground plane [m].
-    monopole_plane_m : float
-        Side of each monopole's own plane [m]; 0: it stands on the reader's ground plane.
-    height_m : float
-        Ground plane above the floor [m].
-    load_ohm : float
-        Load of each antenna [ohm].
-    wire_radius_m : float
-        Radius of the antennas' wire [m].
-    feed_gap_m : float
-        Length of the antennas' feed [m]; 0 is a delta gap.
-    cells_per_wavelength : float
-        Elements of the full-wave mesh per wavelength [-]; 14 for final figures.
-    response : str
-        ``fullwave`` (method of moments), or the approximations ``rays`` and ``isolated``, which
-        know neither load, wire nor feed: how the reader's own body enters. ``files``: the reader
-        is given entirely by ``pattern_files``.
-    pattern_files : tuple of str
-        One file an antenna, measured or from another solver (FEKO .ffe, HFSS .ffd, CST .ffs, NEC
-        output, MSI/Planet, CSV), in the order of the antennas and in the reader's frame.
-    objects : tuple of RoomObject
-        The tables ``[[reader.object]]``: metal near the reader that rides with it, such as the
-        robot's body, in the reader's frame (origin at the ground plane's centre, z up). Full wave
-        only; it must not touch the reader, and takes the material ``pec`` or ``metal``.
+    antenna : ``dipole`` or ``monopole``.
+    antenna_length_m : Length of each antenna [m]; None: half a wave (dipole) or a quarter wave
+        (monopole).
+    antenna_radius_m : Distance r_a of the antennas from the axis [m].
+    plate_height_m : Height h_p of the plates [m]; 0 is a reader without plates.
+    plate_height_axis_m : Height of the plates at the axis [m]; None: as at the rim.
+    plate_outer_radius_m : How far the plates reach from the axis [m]; None: half of
+        ``ground_plane_m``.
+    ground_plane_m : Side of the ground plane, or its diameter when it is round [m].
+    ground_plane_shape : ``square``, ``round`` or ``octagon``.
+    antennas : Number of antennas, at least 3.
+    gap_m : Lower end of a dipole, or a monopole's own plane, above the ground plane [m].
+    monopole_plane_m : Side of each monopole's own plane [m]; 0: it stands on the reader's ground
+        plane.
+    height_m : Ground plane above the floor [m].
+    load_ohm : Load of each antenna [ohm].
+    wire_radius_m : Radius of the antennas' wire [m].
+    feed_gap_m : Length of the antennas' feed [m]; 0 is a delta gap.
+    cells_per_wavelength : Elements of the full-wave mesh per wavelength [-]; 14 for final figures.
+    response : ``fullwave`` (method of moments), or the approximations ``rays`` and ``isolated``,
+        which know neither load, wire nor feed: how the reader's own body enters. ``files``: the
+        reader is given entirely by ``pattern_files``.
+    pattern_files : One file an antenna, measured or from another solver (FEKO .ffe, HFSS .ffd, CST
+        .ffs, NEC output, MSI/Planet, CSV), in the order of the antennas and in the reader's frame.
+    objects : The tables ``[[reader.object]]``: metal near the reader that rides with it, such as
+        the robot's body, in the reader's frame (origin at the ground plane's centre, z up). Full
+        wave only; it must not touch the reader, and takes the material ``pec`` or ``metal``.
     """
 
     antenna: ReaderAntenna = "dipole"
@@ -140,8 +124,7 @@ class Reader(Table, frozen=True, kw_only=True):
 
         Parameters
         ----------
-        errors : BuildErrors or None
-            What is built less what is drawn ([m], [rad]); None: as drawn.
+        errors : What is built less what is drawn ([m], [rad]); None: as drawn.
 
         Returns
         -------
@@ -170,8 +153,7 @@ class Reader(Table, frozen=True, kw_only=True):
 
         Parameters
         ----------
-        frequency_hz : float
-            Frequency [Hz].
+        frequency_hz : Frequency [Hz].
         """
         return make_antenna(self.antenna, frequency_hz, length_m=self.antenna_length_m)
 
@@ -190,8 +172,7 @@ class Reader(Table, frozen=True, kw_only=True):
 
         Parameters
         ----------
-        frequency_hz : float
-            Carrier, at which antennas without a length are resonant [Hz].
+        frequency_hz : Carrier, at which antennas without a length are resonant [Hz].
 
         Returns
         -------

@@ -23,14 +23,12 @@ class LayerTable(Table, frozen=True, kw_only=True):
 
     Parameters
     ----------
-    material, name : str or None
-        Name of the material table in force (`octant materials`); either key, instead of ``eps_r``.
-    eps_r : float or None
-        Real part of the relative permittivity [-], at least 1.
-    sigma_s_per_m : float or None
-        Conductivity [S/m].
-    thickness_m : float or None
-        Thickness [m]; only the last layer may go without, and then fills all that lies behind.
+    material, name : Name of the material table in force (`octant materials`); either key, instead
+        of ``eps_r``.
+    eps_r : Real part of the relative permittivity [-], at least 1.
+    sigma_s_per_m : Conductivity [S/m].
+    thickness_m : Thickness [m]; only the last layer may go without, and then fills all that lies
+        behind.
     """
 
     material: Name | None = None
@@ -48,16 +46,11 @@ class MaterialTable(Table, frozen=True, kw_only=True):
 
     Parameters
     ----------
-    name : str or None
-        Name of the material table in force (`octant materials`); instead of ``eps_r``.
-    eps_r : float or None
-        Real part of the relative permittivity [-], at least 1.
-    sigma_s_per_m : float or None
-        Conductivity [S/m].
-    thickness_m : float or None
-        Thickness [m] of a finite slab; None makes the wall a half-space.
-    layers : tuple of LayerTable or None
-        Layers from the front (where the mesh's outward normal points; in a parametric room the
+    name : Name of the material table in force (`octant materials`); instead of ``eps_r``.
+    eps_r : Real part of the relative permittivity [-], at least 1.
+    sigma_s_per_m : Conductivity [S/m].
+    thickness_m : Thickness [m] of a finite slab; None makes the wall a half-space.
+    layers : Layers from the front (where the mesh's outward normal points; in a parametric room the
         inside) to the back, instead of all the other keys.
     """
 
@@ -76,10 +69,9 @@ class RoomMaterial(Table, frozen=True, kw_only=True):
 
     Parameters
     ----------
-    name, eps_r, sigma_s_per_m, thickness_m, layers : optional
-        As in `MaterialTable`: one material for the whole room ([-], [S/m], [m]).
-    walls, floor, ceiling : str, MaterialTable or None
-        A material for each kind of surface; all three are given, or none.
+    name, eps_r, sigma_s_per_m, thickness_m, layers : As in `MaterialTable`: one material for the
+        whole room ([-], [S/m], [m]).
+    walls, floor, ceiling : A material for each kind of surface; all three are given, or none.
     """
 
     name: Name | None = None
@@ -97,13 +89,10 @@ class Placed(Table, frozen=True, kw_only=True):
 
     Parameters
     ----------
-    name : str or None
-        Name of the body; None numbers it by its kind.
-    position_m : (3,) tuple of float
-        Lowest corner (box, cabinet), centre of the base (cylinder), centre (sphere) or origin
-        (mesh), in the room's frame [m].
-    yaw_deg : float
-        Turn about the vertical through ``position_m``, counter-clockwise from above [deg].
+    name : Name of the body; None numbers it by its kind.
+    position_m : (3,) tuple of float — Lowest corner (box, cabinet), centre of the base (cylinder),
+        centre (sphere) or origin (mesh), in the room's frame [m].
+    yaw_deg : Turn about the vertical through ``position_m``, counter-clockwise from above [deg].
     """
 
     name: Name | None = None
@@ -118,10 +107,8 @@ class Cabinet(Placed, frozen=True, kw_only=True, tag_field="kind", tag="cabinet"
     ----------
     name, position_m, yaw_deg
         As in `Placed` ([m], [deg]).
-    size_m : (3,) tuple of float
-        Extent along its own x, y and z [m].
-    material : str or MaterialTable
-        Its material.
+    size_m : (3,) tuple of float — Extent along its own x, y and z [m].
+    material : Its material.
     """
 
     size_m: Size
@@ -135,10 +122,8 @@ class Box(Placed, frozen=True, kw_only=True, tag_field="kind", tag="box"):
     ----------
     name, position_m, yaw_deg
         As in `Placed` ([m], [deg]).
-    size_m : (3,) tuple of float
-        Extent along its own x, y and z [m].
-    material : str or MaterialTable
-        Its material.
+    size_m : (3,) tuple of float — Extent along its own x, y and z [m].
+    material : Its material.
     """
 
     size_m: Size
@@ -152,12 +137,9 @@ class Cylinder(Placed, frozen=True, kw_only=True, tag_field="kind", tag="cylinde
     ----------
     name, position_m, yaw_deg
         As in `Placed` ([m], [deg]).
-    radius_m : float
-        Radius [m].
-    height_m : float
-        Height [m].
-    material : str or MaterialTable
-        Its material.
+    radius_m : Radius [m].
+    height_m : Height [m].
+    material : Its material.
     """
 
     radius_m: Positive
@@ -172,10 +154,8 @@ class Sphere(Placed, frozen=True, kw_only=True, tag_field="kind", tag="sphere"):
     ----------
     name, position_m, yaw_deg
         As in `Placed` ([m], [deg]); the position is the centre.
-    radius_m : float
-        Radius [m].
-    material : str or MaterialTable
-        Its material.
+    radius_m : Radius [m].
+    material : Its material.
     """
 
     radius_m: Positive
@@ -189,14 +169,10 @@ class MeshObject(Placed, frozen=True, kw_only=True, tag_field="kind", tag="mesh"
     ----------
     name, position_m, yaw_deg
         As in `Placed` ([m], [deg]).
-    file : str
-        Mesh file, relative to the study file.
-    unit : str or None
-        Length unit of the file, such as m, cm, mm, in; needed unless the format declares one.
-    up : str or None
-        The file's vertical axis, ``y`` or ``z``; None: y for GLB and GLTF, z for the others.
-    material : str or MaterialTable
-        Its material.
+    file : Mesh file, relative to the study file.
+    unit : Length unit of the file, such as m, cm, mm, in; needed unless the format declares one.
+    up : The file's vertical axis, ``y`` or ``z``; None: y for GLB and GLTF, z for the others.
+    material : Its material.
     """
 
     file: Name
@@ -213,16 +189,11 @@ class RoomMesh(Table, frozen=True, kw_only=True):
 
     Parameters
     ----------
-    file : str
-        Mesh file, relative to the study file.
-    unit : str or None
-        Length unit of the file, such as m, cm, mm, in; needed unless the format declares one.
-    up : str or None
-        The file's vertical axis, ``y`` or ``z``; None: y for GLB and GLTF, z for the others.
-    material : str, MaterialTable or None
-        Material of every body that ``materials`` does not name.
-    materials : dict
-        Material by the name of the body in the file.
+    file : Mesh file, relative to the study file.
+    unit : Length unit of the file, such as m, cm, mm, in; needed unless the format declares one.
+    up : The file's vertical axis, ``y`` or ``z``; None: y for GLB and GLTF, z for the others.
+    material : Material of every body that ``materials`` does not name.
+    materials : Material by the name of the body in the file.
     """
 
     file: Name
@@ -237,15 +208,11 @@ class DoorwayTable(Table, frozen=True, kw_only=True):
 
     Parameters
     ----------
-    wall : int
-        Number of the wall: wall i runs from corner i of the outline to corner i + 1; in a box,
+    wall : Number of the wall: wall i runs from corner i of the outline to corner i + 1; in a box,
         wall 0 is at the lowest y and the others follow counter-clockwise.
-    offset_m : float
-        Distance from the wall's first corner to the opening [m].
-    width_m : float
-        Width [m].
-    height_m : float
-        Height [m], less than the room's.
+    offset_m : Distance from the wall's first corner to the opening [m].
+    width_m : Width [m].
+    height_m : Height [m], less than the room's.
     """
 
     wall: Annotated[int, Meta(ge=0)]
@@ -261,30 +228,19 @@ class Room(Table, frozen=True, kw_only=True):
 
     Parameters
     ----------
-    box_m : (3,) tuple of float or None
-        Inner size of a box room along x, y and z [m].
-    outline_m : tuple of (2,) tuples or None
-        Corners (x, y) of a room of any outline with vertical walls [m], at least three.
-    height_m : float or None
-        Height of the room that ``outline_m`` describes [m].
-    mesh : str, tuple of RoomMesh or None
-        Mesh file, or several ``[[room.mesh]]`` tables.
-    unit : str or None
-        Length unit of ``mesh`` where that is one file.
-    up : str or None
-        Vertical axis of ``mesh``, ``y`` or ``z``, where that is one file.
-    free_space : bool
-        True: no room at all, only the objects.
-    origin_m : (3,) tuple of float
-        Where the lowest corner of ``box_m``, the origin of ``outline_m`` or of the meshes lies [m].
-    material : str, RoomMaterial or None
-        Material of a parametric room, or of the bodies of ``mesh``.
-    materials : dict
-        Material by body name, where ``mesh`` is one file.
-    doorways : tuple of DoorwayTable
-        Openings in the walls of a parametric room: the tables ``[[room.doorway]]``.
-    objects : tuple of RoomObject
-        Furniture and other objects: the tables ``[[room.object]]``.
+    box_m : (3,) tuple of float or None — Inner size of a box room along x, y and z [m].
+    outline_m : Corners (x, y) of a room of any outline with vertical walls [m], at least three.
+    height_m : Height of the room that ``outline_m`` describes [m].
+    mesh : Mesh file, or several ``[[room.mesh]]`` tables.
+    unit : Length unit of ``mesh`` where that is one file.
+    up : Vertical axis of ``mesh``, ``y`` or ``z``, where that is one file.
+    free_space : True: no room at all, only the objects.
+    origin_m : (3,) tuple of float — Where the lowest corner of ``box_m``, the origin of
+        ``outline_m`` or of the meshes lies [m].
+    material : Material of a parametric room, or of the bodies of ``mesh``.
+    materials : Material by body name, where ``mesh`` is one file.
+    doorways : Openings in the walls of a parametric room: the tables ``[[room.doorway]]``.
+    objects : Furniture and other objects: the tables ``[[room.object]]``.
     """
 
     box_m: Size | None = None

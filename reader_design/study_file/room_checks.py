@@ -18,10 +18,8 @@ def check_rooms(study: Study, *, shapes: bool) -> None:
 
     Parameters
     ----------
-    study : Study
-        Its own room and those of its layouts.
-    shapes : bool
-        False: leave out whether walls fit together.
+    study : Its own room and those of its layouts.
+    shapes : False: leave out whether walls fit together.
 
     Raises
     ------

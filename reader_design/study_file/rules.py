@@ -10,8 +10,7 @@ def mission_rules(table: Mission) -> RuleBase:
 
     Parameters
     ----------
-    table : Mission
-        The table ``[mission]``.
+    table : The table ``[mission]``.
 
     Returns
     -------

@@ -33,12 +33,9 @@ class Radio(Table, frozen=True, kw_only=True):
 
     Parameters
     ----------
-    frequency_hz : float
-        Carrier frequency [Hz].
-    channels_hz : tuple of float
-        Hopping frequencies [Hz]; where given, RSS is the mean power over them.
-    tag_power_w : float
-        Power [W] that a tag radiates.
+    frequency_hz : Carrier frequency [Hz].
+    channels_hz : Hopping frequencies [Hz]; where given, RSS is the mean power over them.
+    tag_power_w : Power [W] that a tag radiates.
     """
 
     frequency_hz: Positive = 2.4e9
@@ -56,21 +53,16 @@ class Tag(Table, frozen=True, kw_only=True):
 
     Parameters
     ----------
-    id : str
-        Name that missions use.
-    position_m : (3,) tuple of float
-        Place in the room's frame [m].
-    antenna : str
-        ``dipole`` (half a wave), ``monopole`` (quarter wave), ``patch`` (half a wave square),
+    id : Name that missions use.
+    position_m : (3,) tuple of float — Place in the room's frame [m].
+    antenna : ``dipole`` (half a wave), ``monopole`` (quarter wave), ``patch`` (half a wave square),
         ``conical_patch`` (a disc whose beam is a cone of vertical polarisation) or
         ``isotropic_theta``; or a pattern file over the full sphere (FEKO .ffe, HFSS .ffd, CST .ffs,
         NEC output, MSI/Planet, CSV).
-    axis : (3,) tuple of float or None
-        Direction of the antenna's axis, of any length but zero: along the wire, where the patch
-        faces, the file's z axis. None: up, patches down.
-    azimuth_deg : float
-        Turn of a patch or a file about the axis [deg]; at 0 the patch's resonant side and the
-        file's x axis point along +x, as far as that is across the axis.
+    axis : (3,) tuple of float or None — Direction of the antenna's axis, of any length but zero:
+        along the wire, where the patch faces, the file's z axis. None: up, patches down.
+    azimuth_deg : Turn of a patch or a file about the axis [deg]; at 0 the patch's resonant side and
+        the file's x axis point along +x, as far as that is across the axis.
     """
 
     id: Name
@@ -85,13 +77,10 @@ class Range(Table, frozen=True, kw_only=True):
 
     Parameters
     ----------
-    low, high : float
-        First and last value, in the parameter's unit: the keys ``from`` and ``to``. They may
-        descend.
-    count : int or None
-        Number of values; instead of ``step``.
-    step : float or None
-        Distance of neighbouring values, in the parameter's unit, above 0; the last value is
+    low, high : First and last value, in the parameter's unit: the keys ``from`` and ``to``. They
+        may descend.
+    count : Number of values; instead of ``step``.
+    step : Distance of neighbouring values, in the parameter's unit, above 0; the last value is
         ``to`` only where a whole number of steps leads there.
     """
 
@@ -114,23 +103,18 @@ class Solver(Table, frozen=True, kw_only=True):
 
     Parameters
     ----------
-    max_reflections : int
-        Highest number of bends of a path: reflections, and diffractions where there are any.
-    diffraction : bool
-        Whether edges diffract.
-    max_diffractions : int
-        Diffractions of a path: 1, or 2 for those over both edges of one face as well.
-    transmission : bool
-        Whether sheets with a thickness let waves through.
-    search : str
-        ``complete`` finds every path; ``rays`` launches rays, for meshes of very many triangles.
-    rays : int
-        Rays launched by ``rays``.
-    faces : str
-        ``flat`` counts triangles as one face where rounding of single-precision coordinates
+    max_reflections : Highest number of bends of a path: reflections, and diffractions where there
+        are any.
+    diffraction : Whether edges diffract.
+    max_diffractions : Diffractions of a path: 1, or 2 for those over both edges of one face as
+        well.
+    transmission : Whether sheets with a thickness let waves through.
+    search : ``complete`` finds every path; ``rays`` launches rays, for meshes of very many
+        triangles.
+    rays : Rays launched by ``rays``.
+    faces : ``flat`` counts triangles as one face where rounding of single-precision coordinates
         explains what keeps them from being flat; ``as_stored`` only where they are flat exactly.
-    standoff_m : float
-        How far an antenna that lies on a surface is moved off it, along the normal [m].
+    standoff_m : How far an antenna that lies on a surface is moved off it, along the normal [m].
     """
 
     max_reflections: Annotated[int, Meta(ge=0, le=12)] = 3
@@ -148,10 +132,8 @@ class Map(Table, frozen=True, kw_only=True):
 
     Parameters
     ----------
-    spacing_m : float
-        Distance of neighbouring receivers [m].
-    height_m : float or None
-        Height of the receivers above the floor [m]; None: the reader's ground plane.
+    spacing_m : Distance of neighbouring receivers [m].
+    height_m : Height of the receivers above the floor [m]; None: the reader's ground plane.
     """
 
     spacing_m: Positive = 0.1
@@ -163,12 +145,9 @@ class Layout(Table, frozen=True, kw_only=True):
 
     Parameters
     ----------
-    name : str
-        Name in the results.
-    room : Room or None
-        The room; None: the study's own.
-    objects : tuple of RoomObject
-        Objects that stand there besides the room's own: the tables ``[[layout.object]]``.
+    name : Name in the results.
+    room : The room; None: the study's own.
+    objects : Objects that stand there besides the room's own: the tables ``[[layout.object]]``.
     """
 
     name: Name
@@ -181,36 +160,22 @@ class Study(Table, frozen=True, kw_only=True):
 
     Parameters
     ----------
-    name : str
-        Name in the report.
-    seed : int
-        Seed of every random number.
-    radio, room, reader, sweep, solver, map : tables
-        What is studied, see the classes of these names (all units SI, angles in [deg]).
-    tags : tuple of Tag
-        The tables ``[[tag]]``.
-    scoring : Scoring
-        The receiver whose readings are scored.
-    choice : Choice
-        How the design to build is chosen.
-    scoring : Scoring
-        The receiver whose readings are scored beside the exact RSS.
-    choice : Choice
-        By which scores a reader is chosen.
-    mission : Mission or None
-        None: the study drives no robot.
-    sensor : Sensor
-        How the robot's reader measures on missions.
-    track : Track or None
-        Trajectory tracking from RSS; None: the study has none.
-    dock : Dock or None
-        Docking at a tagged station; None: the study has none.
-    optimise : Optimise or None
-        The search for a reader design; None: the study has none.
-    tolerance : Tolerance or None
-        How exactly readers are made; None: the defaults.
-    layouts : tuple of Layout
-        The tables ``[[layout]]``.
+    name : Name in the report.
+    seed : Seed of every random number.
+    radio, room, reader, sweep, solver, map : What is studied, see the classes of these names (all
+        units SI, angles in [deg]).
+    tags : The tables ``[[tag]]``.
+    scoring : The receiver whose readings are scored.
+    choice : How the design to build is chosen.
+    scoring : The receiver whose readings are scored beside the exact RSS.
+    choice : By which scores a reader is chosen.
+    mission : None: the study drives no robot.
+    sensor : How the robot's reader measures on missions.
+    track : Trajectory tracking from RSS; None: the study has none.
+    dock : Docking at a tagged station; None: the study has none.
+    optimise : The search for a reader design; None: the study has none.
+    tolerance : How exactly readers are made; None: the defaults.
+    layouts : The tables ``[[layout]]``.
     """
 
     name: Name = "study"

@@ -9,48 +9,39 @@ class Scores:
 
     Attributes
     ----------
-    right_share : float
-        Share of directions [-] for which the strongest antenna is the nearest in angle.
-    strongest_mean_rad, strongest_rms_rad, strongest_p90_rad, strongest_max_rad : float
-        Error [rad] of the bearing "azimuth of the strongest antenna": mean absolute value, root
-        mean square, 90th percentile and largest absolute value.
-    strongest_median_rad : float
-        Its 50th percentile [rad].
-    strongest_beyond_45_share, strongest_beyond_90_share : float
-        Shares of directions [-] in which it errs by more than 45 and 90 degrees.
-    vector_mean_rad, vector_rms_rad, vector_p90_rad, vector_max_rad : float
-        The same [rad] for the bearing of the RSS-weighted vector sum.
-    vector_median_rad : float
-        Its 50th percentile [rad].
-    vector_beyond_45_share, vector_beyond_90_share : float
-        Shares of directions [-] in which it errs by more than 45 and 90 degrees; beyond 90 the
-        robot is sent away from the tag.
-    front_to_back_mean_db, front_to_back_worst_db : float
-        RSS of the antenna that faces the tag over that of the opposite one [dB].
-    margin_mean_db, margin_worst_db : float
-        RSS of the antenna that faces the tag over the stronger of its two neighbours [dB].
-    monotonic_share, monotonic_normalised_share : float
-        Share of distances or places [-] at which z2 - z4, or (z2 - z4)/(z2 + z4), grows all the
-        way while the tag turns from antenna 4 to antenna 2.
-    slope_w_per_rad, slope_normalised_per_rad : float
-        Slope of z2 - z4 [W/rad], and of (z2 - z4)/(z2 + z4) [1/rad], with the tag straight ahead;
-        median over distances or places; positive is the right sign.
-    full_scale_w, full_scale_normalised : float
-        Largest absolute z2 - z4 [W] and (z2 - z4)/(z2 + z4) [-] between antennas 4 and 2; median
-        over distances or places.
-    usable_share : float
-        Share of samples [-] whose strongest antenna reaches the threshold.
-    level_median_dbm, level_p10_dbm : float
-        Median and 10th percentile of the strongest antenna's RSS [dBm].
-    captured_share : float
-        Share of places and facing antennas [-] where one reflection brings more power than the
-        direct ray; 0 in free space.
-    read_right_share, read_strongest_rms_rad : float
-        As ``right_share`` [-] and ``strongest_rms_rad`` [rad], of what the receiver reads.
-    read_vector_median_rad, read_vector_rms_rad, read_vector_p90_rad : float
-        As the scores of the vector sum [rad], of what the receiver reads.
-    read_vector_beyond_90_share : float
-        As ``vector_beyond_90_share`` [-], of what the receiver reads.
+    right_share : Share of directions [-] for which the strongest antenna is the nearest in angle.
+    strongest_mean_rad, strongest_rms_rad, strongest_p90_rad, strongest_max_rad : Error [rad] of the
+        bearing "azimuth of the strongest antenna": mean absolute value, root mean square, 90th
+        percentile and largest absolute value.
+    strongest_median_rad : Its 50th percentile [rad].
+    strongest_beyond_45_share, strongest_beyond_90_share : Shares of directions [-] in which it errs
+        by more than 45 and 90 degrees.
+    vector_mean_rad, vector_rms_rad, vector_p90_rad, vector_max_rad : The same [rad] for the bearing
+        of the RSS-weighted vector sum.
+    vector_median_rad : Its 50th percentile [rad].
+    vector_beyond_45_share, vector_beyond_90_share : Shares of directions [-] in which it errs by
+        more than 45 and 90 degrees; beyond 90 the robot is sent away from the tag.
+    front_to_back_mean_db, front_to_back_worst_db : RSS of the antenna that faces the tag over that
+        of the opposite one [dB].
+    margin_mean_db, margin_worst_db : RSS of the antenna that faces the tag over the stronger of its
+        two neighbours [dB].
+    monotonic_share, monotonic_normalised_share : Share of distances or places [-] at which z2 - z4,
+        or (z2 - z4)/(z2 + z4), grows all the way while the tag turns from antenna 4 to antenna 2.
+    slope_w_per_rad, slope_normalised_per_rad : Slope of z2 - z4 [W/rad], and of (z2 - z4)/(z2 + z4)
+        [1/rad], with the tag straight ahead; median over distances or places; positive is the right
+        sign.
+    full_scale_w, full_scale_normalised : Largest absolute z2 - z4 [W] and (z2 - z4)/(z2 + z4) [-]
+        between antennas 4 and 2; median over distances or places.
+    usable_share : Share of samples [-] whose strongest antenna reaches the threshold.
+    level_median_dbm, level_p10_dbm : Median and 10th percentile of the strongest antenna's RSS
+        [dBm].
+    captured_share : Share of places and facing antennas [-] where one reflection brings more power
+        than the direct ray; 0 in free space.
+    read_right_share, read_strongest_rms_rad : As ``right_share`` [-] and ``strongest_rms_rad``
+        [rad], of what the receiver reads.
+    read_vector_median_rad, read_vector_rms_rad, read_vector_p90_rad : As the scores of the vector
+        sum [rad], of what the receiver reads.
+    read_vector_beyond_90_share : As ``vector_beyond_90_share`` [-], of what the receiver reads.
     """
 
     right_share: float
@@ -112,8 +103,7 @@ def higher_is_better(name: str) -> bool:
 
     Parameters
     ----------
-    name : str
-        A name of ``SCORE_NAMES``.
+    name : A name of ``SCORE_NAMES``.
 
     Returns
     -------
@@ -128,8 +118,7 @@ def score_unit(name: str) -> str:
 
     Parameters
     ----------
-    name : str
-        A name of ``SCORE_NAMES``; its suffix says the unit [rad, dB, dBm, W or none].
+    name : A name of ``SCORE_NAMES``; its suffix says the unit [rad, dB, dBm, W or none].
 
     Returns
     -------

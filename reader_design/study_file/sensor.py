@@ -14,30 +14,19 @@ class Sensor(Table, frozen=True, kw_only=True):
 
     Parameters
     ----------
-    dwell_s : float
-        Time from one antenna's reading to the next one's [s], while the robot drives on; 0: all
-        antennas are read at once.
-    bandwidth_hz : float or None
-        Noise bandwidth of the receiver [Hz]; None: no thermal noise.
-    noise_figure_db : float
-        Noise figure of the receiver [dB].
-    samples : int
-        Independent samples that a reading averages in power.
-    required_snr_db : float or None
-        Ratio [dB] of a reading to the thermal noise below which the tag is not decoded; None: no
-        ratio is required.
-    sensitivity_dbm : float or None
-        Power [dBm] below which nothing is received; None: no limit.
-    bits : int or None
-        Length of the detector's code; None: readings are not rounded.
-    floor_dbm : float
-        Power of the lowest code [dBm].
-    full_scale_dbm : float
-        Power of the highest code [dBm].
-    drop_out_probability : float
-        Probability that one antenna's reading is lost.
-    read_probability : float
-        Probability that a tag within reach answers at all.
+    dwell_s : Time from one antenna's reading to the next one's [s], while the robot drives on; 0:
+        all antennas are read at once.
+    bandwidth_hz : Noise bandwidth of the receiver [Hz]; None: no thermal noise.
+    noise_figure_db : Noise figure of the receiver [dB].
+    samples : Independent samples that a reading averages in power.
+    required_snr_db : Ratio [dB] of a reading to the thermal noise below which the tag is not
+        decoded; None: no ratio is required.
+    sensitivity_dbm : Power [dBm] below which nothing is received; None: no limit.
+    bits : Length of the detector's code; None: readings are not rounded.
+    floor_dbm : Power of the lowest code [dBm].
+    full_scale_dbm : Power of the highest code [dBm].
+    drop_out_probability : Probability that one antenna's reading is lost.
+    read_probability : Probability that a tag within reach answers at all.
     """
 
     dwell_s: NotNegative = 0.0

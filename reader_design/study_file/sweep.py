@@ -64,8 +64,7 @@ def parameter_unit(name: str) -> str:
 
     Parameters
     ----------
-    name : str
-        As ``[sweep]`` names it.
+    name : As ``[sweep]`` names it.
 
     Returns
     -------
@@ -80,8 +79,7 @@ def parameter_key(name: str) -> str:
 
     Parameters
     ----------
-    name : str
-        As ``[sweep]`` names it.
+    name : As ``[sweep]`` names it.
 
     Returns
     -------
@@ -96,8 +94,7 @@ def expanded(sweep: Sweep) -> dict[str, tuple[Any, ...]]:
 
     Parameters
     ----------
-    sweep : mapping
-        Table ``[sweep]``; values in the units of their keys ([m], [Hz], ...).
+    sweep : Table ``[sweep]``; values in the units of their keys ([m], [Hz], ...).
 
     Returns
     -------
@@ -173,11 +170,9 @@ def put(study: Study, values: Mapping[str, Any]) -> Tables:
 
     Parameters
     ----------
-    study : Study
-        The study.
-    values : mapping
-        Value by parameter of a sweep, or by the dotted path of any other key, in the unit of the
-        key ([m], [Hz], ...).
+    study : The study.
+    values : Value by parameter of a sweep, or by the dotted path of any other key, in the unit of
+        the key ([m], [Hz], ...).
 
     Returns
     -------
@@ -202,10 +197,8 @@ def taken(tables: Tables, name: str) -> Any:  # noqa: ANN401  any value of a stu
 
     Parameters
     ----------
-    tables : dict
-        A study as plain tables.
-    name : str
-        A parameter; in a list of tables the first counts.
+    tables : A study as plain tables.
+    name : A parameter; in a list of tables the first counts.
 
     Returns
     -------

@@ -14,14 +14,10 @@ class CommonTolerance(Table, frozen=True, kw_only=True):
 
     Parameters
     ----------
-    antenna_radius_m : float
-        Error of r_a [m].
-    gap_m : float
-        Error of the gap [m].
-    antenna_length_m : float
-        Error of the antennas' length [m].
-    plate_height_m : float
-        Error of h_p [m].
+    antenna_radius_m : Error of r_a [m].
+    gap_m : Error of the gap [m].
+    antenna_length_m : Error of the antennas' length [m].
+    plate_height_m : Error of h_p [m].
     """
 
     antenna_radius_m: NotNegative = 0.0005
@@ -35,16 +31,11 @@ class Limits(Table, frozen=True, kw_only=True):
 
     Parameters
     ----------
-    least_right_share : float or None
-        Share of directions whose strongest antenna is the nearest [-].
-    least_margin_db : float or None
-        Worst margin of the facing antenna over its neighbours [dB].
-    most_vector_rms_deg : float or None
-        RMS bearing error of the vector sum [deg].
-    least_front_to_back_db : float or None
-        Mean front-to-back ratio [dB].
-    least_level_dbm : float or None
-        Mean level of the strongest antenna at every distance [dBm].
+    least_right_share : Share of directions whose strongest antenna is the nearest [-].
+    least_margin_db : Worst margin of the facing antenna over its neighbours [dB].
+    most_vector_rms_deg : RMS bearing error of the vector sum [deg].
+    least_front_to_back_db : Mean front-to-back ratio [dB].
+    least_level_dbm : Mean level of the strongest antenna at every distance [dBm].
     """
 
     least_right_share: Annotated[float, Meta(ge=0.0, le=1.0)] | None = 1.0
@@ -59,18 +50,13 @@ class Rival(Table, frozen=True, kw_only=True):
 
     Parameters
     ----------
-    name : str
-        Name in the results.
-    antenna : str or None
-        ``dipole`` or ``monopole``. None here and below: as the study's reader.
-    antenna_radius_m, plate_height_m, plate_height_axis_m, plate_outer_radius_m : float or None
-        As in ``[reader]`` [m].
-    ground_plane_m, gap_m, antenna_length_m, monopole_plane_m : float or None
-        As in ``[reader]`` [m].
-    load_ohm : float or None
-        As in ``[reader]`` [ohm].
-    ground_plane_shape : str or None
-        ``square``, ``round`` or ``octagon``.
+    name : Name in the results.
+    antenna : ``dipole`` or ``monopole``. None here and below: as the study's reader.
+    antenna_radius_m, plate_height_m, plate_height_axis_m, plate_outer_radius_m : As in ``[reader]``
+        [m].
+    ground_plane_m, gap_m, antenna_length_m, monopole_plane_m : As in ``[reader]`` [m].
+    load_ohm : As in ``[reader]`` [ohm].
+    ground_plane_shape : ``square``, ``round`` or ``octagon``.
     """
 
     name: Name
@@ -92,38 +78,24 @@ class Tolerance(Table, frozen=True, kw_only=True):
 
     Parameters
     ----------
-    samples : int
-        Readers built.
-    distribution : str
-        ``uniform``: errors lie evenly within plus and minus the values below; ``normal``: these are
-        standard deviations.
-    position_m : float
-        Place of each antenna's foot, away from the axis and sideways [m].
-    angle_deg : float
-        Lean of each antenna, away from the axis and sideways, and azimuth of each plate [deg].
-    gap_m : float
-        Height of each antenna's lower end [m].
-    antenna_length_m : float
-        Length of each antenna [m].
-    plate_height_m : float
-        Height of each plate at its outer end [m].
-    ground_plane_m : float
-        Side or diameter of the ground plane [m].
-    frequency_percent : float
-        Frequency of the radio [%].
-    permittivity_percent, conductivity_percent : float
-        Relative permittivity less one, and conductivity, of all materials of the room [%]; only
-        where the room is scored.
-    room : bool
-        Whether to score in the study's room, too.
-    distances_m : tuple of float
-        Horizontal distances from the tag in free space [m].
-    common : CommonTolerance
-        Errors that all antennas share, besides.
-    limits : Limits
-        What counts as good.
-    rivals : tuple of Rival
-        The tables ``[[tolerance.rival]]``.
+    samples : Readers built.
+    distribution : ``uniform``: errors lie evenly within plus and minus the values below;
+        ``normal``: these are standard deviations.
+    position_m : Place of each antenna's foot, away from the axis and sideways [m].
+    angle_deg : Lean of each antenna, away from the axis and sideways, and azimuth of each plate
+        [deg].
+    gap_m : Height of each antenna's lower end [m].
+    antenna_length_m : Length of each antenna [m].
+    plate_height_m : Height of each plate at its outer end [m].
+    ground_plane_m : Side or diameter of the ground plane [m].
+    frequency_percent : Frequency of the radio [%].
+    permittivity_percent, conductivity_percent : Relative permittivity less one, and conductivity,
+        of all materials of the room [%]; only where the room is scored.
+    room : Whether to score in the study's room, too.
+    distances_m : Horizontal distances from the tag in free space [m].
+    common : Errors that all antennas share, besides.
+    limits : What counts as good.
+    rivals : The tables ``[[tolerance.rival]]``.
     """
 
     samples: PositiveCount = 64

@@ -24,8 +24,7 @@ def toml_text(tables: dict[str, Any]) -> str:
 
     Parameters
     ----------
-    tables : dict
-        Text keys; values are text, numbers, booleans, lists, dicts; None leaves a key out.
+    tables : Text keys; values are text, numbers, booleans, lists, dicts; None leaves a key out.
 
     Returns
     -------

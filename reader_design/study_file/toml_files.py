@@ -13,10 +13,8 @@ def toml_file_text(path: str | Path, *, what: str) -> str:
 
     Parameters
     ----------
-    path : str or Path
-        The file.
-    what : str
-        What it is, for messages, for example ``study``.
+    path : The file.
+    what : What it is, for messages, for example ``study``.
 
     Returns
     -------
@@ -47,10 +45,8 @@ def toml_tables(text: str, *, source: str) -> dict[str, Any]:
 
     Parameters
     ----------
-    text : str
-        TOML.
-    source : str
-        Name of the file in messages.
+    text : TOML.
+    source : Name of the file in messages.
 
     Returns
     -------

@@ -19,21 +19,14 @@ class Trajectory(Table, frozen=True, kw_only=True):
 
     Parameters
     ----------
-    name : str
-        Name in the results.
-    shape : str
-        ``line``, ``sine``, ``sigmoid``, ``parabola``, ``ellipse``, ``lemniscate`` (as in the
+    name : Name in the results.
+    shape : ``line``, ``sine``, ``sigmoid``, ``parabola``, ``ellipse``, ``lemniscate`` (as in the
         thesis), ``u-shape``, ``point`` (stay at ``start_m``), or ``spline``.
-    waypoints_m : tuple of (2,) tuples of float
-        Points of a ``spline``, or the two ends of a ``line`` [m].
-    closed : bool
-        The spline returns to its first point.
-    duration_s : float
-        How long it takes [s].
-    start_m : (2,) tuple of float or None
-        Where the robot starts [m]; None: on the trajectory.
-    start_heading_deg : float or None
-        Its heading there [deg]; None: along the trajectory.
+    waypoints_m : Points of a ``spline``, or the two ends of a ``line`` [m].
+    closed : The spline returns to its first point.
+    duration_s : How long it takes [s].
+    start_m : (2,) tuple of float or None — Where the robot starts [m]; None: on the trajectory.
+    start_heading_deg : Its heading there [deg]; None: along the trajectory.
     """
 
     name: Name
@@ -50,60 +43,38 @@ class Track(Table, frozen=True, kw_only=True):
 
     Parameters
     ----------
-    chapters : tuple of str
-        What is computed: ``rss`` (Fig. 6.3), ``feedback`` (6.4, 6.5), ``nominal`` (7.3-7.5),
-        ``neighbouring`` (7.6, 7.7), ``slam`` (7.15), ``room`` (RSS from the room solver),
-        ``costs`` (Table 8.1).
-    runs : int
-        Monte-Carlo repetitions.
-    slam_runs : int
-        Those of SLAM.
-    period_s : float
-        Sample period T of chapters 6 and 7.3 [s].
-    alpha_dbm : float
-        Alpha of the RSS law (6.2) [dBm].
-    beta_per_m : float
-        Beta of it [1/m].
-    rss_mean_db : float
-        Mean of the noise on readings [dB].
-    rss_sigma_db : float
-        Its standard deviation [dB].
-    wheel_sigma_rad_per_s : float
-        Standard deviation of what a wheel adds to its command in a period [rad/s]; the thesis
-        prints it for SLAM only.
-    encoder_counts : int or None
-        Counts of a wheel encoder per turn, which the estimators receive; None: they receive the
-        commands, as in the thesis.
-    start_sigma_m, start_sigma_deg : float
-        How wrong the assumed start is [m], [deg].
-    feedback_tags, tags : int
-        Tags along each side of the square mesh of chapter 6 and of chapter 7.
-    tag_spacing_m : float
-        Distance of neighbouring tags [m].
-    tag_height_m : float
-        Height of the tags above the robot's antenna [m].
-    feedback_wheel_rate_rad_per_s, wheel_rate_rad_per_s : float
-        Limits of the wheels in chapter 6 and in chapter 7 [rad/s].
-    state_weight, final_weight : tuple of float, or of tuples
-        Q and P(t_f) of trajectories: three diagonal values, or three rows [1/m², 1/rad²].
-    input_weight : tuple of float, or of tuples
-        R of the neighbouring control: two diagonal values, or two rows [s²/rad²].
-    training_iterations : int
-        Of the measurement feedback.
-    training_records : int
-        Noise records of the training over many.
-    room_noise_db : float
-        Standard deviation of the noise on readings in the room solver's part [dB].
-    room_reading_every_s : float
-        Time from one reading of the tags to the next there [s].
-    room_tag_spacing_m : float
-        Distance of neighbouring tags of the mesh of chapter 7 there [m].
-    room_map_spacing_m : float
-        Spacing of the map that the robot carries [m]; a fade is some centimetres wide.
-    room_particles : int
-        Particles of the particle filter.
-    trajectories : tuple of Trajectory
-        The tables ``[[track.trajectory]]``.
+    chapters : What is computed: ``rss`` (Fig. 6.3), ``feedback`` (6.4, 6.5), ``nominal`` (7.3-7.5),
+        ``neighbouring`` (7.6, 7.7), ``slam`` (7.15), ``room`` (RSS from the room solver), ``costs``
+        (Table 8.1).
+    runs : Monte-Carlo repetitions.
+    slam_runs : Those of SLAM.
+    period_s : Sample period T of chapters 6 and 7.3 [s].
+    alpha_dbm : Alpha of the RSS law (6.2) [dBm].
+    beta_per_m : Beta of it [1/m].
+    rss_mean_db : Mean of the noise on readings [dB].
+    rss_sigma_db : Its standard deviation [dB].
+    wheel_sigma_rad_per_s : Standard deviation of what a wheel adds to its command in a period
+        [rad/s]; the thesis prints it for SLAM only.
+    encoder_counts : Counts of a wheel encoder per turn, which the estimators receive; None: they
+        receive the commands, as in the thesis.
+    start_sigma_m, start_sigma_deg : How wrong the assumed start is [m], [deg].
+    feedback_tags, tags : Tags along each side of the square mesh of chapter 6 and of chapter 7.
+    tag_spacing_m : Distance of neighbouring tags [m].
+    tag_height_m : Height of the tags above the robot's antenna [m].
+    feedback_wheel_rate_rad_per_s, wheel_rate_rad_per_s : Limits of the wheels in chapter 6 and in
+        chapter 7 [rad/s].
+    state_weight, final_weight : Q and P(t_f) of trajectories: three diagonal values, or three rows
+        [1/m², 1/rad²].
+    input_weight : R of the neighbouring control: two diagonal values, or two rows [s²/rad²].
+    training_iterations : Of the measurement feedback.
+    training_records : Noise records of the training over many.
+    room_noise_db : Standard deviation of the noise on readings in the room solver's part [dB].
+    room_reading_every_s : Time from one reading of the tags to the next there [s].
+    room_tag_spacing_m : Distance of neighbouring tags of the mesh of chapter 7 there [m].
+    room_map_spacing_m : Spacing of the map that the robot carries [m]; a fade is some centimetres
+        wide.
+    room_particles : Particles of the particle filter.
+    trajectories : The tables ``[[track.trajectory]]``.
     """
 
     chapters: Annotated[tuple[Chapter, ...], Meta(min_length=1)] = (

@@ -26,10 +26,8 @@ class Row:
 
     Parameters
     ----------
-    line : int
-        Line number, from 1.
-    values : tuple of float
-        The numbers [-], in the file's own units.
+    line : Line number, from 1.
+    values : The numbers [-], in the file's own units.
     """
 
     line: int

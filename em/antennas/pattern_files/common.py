@@ -38,29 +38,19 @@ class PatternTable:
 
     Parameters
     ----------
-    frequency_hz : float or None
-        Frequency [Hz]; None where the file names none.
-    theta_rad : (T,) float64
-        Angles from +z [rad], ascending within 0..pi.
-    phi_rad : (P,) float64
-        Azimuths from +x towards +y [rad], ascending within 0 (included) .. 2 pi (not included).
-    field : (2, T, P) complex128
-        F_theta and F_phi [-] with |F|^2 = gain over isotropic of the stated kind; time e^{+j w t},
-        wave e^{-j k r} / r taken out.
-    kind : {"directivity", "gain", "realised_gain"}
-        What |F|^2 is.
-    phase_known : bool
-        False: amplitudes only, real and not negative.
-    name : str
-        Name of the antenna, the request or the file.
-    source : str
-        File and line that the table starts at, for messages.
-    origin_m : (3,) float64
-        Point [m] of the file's frame that the phase is referred to.
-    impedance_ohm : complex or None
-        Input impedance [ohm] where the file gives it.
-    warnings : tuple of str
-        Doubts about the file's content.
+    frequency_hz : Frequency [Hz]; None where the file names none.
+    theta_rad : (T,) float64 — Angles from +z [rad], ascending within 0..pi.
+    phi_rad : (P,) float64 — Azimuths from +x towards +y [rad], ascending within 0 (included) .. 2
+        pi (not included).
+    field : (2, T, P) complex128 — F_theta and F_phi [-] with |F|^2 = gain over isotropic of the
+        stated kind; time e^{+j w t}, wave e^{-j k r} / r taken out.
+    kind : {"directivity", "gain", "realised_gain"} — What |F|^2 is.
+    phase_known : False: amplitudes only, real and not negative.
+    name : Name of the antenna, the request or the file.
+    source : File and line that the table starts at, for messages.
+    origin_m : (3,) float64 — Point [m] of the file's frame that the phase is referred to.
+    impedance_ohm : Input impedance [ohm] where the file gives it.
+    warnings : Doubts about the file's content.
     """
 
     frequency_hz: float | None
@@ -123,8 +113,7 @@ def amplitude(gain_db: npt.ArrayLike) -> npt.NDArray[np.float64]:
 
     Parameters
     ----------
-    gain_db : array_like
-        Gains [dBi]; ``DBI_FLOOR`` and less count as nothing.
+    gain_db : array_like — Gains [dBi]; ``DBI_FLOOR`` and less count as nothing.
     """
     gain = np.asarray(gain_db, dtype=np.float64)
     return np.where(gain > DBI_FLOOR, 10.0 ** (np.maximum(gain, DBI_FLOOR) / 20.0), 0.0)
@@ -142,10 +131,8 @@ def mean_over_sphere(
 
     Parameters
     ----------
-    theta_rad, phi_rad : (T,), (P,) float64
-        Grid [rad]; theta beyond its ends counts as nothing.
-    values : (T, P) float64
-        The quantity, in its own unit [-].
+    theta_rad, phi_rad : (T,), (P,) float64 — Grid [rad]; theta beyond its ends counts as nothing.
+    values : (T, P) float64 — The quantity, in its own unit [-].
     """
     around = np.append(phi_rad, phi_rad[0] + 2.0 * math.pi)
     widths = 0.5 * (np.diff(around) + np.roll(np.diff(around), 1))

@@ -63,8 +63,7 @@ def read_csv(path: Path) -> tuple[PatternTable, ...]:
 
     Parameters
     ----------
-    path : Path
-        The file, in one of this module's three forms.
+    path : The file, in one of this module's three forms.
     """
     names, groups = _groups(path)
     if "cut" in names:
@@ -233,10 +232,9 @@ def write_csv(path: str | Path, tables: Sequence[PatternTable]) -> None:
 
     Parameters
     ----------
-    path : str or Path
-        The file; replaced where it exists.
-    tables : sequence of PatternTable
-        All with phase (complex grid) or all without (grid of gains); all with a frequency or none.
+    path : The file; replaced where it exists.
+    tables : All with phase (complex grid) or all without (grid of gains); all with a frequency or
+        none.
     """
     path = Path(path)
     known = {(table.phase_known, table.frequency_hz is None) for table in tables}

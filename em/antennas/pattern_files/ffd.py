@@ -38,10 +38,8 @@ def read_ffd(path: Path, *, incident_power_w: float = 1.0) -> tuple[PatternTable
 
     Parameters
     ----------
-    path : Path
-        The file.
-    incident_power_w : float
-        Power [W] incident on the port when the fields were exported.
+    path : The file.
+    incident_power_w : Power [W] incident on the port when the fields were exported.
     """
     if not (math.isfinite(incident_power_w) and incident_power_w > 0.0):
         msg = f"{path}: incident_power_w = {incident_power_w} W; give a power above 0 W."

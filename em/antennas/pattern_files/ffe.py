@@ -67,10 +67,8 @@ def read_ffe(path: Path, *, incident_power_w: float | None = None) -> tuple[Patt
 
     Parameters
     ----------
-    path : Path
-        The file.
-    incident_power_w : float, optional
-        Power [W] incident on the port, for blocks that have no gain columns.
+    path : The file.
+    incident_power_w : Power [W] incident on the port, for blocks that have no gain columns.
     """
     tables = tuple(_table(path, block, incident_power_w) for block in _blocks(path))
     if not tables:
@@ -294,11 +292,10 @@ def write_ffe(path: str | Path, tables: Sequence[PatternTable]) -> None:
 
     Parameters
     ----------
-    path : str or Path
-        The file; replaced where it exists.
-    tables : sequence of PatternTable
-        Each with a frequency. The field is written for 1 W (incident, accepted or radiated, as the
-        table's kind says), peak volts; without phase it is written as zero, with the gain alone.
+    path : The file; replaced where it exists.
+    tables : Each with a frequency. The field is written for 1 W (incident, accepted or radiated, as
+        the table's kind says), peak volts; without phase it is written as zero, with the gain
+        alone.
     """
     path = Path(path)
     if not tables:

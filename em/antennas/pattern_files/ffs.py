@@ -34,8 +34,7 @@ def read_ffs(path: Path) -> tuple[PatternTable, ...]:
 
     Parameters
     ----------
-    path : Path
-        The file, version 3 with data type Farfield, axes not turned.
+    path : The file, version 3 with data type Farfield, axes not turned.
     """
     sections = list(_sections(path))
     header = {name: (line, rows) for line, name, rows in reversed(sections)}

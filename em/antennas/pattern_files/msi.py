@@ -48,8 +48,7 @@ def read_msi(path: Path) -> tuple[PatternTable, ...]:
 
     Parameters
     ----------
-    path : Path
-        The file.
+    path : The file.
     """
     content = _parse(path)
     for name in ("HORIZONTAL", "VERTICAL"):

@@ -72,8 +72,7 @@ def read_nec(path: Path) -> tuple[PatternTable, ...]:
 
     Parameters
     ----------
-    path : Path
-        The listing.
+    path : The listing.
     """
     tables: list[_Table] = []
     state = _State()

@@ -47,13 +47,11 @@ def read_pattern(
 
     Parameters
     ----------
-    path : str or Path
-        The file.
-    format : str, optional
-        ``ffe``, ``ffd``, ``ffs``, ``nec``, ``msi`` or ``csv``; found by suffix, else by content.
-    incident_power_w : float, optional
-        Power [W] incident on the port where the file does not tell: ``.ffd`` (1 W unless given)
-        and ``.ffe`` without gain columns.
+    path : The file.
+    format : ``ffe``, ``ffd``, ``ffs``, ``nec``, ``msi`` or ``csv``; found by suffix, else by
+        content.
+    incident_power_w : Power [W] incident on the port where the file does not tell: ``.ffd`` (1 W
+        unless given) and ``.ffe`` without gain columns.
 
     Raises
     ------

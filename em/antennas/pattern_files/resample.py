@@ -25,8 +25,7 @@ def half_turn_steps(step_deg: float) -> int:
 
     Parameters
     ----------
-    step_deg : float
-        Step [deg] of a grid, at most 45.
+    step_deg : Step [deg] of a grid, at most 45.
     """
     steps = round(180.0 / step_deg) if 0.01 < step_deg <= 45.0 else 0
     if steps < 4 or abs(steps * step_deg - 180.0) > 1e-9:
@@ -45,12 +44,9 @@ def move_phase(
 
     Parameters
     ----------
-    table : PatternTable
-        The pattern.
-    frequency_hz : float
-        Frequency [Hz].
-    centre_m : (3,) float
-        Point [m] of the file's frame that the phase is to be referred to.
+    table : The pattern.
+    frequency_hz : Frequency [Hz].
+    centre_m : (3,) float — Point [m] of the file's frame that the phase is to be referred to.
     """
     if not table.phase_known:
         return np.array(table.field)
@@ -69,10 +65,9 @@ def check_coverage(table: PatternTable, *, outside: Outside = "error") -> None:
 
     Parameters
     ----------
-    table : PatternTable
-        The pattern.
-    outside : {"error", "zero"}
-        ``zero`` lets theta end short of a pole (a half-space over a ground plane).
+    table : The pattern.
+    outside : {"error", "zero"} — ``zero`` lets theta end short of a pole (a half-space over a
+        ground plane).
     """
     if outside not in get_args(Outside):
         msg = f"outside = {outside!r} is unknown; allowed are {', '.join(get_args(Outside))}."
@@ -114,14 +109,10 @@ def resample(
 
     Parameters
     ----------
-    table : PatternTable
-        The pattern, covering the sphere.
-    theta_rad : (T,) float
-        Angles from +z [rad], 0..pi.
-    phi_rad : (P,) float
-        Azimuths [rad], any turn.
-    outside : {"error", "zero"}
-        What to do where theta is not covered.
+    table : The pattern, covering the sphere.
+    theta_rad : (T,) float — Angles from +z [rad], 0..pi.
+    phi_rad : (P,) float — Azimuths [rad], any turn.
+    outside : {"error", "zero"} — What to do where theta is not covered.
 
     Notes
     -----
@@ -193,18 +184,13 @@ def response_pattern(
 
     Parameters
     ----------
-    table : PatternTable
-        The pattern, in the reader's frame.
-    frequency_hz : float
-        Frequency [Hz] for the phase.
-    phase_centre_m : (3,) float
-        Point [m] of the reader's frame that the result's phase is referred to.
-    rows : int
-        Values of theta from 0 to pi.
-    columns : int
-        Values of phi from 0 to, not including, 2 pi.
-    outside : {"error", "zero"}
-        What to do where theta is not covered.
+    table : The pattern, in the reader's frame.
+    frequency_hz : Frequency [Hz] for the phase.
+    phase_centre_m : (3,) float — Point [m] of the reader's frame that the result's phase is
+        referred to.
+    rows : Values of theta from 0 to pi.
+    columns : Values of phi from 0 to, not including, 2 pi.
+    outside : {"error", "zero"} — What to do where theta is not covered.
     """
     return _resampled(
         table,

@@ -35,12 +35,9 @@ class SMatrices:
 
     Parameters
     ----------
-    frequencies_hz : (f,) float64
-        Frequencies [Hz], ascending.
-    s_matrices : (f, n, n) complex128
-        S[i, j] [-]: wave out of port i for a unit wave into port j.
-    reference_ohm : float
-        Reference impedance [ohm] of every port.
+    frequencies_hz : (f,) float64 — Frequencies [Hz], ascending.
+    s_matrices : (f, n, n) complex128 — S[i, j] [-]: wave out of port i for a unit wave into port j.
+    reference_ohm : Reference impedance [ohm] of every port.
     """
 
     frequencies_hz: npt.NDArray[np.float64]
@@ -84,16 +81,11 @@ def write_touchstone(
 
     Parameters
     ----------
-    path : str or Path
-        The file; its suffix must be ``.sNp`` with N the number of ports.
-    frequencies_hz : (f,) float
-        Frequencies [Hz], ascending.
-    s_matrices : (f, n, n) complex
-        S-matrices [-].
-    reference_ohm : float
-        Reference impedance [ohm].
-    form : {"RI", "MA", "DB"}
-        How numbers are written; RI comes back exactly.
+    path : The file; its suffix must be ``.sNp`` with N the number of ports.
+    frequencies_hz : (f,) float — Frequencies [Hz], ascending.
+    s_matrices : (f, n, n) complex — S-matrices [-].
+    reference_ohm : Reference impedance [ohm].
+    form : {"RI", "MA", "DB"} — How numbers are written; RI comes back exactly.
     """
     path = Path(path)
     data = SMatrices(
@@ -142,8 +134,7 @@ def read_touchstone(path: str | Path) -> SMatrices:
 
     Parameters
     ----------
-    path : str or Path
-        The file; its suffix ``.sNp`` gives the number of ports.
+    path : The file; its suffix ``.sNp`` gives the number of ports.
     """
     path = Path(path)
     suffix = re.fullmatch(r"\.s(\d{1,3})p", path.suffix.lower())

@@ -31,8 +31,7 @@ class FullwaveBand:
 
     Parameters
     ----------
-    results : tuple of FullwaveResult
-        Solutions in order of frequency, same mesh and loads; at least two.
+    results : Solutions in order of frequency, same mesh and loads; at least two.
     """
 
     results: tuple[FullwaveResult, ...]
@@ -56,8 +55,7 @@ class FullwaveBand:
 
         Parameters
         ----------
-        frequency_hz : float
-            Frequency [Hz], from the first to the last one solved.
+        frequency_hz : Frequency [Hz], from the first to the last one solved.
 
         Returns
         -------
@@ -126,18 +124,12 @@ def solve_band(
 
     Parameters
     ----------
-    mesh : ReaderMesh
-        Triangles and feeds, one mesh for the whole band.
-    frequencies_hz : sequence of float
-        Frequencies wanted [Hz]; their least and greatest bound the band.
-    nodes : int
-        Number of solutions, at least 2; no more are made than there are frequencies.
-    load_ohm : complex or (n,) array_like
-        Impedance of source and load of every port [ohm].
-    surface_impedance_ohm : complex or (f,) array_like
-        Surface impedance of each triangle [ohm].
-    symmetry : bool
-        Use the rotational symmetry that the mesh has.
+    mesh : Triangles and feeds, one mesh for the whole band.
+    frequencies_hz : Frequencies wanted [Hz]; their least and greatest bound the band.
+    nodes : Number of solutions, at least 2; no more are made than there are frequencies.
+    load_ohm : Impedance of source and load of every port [ohm].
+    surface_impedance_ohm : Surface impedance of each triangle [ohm].
+    symmetry : Use the rotational symmetry that the mesh has.
 
     Returns
     -------

@@ -45,29 +45,20 @@ class SurfaceBasis:
 
     Parameters
     ----------
-    vertices_m : (v, 3) float64
-        Vertices [m].
-    faces : (sectors * f, 3) int64
-        Vertex indices [-], sector by sector; a sector is the one before turned by 2 pi / sectors.
-    given_face : (sectors * f,) int64
-        Place of each triangle in the mesh that was given [-].
-    sectors : int
-        Number of sectors; 1 without symmetry.
-    functions : int
-        Functions of one sector, half-functions on the axis counted as functions.
-    axis_groups : tuple of (g,) int64
-        Half-functions of the first sector that meet at each edge on the axis [-]; their sum over
-        all sectors must vanish.
-    start : (f + 1,) int64
-        First entry of each of the first sector's triangles in the four arrays below [-].
-    function : (e,) int64
-        Function that a half-function belongs to [-].
-    turn : (e,) int64
-        Sectors by which that function is turned from the first sector [-].
-    local : (e,) int64
-        Corner, 0 to 2, opposite the edge [-].
-    sign : (e,) float64
-        Factor of the half-function in its function [-].
+    vertices_m : (v, 3) float64 — Vertices [m].
+    faces : (sectors * f, 3) int64 — Vertex indices [-], sector by sector; a sector is the one
+        before turned by 2 pi / sectors.
+    given_face : (sectors * f,) int64 — Place of each triangle in the mesh that was given [-].
+    sectors : Number of sectors; 1 without symmetry.
+    functions : Functions of one sector, half-functions on the axis counted as functions.
+    axis_groups : Half-functions of the first sector that meet at each edge on the axis [-]; their
+        sum over all sectors must vanish.
+    start : (f + 1,) int64 — First entry of each of the first sector's triangles in the four arrays
+        below [-].
+    function : (e,) int64 — Function that a half-function belongs to [-].
+    turn : (e,) int64 — Sectors by which that function is turned from the first sector [-].
+    local : (e,) int64 — Corner, 0 to 2, opposite the edge [-].
+    sign : (e,) float64 — Factor of the half-function in its function [-].
     """
 
     vertices_m: npt.NDArray[np.float64]
@@ -152,8 +143,8 @@ class SurfaceBasis:
 
         Parameters
         ----------
-        coefficients : (k, sectors, functions) complex128
-            Factors of the functions, sector by sector [any unit].
+        coefficients : (k, sectors, functions) complex128 — Factors of the functions, sector by
+            sector [any unit].
         """
         count = self.triangles_per_sector
         result = np.zeros((len(coefficients), self.sectors, count, 3), dtype=np.complex128)
@@ -171,8 +162,8 @@ class SurfaceBasis:
 
         Parameters
         ----------
-        halves : (k, sectors * f, 3) float64 or complex128
-            Product of the field with every half-function [any unit].
+        halves : (k, sectors * f, 3) float64 or complex128 — Product of the field with every
+            half-function [any unit].
 
         Returns
         -------
@@ -197,12 +188,10 @@ def surface_basis(
 
     Parameters
     ----------
-    vertices_m : (v, 3) array_like
-        Vertices [m]; sheets that touch must share vertices and edges there.
-    faces : (f, 3) array_like
-        Vertex indices [-] of each triangle; orientation does not matter.
-    sectors : int
-        Ask for this rotational symmetry about z; 1 for none.
+    vertices_m : (v, 3) array_like — Vertices [m]; sheets that touch must share vertices and edges
+        there.
+    faces : (f, 3) array_like — Vertex indices [-] of each triangle; orientation does not matter.
+    sectors : Ask for this rotational symmetry about z; 1 for none.
 
     Returns
     -------
@@ -257,12 +246,9 @@ def best_sectors(
 
     Parameters
     ----------
-    vertices_m : (v, 3) float64
-        Vertices [m].
-    faces : (f, 3) int64
-        Vertex indices [-].
-    candidates : tuple of int
-        Numbers of sectors to try, best first.
+    vertices_m : (v, 3) float64 — Vertices [m].
+    faces : (f, 3) int64 — Vertex indices [-].
+    candidates : Numbers of sectors to try, best first.
     """
     for sectors in candidates:
         image = turned_vertices(vertices_m, sectors)

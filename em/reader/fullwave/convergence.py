@@ -28,10 +28,8 @@ class ConvergenceStudy:
 
     Parameters
     ----------
-    cells_per_wavelength : tuple of float
-        Densities, rising [-].
-    results : tuple of FullwaveResult
-        Solution at each density; all but the last carry their ``error``.
+    cells_per_wavelength : Densities, rising [-].
+    results : Solution at each density; all but the last carry their ``error``.
     """
 
     cells_per_wavelength: tuple[float, ...]
@@ -64,10 +62,8 @@ def convergence_study(
 
     Parameters
     ----------
-    solve : callable
-        Gives the solution for a number of elements per wavelength [-].
-    cells_per_wavelength : sequence of float
-        Densities, at least two, rising [-].
+    solve : Gives the solution for a number of elements per wavelength [-].
+    cells_per_wavelength : Densities, at least two, rising [-].
     """
     densities = tuple(float(cells) for cells in cells_per_wavelength)
     if len(densities) < 2 or any(b <= a for a, b in itertools.pairwise(densities)):
@@ -91,12 +87,9 @@ def error_estimate(
 
     Parameters
     ----------
-    result : FullwaveResult
-        Solution to judge.
-    finer : FullwaveResult
-        Solution of the same reader on a finer mesh.
-    finer_cells_per_wavelength : float
-        Density of the finer mesh [-].
+    result : Solution to judge.
+    finer : Solution of the same reader on a finer mesh.
+    finer_cells_per_wavelength : Density of the finer mesh [-].
     """
     theta = np.radians(np.arange(0.0, 180.0 + STEP_DEG, STEP_DEG))
     columns = round(360.0 / STEP_DEG)

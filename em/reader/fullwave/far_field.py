@@ -26,12 +26,9 @@ class CurrentSamples:
 
     Parameters
     ----------
-    points_m : (p, 3) float64
-        Places [m].
-    moments_a_m : (k, p, 3) complex128
-        Current density times area of k cases [A m].
-    frequency_hz : float
-        Frequency [Hz].
+    points_m : (p, 3) float64 — Places [m].
+    moments_a_m : (k, p, 3) complex128 — Current density times area of k cases [A m].
+    frequency_hz : Frequency [Hz].
     """
 
     points_m: npt.NDArray[np.float64]
@@ -56,8 +53,7 @@ class CurrentSamples:
 
         Parameters
         ----------
-        theta_rad, phi_rad : array_like
-            Directions [rad], broadcast against each other.
+        theta_rad, phi_rad : array_like — Directions [rad], broadcast against each other.
 
         Returns
         -------
@@ -111,12 +107,10 @@ def current_samples(
 
     Parameters
     ----------
-    basis : SurfaceBasis
-        Functions.
-    halves : (k, f, 3) complex128
-        Factors of all half-functions [A/m], as `SurfaceBasis.half_coefficients` gives them.
-    frequency_hz : float
-        Frequency [Hz].
+    basis : Functions.
+    halves : (k, f, 3) complex128 — Factors of all half-functions [A/m], as
+        `SurfaceBasis.half_coefficients` gives them.
+    frequency_hz : Frequency [Hz].
     """
     corners = basis.corners_m
     points = np.einsum("ab,fbc->fac", THREE_POINTS, corners)
@@ -138,12 +132,9 @@ def sphere_rule(
 
     Parameters
     ----------
-    wavenumber_per_m : float
-        Wavenumber [rad/m].
-    radius_m : float
-        Radius of a sphere about the origin that holds all currents [m].
-    multiple_of : int
-        Number that the steps of phi shall be a multiple of.
+    wavenumber_per_m : Wavenumber [rad/m].
+    radius_m : Radius of a sphere about the origin that holds all currents [m].
+    multiple_of : Number that the steps of phi shall be a multiple of.
 
     Returns
     -------

@@ -18,12 +18,11 @@ def solve_currents(
 
     Parameters
     ----------
-    basis : SurfaceBasis
-        Functions.
-    matrix : (functions, sectors, functions) complex128
-        What `impedance_matrix` returns [ohm m^2]; overwritten when there is one sector.
-    excitation : (k, sectors, functions) float64 or complex128
-        Products of the functions with the impressed field [V m].
+    basis : Functions.
+    matrix : (functions, sectors, functions) complex128 — What `impedance_matrix` returns [ohm m^2];
+        overwritten when there is one sector.
+    excitation : (k, sectors, functions) float64 or complex128 — Products of the functions with the
+        impressed field [V m].
 
     Returns
     -------

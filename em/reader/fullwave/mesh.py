@@ -60,26 +60,19 @@ class ReaderMesh:
 
     Parameters
     ----------
-    vertices_m : (v, 3) float64
-        Vertices [m], in the reader frame; sheets that touch share them.
-    faces : (f, 3) int64
-        Vertex indices of each triangle [-].
-    antenna_of_face : (f,) int64
-        Antenna, from 0, whose strip the triangle belongs to; -1 on the body [-].
-    feed_bottom_m : (n, 3) float64
-        Lower end of each antenna's feed, on the strip's middle line [m].
-    feed_top_m : (n, 3) float64
-        Upper end of each antenna's feed [m]; equal to the lower one for a delta gap.
-    strip_of_feed : (n,) int64
-        Strip, from 0, that each feed is on [-]; a strip may have several.
-    phase_centres_m : (n, 3) float64
-        Middle of each dipole, foot of each monopole [m].
-    coarse_m : float
-        Edge length [m] away from the antennas.
-    frequency_hz : float
-        Frequency that the edge length was taken from [Hz].
-    warnings : tuple of str
-        What makes the result doubtful, one sentence each.
+    vertices_m : (v, 3) float64 — Vertices [m], in the reader frame; sheets that touch share them.
+    faces : (f, 3) int64 — Vertex indices of each triangle [-].
+    antenna_of_face : (f,) int64 — Antenna, from 0, whose strip the triangle belongs to; -1 on the
+        body [-].
+    feed_bottom_m : (n, 3) float64 — Lower end of each antenna's feed, on the strip's middle line
+        [m].
+    feed_top_m : (n, 3) float64 — Upper end of each antenna's feed [m]; equal to the lower one for a
+        delta gap.
+    strip_of_feed : (n,) int64 — Strip, from 0, that each feed is on [-]; a strip may have several.
+    phase_centres_m : (n, 3) float64 — Middle of each dipole, foot of each monopole [m].
+    coarse_m : Edge length [m] away from the antennas.
+    frequency_hz : Frequency that the edge length was taken from [Hz].
+    warnings : What makes the result doubtful, one sentence each.
     """
 
     vertices_m: npt.NDArray[np.float64]
@@ -130,27 +123,21 @@ def reader_mesh(
 
     Parameters
     ----------
-    body : ReaderBody
-        Ground plane, plates, places of the antennas.
-    frequency_hz : float
-        Frequency [Hz], above 0.
-    antenna : str
-        "dipole" or "monopole".
-    length_m : float or None
-        Length of a dipole, height of a monopole [m]; None takes half, or a quarter, wavelength.
-    gap_m : float
-        Height of a dipole's lower end, or of a monopole's own plane, above the ground plane [m],
-        above 0. A monopole without a plane of its own stands on the ground plane, gap or not.
-    cells_per_wavelength : float
-        Elements per wavelength [-], at least 4.
-    wire_radius_m : float
-        Radius a of the antennas' wire [m]; the strip is 4 a wide and stands across the radius.
-    feed_gap_m : float
-        Length of the feed [m]; 0 is a delta gap. It is at a dipole's middle, at a monopole's foot.
-    graded_tips : bool
-        Cut the strips' last cells finer, where charge gathers; see Notes.
-    surroundings : sequence of Body
-        Further perfectly conducting meshes in the reader frame, such as a robot, not touching it.
+    body : Ground plane, plates, places of the antennas.
+    frequency_hz : Frequency [Hz], above 0.
+    antenna : "dipole" or "monopole".
+    length_m : Length of a dipole, height of a monopole [m]; None takes half, or a quarter,
+        wavelength.
+    gap_m : Height of a dipole's lower end, or of a monopole's own plane, above the ground plane
+        [m], above 0. A monopole without a plane of its own stands on the ground plane, gap or not.
+    cells_per_wavelength : Elements per wavelength [-], at least 4.
+    wire_radius_m : Radius a of the antennas' wire [m]; the strip is 4 a wide and stands across the
+        radius.
+    feed_gap_m : Length of the feed [m]; 0 is a delta gap. It is at a dipole's middle, at a
+        monopole's foot.
+    graded_tips : Cut the strips' last cells finer, where charge gathers; see Notes.
+    surroundings : Further perfectly conducting meshes in the reader frame, such as a robot, not
+        touching it.
 
     Notes
     -----
@@ -270,8 +257,7 @@ def joined_pieces(
 
     Parameters
     ----------
-    pieces : sequence of tuple
-        Vertices (v, 3) [m] and triangles (f, 3) [-] of each piece.
+    pieces : Vertices (v, 3) [m] and triangles (f, 3) [-] of each piece.
     """
     starts = np.cumsum([0, *(len(points) for points, _ in pieces)])
     points = np.concatenate([points for points, _ in pieces])

@@ -21,16 +21,12 @@ def feed_excitation(
 
     Parameters
     ----------
-    basis : SurfaceBasis
-        Functions.
-    faces : (k,) int64
-        Triangles of the antenna [-], numbered as in the basis.
-    bottom_m : (3,) array_like
-        Start of the feed [m].
-    top_m : (3,) array_like
-        End of the feed [m]; the same as the start for a delta gap on the edges there.
-    axis : (3,) array_like
-        Direction of a delta gap [-]; ignored for a feed of some length.
+    basis : Functions.
+    faces : (k,) int64 — Triangles of the antenna [-], numbered as in the basis.
+    bottom_m : (3,) array_like — Start of the feed [m].
+    top_m : (3,) array_like — End of the feed [m]; the same as the start for a delta gap on the
+        edges there.
+    axis : (3,) array_like — Direction of a delta gap [-]; ignored for a feed of some length.
 
     Returns
     -------

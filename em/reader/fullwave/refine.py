@@ -18,12 +18,9 @@ def refined_mesh(
 
     Parameters
     ----------
-    vertices_m : (v, 3) array_like
-        Vertices [m]; triangles that touch must share them.
-    faces : (f, 3) array_like
-        Vertex indices [-].
-    longest_m : float
-        Greatest edge length wanted [m].
+    vertices_m : (v, 3) array_like — Vertices [m]; triangles that touch must share them.
+    faces : (f, 3) array_like — Vertex indices [-].
+    longest_m : Greatest edge length wanted [m].
 
     Returns
     -------

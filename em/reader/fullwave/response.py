@@ -42,26 +42,17 @@ def fullwave_response(
 
     Parameters
     ----------
-    body : ReaderBody
-        Ground plane, plates and the places of the antennas.
-    antenna : Antenna
-        One element, an upright dipole or monopole; its frequency and length are used.
-    gap_m : float
-        Height of a dipole's lower end, or of a monopole's own plane, above the ground plane [m].
-    load_ohm : complex or (n,) array_like
-        Impedance of source and load of every port [ohm].
-    cells_per_wavelength : float
-        Elements per wavelength [-]; 10 for design, 14 for final figures.
-    wire_radius_m : float
-        Radius of the antennas' wire [m].
-    feed_gap_m : float
-        Length of the feed [m]; 0 is a delta gap.
-    graded_tips : bool
-        Cut the strips' last cells finer; see `reader_mesh`.
-    surroundings : sequence of Body
-        Further perfectly conducting meshes in the reader frame.
-    symmetry : bool
-        Use the rotational symmetry that the mesh has.
+    body : Ground plane, plates and the places of the antennas.
+    antenna : One element, an upright dipole or monopole; its frequency and length are used.
+    gap_m : Height of a dipole's lower end, or of a monopole's own plane, above the ground plane
+        [m].
+    load_ohm : Impedance of source and load of every port [ohm].
+    cells_per_wavelength : Elements per wavelength [-]; 10 for design, 14 for final figures.
+    wire_radius_m : Radius of the antennas' wire [m].
+    feed_gap_m : Length of the feed [m]; 0 is a delta gap.
+    graded_tips : Cut the strips' last cells finer; see `reader_mesh`.
+    surroundings : Further perfectly conducting meshes in the reader frame.
+    symmetry : Use the rotational symmetry that the mesh has.
 
     Returns
     -------
@@ -100,12 +91,9 @@ def response_of(result: FullwaveResult, mesh: ReaderMesh, body: ReaderBody) -> R
 
     Parameters
     ----------
-    result : FullwaveResult
-        Solution.
-    mesh : ReaderMesh
-        What was solved; gives the phase centres.
-    body : ReaderBody
-        Gives the antennas' azimuths.
+    result : Solution.
+    mesh : What was solved; gives the phase centres.
+    body : Gives the antennas' azimuths.
     """
     theta, phi = angle_grid(*GRID_SHAPE)
     pattern = np.moveaxis(result.pattern_grid(theta, len(phi)), -1, 1)

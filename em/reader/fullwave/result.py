@@ -27,14 +27,11 @@ class ErrorEstimate:
 
     Parameters
     ----------
-    finer_cells_per_wavelength : float
-        Density of the finer mesh [-].
-    strong_db : float
-        Greatest rms difference of any antenna's gain where it is within 10 dB of its maximum [dB].
-    weak_db : float
-        The same from 10 to 20 dB below the maximum [dB].
-    impedance : float
-        Greatest relative difference of the input impedances [-].
+    finer_cells_per_wavelength : Density of the finer mesh [-].
+    strong_db : Greatest rms difference of any antenna's gain where it is within 10 dB of its
+        maximum [dB].
+    weak_db : The same from 10 to 20 dB below the maximum [dB].
+    impedance : Greatest relative difference of the input impedances [-].
     """
 
     finer_cells_per_wavelength: float
@@ -49,34 +46,23 @@ class FullwaveResult:
 
     Parameters
     ----------
-    frequency_hz : float
-        Frequency [Hz].
-    load_ohm : (n,) complex128
-        Impedance of every port's source and load [ohm].
-    admittance_s : (n, n) complex128
-        Currents at the ports per volt at each, without loads [S].
-    samples : CurrentSamples
-        Currents of one volt at each port in turn, the others shorted [A m per V].
-    halves_a_per_m : (n, f, 3) complex128
-        The same currents as factors of the half-functions [A/m per V].
-    basis : SurfaceBasis
-        Functions and triangles.
-    sheet_ohm : (f,) complex128
-        Surface impedance of the basis' triangles [ohm].
-    radiated_share : (n,) float64
-        Radiated over available power, each port driven in turn, from the far field [-].
-    accepted_share : (n,) float64
-        The same from the ports [-]: what neither returns to the source nor ends in loads.
-    lost_share : (n,) float64
-        Share that heats sheets of finite impedance [-].
-    port_step : int
-        Ports by which a turn by one sector moves on; 0 when it does not map ports to ports.
-    seconds : mapping
-        Wall-clock time of each step [s].
-    error : ErrorEstimate or None
-        What a finer mesh changes, where it was tried.
-    warnings : tuple of str
-        What makes the result doubtful.
+    frequency_hz : Frequency [Hz].
+    load_ohm : (n,) complex128 — Impedance of every port's source and load [ohm].
+    admittance_s : (n, n) complex128 — Currents at the ports per volt at each, without loads [S].
+    samples : Currents of one volt at each port in turn, the others shorted [A m per V].
+    halves_a_per_m : (n, f, 3) complex128 — The same currents as factors of the half-functions [A/m
+        per V].
+    basis : Functions and triangles.
+    sheet_ohm : (f,) complex128 — Surface impedance of the basis' triangles [ohm].
+    radiated_share : (n,) float64 — Radiated over available power, each port driven in turn, from
+        the far field [-].
+    accepted_share : (n,) float64 — The same from the ports [-]: what neither returns to the source
+        nor ends in loads.
+    lost_share : (n,) float64 — Share that heats sheets of finite impedance [-].
+    port_step : Ports by which a turn by one sector moves on; 0 when it does not map ports to ports.
+    seconds : Wall-clock time of each step [s].
+    error : What a finer mesh changes, where it was tried.
+    warnings : What makes the result doubtful.
     """
 
     frequency_hz: float
@@ -171,8 +157,7 @@ class FullwaveResult:
 
         Parameters
         ----------
-        theta_rad, phi_rad : array_like
-            Directions [rad], broadcast against each other.
+        theta_rad, phi_rad : array_like — Directions [rad], broadcast against each other.
 
         Returns
         -------
@@ -191,10 +176,8 @@ class FullwaveResult:
 
         Parameters
         ----------
-        theta_rad : (t,) array_like
-            Values of theta [rad].
-        columns : int
-            Number of even steps of phi from 0 to, not including, 2 pi.
+        theta_rad : (t,) array_like — Values of theta [rad].
+        columns : Number of even steps of phi from 0 to, not including, 2 pi.
 
         Returns
         -------
@@ -215,8 +198,7 @@ class FullwaveResult:
 
         Parameters
         ----------
-        port : int
-            Driven port, from 0; its source has 1 W available, the others are loaded.
+        port : Driven port, from 0; its source has 1 W available, the others are loaded.
 
         Returns
         -------

@@ -61,16 +61,12 @@ def impedance_matrix(
 
     Parameters
     ----------
-    basis : SurfaceBasis
-        Functions.
-    frequency_hz : float
-        Frequency [Hz].
-    surface_impedance_ohm : complex or (f,) array_like
-        Tangential field over sheet current of every triangle [ohm]; 0 is a perfect conductor.
-    near : float
-        Distance of centroids over the sum of radii [-] below which 1/R is integrated exactly.
-    mid : float
-        The same [-] below which seven points are taken instead of three.
+    basis : Functions.
+    frequency_hz : Frequency [Hz].
+    surface_impedance_ohm : Tangential field over sheet current of every triangle [ohm]; 0 is a
+        perfect conductor.
+    near : Distance of centroids over the sum of radii [-] below which 1/R is integrated exactly.
+    mid : The same [-] below which seven points are taken instead of three.
 
     Returns
     -------

@@ -29,18 +29,13 @@ def dipole_mesh(
 
     Parameters
     ----------
-    frequency_hz : float
-        Frequency [Hz].
-    length_m : float or None
-        Length [m]; None takes half a wavelength.
-    wire_radius_m : float
-        Radius a of the wire [m]; the strip is 4 a wide.
-    feed_gap_m : float
-        Length of the feed [m]; 0 is a delta gap.
-    cells_per_wavelength : float
-        Elements per wavelength [-]; strips have at least 24 cells to half a wavelength.
-    graded_tips : bool
-        Cut the last cells finer, where charge gathers.
+    frequency_hz : Frequency [Hz].
+    length_m : Length [m]; None takes half a wavelength.
+    wire_radius_m : Radius a of the wire [m]; the strip is 4 a wide.
+    feed_gap_m : Length of the feed [m]; 0 is a delta gap.
+    cells_per_wavelength : Elements per wavelength [-]; strips have at least 24 cells to half a
+        wavelength.
+    graded_tips : Cut the last cells finer, where charge gathers.
 
     Notes
     -----
@@ -94,20 +89,13 @@ def monopole_mesh(
 
     Parameters
     ----------
-    frequency_hz : float
-        Frequency [Hz].
-    plane_m : float
-        Side of the plane [m].
-    length_m : float or None
-        Height [m]; None takes a quarter of a wavelength.
-    wire_radius_m : float
-        Radius a of the wire [m]; the strip is 4 a wide.
-    feed_gap_m : float
-        Length of the feed above the plane [m]; 0 is a delta gap at the foot.
-    cells_per_wavelength : float
-        Elements per wavelength [-].
-    graded_tips : bool
-        Cut the last cell finer, where charge gathers.
+    frequency_hz : Frequency [Hz].
+    plane_m : Side of the plane [m].
+    length_m : Height [m]; None takes a quarter of a wavelength.
+    wire_radius_m : Radius a of the wire [m]; the strip is 4 a wide.
+    feed_gap_m : Length of the feed above the plane [m]; 0 is a delta gap at the foot.
+    cells_per_wavelength : Elements per wavelength [-].
+    graded_tips : Cut the last cell finer, where charge gathers.
 
     Notes
     -----

@@ -40,16 +40,12 @@ def solve_reader(
 
     Parameters
     ----------
-    mesh : ReaderMesh
-        Triangles and feeds.
-    frequency_hz : float or None
-        Frequency [Hz]; None takes the one that the mesh was made for.
-    load_ohm : complex or (n,) array_like
-        Impedance of source and load of every port [ohm], its resistance above 0.
-    surface_impedance_ohm : complex or (f,) array_like
-        Surface impedance of each triangle [ohm], in the order of ``mesh.faces``.
-    symmetry : bool
-        Use the rotational symmetry that the mesh has.
+    mesh : Triangles and feeds.
+    frequency_hz : Frequency [Hz]; None takes the one that the mesh was made for.
+    load_ohm : Impedance of source and load of every port [ohm], its resistance above 0.
+    surface_impedance_ohm : Surface impedance of each triangle [ohm], in the order of
+        ``mesh.faces``.
+    symmetry : Use the rotational symmetry that the mesh has.
     """
     frequency = mesh.frequency_hz if frequency_hz is None else frequency_hz
     load = np.broadcast_to(np.asarray(load_ohm, dtype=np.complex128), (mesh.antennas,))

@@ -87,10 +87,8 @@ def merit_table(candidates: Sequence[Candidate], choice: Choice) -> ReportTable:
 
     Parameters
     ----------
-    candidates : sequence of Candidate
-        Scored designs.
-    choice : Choice
-        Their ranking.
+    candidates : Scored designs.
+    choice : Their ranking.
     """
     rows = []
     for rank, index in enumerate(choice.ranking):
@@ -126,14 +124,10 @@ def score_table(
 
     Parameters
     ----------
-    candidates : sequence of Candidate
-        Scored designs.
-    choice : Choice
-        Their ranking.
-    place : str
-        ``free`` or ``room``.
-    caption : str
-        Above the table.
+    candidates : Scored designs.
+    choice : Their ranking.
+    place : ``free`` or ``room``.
+    caption : Above the table.
 
     Returns
     -------

@@ -42,12 +42,10 @@ class Claim:
 
     Attributes
     ----------
-    text : str
-        What the thesis says, with its lengths in [cm].
-    agrees : bool or None
-        Whether this study finds the same; None where the thesis names no number to test against.
-    found : str
-        What this study finds, with numbers and units [%, deg, dB, W, m].
+    text : What the thesis says, with its lengths in [cm].
+    agrees : Whether this study finds the same; None where the thesis names no number to test
+        against.
+    found : What this study finds, with numbers and units [%, deg, dB, W, m].
     """
 
     text: str
@@ -81,14 +79,10 @@ def thesis_claims(
 
     Parameters
     ----------
-    cells : sequence of Cell
-        All cells.
-    candidates : sequence of Candidate
-        The scored ones.
-    choice : Choice
-        Their ranking.
-    tag_power_w : float
-        Power that the study's tags send [W]; levels are scaled to the thesis' 1 W.
+    cells : All cells.
+    candidates : The scored ones.
+    choice : Their ranking.
+    tag_power_w : Power that the study's tags send [W]; levels are scaled to the thesis' 1 W.
 
     Returns
     -------
@@ -124,8 +118,7 @@ def claim_sentence(claims: Sequence[Claim]) -> str:
 
     Parameters
     ----------
-    claims : sequence of Claim
-        At least one.
+    claims : At least one.
     """
     tested = [c for c in claims if c.agrees is not None]
     against = [c.text.rstrip(".") for c in tested if not c.agrees]
@@ -140,8 +133,7 @@ def claim_table(claims: Sequence[Claim]) -> ReportTable:
 
     Parameters
     ----------
-    claims : sequence of Claim
-        At least one.
+    claims : At least one.
     """
     verdict = {True: "yes", False: "no", None: "–"}
     return ReportTable(

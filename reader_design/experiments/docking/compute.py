@@ -49,8 +49,7 @@ def dock_table(study: Study) -> Dock:
 
     Parameters
     ----------
-    study : Study
-        The study.
+    study : The study.
     """
     if study.dock is None:
         msg = "the study has no table [dock], which is needed to dock; add tag and landmark."
@@ -63,8 +62,7 @@ def docking_task(table: Dock) -> DockingTask:
 
     Parameters
     ----------
-    table : Dock
-        The table.
+    table : The table.
     """
     return DockingTask(
         tag_id=table.tag,
@@ -103,10 +101,8 @@ def docking_space(study: Study, built: Setting) -> RobotSpace:
 
     Parameters
     ----------
-    study : Study
-        With a table ``[dock]``.
-    built : Setting
-        The room [m].
+    study : With a table ``[dock]``.
+    built : The room [m].
     """
     table = dock_table(study)
     task = docking_task(table)
@@ -133,12 +129,9 @@ def docking_job(study: Study, built: Setting, responses: Sequence[ReaderResponse
 
     Parameters
     ----------
-    study : Study
-        With a table ``[dock]``.
-    built : Setting
-        The room [m].
-    responses : sequence of ReaderResponse
-        The reader's, one for each of ``study.radio.frequencies_hz`` [Hz].
+    study : With a table ``[dock]``.
+    built : The room [m].
+    responses : The reader's, one for each of ``study.radio.frequencies_hz`` [Hz].
     """
     table = dock_table(study)
     task, space = docking_task(table), docking_space(study, built)
@@ -185,8 +178,7 @@ def docking_rooms(study: Study) -> tuple[Setting, ...]:
 
     Parameters
     ----------
-    study : Study
-        With a table ``[dock]``.
+    study : With a table ``[dock]``.
     """
     rooms = tuple(build_setting(study, layout) for layout in (None, *study.layouts))
     for room in rooms:
@@ -200,12 +192,9 @@ class DockingContent:
 
     Attributes
     ----------
-    study : Study
-        The study.
-    rooms : dict of str to (Setting, tuple of DockingResult)
-        Room and runs by the room's name.
-    published : dict of bool to tuple of DockingResult
-        The docking paper's closed loop, by whether slips were compensated.
+    study : The study.
+    rooms : Room and runs by the room's name.
+    published : The docking paper's closed loop, by whether slips were compensated.
     """
 
     study: Study
@@ -225,12 +214,9 @@ def docking_jobs(
 
     Parameters
     ----------
-    study : Study
-        With a table ``[dock]``.
-    rooms : sequence of Setting
-        From `docking_rooms`.
-    responses : sequence of ReaderResponse
-        The reader's, one for each of ``study.radio.frequencies_hz`` [Hz].
+    study : With a table ``[dock]``.
+    rooms : From `docking_rooms`.
+    responses : The reader's, one for each of ``study.radio.frequencies_hz`` [Hz].
 
     Returns
     -------
@@ -262,18 +248,12 @@ def compute_docking(
 
     Parameters
     ----------
-    study : Study
-        With a table ``[dock]``.
-    rooms : sequence of Setting
-        From `docking_rooms`.
-    jobs : mapping
-        From `docking_jobs`.
-    folder : Path
-        Where runs are kept.
-    crew : Crew or None
-        Workers that share them; None: this process computes.
-    progress : Progress, optional
-        Shows how many runs are done.
+    study : With a table ``[dock]``.
+    rooms : From `docking_rooms`.
+    jobs : From `docking_jobs`.
+    folder : Where runs are kept.
+    crew : Workers that share them; None: this process computes.
+    progress : Shows how many runs are done.
     """
     results = {
         name: map_seeded(
@@ -300,12 +280,9 @@ def kept_runs(study: Study, jobs: Mapping[str | bool, tuple[DockingJob, int]], f
 
     Parameters
     ----------
-    study : Study
-        With a table ``[dock]``.
-    jobs : mapping
-        From `docking_jobs`.
-    folder : Path
-        Where runs are kept.
+    study : With a table ``[dock]``.
+    jobs : From `docking_jobs`.
+    folder : Where runs are kept.
     """
     total = sum(runs for _, runs in jobs.values())
     kept = sum(
@@ -320,8 +297,7 @@ def landmark_filters(study: Study) -> tuple[FilterExperiment, FilterExperiment]:
 
     Parameters
     ----------
-    study : Study
-        For its seed, and its runs: there are 20 to 100 drives.
+    study : For its seed, and its runs: there are 20 to 100 drives.
     """
     repetitions = min(max(dock_table(study).runs, _LEAST_REPETITIONS), _MOST_REPETITIONS)
     return (

@@ -50,12 +50,9 @@ def docking_paths_figure(
 
     Parameters
     ----------
-    rooms : sequence of (str, sequence of DockingResult, Plan)
-        Name, runs, plan.
-    tag : (str, (2,) float64)
-        The station's tag and its point on the floor [m].
-    title : str
-        Above the figure.
+    rooms : Name, runs, plan.
+    tag : (str, (2,) float64) — The station's tag and its point on the floor [m].
+    title : Above the figure.
 
     Returns
     -------
@@ -91,10 +88,8 @@ def docking_figure(result: DockingResult, *, title: str) -> "Figure":
 
     Parameters
     ----------
-    result : DockingResult
-        A run that docks; its last try is shown.
-    title : str
-        Above the figure.
+    result : A run that docks; its last try is shown.
+    title : Above the figure.
     """
     rows = _last_docking(result)
     time = result.time_s[rows] - result.time_s[rows[0]]
@@ -137,12 +132,9 @@ def stall_figure(
 
     Parameters
     ----------
-    runs : mapping of bool to sequence of DockingResult
-        By whether slips were compensated.
-    law : DockingLaw
-        Gains.
-    slip_m_per_s : float
-        The linear slip b [m/s].
+    runs : By whether slips were compensated.
+    law : Gains.
+    slip_m_per_s : The linear slip b [m/s].
     """
     with figure_style():
         figure, axes = new_figure(
@@ -176,8 +168,7 @@ def docking_errors_figure(rooms: Mapping[str, Sequence[DockingResult]]) -> "Figu
 
     Parameters
     ----------
-    rooms : mapping of str to sequence of DockingResult
-        Runs by room.
+    rooms : Runs by room.
     """
     with figure_style():
         figure, axes = new_figure(
@@ -238,10 +229,8 @@ def docking_law_figure(loops: Mapping[str, ClosedLoop], law: DockingLaw) -> "Fig
 
     Parameters
     ----------
-    loops : mapping of str to ClosedLoop
-        Runs by the first bearing of the goal.
-    law : DockingLaw
-        The law that drove them.
+    loops : Runs by the first bearing of the goal.
+    law : The law that drove them.
     """
     title = (
         f"Docking law: γ = {law.gamma_per_s:g}/s, h = {law.h:g}, k = {law.k_per_s:g}/s "
@@ -271,8 +260,7 @@ def regulators_figure(loops: Mapping[str, Sequence[ClosedLoop]]) -> "Figure":
 
     Parameters
     ----------
-    loops : mapping of str to sequence of ClosedLoop
-        Runs by the regulator's name.
+    loops : Runs by the regulator's name.
     """
     with figure_style():
         figure, axes = new_figure(
@@ -304,8 +292,7 @@ def gain_region_figure(laws: Mapping[str, DockingLaw]) -> "Figure":
 
     Parameters
     ----------
-    laws : mapping of str to DockingLaw
-        Gains to mark, by name.
+    laws : Gains to mark, by name.
     """
     h = np.linspace(0.2, 40.0, 400)
     with figure_style():
@@ -362,10 +349,8 @@ def docking_figures(
 
     Parameters
     ----------
-    content : DockingContent
-        What was computed.
-    filters, straight : FilterExperiment
-        From `landmark_filters`.
+    content : What was computed.
+    filters, straight : From `landmark_filters`.
     """
     tag_id = dock_table(content.study).tag
     (first, _), *_ = content.rooms.values()

@@ -28,10 +28,8 @@ def filter_figures(experiment: FilterExperiment, straight: FilterExperiment) -> 
 
     Parameters
     ----------
-    experiment : FilterExperiment
-        Many drives.
-    straight : FilterExperiment
-        The simpler drive.
+    experiment : Many drives.
+    straight : The simpler drive.
     """
     drives, made = experiment.drives, experiment.estimates
     return {
@@ -80,14 +78,10 @@ def filter_path_figure(
 
     Parameters
     ----------
-    drives : Drives
-        Truth.
-    estimates : dict of str to Estimates
-        Paths to draw, by the label of each.
-    title : str
-        Above the figure.
-    run : int
-        Which repetition.
+    drives : Truth.
+    estimates : Paths to draw, by the label of each.
+    title : Above the figure.
+    run : Which repetition.
     """
     with figure_style():
         figure, axes = new_figure(width_in=7.6, height_in=4.8, title=title)
@@ -117,14 +111,10 @@ def filter_states_figure(
 
     Parameters
     ----------
-    drives : Drives
-        Truth and detections.
-    estimates : Estimates
-        Estimates of a filter.
-    title : str
-        Above the figure.
-    run : int
-        Which repetition.
+    drives : Truth and detections.
+    estimates : Estimates of a filter.
+    title : Above the figure.
+    run : Which repetition.
 
     Returns
     -------
@@ -161,12 +151,9 @@ def slips_figure(drives: Drives, estimates: Estimates, *, title: str) -> "Figure
 
     Parameters
     ----------
-    drives : Drives
-        Truth and detections.
-    estimates : Estimates
-        Estimates of the filter.
-    title : str
-        Above the figure.
+    drives : Truth and detections.
+    estimates : Estimates of the filter.
+    title : Above the figure.
 
     Returns
     -------
@@ -202,12 +189,9 @@ def error_histogram_figure(
 
     Parameters
     ----------
-    drives : Drives
-        Truth.
-    estimates : dict of str to Estimates
-        By the label of each.
-    at_s : float
-        Time [s]; runs are independent there, unlike the samples of one run.
+    drives : Truth.
+    estimates : By the label of each.
+    at_s : Time [s]; runs are independent there, unlike the samples of one run.
     """
     step = int(np.searchsorted(drives.time_s, at_s))
     runs = drives.truth.shape[1]
@@ -245,10 +229,8 @@ def consistency_figure(drives: Drives, estimates: dict[str, Estimates]) -> "Figu
 
     Parameters
     ----------
-    drives : Drives
-        Times.
-    estimates : dict of str to Estimates
-        By the label of each.
+    drives : Times.
+    estimates : By the label of each.
     """
     low, high = consistency_band(degrees=5, samples=drives.truth.shape[1])
     with figure_style():
@@ -290,12 +272,9 @@ def legend_below(figure: "Figure", *axes: "Axes", columns: int = 5) -> None:
 
     Parameters
     ----------
-    figure : Figure
-        The figure.
-    *axes : Axes
-        The panels.
-    columns : int
-        Columns of the legend.
+    figure : The figure.
+    *axes : The panels.
+    columns : Columns of the legend.
     """
     entries = {
         label: handle

@@ -52,8 +52,7 @@ def summary_lines(rooms: Mapping[str, Sequence[DockingResult]]) -> tuple[str, ..
 
     Parameters
     ----------
-    rooms : mapping of str to sequence of DockingResult
-        Runs by room.
+    rooms : Runs by room.
     """
     lines = []
     for name, runs in rooms.items():
@@ -81,12 +80,9 @@ def docking_report(
 
     Parameters
     ----------
-    content : DockingContent
-        What was computed.
-    filters : FilterExperiment
-        Its landmark filters.
-    figures : mapping of str to Path
-        PNG files by name.
+    content : What was computed.
+    filters : Its landmark filters.
+    figures : PNG files by name.
     """
     rooms = content.results
     runs = [result for each in rooms.values() for result in each]
@@ -319,10 +315,8 @@ def publish(content: DockingContent, out_dir: Path) -> list[Path]:
 
     Parameters
     ----------
-    content : DockingContent
-        What was computed.
-    out_dir : Path
-        Folder of the results.
+    content : What was computed.
+    out_dir : Folder of the results.
     """
     from octant.reader_design.experiments.docking.figures import docking_figures
 
@@ -351,18 +345,12 @@ def run_docking_study(
 
     Parameters
     ----------
-    study : Study
-        With a table ``[dock]``.
-    out_dir : Path
-        Folder of the results. Runs that it holds are not computed again.
-    workers : int or None
-        Processes that share the runs; None: one for each core.
-    cluster : str or None
-        Address of a dask scheduler in their place.
-    force : bool
-        Replace the results of another study.
-    progress : Progress, optional
-        Shows how many runs are done.
+    study : With a table ``[dock]``.
+    out_dir : Folder of the results. Runs that it holds are not computed again.
+    workers : Processes that share the runs; None: one for each core.
+    cluster : Address of a dask scheduler in their place.
+    force : Replace the results of another study.
+    progress : Shows how many runs are done.
     """
     progress = progress or Progress()
     rooms = docking_rooms(study)  # a bad station is refused before anything is computed
@@ -387,10 +375,8 @@ def plan_line(study: Study, out_dir: Path) -> str:
 
     Parameters
     ----------
-    study : Study
-        With a table ``[dock]``.
-    out_dir : Path
-        Folder of the results.
+    study : With a table ``[dock]``.
+    out_dir : Folder of the results.
     """
     jobs = docking_jobs(study, docking_rooms(study), study_responses(study))
     return kept_runs(study, jobs, out_dir / CASES)

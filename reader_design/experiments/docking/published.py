@@ -74,11 +74,9 @@ class FilterExperiment:
 
     Parameters
     ----------
-    drives : Drives
-        Truth and detections.
-    estimates : dict of str to Estimates
-        By the filter's name: ``slips``, ``no slips``, ``wrong start``, ``pair`` (the paper's two
-        filters).
+    drives : Truth and detections.
+    estimates : By the filter's name: ``slips``, ``no slips``, ``wrong start``, ``pair`` (the
+        paper's two filters).
     """
 
     drives: Drives
@@ -90,10 +88,8 @@ def filter_experiment(*, seed: int, repetitions: int = 100) -> FilterExperiment:
 
     Parameters
     ----------
-    seed : int
-        Seed.
-    repetitions : int
-        Repetitions.
+    seed : Seed.
+    repetitions : Repetitions.
     """
     return _experiment(paper_manoeuvre(), seed=seed, repetitions=repetitions)
 
@@ -103,8 +99,7 @@ def straight_experiment(*, seed: int) -> FilterExperiment:
 
     Parameters
     ----------
-    seed : int
-        Seed.
+    seed : Seed.
     """
     simple = Manoeuvre(
         start=np.array([-2.5, -0.6, 0.0]),
@@ -121,12 +116,9 @@ def published_job(
 
     Parameters
     ----------
-    task : DockingTask
-        Station, law and filter; each run has one try.
-    camera : LandmarkSensor
-        Detector; nothing hides the landmark here.
-    compensate_slips : bool
-        Whether the estimated slips are taken off the commands.
+    task : Station, law and filter; each run has one try.
+    camera : Detector; nothing hides the landmark here.
+    compensate_slips : Whether the estimated slips are taken off the commands.
     """
     landmark = Landmark(position_m=np.array([task.stand_off_m, 0.0, 0.6]), heading_rad=0.0)
     back = task.staging_m - task.stand_off_m
@@ -153,8 +145,7 @@ class Anywhere:
 
         Parameters
         ----------
-        points_m : (m, 2) float64
-            Places [m].
+        points_m : (m, 2) float64 — Places [m].
         """
         return np.ones(len(points_m), dtype=np.bool_)
 

@@ -46,11 +46,9 @@ class FieldMap:
 
     Attributes
     ----------
-    x_m, y_m : (nx,), (ny,) float64
-        Grid [m].
-    rss_dbm : (k, ny, nx) float64
-        RSS of the strongest antenna from each tag, in the order of the visit [dBm]; NaN where no
-        robot can stand.
+    x_m, y_m : (nx,), (ny,) float64 — Grid [m].
+    rss_dbm : (k, ny, nx) float64 — RSS of the strongest antenna from each tag, in the order of the
+        visit [dBm]; NaN where no robot can stand.
     """
 
     x_m: FloatArray
@@ -64,16 +62,12 @@ class Scenery:
 
     Attributes
     ----------
-    plan : Plan
-        Walls and objects.
-    tags : mapping of str to (2,) float64
-        The points to visit, in order [m].
-    field : FieldMap
-        RSS over the floor [dBm].
-    azimuths_rad : (n,) float64
-        Azimuths of the antennas in the reader frame, in which the front is at 90° [rad].
-    antenna_radius_m : float
-        Their distance from the reader's axis [m].
+    plan : Walls and objects.
+    tags : The points to visit, in order [m].
+    field : RSS over the floor [dBm].
+    azimuths_rad : (n,) float64 — Azimuths of the antennas in the reader frame, in which the front
+        is at 90° [rad].
+    antenna_radius_m : Their distance from the reader's axis [m].
     """
 
     plan: Plan
@@ -88,10 +82,8 @@ def frame_samples(samples: int, *, most: int = MOST_FRAMES) -> npt.NDArray[np.in
 
     Parameters
     ----------
-    samples : int
-        Number of samples of the run, at least 1.
-    most : int
-        Most frames.
+    samples : Number of samples of the run, at least 1.
+    most : Most frames.
 
     Returns
     -------
@@ -110,14 +102,10 @@ def drive_frames(
 
     Parameters
     ----------
-    drive : Drive
-        The run.
-    scenery : Scenery
-        Where it took place.
-    title : str
-        Above each frame.
-    samples : sequence of int, optional
-        Samples to draw; default: those of `frame_samples`.
+    drive : The run.
+    scenery : Where it took place.
+    title : Above each frame.
+    samples : Samples to draw; default: those of `frame_samples`.
 
     Yields
     ------
@@ -153,10 +141,8 @@ def write_gif(path: Path, frames: "Iterator[Image]") -> int:
 
     Parameters
     ----------
-    path : Path
-        File ending in ``.gif``.
-    frames : iterator of PIL.Image.Image
-        At least one; all get the colours of the middle one.
+    path : File ending in ``.gif``.
+    frames : At least one; all get the colours of the middle one.
     """
     from PIL.Image import Dither
 
@@ -176,8 +162,7 @@ def levels_dbm(rss_w: FloatArray) -> FloatArray:
 
     Parameters
     ----------
-    rss_w : (...) float64
-        RSS [W]; 0 where nothing is received.
+    rss_w : (...) float64 — RSS [W]; 0 where nothing is received.
 
     Returns
     -------
@@ -332,16 +317,11 @@ def run_scenery(
 
     Parameters
     ----------
-    study : Study
-        The study.
-    built : Setting
-        The room.
-    responses : sequence of ReaderResponse
-        The reader's, one for each of ``study.radio.frequencies_hz``.
-    result : MissionResult
-        The run.
-    spacing_m : float
-        Distance of neighbouring points of the field [m].
+    study : The study.
+    built : The room.
+    responses : The reader's, one for each of ``study.radio.frequencies_hz``.
+    result : The run.
+    spacing_m : Distance of neighbouring points of the field [m].
 
     Returns
     -------

@@ -55,10 +55,8 @@ class LayoutEntry(Table, frozen=True, kw_only=True):
 
     Parameters
     ----------
-    study : str
-        Study file with room, tags and mission, relative to the comparison file.
-    published_rmse_m : float or None
-        RMSE that was published for it [m], to stand beside the computed ones.
+    study : Study file with room, tags and mission, relative to the comparison file.
+    published_rmse_m : RMSE that was published for it [m], to stand beside the computed ones.
     """
 
     study: Name
@@ -70,10 +68,8 @@ class ControllerEntry(Table, frozen=True, kw_only=True):
 
     Parameters
     ----------
-    name : str
-        Name in the results.
-    mission : dict
-        Keys of the table ``[mission]`` that it sets.
+    name : Name in the results.
+    mission : Keys of the table ``[mission]`` that it sets.
     """
 
     name: Name
@@ -85,10 +81,8 @@ class ReaderEntry(Table, frozen=True, kw_only=True):
 
     Parameters
     ----------
-    name : str
-        Name in the results.
-    reader : dict
-        Keys of the table ``[reader]`` that it sets.
+    name : Name in the results.
+    reader : Keys of the table ``[reader]`` that it sets.
     """
 
     name: Name = OWN
@@ -100,12 +94,9 @@ class LinkEntry(Table, frozen=True, kw_only=True):
 
     Parameters
     ----------
-    name : str
-        Name in the results.
-    radio, sensor : dict
-        Keys of the tables ``[radio]`` and ``[sensor]`` that it sets.
-    tag : dict
-        Keys that it sets in every ``[[tag]]``; an antenna without ``axis`` hangs as usual.
+    name : Name in the results.
+    radio, sensor : Keys of the tables ``[radio]`` and ``[sensor]`` that it sets.
+    tag : Keys that it sets in every ``[[tag]]``; an antenna without ``axis`` hangs as usual.
     """
 
     name: Name = OWN
@@ -119,20 +110,13 @@ class Comparison(Table, frozen=True, kw_only=True):
 
     Parameters
     ----------
-    name : str
-        Name in the report.
-    seed : int
-        Seed of every cell.
-    runs : int
-        Runs of each cell.
-    layouts : tuple of LayoutEntry
-        The tables ``[[layout]]``.
-    links : tuple of LinkEntry
-        The tables ``[[link]]``; none: as in each study.
-    readers : tuple of ReaderEntry
-        The tables ``[[reader]]``; none: as in each study.
-    controllers : tuple of ControllerEntry
-        The tables ``[[controller]]``.
+    name : Name in the report.
+    seed : Seed of every cell.
+    runs : Runs of each cell.
+    layouts : The tables ``[[layout]]``.
+    links : The tables ``[[link]]``; none: as in each study.
+    readers : The tables ``[[reader]]``; none: as in each study.
+    controllers : The tables ``[[controller]]``.
     """
 
     name: Name = "comparison"
@@ -151,8 +135,7 @@ def load_comparison(path: str | Path) -> Comparison:
 
     Parameters
     ----------
-    path : str or Path
-        A TOML file.
+    path : A TOML file.
     """
     raw = toml_tables(toml_file_text(path, what="comparison"), source=str(path))
     try:
@@ -184,12 +167,9 @@ class ComparisonCell:
 
     Attributes
     ----------
-    layout, link, reader, controller : str
-        Names.
-    study : Study
-        What is driven: the layout's study with the keys of the other three.
-    published_rmse_m : float or None
-        Published RMSE of the layout [m].
+    layout, link, reader, controller : Names.
+    study : What is driven: the layout's study with the keys of the other three.
+    published_rmse_m : Published RMSE of the layout [m].
     """
 
     layout: str
@@ -211,8 +191,7 @@ def plan_comparison(comparison: Comparison) -> tuple[ComparisonCell, ...]:
 
     Parameters
     ----------
-    comparison : Comparison
-        From `octant.reader_design.experiments.missions.comparison.load_comparison`.
+    comparison : From `octant.reader_design.experiments.missions.comparison.load_comparison`.
 
     Returns
     -------
@@ -306,22 +285,15 @@ class CellOutcome:
 
     Attributes
     ----------
-    cell : ComparisonCell
-        The combination.
-    mission : RoomMission
-        Its runs.
-    runs, successes, captured, collided : int
-        Number of runs, and of those that ended so.
-    success_interval : (2,) tuple of float
-        95 % interval of the probability of success [-].
-    rmse_m : float
-        Median RMSE to the straight segments over all runs [m].
-    rmse_interval_m : (2,) tuple of float
-        Its 95 % interval [m].
-    arrival_m, arrival_p90_m : float
-        Median and 90th percentile of the distances from the tags' points on arrival [m].
-    time_s, path_m : float
-        Median duration [s] and way [m].
+    cell : The combination.
+    mission : Its runs.
+    runs, successes, captured, collided : Number of runs, and of those that ended so.
+    success_interval : (2,) tuple of float — 95 % interval of the probability of success [-].
+    rmse_m : Median RMSE to the straight segments over all runs [m].
+    rmse_interval_m : (2,) tuple of float — Its 95 % interval [m].
+    arrival_m, arrival_p90_m : Median and 90th percentile of the distances from the tags' points on
+        arrival [m].
+    time_s, path_m : Median duration [s] and way [m].
     """
 
     cell: ComparisonCell
@@ -369,10 +341,8 @@ def outcome_of(cell: ComparisonCell, mission: RoomMission) -> CellOutcome:
 
     Parameters
     ----------
-    cell : ComparisonCell
-        The combination.
-    mission : RoomMission
-        Its runs.
+    cell : The combination.
+    mission : Its runs.
     """
     data = mission.data
     if data is None:
@@ -421,8 +391,7 @@ def layouts_of(outcomes: Sequence[CellOutcome]) -> dict[str, list[CellOutcome]]:
 
     Parameters
     ----------
-    outcomes : sequence of CellOutcome
-        Of all cells.
+    outcomes : Of all cells.
     """
     found: dict[str, list[CellOutcome]] = {}
     for outcome in outcomes:
@@ -455,18 +424,12 @@ def run_comparison(
 
     Parameters
     ----------
-    comparison : Comparison
-        What is compared.
-    out_dir : Path
-        Folder for results. Runs that it holds are read, not driven again.
-    force : bool
-        Replace the results of another comparison.
-    progress : Progress or None
-        Shows how many cells and runs are done.
-    workers : int or None
-        Processes that share the runs; None: one for each core.
-    cluster : str or None
-        Address of a dask scheduler in their place.
+    comparison : What is compared.
+    out_dir : Folder for results. Runs that it holds are read, not driven again.
+    force : Replace the results of another comparison.
+    progress : Shows how many cells and runs are done.
+    workers : Processes that share the runs; None: one for each core.
+    cluster : Address of a dask scheduler in their place.
     """
     progress = progress or Progress()
     cells = plan_comparison(comparison)

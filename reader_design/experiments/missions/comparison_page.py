@@ -39,14 +39,10 @@ def comparison_report(
 
     Parameters
     ----------
-    comparison : Comparison
-        What was compared.
-    outcomes : sequence of CellOutcome
-        Of all cells.
-    figures : mapping of str to sequence of (str, str, Path)
-        By layout: title, caption and file of each cell's figure.
-    overview : Path
-        PNG of all cells side by side.
+    comparison : What was compared.
+    outcomes : Of all cells.
+    figures : By layout: title, caption and file of each cell's figure.
+    overview : PNG of all cells side by side.
     """
     by_layout = layouts_of(outcomes)
     notes = dict.fromkeys(note for outcome in outcomes for note in outcome.mission.notes)
@@ -108,8 +104,7 @@ def table_row(outcome: CellOutcome) -> tuple[str, ...]:
 
     Parameters
     ----------
-    outcome : CellOutcome
-        The cell.
+    outcome : The cell.
     """
     cell = outcome.cell
     names = (cell.layout, cell.controller, cell.link, cell.reader)

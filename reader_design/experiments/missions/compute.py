@@ -60,15 +60,11 @@ def study_mission(
 
     Parameters
     ----------
-    study : Study
-        With a mission.
-    built : Setting
-        The room.
-    links : mapping of str to PowerLink
-        Link of each tag of the mission; the arrival thresholds [W] come from them.
-    responses : sequence of ReaderResponse
-        The reader's: where a tag's link gives nothing, as behind metal, the threshold is that of
-        free space.
+    study : With a mission.
+    built : The room.
+    links : Link of each tag of the mission; the arrival thresholds [W] come from them.
+    responses : The reader's: where a tag's link gives nothing, as behind metal, the threshold is
+        that of free space.
     """
     table = mission_table(study)
     points = np.array([built.tag(tag_id).point_m for tag_id in table.tags])
@@ -106,10 +102,8 @@ def mission_space(study: Study, built: Setting) -> RobotSpace:
 
     Parameters
     ----------
-    study : Study
-        With a mission.
-    built : Setting
-        The room [m].
+    study : With a mission.
+    built : The room [m].
     """
     table = mission_table(study)
     return robot_space(
@@ -122,12 +116,10 @@ def mission_starts(study: Study, space: RobotSpace, points_m: FloatArray) -> Sta
 
     Parameters
     ----------
-    study : Study
-        With a mission.
-    space : RobotSpace
-        Where the robot can stand.
-    points_m : (k, 2) float64
-        Points under the tags [m]; in free space the random starts lie around them.
+    study : With a mission.
+    space : Where the robot can stand.
+    points_m : (k, 2) float64 — Points under the tags [m]; in free space the random starts lie
+        around them.
 
     Returns
     -------
@@ -169,14 +161,10 @@ def mission_job(
 
     Parameters
     ----------
-    study : Study
-        With a mission.
-    built : Setting
-        The room [m].
-    responses : sequence of ReaderResponse
-        The reader's, one for each of ``study.radio.frequencies_hz`` [Hz].
-    noise_db : float or None
-        Noise of each reading [dB]; None: the study's.
+    study : With a mission.
+    built : The room [m].
+    responses : The reader's, one for each of ``study.radio.frequencies_hz`` [Hz].
+    noise_db : Noise of each reading [dB]; None: the study's.
     """
     table = mission_table(study)
     links = {t: tag_link(study, built, built.tag(t), responses) for t in dict.fromkeys(table.tags)}
@@ -205,14 +193,10 @@ class MissionRuns:
 
     Attributes
     ----------
-    job : MissionJob
-        Makes one run from its seed.
-    built : Setting
-        The room [m].
-    runs : int
-        Number of runs.
-    seed : int
-        Base seed.
+    job : Makes one run from its seed.
+    built : The room [m].
+    runs : Number of runs.
+    seed : Base seed.
     """
 
     job: MissionJob
@@ -234,18 +218,12 @@ def mission_runs(
 
     Parameters
     ----------
-    study : Study
-        With a mission.
-    built : Setting
-        The room [m], driven in as it is where objects are not placed at random.
-    responses : sequence of ReaderResponse
-        The reader's, one for each of ``study.radio.frequencies_hz`` [Hz].
-    layout : Layout or None
-        The table of the room, whose objects are placed; None: the study's own.
-    runs : int or None
-        Number of runs in all; None: the study's.
-    noise_db : float or None
-        Noise of each reading [dB]; None: the study's.
+    study : With a mission.
+    built : The room [m], driven in as it is where objects are not placed at random.
+    responses : The reader's, one for each of ``study.radio.frequencies_hz`` [Hz].
+    layout : The table of the room, whose objects are placed; None: the study's own.
+    runs : Number of runs in all; None: the study's.
+    noise_db : Noise of each reading [dB]; None: the study's.
     """
     table = mission_table(study)
     total = table.runs if runs is None else runs
@@ -273,16 +251,11 @@ def drive(
 
     Parameters
     ----------
-    runs : sequence of MissionRuns
-        From `mission_runs`.
-    folder : Path
-        Where results are kept.
-    crew : Crew or None
-        Workers that share the runs; None: this process drives.
-    progress : Progress, optional
-        Shows how many runs are done.
-    label : str
-        What the runs are called.
+    runs : From `mission_runs`.
+    folder : Where results are kept.
+    crew : Workers that share the runs; None: this process drives.
+    progress : Shows how many runs are done.
+    label : What the runs are called.
     """
     return tuple(
         result
@@ -328,20 +301,13 @@ def drive_missions(
 
     Parameters
     ----------
-    study : Study
-        With a mission.
-    built : Setting
-        The room [m].
-    responses : sequence of ReaderResponse
-        The reader's, one for each of ``study.radio.frequencies_hz`` [Hz].
-    runs : int or None
-        Number of runs; None: the study's.
-    noise_db : float or None
-        Noise of each reading [dB]; None: the study's.
-    workers : int
-        Processes that share the runs.
-    progress : callable or None
-        Called with the number of finished runs.
+    study : With a mission.
+    built : The room [m].
+    responses : The reader's, one for each of ``study.radio.frequencies_hz`` [Hz].
+    runs : Number of runs; None: the study's.
+    noise_db : Noise of each reading [dB]; None: the study's.
+    workers : Processes that share the runs.
+    progress : Called with the number of finished runs.
     """
     with worker_map(workers) as mapper:
         return tuple(
@@ -358,10 +324,8 @@ def study_controller(table: MissionTable, pattern: PowerTable | None = None) -> 
 
     Parameters
     ----------
-    table : Mission
-        The table ``[mission]``.
-    pattern : PowerTable or None
-        The reader's patterns [W], for the controller ``pattern``.
+    table : The table ``[mission]``.
+    pattern : The reader's patterns [W], for the controller ``pattern``.
     """
     gain_per_s = 0.5 / table.sample_time_s
     if table.controller == "vector_sum":
@@ -390,16 +354,11 @@ def study_navigator(
 
     Parameters
     ----------
-    study : Study
-        With a mission.
-    built : Setting
-        The room: how the tags hang is taken from it, and not where.
-    mission : Mission
-        From `study_mission` [m], [rad], [s].
-    responses : sequence of ReaderResponse
-        The reader's, one for each of ``study.radio.frequencies_hz``.
-    robot : DifferentialDrive
-        The robot.
+    study : With a mission.
+    built : The room: how the tags hang is taken from it, and not where.
+    mission : From `study_mission` [m], [rad], [s].
+    responses : The reader's, one for each of ``study.radio.frequencies_hz``.
+    robot : The robot.
     """
     table = mission_table(study)
     if table.navigator == "tracker":
@@ -423,12 +382,9 @@ def placed(study: Study, layout: Layout | None, rng: np.random.Generator) -> tup
 
     Parameters
     ----------
-    study : Study
-        With a mission; its ``placement_m`` says how far objects move along x and y [m].
-    layout : Layout or None
-        Room to be driven in; None: the study's own. Only the layout's own objects move then.
-    rng : numpy.random.Generator
-        Source of the places.
+    study : With a mission; its ``placement_m`` says how far objects move along x and y [m].
+    layout : Room to be driven in; None: the study's own. Only the layout's own objects move then.
+    rng : Source of the places.
 
     Returns
     -------

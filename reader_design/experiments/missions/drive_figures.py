@@ -32,22 +32,15 @@ class Drive:
 
     Attributes
     ----------
-    time_s : (k,) float64
-        Times [s].
-    path_m : (k, 2) float64
-        Robot's positions [m].
-    heading_rad : (k,) float64
-        Robot's headings [rad].
-    rss_w : (k, n) float64
-        RSS of every antenna from the tag in force [W].
-    target : (k,) int64
-        Index of the tag in force [-].
-    position_error_m : (k,) float64
-        Distance to the desired segment [m].
-    heading_error_rad : (k,) float64
-        Absolute heading error [rad].
-    believed_m : (k, 2) float64 or None
-        Where the navigator believed the tag in force [m]; NaN where nowhere.
+    time_s : (k,) float64 — Times [s].
+    path_m : (k, 2) float64 — Robot's positions [m].
+    heading_rad : (k,) float64 — Robot's headings [rad].
+    rss_w : (k, n) float64 — RSS of every antenna from the tag in force [W].
+    target : (k,) int64 — Index of the tag in force [-].
+    position_error_m : (k,) float64 — Distance to the desired segment [m].
+    heading_error_rad : (k,) float64 — Absolute heading error [rad].
+    believed_m : (k, 2) float64 or None — Where the navigator believed the tag in force [m]; NaN
+        where nowhere.
     """
 
     time_s: FloatArray
@@ -65,8 +58,7 @@ def drive_of(result: MissionResult) -> Drive:
 
     Parameters
     ----------
-    result : MissionResult
-        The run.
+    result : The run.
     """
     metrics = measure(result)
     return Drive(
@@ -93,12 +85,9 @@ def trajectory_figure(
 
     Parameters
     ----------
-    drives : sequence of (str, Drive, Plan)
-        Name of the room, run, plan.
-    tags : mapping of str to (2,) float64
-        The points to visit, in order [m].
-    title : str
-        Above the figure.
+    drives : Name of the room, run, plan.
+    tags : The points to visit, in order [m].
+    title : Above the figure.
     """
     columns = min(len(drives), 3)
     rows = -(-len(drives) // columns)
@@ -135,10 +124,8 @@ def percentile_figure(drives: Sequence[tuple[str, Drive]], *, title: str) -> "Fi
 
     Parameters
     ----------
-    drives : sequence of (str, Drive)
-        Name of the room and run.
-    title : str
-        Above the figure.
+    drives : Name of the room and run.
+    title : Above the figure.
     """
     share = np.linspace(0.0, 100.0, 201)
     with figure_style():
@@ -169,12 +156,9 @@ def rss_time_figure(drive: Drive, tag_names: Sequence[str], *, title: str) -> "F
 
     Parameters
     ----------
-    drive : Drive
-        One run.
-    tag_names : sequence of str
-        Names of the tags in the order of the visit; their spans are marked.
-    title : str
-        Above the figure.
+    drive : One run.
+    tag_names : Names of the tags in the order of the visit; their spans are marked.
+    title : Above the figure.
     """
     with figure_style():
         figure, axes = new_figure(width_in=9.2, height_in=3.8, title=title)

@@ -35,14 +35,10 @@ def run_figure(drive: Drive, plan: Plan, tags: Mapping[str, FloatArray], *, titl
 
     Parameters
     ----------
-    drive : Drive
-        The run.
-    plan : Plan
-        Walls and objects.
-    tags : mapping of str to (2,) float64
-        The points to visit, in order [m].
-    title : str
-        Above the figure.
+    drive : The run.
+    plan : Walls and objects.
+    tags : The points to visit, in order [m].
+    title : Above the figure.
 
     Returns
     -------
@@ -146,10 +142,8 @@ def comparison_figure(outcomes: Sequence[CellOutcome], *, title: str) -> "Figure
 
     Parameters
     ----------
-    outcomes : sequence of CellOutcome
-        Of all cells.
-    title : str
-        Above the figure.
+    outcomes : Of all cells.
+    title : Above the figure.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -226,10 +220,8 @@ def membership_figure(rules: RuleBase, *, title: str) -> "Figure":
 
     Parameters
     ----------
-    rules : RuleBase
-        One input, two outputs: right and left wheel.
-    title : str
-        Above the figure.
+    rules : One input, two outputs: right and left wheel.
+    title : Above the figure.
     """
     with figure_style():
         figure, axes = new_figure(columns=3, width_in=11.0, height_in=3.6, title=title)

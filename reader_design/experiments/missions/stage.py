@@ -58,20 +58,13 @@ class RoomMission:
 
     Attributes
     ----------
-    name : str
-        Name of the room or layout.
-    slug : str
-        The same, fit for file names.
-    reason : str
-        Why the mission could not be driven at all; empty when it was.
-    notes : tuple of str
-        Warnings of models.
-    data : xarray.Dataset or None
-        Metrics by ``run``, and run 0 by ``step`` ([s], [m], [rad], [W]).
-    folder : Path
-        Where its ``missions.csv`` and ``trajectory.csv`` lie.
-    built : Setting or None
-        The room of run 0, with its objects where they were placed.
+    name : Name of the room or layout.
+    slug : The same, fit for file names.
+    reason : Why the mission could not be driven at all; empty when it was.
+    notes : Warnings of models.
+    data : Metrics by ``run``, and run 0 by ``step`` ([s], [m], [rad], [W]).
+    folder : Where its ``missions.csv`` and ``trajectory.csv`` lie.
+    built : The room of run 0, with its objects where they were placed.
     """
 
     name: str
@@ -116,26 +109,16 @@ def mission_stage(
 
     Parameters
     ----------
-    study : Study
-        With a mission.
-    built : Setting
-        The room.
-    responses : tuple of ReaderResponse
-        Of the reader.
-    name : str
-        Name of the room.
-    slug : str
-        The same, fit for file names.
-    runs : int
-        Number of runs.
-    folder : Path
-        Where runs and tables are kept.
-    progress : Progress
-        Shows how many runs are done.
-    layout : Layout or None
-        The table of the room, for random placements of its objects; None: the study's own.
-    crew : Crew or None
-        Workers that share the runs; None: this process drives.
+    study : With a mission.
+    built : The room.
+    responses : Of the reader.
+    name : Name of the room.
+    slug : The same, fit for file names.
+    runs : Number of runs.
+    folder : Where runs and tables are kept.
+    progress : Shows how many runs are done.
+    layout : The table of the room, for random placements of its objects; None: the study's own.
+    crew : Workers that share the runs; None: this process drives.
 
     Returns
     -------

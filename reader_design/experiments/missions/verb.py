@@ -194,10 +194,8 @@ def mission_summary(
 
     Parameters
     ----------
-    metrics : sequence of MissionMetrics
-        Of every run.
-    results : sequence of MissionResult
-        The runs.
+    metrics : Of every run.
+    results : The runs.
     """
     runs = len(metrics)
     reached = sum(m.success for m in metrics)

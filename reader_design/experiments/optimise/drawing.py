@@ -37,12 +37,9 @@ def drawing(design: Reader, *, frequency_hz: float, title: str) -> "Figure":
 
     Parameters
     ----------
-    design : Reader
-        Any design that can be built.
-    frequency_hz : float
-        Frequency at which antennas without a length are cut [Hz].
-    title : str
-        Name in the title block.
+    design : Any design that can be built.
+    frequency_hz : Frequency at which antennas without a length are cut [Hz].
+    title : Name in the title block.
 
     Raises
     ------
@@ -78,11 +75,9 @@ def save_drawing(figure: "Figure", path: Path) -> None:
 
     Parameters
     ----------
-    figure : Figure
-        From :func:`drawing`.
-    path : Path
-        File ending in ``.png`` (200 dots per inch), ``.svg`` or ``.pdf``; equal drawings give equal
-        files.
+    figure : From :func:`drawing`.
+    path : File ending in ``.png`` (200 dots per inch), ``.svg`` or ``.pdf``; equal drawings give
+        equal files.
     """
     from matplotlib import rc_context
 

@@ -48,24 +48,17 @@ class Evaluation:
 
     Attributes
     ----------
-    design : Reader
-        The design.
-    reason : str
-        Why it is infeasible; empty when it is not.
-    footprint_m, height_m : float
-        Size of the ground plane, and height of plates and antennas above it [m].
-    right_share : (d,) float64
-        Share of directions [-] whose strongest antenna is the nearest, by distance.
-    margin_db : (d,) float64
-        Worst lead of the facing antenna over its neighbours [dB].
-    bearing_error_deg : (d,) float64
-        Error of the vector sum, rms [deg].
-    front_to_back_db : (d,) float64
-        Facing antenna over the opposite one, mean [dB].
-    level_w : (d,) float64
-        RSS of the strongest antenna, mean over azimuth [W].
-    notes : tuple of str
-        Warnings of the reader's model.
+    design : The design.
+    reason : Why it is infeasible; empty when it is not.
+    footprint_m, height_m : Size of the ground plane, and height of plates and antennas above it
+        [m].
+    right_share : (d,) float64 — Share of directions [-] whose strongest antenna is the nearest, by
+        distance.
+    margin_db : (d,) float64 — Worst lead of the facing antenna over its neighbours [dB].
+    bearing_error_deg : (d,) float64 — Error of the vector sum, rms [deg].
+    front_to_back_db : (d,) float64 — Facing antenna over the opposite one, mean [dB].
+    level_w : (d,) float64 — RSS of the strongest antenna, mean over azimuth [W].
+    notes : Warnings of the reader's model.
     """
 
     design: Reader
@@ -99,16 +92,12 @@ class Bench:
 
     Attributes
     ----------
-    study : Study
-        The study, with its table ``[optimise]``.
-    built : Setting
-        Its room, of which the reference tag is used.
-    reference : str
-        Id of that tag.
-    distances_m : tuple of float
-        Horizontal distances of the tag [m].
-    footprint_m, height_m : float
-        Greatest size of the ground plane, and height of plates and antennas above it [m].
+    study : The study, with its table ``[optimise]``.
+    built : Its room, of which the reference tag is used.
+    reference : Id of that tag.
+    distances_m : Horizontal distances of the tag [m].
+    footprint_m, height_m : Greatest size of the ground plane, and height of plates and antennas
+        above it [m].
     """
 
     study: Study
@@ -124,8 +113,7 @@ def bench(study: Study) -> Bench:
 
     Parameters
     ----------
-    study : Study
-        The study [m], [Hz].
+    study : The study [m], [Hz].
 
     Returns
     -------
@@ -164,14 +152,10 @@ def rss_over_azimuth(
 
     Parameters
     ----------
-    study : Study
-        Frequencies [Hz], the model of the reader, power of the tag [W].
-    built : Setting
-        Its room, of which the reference tag's height and antenna are used [m].
-    design : Reader
-        The reader.
-    distances_m : sequence of float
-        Horizontal distances of the tag [m].
+    study : Frequencies [Hz], the model of the reader, power of the tag [W].
+    built : Its room, of which the reference tag's height and antenna are used [m].
+    design : The reader.
+    distances_m : Horizontal distances of the tag [m].
 
     Returns
     -------
@@ -206,10 +190,8 @@ def evaluate(place: Bench, design: Reader) -> Evaluation:
 
     Parameters
     ----------
-    place : Bench
-        Where it is evaluated.
-    design : Reader
-        The design [m], [ohm].
+    place : Where it is evaluated.
+    design : The design [m], [ohm].
 
     Returns
     -------
@@ -249,18 +231,12 @@ def kept_evaluations(
 
     Parameters
     ----------
-    place : Bench
-        Where they are evaluated.
-    designs : sequence of Reader
-        The designs.
-    folder : Path
-        Folder of the evaluations.
-    crew : Crew, optional
-        Computes them; None: this process.
-    progress : Progress, optional
-        Shows designs, and files that cannot be used.
-    label : str
-        What the bar is called.
+    place : Where they are evaluated.
+    designs : The designs.
+    folder : Folder of the evaluations.
+    crew : Computes them; None: this process.
+    progress : Shows designs, and files that cannot be used.
+    label : What the bar is called.
 
     Raises
     ------

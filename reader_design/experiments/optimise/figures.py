@@ -42,10 +42,8 @@ def pareto_figure(search: Search, *, title: str) -> "Figure":
 
     Parameters
     ----------
-    search : Search
-        A finished search.
-    title : str
-        Above the figure.
+    search : A finished search.
+    title : Above the figure.
 
     Returns
     -------
@@ -120,10 +118,8 @@ def convergence_figure(search: Search, *, title: str) -> "Figure":
 
     Parameters
     ----------
-    search : Search
-        A finished search.
-    title : str
-        Above the figure.
+    search : A finished search.
+    title : Above the figure.
 
     Returns
     -------
@@ -191,14 +187,10 @@ def comparison_figure(
 
     Parameters
     ----------
-    azimuths_rad : (a,) float64
-        Azimuths of the tag in the reader frame [rad].
-    rows : sequence of (str, (d, a, n) float64)
-        Name of each design and its RSS [W].
-    distances_m : sequence of float
-        Horizontal distances of the tag [m].
-    title : str
-        Above the figure.
+    azimuths_rad : (a,) float64 — Azimuths of the tag in the reader frame [rad].
+    rows : Name of each design and its RSS [W].
+    distances_m : Horizontal distances of the tag [m].
+    title : Above the figure.
     """
     levels = [power_dbm(np.maximum(rss, 1e-30)) for _, rss in rows]
     top = max(float(level.max()) for level in levels)
@@ -229,12 +221,9 @@ def survey_figure(search: Search, name: str, *, title: str) -> "Figure":
 
     Parameters
     ----------
-    search : Search
-        A search whose designs differ in choices.
-    name : str
-        The choice on the abscissa, in the unit that it carries [m], [ohm],.
-    title : str
-        Above the figure.
+    search : A search whose designs differ in choices.
+    name : The choice on the abscissa, in the unit that it carries [m], [ohm],.
+    title : Above the figure.
 
     Returns
     -------

@@ -23,12 +23,9 @@ class Targets:
 
     Attributes
     ----------
-    goals : tuple of Goal
-        The goals.
-    distances_m : tuple of float
-        Distances of the evaluations [m].
-    reference : Evaluation or None
-        The study's ``[reader]``, which gains refer to; None where it has no scores.
+    goals : The goals.
+    distances_m : Distances of the evaluations [m].
+    reference : The study's ``[reader]``, which gains refer to; None where it has no scores.
     """
 
     goals: tuple[Goal, ...]
@@ -40,10 +37,8 @@ class Targets:
 
         Parameters
         ----------
-        evaluation : Evaluation
-            A design with scores.
-        goal : Goal
-            Which score, at which distances [m].
+        evaluation : A design with scores.
+        goal : Which score, at which distances [m].
 
         Returns
         -------
@@ -78,8 +73,7 @@ class Targets:
 
         Parameters
         ----------
-        evaluation : Evaluation
-            A design with scores.
+        evaluation : A design with scores.
         """
         return tuple(self.score(evaluation, goal) for goal in self.goals)
 
@@ -88,8 +82,7 @@ class Targets:
 
         Parameters
         ----------
-        evaluation : Evaluation
-            A design with scores.
+        evaluation : A design with scores.
         """
         values = zip(self.goals, self.scores(evaluation), strict=True)
         return tuple(goal.weight * direction(goal) * (v - goal.value) for goal, v in values)
@@ -99,8 +92,7 @@ class Targets:
 
         Parameters
         ----------
-        evaluation : Evaluation
-            Any design.
+        evaluation : Any design.
 
         Returns
         -------
@@ -135,8 +127,7 @@ class Targets:
 
         Parameters
         ----------
-        evaluation : Evaluation
-            A design with scores.
+        evaluation : A design with scores.
         """
         return tuple(slack >= 0.0 for slack in self.slacks(evaluation))
 
@@ -146,8 +137,7 @@ def direction(goal: Goal) -> float:
 
     Parameters
     ----------
-    goal : Goal
-        The goal.
+    goal : The goal.
 
     Returns
     -------
@@ -186,8 +176,7 @@ def goal_name(goal: Goal) -> str:
 
     Parameters
     ----------
-    goal : Goal
-        The goal.
+    goal : The goal.
 
     Returns
     -------
@@ -204,10 +193,8 @@ def value_text(goal: Goal, value: float) -> str:
 
     Parameters
     ----------
-    goal : Goal
-        Which score.
-    value : float
-        Its value, in the score's unit [-].
+    goal : Which score.
+    value : Its value, in the score's unit [-].
 
     Returns
     -------
@@ -226,8 +213,7 @@ def column_names(goals: Sequence[Goal]) -> tuple[str, ...]:
 
     Parameters
     ----------
-    goals : sequence of Goal
-        The goals.
+    goals : The goals.
 
     Returns
     -------

@@ -16,10 +16,9 @@ class Confirmed:
 
     Attributes
     ----------
-    name : str
-        Which design.
-    rough, fine : tuple of float
-        Score of each goal with the search's mesh and with the finer one, in the score's unit [-].
+    name : Which design.
+    rough, fine : Score of each goal with the search's mesh and with the finer one, in the score's
+        unit [-].
     """
 
     name: str
@@ -33,22 +32,14 @@ class SearchContent:
 
     Attributes
     ----------
-    name : str
-        Name of the study.
-    search : Search
-        The trials.
-    listed : tuple of Listed
-        The short list.
-    on_front : int
-        Designs on the Pareto front.
-    confirmed : tuple of Confirmed
-        Reader and winner with both meshes.
-    cells_per_wavelength : tuple of float
-        Both meshes [-].
-    frequency_hz : float
-        Frequency [Hz].
-    study_toml : str
-        The resolved study.
+    name : Name of the study.
+    search : The trials.
+    listed : The short list.
+    on_front : Designs on the Pareto front.
+    confirmed : Reader and winner with both meshes.
+    cells_per_wavelength : Both meshes [-].
+    frequency_hz : Frequency [Hz].
+    study_toml : The resolved study.
     """
 
     name: str
@@ -71,10 +62,8 @@ def design_text(design: Reader, frequency_hz: float) -> str:
 
     Parameters
     ----------
-    design : Reader
-        The design.
-    frequency_hz : float
-        Frequency at which antennas without a length are cut [Hz].
+    design : The design.
+    frequency_hz : Frequency at which antennas without a length are cut [Hz].
     """
     body = design.body()
     length = 1e3 * (design.element(frequency_hz).length_m or 0.0)
@@ -98,8 +87,7 @@ def gain_sentence(search: Search) -> str:
 
     Parameters
     ----------
-    search : Search
-        A finished search.
+    search : A finished search.
     """
     start, end = search.best_of("survey"), search.best_of("refinement")
     if start is None or end is None:
@@ -130,10 +118,8 @@ def optimise_report(
 
     Parameters
     ----------
-    content : SearchContent
-        The search.
-    figures : dict of list of (str, str, Path)
-        By section: title, caption and file of each figure.
+    content : The search.
+    figures : By section: title, caption and file of each figure.
     """
     search = content.search
     infeasible = [t for t in search.trials if not t.evaluation.feasible]

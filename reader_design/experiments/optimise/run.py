@@ -86,10 +86,8 @@ class SearchOutcome:
 
     Attributes
     ----------
-    content : SearchContent
-        Trials, short list, confirmation.
-    report : Path
-        The report.
+    content : Trials, short list, confirmation.
+    report : The report.
     """
 
     content: SearchContent
@@ -118,20 +116,14 @@ def run_optimise(
 
     Parameters
     ----------
-    study : Study
-        With a table ``[optimise]`` [m], [Hz].
-    out_dir : Path
-        Folder of the results; made when missing. Each evaluation is kept there, so that the same
-        call goes on where the last one ended.
-    force : bool
-        Replace the results of another search in that folder.
-    workers : int or None
-        Processes that compute the survey; None: one for each core. The refinement needs each score
-        before the next design.
-    cluster : str or None
-        Address of a dask scheduler, or ``local:N``, in place of ``workers``.
-    progress : Progress, optional
-        Shows what happens.
+    study : With a table ``[optimise]`` [m], [Hz].
+    out_dir : Folder of the results; made when missing. Each evaluation is kept there, so that the
+        same call goes on where the last one ended.
+    force : Replace the results of another search in that folder.
+    workers : Processes that compute the survey; None: one for each core. The refinement needs each
+        score before the next design.
+    cluster : Address of a dask scheduler, or ``local:N``, in place of ``workers``.
+    progress : Shows what happens.
 
     Raises
     ------
@@ -182,8 +174,7 @@ def table_of(study: Study) -> Optimise:
 
     Parameters
     ----------
-    study : Study
-        The study.
+    study : The study.
 
     Raises
     ------
@@ -227,10 +218,8 @@ def plan_lines(study: Study, out_dir: Path) -> tuple[str, ...]:
 
     Parameters
     ----------
-    study : Study
-        With a table ``[optimise]``.
-    out_dir : Path
-        Folder of the results, where evaluations may be kept already.
+    study : With a table ``[optimise]``.
+    out_dir : Folder of the results, where evaluations may be kept already.
 
     Raises
     ------

@@ -38,14 +38,10 @@ class Trial:
 
     Attributes
     ----------
-    number : int
-        From 0, in the order of the search.
-    stage : str
-        ``reader``, ``survey`` or ``refinement``.
-    evaluation : Evaluation
-        What became of it.
-    attainment : float
-        How well it reaches the goals [-]; minus infinity when it is infeasible.
+    number : From 0, in the order of the search.
+    stage : ``reader``, ``survey`` or ``refinement``.
+    evaluation : What became of it.
+    attainment : How well it reaches the goals [-]; minus infinity when it is infeasible.
     """
 
     number: int
@@ -60,10 +56,8 @@ class Search:
 
     Attributes
     ----------
-    trials : tuple of Trial
-        In their order; the first is the study's ``[reader]``.
-    targets : Targets
-        The goals that it was judged by.
+    trials : In their order; the first is the study's ``[reader]``.
+    targets : The goals that it was judged by.
     """
 
     trials: tuple[Trial, ...]
@@ -84,8 +78,7 @@ class Search:
 
         Parameters
         ----------
-        stage : str
-            ``reader``, ``survey`` or ``refinement``.
+        stage : ``reader``, ``survey`` or ``refinement``.
         """
         found = [t for t in self.trials if t.stage == stage and t.evaluation.feasible]
         return max(found, key=lambda t: (t.attainment, -t.number)) if found else None
@@ -124,10 +117,8 @@ def planned_evaluations(study: Study, table: Optimise) -> int:
 
     Parameters
     ----------
-    study : Study
-        The study.
-    table : Optimise
-        Its search.
+    study : The study.
+    table : Its search.
 
     Returns
     -------
@@ -149,15 +140,11 @@ def search(
 
     Parameters
     ----------
-    study : Study
-        Reader and seed.
-    table : Optimise
-        Its search.
-    evaluate : callable
-        Returns a design's `Evaluation`; called once for each design.
-    prepare : callable, optional
-        Receives all designs of the survey before they are evaluated one by one: they do not depend
-        on each other, so that workers can compute them at the same time.
+    study : Reader and seed.
+    table : Its search.
+    evaluate : Returns a design's `Evaluation`; called once for each design.
+    prepare : Receives all designs of the survey before they are evaluated one by one: they do not
+        depend on each other, so that workers can compute them at the same time.
 
     Raises
     ------

@@ -25,10 +25,8 @@ class Listed:
 
     Attributes
     ----------
-    trial : Trial
-        The design.
-    reason : str
-        Why it stands there, in words and numbers.
+    trial : The design.
+    reason : Why it stands there, in words and numbers.
     """
 
     trial: Trial
@@ -40,8 +38,7 @@ def front(search: Search) -> tuple[Trial, ...]:
 
     Parameters
     ----------
-    search : Search
-        A finished search.
+    search : A finished search.
 
     Returns
     -------
@@ -60,10 +57,8 @@ def short_list(search: Search, count: int) -> tuple[Listed, ...]:
 
     Parameters
     ----------
-    search : Search
-        A finished search.
-    count : int
-        How many at most.
+    search : A finished search.
+    count : How many at most.
 
     Returns
     -------
@@ -139,8 +134,7 @@ def goal_words(goal: Goal) -> str:
 
     Parameters
     ----------
-    goal : Goal
-        The goal.
+    goal : The goal.
 
     Returns
     -------

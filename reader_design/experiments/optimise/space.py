@@ -27,12 +27,9 @@ class Box:
 
     Attributes
     ----------
-    base : Reader
-        Values of everything that does not vary.
-    names : tuple of str
-        Parameters that vary.
-    low, high : (p,) tuple of float
-        Their bounds, in the unit of each name [m], [ohm].
+    base : Values of everything that does not vary.
+    names : Parameters that vary.
+    low, high : (p,) tuple of float — Their bounds, in the unit of each name [m], [ohm].
     """
 
     base: Reader
@@ -45,8 +42,8 @@ class Box:
 
         Parameters
         ----------
-        point : (p,) array_like
-            Place between the bounds [-], 0 to 1 each; outside, the nearest bound.
+        point : (p,) array_like — Place between the bounds [-], 0 to 1 each; outside, the nearest
+            bound.
         """
         share = np.clip(np.asarray(point, dtype=np.float64), 0.0, 1.0)
         values: dict[str, Any] = {
@@ -60,10 +57,8 @@ class Box:
 
         Parameters
         ----------
-        design : Reader
-            Any design [m], [ohm].
-        frequency_hz : float
-            Frequency at which antennas without a length are resonant [Hz].
+        design : Any design [m], [ohm].
+        frequency_hz : Frequency at which antennas without a length are resonant [Hz].
         """
         low, high = np.array(self.low), np.array(self.high)
         values = [_value(design, name, frequency_hz) for name in self.names]
@@ -92,10 +87,8 @@ def boxes(study: Study, table: Optimise) -> tuple[Box, ...]:
 
     Parameters
     ----------
-    study : Study
-        Its ``[reader]`` has the values of all that is neither parameter nor choice.
-    table : Optimise
-        Parameters and choices.
+    study : Its ``[reader]`` has the values of all that is neither parameter nor choice.
+    table : Parameters and choices.
 
     Returns
     -------
@@ -124,14 +117,10 @@ def survey_designs(
 
     Parameters
     ----------
-    box : Box
-        Parameters and bounds.
-    count : int
-        How many besides the first.
-    frequency_hz : float
-        Frequency at which antennas without a length are resonant [Hz].
-    generator : numpy.random.Generator
-        Scrambles the sequence.
+    box : Parameters and bounds.
+    count : How many besides the first.
+    frequency_hz : Frequency at which antennas without a length are resonant [Hz].
+    generator : Scrambles the sequence.
 
     Returns
     -------

@@ -18,10 +18,8 @@ def approximation_errors(context: Setting, design: Reader) -> tuple[ResponseDiff
 
     Parameters
     ----------
-    context : Setting
-        Study, room and sampling; the distances [m] say under which angles tags are seen.
-    design : Reader
-        The reader.
+    context : Study, room and sampling; the distances [m] say under which angles tags are seen.
+    design : The reader.
 
     Returns
     -------
@@ -54,8 +52,7 @@ def approximation_table(errors: tuple[ResponseDifference, ...]) -> ReportTable:
 
     Parameters
     ----------
-    errors : tuple of ResponseDifference
-        From `approximation_errors`, at least one.
+    errors : From `approximation_errors`, at least one.
     """
     rows = tuple(
         (

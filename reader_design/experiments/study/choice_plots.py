@@ -33,10 +33,8 @@ class ParallelAxis:
 
     Attributes
     ----------
-    title : str
-        Below the axis, with its unit, e.g. ``h_p [cm]``.
-    values : tuple of float, or of str
-        One for each design in the title's unit [-]; words get a place each.
+    title : Below the axis, with its unit, e.g. ``h_p [cm]``.
+    values : One for each design in the title's unit [-]; words get a place each.
     """
 
     title: str
@@ -69,12 +67,9 @@ def parallel_figure(
 
     Parameters
     ----------
-    axes_of : sequence of ParallelAxis
-        At least two; all of k designs.
-    rank : (k,) int64
-        Place of each design in the ranking, from 1 [-].
-    title : str
-        Above the figure.
+    axes_of : At least two; all of k designs.
+    rank : (k,) int64 — Place of each design in the ranking, from 1 [-].
+    title : Above the figure.
     """
     from matplotlib import colormaps
     from matplotlib.cm import ScalarMappable
@@ -132,12 +127,9 @@ class ParetoScore:
 
     Attributes
     ----------
-    title : str
-        Name with its unit, e.g. ``vector sum rms [°]``.
-    values : (k,) float64
-        One for each design, in the title's unit [-].
-    maximise : bool
-        Whether more is better.
+    title : Name with its unit, e.g. ``vector sum rms [°]``.
+    values : (k,) float64 — One for each design, in the title's unit [-].
+    maximise : Whether more is better.
     """
 
     title: str
@@ -158,14 +150,10 @@ def pareto_figure(
 
     Parameters
     ----------
-    pairs : sequence of (ParetoScore, ParetoScore)
-        Abscissa and ordinate of each panel.
-    on_front : (k,) bool
-        Designs that none dominates in all criteria together [-]; filled.
-    rank : (k,) int64
-        Place of each design in the ranking, from 1 [-]; the first is marked.
-    title : str
-        Above the figure.
+    pairs : Abscissa and ordinate of each panel.
+    on_front : (k,) bool — Designs that none dominates in all criteria together [-]; filled.
+    rank : (k,) int64 — Place of each design in the ranking, from 1 [-]; the first is marked.
+    title : Above the figure.
     """
     columns = min(len(pairs), 3)
     rows = -(-len(pairs) // columns)

@@ -34,12 +34,9 @@ def heading_errors_rad(
 
     Parameters
     ----------
-    link : ReaderLink
-        From the tag to the reader.
-    places_m : (p, 2) float64
-        Places of the reader [m].
-    headings_rad : (h,) float64
-        Headings of the robot [rad].
+    link : From the tag to the reader.
+    places_m : (p, 2) float64 — Places of the reader [m].
+    headings_rad : (h,) float64 — Headings of the robot [rad].
 
     Returns
     -------
@@ -68,16 +65,11 @@ def error_maps(
 
     Parameters
     ----------
-    context : Setting
-        Study and room; its sampling gives the number of headings.
-    responses : sequence of ReaderResponse
-        The reader's, one for each frequency.
-    places_m : (nx, ny, 2) float64
-        Grid [m].
-    standing : (nx, ny) bool
-        Where the reader fits [-]; elsewhere the maps hold NaN.
-    progress : Progress
-        Shows places.
+    context : Study and room; its sampling gives the number of headings.
+    responses : The reader's, one for each frequency.
+    places_m : (nx, ny, 2) float64 — Grid [m].
+    standing : (nx, ny) bool — Where the reader fits [-]; elsewhere the maps hold NaN.
+    progress : Shows places.
 
     Returns
     -------

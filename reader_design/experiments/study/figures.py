@@ -50,14 +50,10 @@ def reader_figures(
 
     Parameters
     ----------
-    study : Study
-        Its receiver reads the RSS.
-    cell : Cell
-        Its cell.
-    elements_rad : (n,) float64
-        Azimuths of its antennas [rad].
-    room_map : xarray.Dataset
-        Holds the samples of the room.
+    study : Its receiver reads the RSS.
+    cell : Its cell.
+    elements_rad : (n,) float64 — Azimuths of its antennas [rad].
+    room_map : Holds the samples of the room.
     """
     azimuths = grid_azimuths_rad(1, cell.free_rss_w.shape[1])
     nearest = int(np.argmin(np.abs(cell.distances_m - AZIMUTH_DISTANCE_M)))
@@ -145,12 +141,9 @@ def room_figures(
 
     Parameters
     ----------
-    context : Setting
-        Study and room.
-    room_map : xarray.Dataset
-        The maps.
-    elements_rad : (n,) float64
-        Azimuths of the antennas [rad].
+    context : Study and room.
+    room_map : The maps.
+    elements_rad : (n,) float64 — Azimuths of the antennas [rad].
     """
     data, built = room_map, context
     plan = plan_of(built.scene, built.reader_z_m)
@@ -294,12 +287,9 @@ def mission_figures(
 
     Parameters
     ----------
-    context : Setting
-        Study and room.
-    missions : sequence of (RoomMission, Plan)
-        One for each room.
-    label : str
-        The chosen design.
+    context : Study and room.
+    missions : One for each room.
+    label : The chosen design.
 
     Yields
     ------

@@ -46,12 +46,9 @@ class MapCase:
 
     Attributes
     ----------
-    context : Setting
-        Study, room and sampling.
-    responses : tuple of ReaderResponse
-        Of the chosen reader, one for each frequency.
-    progress : Progress
-        Shows receivers.
+    context : Study, room and sampling.
+    responses : Of the chosen reader, one for each frequency.
+    progress : Shows receivers.
     """
 
     context: Setting
@@ -64,10 +61,8 @@ def map_stage(case: MapCase, folder: Path) -> "xr.Dataset":
 
     Parameters
     ----------
-    case : MapCase
-        What they are made of.
-    folder : Path
-        Where stages are kept.
+    case : What they are made of.
+    folder : Where stages are kept.
 
     Returns
     -------
@@ -96,10 +91,8 @@ def mapped(_context: None, case: MapCase) -> "xr.Dataset":
 
     Parameters
     ----------
-    _context : None
-        There is one case only.
-    case : MapCase
-        What they are made of.
+    _context : There is one case only.
+    case : What they are made of.
 
     Notes
     -----

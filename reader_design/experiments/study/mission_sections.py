@@ -18,8 +18,7 @@ def mission_sentence(mission: RoomMission) -> str:
 
     Parameters
     ----------
-    mission : RoomMission
-        The runs.
+    mission : The runs.
     """
     if mission.data is None:
         return f"Mission in {mission.name}: it could not be driven: {mission.reason}"
@@ -48,12 +47,9 @@ def mission_section(
 
     Parameters
     ----------
-    missions : sequence of RoomMission
-        Of the chosen design.
-    table : Mission or None
-        The study's mission.
-    figures : tuple of ReportFigure
-        Figures of the section.
+    missions : Of the chosen design.
+    table : The study's mission.
+    figures : Figures of the section.
 
     Returns
     -------
@@ -121,12 +117,9 @@ def shortlist_table(
 
     Parameters
     ----------
-    candidates : sequence of Candidate
-        Scored designs.
-    choice : Choice
-        Their ranking.
-    driven : sequence of DrivenDesign
-        Those that drove the missions.
+    candidates : Scored designs.
+    choice : Their ranking.
+    driven : Those that drove the missions.
     """
     missions = {d.index: d.missions for d in driven}
     names = [m.name for m in driven[0].missions] if driven else []

@@ -46,28 +46,18 @@ class StudyContent:
 
     Attributes
     ----------
-    context : Setting
-        Study, room and sampling.
-    cells : tuple of Cell
-        All cells, failed ones too.
-    candidates : tuple of Candidate
-        The scored ones.
-    choice : Choice
-        Their ranking.
-    driven : tuple of DrivenDesign
-        The designs that drove the missions, the chosen one first.
-    notes : tuple of str
-        What the user should know: tags that were moved, validity of models.
-    approximations : tuple of ResponseDifference
-        How far the approximate responses are off for the chosen reader ([dB],).
-    as_built : ReportSection or None
-        What tolerances do to the chosen reader ([mm], [deg]); None where the study gives none.
-    study_toml : str
-        The resolved study.
-    quick : bool
-        Whether this was a quick look.
-    seconds : float
-        Time since the study was started [s].
+    context : Study, room and sampling.
+    cells : All cells, failed ones too.
+    candidates : The scored ones.
+    choice : Their ranking.
+    driven : The designs that drove the missions, the chosen one first.
+    notes : What the user should know: tags that were moved, validity of models.
+    approximations : How far the approximate responses are off for the chosen reader ([dB],).
+    as_built : What tolerances do to the chosen reader ([mm], [deg]); None where the study gives
+        none.
+    study_toml : The resolved study.
+    quick : Whether this was a quick look.
+    seconds : Time since the study was started [s].
     """
 
     context: Setting
@@ -111,10 +101,8 @@ def study_report(content: StudyContent, figures: dict[str, list[tuple[str, str, 
 
     Parameters
     ----------
-    content : StudyContent
-        The results.
-    figures : dict of list of (str, str, Path)
-        By section: title, caption and file of each figure.
+    content : The results.
+    figures : By section: title, caption and file of each figure.
     """
     study, chosen = content.context.study, content.chosen
     failed = [c for c in content.cells if c.reason]

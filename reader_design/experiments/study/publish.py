@@ -33,18 +33,12 @@ def publish(
 
     Parameters
     ----------
-    content : StudyContent
-        What was found; units as there.
-    room_map : xarray.Dataset
-        Maps of the chosen reader [W].
-    rooms : sequence of (str, str, Setting)
-        Name, file name and scene of the study's room and of its layouts [m].
-    out_dir : Path
-        Folder of the results.
-    force : bool
-        Write all the same.
-    progress : Progress
-        Shows figures.
+    content : What was found; units as there.
+    room_map : Maps of the chosen reader [W].
+    rooms : Name, file name and scene of the study's room and of its layouts [m].
+    out_dir : Folder of the results.
+    force : Write all the same.
+    progress : Shows figures.
     """
     key = digest(
         {

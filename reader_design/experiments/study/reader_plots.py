@@ -40,16 +40,12 @@ def rss_azimuth_figure(
 
     Parameters
     ----------
-    azimuths_rad : (a,) float64
-        Azimuth of the tag in the reader frame [rad], ascending over the circle.
-    rss_w : (a, n) float64
-        RSS [W].
-    element_azimuths_rad : (n,) float64
-        Azimuths of the antennas [rad], marked in both panels.
-    distance_m : float
-        Horizontal distance of the tag [m], for the caption.
-    title : str
-        Above the figure.
+    azimuths_rad : (a,) float64 — Azimuth of the tag in the reader frame [rad], ascending over the
+        circle.
+    rss_w : (a, n) float64 — RSS [W].
+    element_azimuths_rad : (n,) float64 — Azimuths of the antennas [rad], marked in both panels.
+    distance_m : Horizontal distance of the tag [m], for the caption.
+    title : Above the figure.
     """
     order = np.argsort(azimuths_rad)
     azimuth = np.append(azimuths_rad[order], azimuths_rad[order][0] + 2.0 * np.pi)
@@ -104,12 +100,10 @@ def bearing_error_figure(
 
     Parameters
     ----------
-    surroundings : sequence of (str, (a,) float64, (d, a, n) float64)
-        Name, azimuths of the tag [rad], and RSS [W] by distance or place, azimuth, antenna.
-    element_azimuths_rad : (n,) float64
-        Azimuths of the antennas [rad].
-    title : str
-        Above the figure.
+    surroundings : Name, azimuths of the tag [rad], and RSS [W] by distance or place, azimuth,
+        antenna.
+    element_azimuths_rad : (n,) float64 — Azimuths of the antennas [rad].
+    title : Above the figure.
     """
     with figure_style():
         count = len(surroundings)
@@ -142,12 +136,9 @@ class ErrorCurve:
 
     Attributes
     ----------
-    label : str
-        In the legend.
-    error_rad : (...) float64
-        Errors of either sign [rad].
-    weight : (...) float64 or None
-        Weight of each [-]; None: equal.
+    label : In the legend.
+    error_rad : (...) float64 — Errors of either sign [rad].
+    weight : (...) float64 or None — Weight of each [-]; None: equal.
     """
 
     label: str
@@ -164,10 +155,8 @@ def error_distribution_figure(
 
     Parameters
     ----------
-    panels : sequence of (str, sequence of ErrorCurve)
-        Name and curves of each surrounding.
-    title : str
-        Above the figure.
+    panels : Name and curves of each surrounding.
+    title : Above the figure.
     """
     with figure_style():
         figure, axes = new_figure(
@@ -213,10 +202,8 @@ def element_pattern_figure(antenna: Antenna, *, title: str) -> "Figure":
 
     Parameters
     ----------
-    antenna : Antenna
-        Vertical, in its own frame.
-    title : str
-        Above the figure.
+    antenna : Vertical, in its own frame.
+    title : Above the figure.
     """
     theta = np.radians(np.linspace(0.0, 360.0, 721))
     folded = np.minimum(theta, 2.0 * np.pi - theta)

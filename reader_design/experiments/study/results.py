@@ -51,10 +51,8 @@ def study_dataset(content: StudyContent, room_map: "xr.Dataset") -> "xr.Dataset"
 
     Parameters
     ----------
-    content : StudyContent
-        Cells, choice and missions.
-    room_map : xarray.Dataset
-        Maps of the chosen reader.
+    content : Cells, choice and missions.
+    room_map : Maps of the chosen reader.
 
     Returns
     -------
@@ -110,8 +108,7 @@ def design_table(
 
     Parameters
     ----------
-    content : StudyContent
-        Cells and choice.
+    content : Cells and choice.
 
     Returns
     -------

@@ -69,12 +69,9 @@ class StudyOutcome:
 
     Attributes
     ----------
-    content : StudyContent
-        Cells, choice and missions.
-    folder : Path
-        Where everything lies.
-    report : Path
-        The report.
+    content : Cells, choice and missions.
+    folder : Where everything lies.
+    report : The report.
     """
 
     content: StudyContent
@@ -107,14 +104,10 @@ def plan_lines(
 
     Parameters
     ----------
-    study : Study
-        What would be studied.
-    out_dir : Path
-        Folder of the results, where cells may be kept already.
-    quick : bool
-        Coarse sampling, a coarse map and few runs.
-    workers : int or None
-        Processes; None: one for each core.
+    study : What would be studied.
+    out_dir : Folder of the results, where cells may be kept already.
+    quick : Coarse sampling, a coarse map and few runs.
+    workers : Processes; None: one for each core.
     """
     plan = plan_sweep(_context(study, quick=quick))
     rows = known_rows(plan, out_dir, progress=Progress())
@@ -144,22 +137,15 @@ def run_study(
 
     Parameters
     ----------
-    study : Study
-        From :func:`octant.reader_design.study_file.loading.load_study`.
-    out_dir : Path
-        Folder of the results; made when missing.
-    quick : bool
-        Coarse sampling, a coarse map and few runs.
-    force : bool
-        Replace the results of another study in that folder.
-    progress : Progress, optional
-        Shows what happens.
-    workers : int or None
-        Processes of this machine that compute; 1: this one; None: one for each
-        core where the sweep is long enough to gain from it. A script that starts processes must
-        guard its main part with ``if __name__ == "__main__"``.
-    cluster : str or None
-        Address of a dask scheduler that computes them instead, or ``local:N``.
+    study : From :func:`octant.reader_design.study_file.loading.load_study`.
+    out_dir : Folder of the results; made when missing.
+    quick : Coarse sampling, a coarse map and few runs.
+    force : Replace the results of another study in that folder.
+    progress : Shows what happens.
+    workers : Processes of this machine that compute; 1: this one; None: one for each core where the
+        sweep is long enough to gain from it. A script that starts processes must guard its main
+        part with ``if __name__ == "__main__"``.
+    cluster : Address of a dask scheduler that computes them instead, or ``local:N``.
 
     Raises
     ------

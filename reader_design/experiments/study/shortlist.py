@@ -19,10 +19,8 @@ class DrivenDesign:
 
     Attributes
     ----------
-    index : int
-        Its place among the candidates.
-    missions : tuple of RoomMission
-        One for each room: the study's own and its layouts; none without a mission.
+    index : Its place among the candidates.
+    missions : One for each room: the study's own and its layouts; none without a mission.
     """
 
     index: int
@@ -34,10 +32,8 @@ def candidates_of(study: Study, cells: Sequence[Cell]) -> tuple[Candidate, ...]:
 
     Parameters
     ----------
-    study : Study
-        Its carrier sizes resonant antennas [Hz].
-    cells : sequence of Cell
-        All cells.
+    study : Its carrier sizes resonant antennas [Hz].
+    cells : All cells.
 
     Returns
     -------
@@ -75,19 +71,14 @@ def drive_shortlist(
 
     Parameters
     ----------
-    settings : callable
-        Returns the study of a cell and name, file name and scene of each of its rooms: a sweep may
-        vary those too. ``choice.missions`` says with how many designs, ``mission.runs`` how often.
-    scored : sequence of Cell
-        The candidates' cells, in their order.
-    choice : Choice
-        Their ranking.
-    most_runs : int or None
-        Greatest number of runs in each room; None: as many as the study says.
-    folder : Path
-        Where stages are kept.
-    progress : Progress
-        Shows runs.
+    settings : Returns the study of a cell and name, file name and scene of each of its rooms: a
+        sweep may vary those too. ``choice.missions`` says with how many designs, ``mission.runs``
+        how often.
+    scored : The candidates' cells, in their order.
+    choice : Their ranking.
+    most_runs : Greatest number of runs in each room; None: as many as the study says.
+    folder : Where stages are kept.
+    progress : Shows runs.
 
     Returns
     -------

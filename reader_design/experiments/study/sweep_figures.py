@@ -49,14 +49,10 @@ def sweep_figures(
 
     Parameters
     ----------
-    cells : sequence of Cell
-        All cells.
-    candidates : sequence of Candidate
-        The scored ones.
-    choice : Choice
-        Their ranking.
-    frequency_hz : float
-        Carrier [Hz].
+    cells : All cells.
+    candidates : The scored ones.
+    choice : Their ranking.
+    frequency_hz : Carrier [Hz].
 
     Yields
     ------
@@ -161,8 +157,7 @@ def parameter_axes(designs: Sequence[Reader]) -> list[ParallelAxis]:
 
     Parameters
     ----------
-    designs : sequence of Reader
-        Any swept designs.
+    designs : Any swept designs.
 
     Returns
     -------

@@ -28,10 +28,9 @@ class DistancePanel:
 
     Attributes
     ----------
-    title : str
-        Above the panel, e.g. its plate height [cm].
-    rss_w : (d, n) float64
-        RSS of each antenna [W] while the robot moves away along the direction of antenna 1.
+    title : Above the panel, e.g. its plate height [cm].
+    rss_w : (d, n) float64 — RSS of each antenna [W] while the robot moves away along the direction
+        of antenna 1.
     """
 
     title: str
@@ -45,14 +44,10 @@ def rss_distance_figure(
 
     Parameters
     ----------
-    distance_m : (d,) float64
-        Horizontal distance [m].
-    panels : sequence of DistancePanel
-        One for each design, row by row.
-    columns : int
-        Panels in a row.
-    title : str
-        Above the figure.
+    distance_m : (d,) float64 — Horizontal distance [m].
+    panels : One for each design, row by row.
+    columns : Panels in a row.
+    title : Above the figure.
 
     Returns
     -------
@@ -93,14 +88,10 @@ class MatrixColumn:
 
     Attributes
     ----------
-    title : str
-        Heading with its unit, e.g. ``margin [dB]``; a line break is allowed.
-    values : (k,) float64
-        One number for each design, in the title's unit, e.g. [dB] or [%].
-    text : str
-        Format of a number, e.g. ``{:.1f}``.
-    better : str
-        ``high`` or ``low``: which end is good; it is drawn dark.
+    title : Heading with its unit, e.g. ``margin [dB]``; a line break is allowed.
+    values : (k,) float64 — One number for each design, in the title's unit, e.g. [dB] or [%].
+    text : Format of a number, e.g. ``{:.1f}``.
+    better : ``high`` or ``low``: which end is good; it is drawn dark.
     """
 
     title: str
@@ -131,12 +122,9 @@ def sweep_matrix_figure(
 
     Parameters
     ----------
-    labels : sequence of str
-        Designs, best first; the first row is marked as the choice.
-    columns : sequence of MatrixColumn
-        Criteria with their numbers.
-    title : str
-        Above the figure.
+    labels : Designs, best first; the first row is marked as the choice.
+    columns : Criteria with their numbers.
+    title : Above the figure.
 
     Returns
     -------

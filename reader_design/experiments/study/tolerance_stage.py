@@ -23,16 +23,11 @@ def tolerance_stage(
 
     Parameters
     ----------
-    study : Study
-        The chosen cell's own study; without a table ``[tolerance]`` nothing is built.
-    second : Cell or None
-        The next best design, which is built with the same errors.
-    folder : Path
-        Where the readers' files and the results of :func:`write_results` lie.
-    progress : Progress
-        Shows readers.
-    workers : int or None
-        Processes; None: one for each core.
+    study : The chosen cell's own study; without a table ``[tolerance]`` nothing is built.
+    second : The next best design, which is built with the same errors.
+    folder : Where the readers' files and the results of :func:`write_results` lie.
+    progress : Shows readers.
+    workers : Processes; None: one for each core.
 
     Returns
     -------

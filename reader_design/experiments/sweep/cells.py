@@ -40,10 +40,8 @@ def stored_scores(rows: list[BothScores], *, dim: str | None) -> dict[str, Store
 
     Parameters
     ----------
-    rows : list of (Scores or None, Scores or None)
-        Scores in free space and in the room; None becomes NaN.
-    dim : str or None
-        Name of the dimension of the rows; None when there is one row and no such dimension.
+    rows : Scores in free space and in the room; None becomes NaN.
+    dim : Name of the dimension of the rows; None when there is one row and no such dimension.
     """
     out: dict[str, Stored] = {}
     for name in SCORE_NAMES:
@@ -71,10 +69,8 @@ class CellCodec:
 
         Parameters
         ----------
-        record : Cell
-            The cell.
-        case : PlannedCell
-            What was computed: its study is stored in the attributes.
+        record : The cell.
+        case : What was computed: its study is stored in the attributes.
         """
         _, count, antennas = record.free_rss_w.shape
         azimuths = np.degrees(grid_azimuths_rad(1, count)) if count else np.zeros(0)
@@ -109,10 +105,8 @@ class CellCodec:
 
         Parameters
         ----------
-        content : bytes
-            From `encode`.
-        case : PlannedCell
-            What was computed.
+        content : From `encode`.
+        case : What was computed.
         """
         arrays, attributes = read_netcdf(content)
         free, room = scores_of(arrays, attributes)
@@ -135,8 +129,7 @@ class ScoreCodec(CellCodec):
 
     Parameters
     ----------
-    known : mapping of str to (Scores or None, Scores or None)
-        Scores by the SHA-256 of the file's content.
+    known : Scores by the SHA-256 of the file's content.
     """
 
     def __init__(self, known: Mapping[str, BothScores]) -> None:
@@ -147,10 +140,8 @@ class ScoreCodec(CellCodec):
 
         Parameters
         ----------
-        content : bytes
-            From `encode`.
-        case : PlannedCell
-            What was computed.
+        content : From `encode`.
+        case : What was computed.
         """
         del case
         sha256 = hashlib.sha256(content).hexdigest()
@@ -162,10 +153,8 @@ def scores_of(arrays: Mapping[str, npt.NDArray[Any]], attributes: Mapping[str, A
 
     Parameters
     ----------
-    arrays : mapping of str to ndarray
-        Variables.
-    attributes : mapping
-        Attributes.
+    arrays : Variables.
+    attributes : Attributes.
     """
     free, room = (
         Scores(**{name: float(arrays[name][i]) for name in SCORE_NAMES})
@@ -183,14 +172,10 @@ def run_sweep(
 
     Parameters
     ----------
-    plan : SweepPlan
-        From :func:`octant.reader_design.experiments.sweep.plan.plan_sweep`.
-    folder : Path
-        Where the cells' files lie; made when missing.
-    crew : Crew, optional
-        Computes them; None: this process.
-    progress : Progress, optional
-        Shows cells and failures.
+    plan : From :func:`octant.reader_design.experiments.sweep.plan.plan_sweep`.
+    folder : Where the cells' files lie; made when missing.
+    crew : Computes them; None: this process.
+    progress : Shows cells and failures.
 
     Returns
     -------
@@ -218,8 +203,7 @@ def label_of(planned: PlannedCell) -> str:
 
     Parameters
     ----------
-    planned : PlannedCell
-        The cell.
+    planned : The cell.
     """
     return planned.label
 

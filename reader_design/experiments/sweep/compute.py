@@ -46,12 +46,9 @@ class SweepOutcome:
 
     Attributes
     ----------
-    plan : SweepPlan
-        All its cells.
-    rows : mapping of str to CellRow
-        What is computed, by key.
-    folder : Path
-        Where everything lies.
+    plan : All its cells.
+    rows : What is computed, by key.
+    folder : Where everything lies.
     """
 
     plan: SweepPlan
@@ -87,8 +84,7 @@ def study_plan(study: Study) -> SweepPlan:
 
     Parameters
     ----------
-    study : Study
-        From :func:`octant.reader_design.study_file.loading.load_study`.
+    study : From :func:`octant.reader_design.study_file.loading.load_study`.
 
     Raises
     ------
@@ -112,22 +108,15 @@ def sweep_study(
 
     Parameters
     ----------
-    study : Study
-        From :func:`octant.reader_design.study_file.loading.load_study`.
-    out_dir : Path
-        Folder of the sweep; made when missing.
-    workers : int or None
-        Processes of this machine, no more than there are cells; 1: this one; None: one for
-        each core. A script that starts processes must guard its main part with
-        ``if __name__ == "__main__"``.
-    cluster : str or None
-        Address of a dask scheduler, or ``local:N``; instead of ``workers``.
-    merge_only : bool
-        Only make the tables of what is computed already.
-    force : bool
-        Go on in a folder that holds another sweep; its cells are kept where they fit.
-    progress : Progress, optional
-        Shows what happens.
+    study : From :func:`octant.reader_design.study_file.loading.load_study`.
+    out_dir : Folder of the sweep; made when missing.
+    workers : Processes of this machine, no more than there are cells; 1: this one; None: one for
+        each core. A script that starts processes must guard its main part with ``if __name__ ==
+        "__main__"``.
+    cluster : Address of a dask scheduler, or ``local:N``; instead of ``workers``.
+    merge_only : Only make the tables of what is computed already.
+    force : Go on in a folder that holds another sweep; its cells are kept where they fit.
+    progress : Shows what happens.
 
     Raises
     ------

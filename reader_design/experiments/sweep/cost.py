@@ -52,12 +52,9 @@ class CellCost:
 
     Attributes
     ----------
-    unknowns : int
-        Of the moment method; 0 for the models that have none.
-    memory_bytes : float
-        Of the process that computes it [B].
-    seconds : float
-        Time of one core [s], nothing known from before.
+    unknowns : Of the moment method; 0 for the models that have none.
+    memory_bytes : Of the process that computes it [B].
+    seconds : Time of one core [s], nothing known from before.
     """
 
     unknowns: int
@@ -70,12 +67,9 @@ def unknowns_of(design: Reader, frequency_hz: float, *, cells_per_wavelength: fl
 
     Parameters
     ----------
-    design : Reader
-        The reader; metal around it is not counted.
-    frequency_hz : float
-        Frequency that its mesh is made for [Hz].
-    cells_per_wavelength : float
-        Elements per wavelength [-].
+    design : The reader; metal around it is not counted.
+    frequency_hz : Frequency that its mesh is made for [Hz].
+    cells_per_wavelength : Elements per wavelength [-].
 
     Returns
     -------
@@ -107,8 +101,7 @@ def cell_cost(planned: PlannedCell) -> CellCost:
 
     Parameters
     ----------
-    planned : PlannedCell
-        The cell.
+    planned : The cell.
 
     Returns
     -------
@@ -156,10 +149,8 @@ def time_scale(cells: Sequence[PlannedCell], rows: Mapping[str, CellRow]) -> flo
 
     Parameters
     ----------
-    cells : sequence of PlannedCell
-        The sweep.
-    rows : mapping of str to CellRow
-        What is computed, by key.
+    cells : The sweep.
+    rows : What is computed, by key.
 
     Returns
     -------
@@ -181,12 +172,9 @@ def plan_lines(
 
     Parameters
     ----------
-    plan : SweepPlan
-        What the sweep consists of.
-    rows : mapping of str to CellRow
-        What is there, by key.
-    workers : int or None
-        Processes; None: one for each core.
+    plan : What the sweep consists of.
+    rows : What is there, by key.
+    workers : Processes; None: one for each core.
     """
     missing = missing_cells(plan, rows)
     scale = time_scale(plan.cells, rows) or 1.0

@@ -58,20 +58,13 @@ class PlannedCell:
 
     Attributes
     ----------
-    values : dict
-        Value of every swept parameter, in the unit of its key ([m], [Hz], ...).
-    label : str
-        Human name, with every swept parameter.
-    key : str
-        Name of the cell: hash of its full input.
-    design : Reader
-        The reader.
-    context : Setting
-        Study, room and sampling; those of the whole sweep when the cell was refused.
-    reference : str
-        Id of the tag that the scores in free space use; empty without one.
-    reason : str
-        Why these values cannot be together; empty when they can.
+    values : Value of every swept parameter, in the unit of its key ([m], [Hz], ...).
+    label : Human name, with every swept parameter.
+    key : Name of the cell: hash of its full input.
+    design : The reader.
+    context : Study, room and sampling; those of the whole sweep when the cell was refused.
+    reference : Id of the tag that the scores in free space use; empty without one.
+    reason : Why these values cannot be together; empty when they can.
     """
 
     values: Mapping[str, Any]
@@ -89,10 +82,8 @@ class SweepPlan:
 
     Attributes
     ----------
-    context : Setting
-        The study as it stands, its room and the sampling.
-    cells : tuple of PlannedCell
-        Every combination; the first parameter varies slowest.
+    context : The study as it stands, its room and the sampling.
+    cells : Every combination; the first parameter varies slowest.
     """
 
     context: Setting
@@ -114,8 +105,7 @@ def combinations(study: Study) -> tuple[dict[str, Any], ...]:
 
     Parameters
     ----------
-    study : Study
-        With its sweep.
+    study : With its sweep.
 
     Returns
     -------
@@ -133,8 +123,7 @@ def designs_of(study: Study) -> tuple[Reader, ...]:
 
     Parameters
     ----------
-    study : Study
-        With its sweep.
+    study : With its sweep.
 
     Returns
     -------
@@ -149,8 +138,7 @@ def plan_sweep(context: Setting) -> SweepPlan:
 
     Parameters
     ----------
-    context : Setting
-        Study, room and sampling.
+    context : Study, room and sampling.
     """
     rooms: dict[bytes, Setting | OctantError] = {}
     rooms[_room_inputs(context.study)] = context
@@ -165,10 +153,8 @@ def compute_cell(_context: None, planned: PlannedCell) -> Cell:
 
     Parameters
     ----------
-    _context : None
-        Cells share nothing: a sweep may vary the room too.
-    planned : PlannedCell
-        The cell.
+    _context : Cells share nothing: a sweep may vary the room too.
+    planned : The cell.
 
     Raises
     ------
@@ -234,10 +220,9 @@ def cell_label(design: Reader, values: Mapping[str, Any]) -> str:
 
     Parameters
     ----------
-    design : Reader
-        Names antenna, r_a and h_p.
-    values : mapping
-        Swept parameters, in the units of their keys ([m], [Hz], ...); the others are named too.
+    design : Names antenna, r_a and h_p.
+    values : Swept parameters, in the units of their keys ([m], [Hz], ...); the others are named
+        too.
 
     Returns
     -------

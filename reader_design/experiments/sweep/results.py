@@ -26,10 +26,8 @@ class SweepResults:
 
     Attributes
     ----------
-    folder : Path
-        Folder of the sweep.
-    table : xarray.Dataset
-        One row a cell: parameters as coordinates, scores by ``cell`` and ``surrounding``,
+    folder : Folder of the sweep.
+    table : One row a cell: parameters as coordinates, scores by ``cell`` and ``surrounding``,
         ``status``, ``failed_because``; each variable with its unit.
     """
 
@@ -49,10 +47,9 @@ class SweepResults:
 
         Parameters
         ----------
-        conditions : mapping
-            By parameter, ``status`` or other column of one value a cell, in its unit ([m], [Hz],
-            ...): a value, a tuple (least, greatest), ends included, or a list or set of values.
-            A value that is itself a list stands in a list: ``[[5.0, 5.0, 3.0]]``.
+        conditions : By parameter, ``status`` or other column of one value a cell, in its unit ([m],
+            [Hz], ...): a value, a tuple (least, greatest), ends included, or a list or set of
+            values. A value that is itself a list stands in a list: ``[[5.0, 5.0, 3.0]]``.
 
         Returns
         -------
@@ -115,8 +112,7 @@ def open_sweep(folder: str | Path) -> SweepResults:
 
     Parameters
     ----------
-    folder : str or Path
-        What was given as ``--out``.
+    folder : What was given as ``--out``.
 
     Returns
     -------

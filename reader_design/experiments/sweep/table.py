@@ -52,18 +52,12 @@ class CellRow:
 
     Attributes
     ----------
-    key : str
-        Name of the cell.
-    status : str
-        ``done``, ``infeasible``, ``failed`` (tried again by the next run) or ``missing``.
-    reason : str
-        Why there are no scores; empty when there are.
-    seconds : float
-        Time that it took [s]; NaN when missing.
-    free, room : Scores or None
-        Scores in free space and in the room ([rad], [dB], [W],).
-    sha256 : str
-        Hash of its file's content; empty when missing.
+    key : Name of the cell.
+    status : ``done``, ``infeasible``, ``failed`` (tried again by the next run) or ``missing``.
+    reason : Why there are no scores; empty when there are.
+    seconds : Time that it took [s]; NaN when missing.
+    free, room : Scores in free space and in the room ([rad], [dB], [W],).
+    sha256 : Hash of its file's content; empty when missing.
     """
 
     key: str
@@ -80,10 +74,8 @@ def row_of(planned: PlannedCell, kept: Kept[tuple[str, BothScores]]) -> CellRow:
 
     Parameters
     ----------
-    planned : PlannedCell
-        The cell.
-    kept : Kept
-        What became of it, read with a `ScoreCodec`.
+    planned : The cell.
+    kept : What became of it, read with a `ScoreCodec`.
     """
     if kept.record is None:
         status = FAILED if kept.unexpected else INFEASIBLE
@@ -99,12 +91,9 @@ def known_rows(plan: SweepPlan, folder: Path, *, progress: Progress) -> dict[str
 
     Parameters
     ----------
-    plan : SweepPlan
-        What the sweep consists of.
-    folder : Path
-        Folder of the sweep.
-    progress : Progress
-        Shows which files are damaged.
+    plan : What the sweep consists of.
+    folder : Folder of the sweep.
+    progress : Shows which files are damaged.
 
     Returns
     -------
@@ -129,8 +118,7 @@ def score_codec(folder: Path) -> ScoreCodec:
 
     Parameters
     ----------
-    folder : Path
-        Folder of the sweep.
+    folder : Folder of the sweep.
     """
     return ScoreCodec(_index(folder / TABLE_FILE))
 
@@ -140,10 +128,8 @@ def missing_cells(plan: SweepPlan, rows: Mapping[str, CellRow]) -> list[PlannedC
 
     Parameters
     ----------
-    plan : SweepPlan
-        What the sweep consists of.
-    rows : mapping of str to CellRow
-        What is there, by key.
+    plan : What the sweep consists of.
+    rows : What is there, by key.
     """
     there = {key for key, row in rows.items() if row.status != FAILED}
     return [cell for cell in plan.cells if cell.key not in there]
@@ -176,14 +162,10 @@ def write_table(plan: SweepPlan, rows: Mapping[str, CellRow], folder: Path, toml
 
     Parameters
     ----------
-    plan : SweepPlan
-        What the sweep consists of.
-    rows : mapping of str to CellRow
-        By key; cells without one are missing.
-    folder : Path
-        Folder of the sweep.
-    toml : str
-        The resolved study.
+    plan : What the sweep consists of.
+    rows : By key; cells without one are missing.
+    folder : Folder of the sweep.
+    toml : The resolved study.
     """
     ordered = [rows.get(p.key) or CellRow(key=p.key, status=MISSING) for p in plan.cells]
     header, lines = _csv_rows(plan.cells, ordered)
@@ -238,8 +220,7 @@ def column(values: Sequence[Any]) -> npt.NDArray[Any]:
 
     Parameters
     ----------
-    values : sequence
-        As a study file holds them, in the parameter's unit.
+    values : As a study file holds them, in the parameter's unit.
 
     Returns
     -------
@@ -258,8 +239,7 @@ def parameter_text(value: Any) -> str:  # noqa: ANN401  any value of a study
 
     Parameters
     ----------
-    value : object
-        As a study file holds it.
+    value : As a study file holds it.
 
     Returns
     -------

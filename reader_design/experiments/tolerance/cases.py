@@ -49,14 +49,10 @@ class ToleranceContext:
 
     Attributes
     ----------
-    setting : Setting
-        Study, its room and how densely designs are probed [m].
-    distances_m : tuple of float
-        Horizontal distances in free space [m].
-    room : bool
-        Whether to score in the room, too.
-    reference : str
-        Id of the tag that the scores in free space use.
+    setting : Study, its room and how densely designs are probed [m].
+    distances_m : Horizontal distances in free space [m].
+    room : Whether to score in the room, too.
+    reference : Id of the tag that the scores in free space use.
     """
 
     setting: Setting
@@ -76,10 +72,8 @@ class Case:
 
     Attributes
     ----------
-    design : Reader
-        The drawing [m].
-    deviation : Deviation
-        What is built less what is drawn ([m], [rad],).
+    design : The drawing [m].
+    deviation : What is built less what is drawn ([m], [rad],).
     """
 
     design: Reader
@@ -92,12 +86,10 @@ class CaseScores:
 
     Attributes
     ----------
-    reason : str
-        Why there are no scores; empty when there are.
-    free, room : Scores or None
-        Scores in free space at the given distances, and in the room (units as in Scores).
-    levels_dbm : tuple of float
-        Mean over all azimuths of the strongest antenna's RSS in free space, at each distance [dBm].
+    reason : Why there are no scores; empty when there are.
+    free, room : Scores in free space at the given distances, and in the room (units as in Scores).
+    levels_dbm : Mean over all azimuths of the strongest antenna's RSS in free space, at each
+        distance [dBm].
     """
 
     reason: str = ""
@@ -111,10 +103,8 @@ def compute_case(context: ToleranceContext, case: Case) -> CaseScores:
 
     Parameters
     ----------
-    context : ToleranceContext
-        What all cases share.
-    case : Case
-        The case.
+    context : What all cases share.
+    case : The case.
 
     Raises
     ------
@@ -159,12 +149,9 @@ def run_cases(
 
     Parameters
     ----------
-    context : ToleranceContext
-        What all cases share.
-    cases : sequence of Case
-        Designs and deviations.
-    folder : Path
-        Where the cases' files lie; made when missing.
+    context : What all cases share.
+    cases : Designs and deviations.
+    folder : Where the cases' files lie; made when missing.
     workers, cluster, progress
         As in :func:`octant.reader_design.keeping.keeper.map_cases`.
     """
@@ -189,10 +176,8 @@ def built_responses(study: Study, case: Case) -> tuple[ReaderResponse, ...]:
 
     Parameters
     ----------
-    study : Study
-        Frequencies [Hz] and the model of the reader.
-    case : Case
-        Design and errors.
+    study : Frequencies [Hz] and the model of the reader.
+    case : Design and errors.
 
     Returns
     -------
@@ -269,12 +254,9 @@ def scaled_material(material: Material, permittivity: float, conductivity: float
 
     Parameters
     ----------
-    material : Material
-        The study's own.
-    permittivity : float
-        Factor of the relative permittivity less one [-], so that air stays air.
-    conductivity : float
-        Factor of the conductivity [-].
+    material : The study's own.
+    permittivity : Factor of the relative permittivity less one [-], so that air stays air.
+    conductivity : Factor of the conductivity [-].
 
     Returns
     -------

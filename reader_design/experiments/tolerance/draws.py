@@ -23,14 +23,11 @@ class Deviation:
 
     Parameters
     ----------
-    build : BuildErrors
-        Of the reader ([m], [rad]).
-    frequency_factor : float
-        Frequency over the study's [-].
-    permittivity_factor : float
-        Relative permittivity less one of the room's materials over the study's [-].
-    conductivity_factor : float
-        Conductivity of the room's materials over the study's [-].
+    build : Of the reader ([m], [rad]).
+    frequency_factor : Frequency over the study's [-].
+    permittivity_factor : Relative permittivity less one of the room's materials over the study's
+        [-].
+    conductivity_factor : Conductivity of the room's materials over the study's [-].
     """
 
     build: BuildErrors
@@ -44,8 +41,7 @@ def as_drawn(antennas: int) -> Deviation:
 
     Parameters
     ----------
-    antennas : int
-        Number of antennas.
+    antennas : Number of antennas.
     """
     return Deviation(build=common_errors(antennas))
 
@@ -57,16 +53,11 @@ def drawn_deviation(
 
     Parameters
     ----------
-    tolerance : Tolerance
-        Sizes of the errors ([m], [deg], [%]) and their distribution.
-    antennas : int
-        Number of antennas.
-    antenna_radius_m : float
-        r_a [m]; an error sideways turns the antenna's azimuth by its share of it.
-    seed : int
-        Seed of the study.
-    index : int
-        Number of the sample, from 0.
+    tolerance : Sizes of the errors ([m], [deg], [%]) and their distribution.
+    antennas : Number of antennas.
+    antenna_radius_m : r_a [m]; an error sideways turns the antenna's azimuth by its share of it.
+    seed : Seed of the study.
+    index : Number of the sample, from 0.
 
     Returns
     -------
@@ -124,10 +115,8 @@ def regressors(
 
     Parameters
     ----------
-    deviations : list of Deviation
-        Samples.
-    antenna_radius_m : float
-        r_a [m], by which azimuth errors become lengths.
+    deviations : Samples.
+    antenna_radius_m : r_a [m], by which azimuth errors become lengths.
 
     Returns
     -------

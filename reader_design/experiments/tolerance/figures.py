@@ -34,12 +34,9 @@ def distribution_figure(
 
     Parameters
     ----------
-    shown : sequence of View
-        Scores; a panel each.
-    designs : sequence of (str, (v,) float64, (s, v) float64)
-        Name, scores of the drawing and of the samples [units of the views].
-    title : str
-        Above the figure.
+    shown : Scores; a panel each.
+    designs : Name, scores of the drawing and of the samples [units of the views].
+    title : Above the figure.
 
     Returns
     -------
@@ -95,12 +92,9 @@ def slope_figure(shown: Sequence[View], slopes: Sequence[Slope], *, title: str) 
 
     Parameters
     ----------
-    shown : sequence of View
-        Scores; a panel for each that has slopes.
-    slopes : sequence of Slope
-        Parameter by parameter [unit of the score per mm or per deg].
-    title : str
-        Above the figure.
+    shown : Scores; a panel for each that has slopes.
+    slopes : Parameter by parameter [unit of the score per mm or per deg].
+    title : Above the figure.
 
     Returns
     -------
@@ -149,12 +143,9 @@ def explained_figure(
 
     Parameters
     ----------
-    shown : sequence of View
-        Scores; a row each.
-    explained : sequence of Explained or None
-        For every score.
-    title : str
-        Above the figure.
+    shown : Scores; a row each.
+    explained : For every score.
+    title : Above the figure.
 
     Returns
     -------

@@ -19,8 +19,7 @@ def summary_sentences(result: ToleranceStudy) -> tuple[str, ...]:
 
     Parameters
     ----------
-    result : ToleranceStudy
-        The study.
+    result : The study.
     """
     chosen, tolerance = result.chosen, result.tolerance
     how = "within plus and minus" if tolerance.distribution == "uniform" else "with deviations of"
@@ -73,10 +72,8 @@ def tolerance_section(
 
     Parameters
     ----------
-    result : ToleranceStudy
-        The study.
-    figures : tuple of ReportFigure
-        Its figures.
+    result : The study.
+    figures : Its figures.
     """
     return ReportSection(
         heading="As built",

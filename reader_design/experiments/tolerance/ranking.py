@@ -22,12 +22,9 @@ class RoomRss:
 
     Attributes
     ----------
-    rss_w : (k, a, n) float64
-        RSS by place and tag, azimuth of the tag, antenna [W].
-    azimuths_rad : (a,) float64
-        Azimuths of the tag in the reader frame [rad].
-    element_azimuths_rad : (n,) float64
-        Azimuths of the antennas [rad].
+    rss_w : (k, a, n) float64 — RSS by place and tag, azimuth of the tag, antenna [W].
+    azimuths_rad : (a,) float64 — Azimuths of the tag in the reader frame [rad].
+    element_azimuths_rad : (n,) float64 — Azimuths of the antennas [rad].
     """
 
     rss_w: FloatArray
@@ -45,10 +42,8 @@ def wins(
 
     Parameters
     ----------
-    first, second : sequence of CaseScores
-        Scores of two designs, sample by sample with the same errors.
-    rules : Rules, optional
-        Rules of the choice; default: those of Rules.
+    first, second : Scores of two designs, sample by sample with the same errors.
+    rules : Rules of the choice; default: those of Rules.
 
     Returns
     -------
@@ -98,14 +93,10 @@ def wins_over_places(
 
     Parameters
     ----------
-    first, second : tuple of (CaseScores, RoomRss)
-        The drawings' scores and what they receive at the same places.
-    random : numpy.random.Generator
-        Of the resamples; both designs always get the same places.
-    resamples : int
-        Number of them.
-    rules : Rules, optional
-        Rules of the choice; default: those of Rules.
+    first, second : The drawings' scores and what they receive at the same places.
+    random : Of the resamples; both designs always get the same places.
+    resamples : Number of them.
+    rules : Rules of the choice; default: those of Rules.
 
     Returns
     -------
@@ -150,14 +141,10 @@ def confidence_sentence(
 
     Parameters
     ----------
-    confidence : Interval
-        Share of samples in which it is.
-    better, worse : str
-        Names of the designs.
-    samples : int
-        Number of samples.
-    over : str
-        What the samples are.
+    confidence : Share of samples in which it is.
+    better, worse : Names of the designs.
+    samples : Number of samples.
+    over : What the samples are.
 
     Returns
     -------

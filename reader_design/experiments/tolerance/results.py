@@ -57,10 +57,8 @@ def write_results(result: ToleranceStudy, out: Path) -> ReportSection:
 
     Parameters
     ----------
-    result : ToleranceStudy
-        The study.
-    out : Path
-        Folder.
+    result : The study.
+    out : Folder.
 
     Returns
     -------
@@ -89,8 +87,7 @@ def csv_rows(result: ToleranceStudy) -> Iterator[tuple[object, ...]]:
 
     Parameters
     ----------
-    result : ToleranceStudy
-        The study.
+    result : The study.
     """
     for one in (result.chosen, *result.rivals):
         for view, spread in zip(result.shown, one.spreads, strict=True):
@@ -111,8 +108,7 @@ def tolerance_dataset(result: ToleranceStudy) -> "xr.Dataset":
 
     Parameters
     ----------
-    result : ToleranceStudy
-        The study.
+    result : The study.
 
     Returns
     -------

@@ -30,12 +30,9 @@ def plan_lines(study: Study, out_dir: Path, *, samples: int | None = None) -> tu
 
     Parameters
     ----------
-    study : Study
-        Reader, tag, room, ``[tolerance]``.
-    out_dir : Path
-        Folder of the results, where readers may be kept already.
-    samples : int or None
-        Readers built; None: the study's.
+    study : Reader, tag, room, ``[tolerance]``.
+    out_dir : Folder of the results, where readers may be kept already.
+    samples : Readers built; None: the study's.
     """
     tolerance = study.tolerance or Tolerance()
     kept = len(list((out_dir / CASES).glob(f"[!.]*{RecordCodec.suffix}")))
@@ -60,20 +57,13 @@ def run_tolerance(
 
     Parameters
     ----------
-    study : Study
-        Reader, tag, room, ``[tolerance]``.
-    out_dir : Path
-        Folder of the results; made when missing.
-    samples : int or None
-        Readers built; None: the study's. More of them keep the first ones.
-    workers : int or None
-        Processes; None: one for each core.
-    cluster : str or None
-        Address of a dask scheduler, or ``local:N``, in place of ``workers``.
-    force : bool
-        Replace the results of another study in that folder.
-    progress : Progress, optional
-        Shows what happens.
+    study : Reader, tag, room, ``[tolerance]``.
+    out_dir : Folder of the results; made when missing.
+    samples : Readers built; None: the study's. More of them keep the first ones.
+    workers : Processes; None: one for each core.
+    cluster : Address of a dask scheduler, or ``local:N``, in place of ``workers``.
+    force : Replace the results of another study in that folder.
+    progress : Shows what happens.
 
     Raises
     ------

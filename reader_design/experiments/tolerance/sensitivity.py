@@ -26,18 +26,12 @@ class Parameter:
 
     Attributes
     ----------
-    name : str
-        Name for people.
-    field : str
-        Argument of :func:`octant.geometries.build_errors.common_errors`.
-    unit : str
-        Unit of slopes' denominators, ``mm`` or ``°``.
-    per_unit : float
-        That unit in [m] or [rad].
-    step : float
-        Step of the differences [unit].
-    towards_rad : float
-        Where antennas lean, for a tilt [rad].
+    name : Name for people.
+    field : Argument of :func:`octant.geometries.build_errors.common_errors`.
+    unit : Unit of slopes' denominators, ``mm`` or ``°``.
+    per_unit : That unit in [m] or [rad].
+    step : Step of the differences [unit].
+    towards_rad : Where antennas lean, for a tilt [rad].
     """
 
     name: str
@@ -52,10 +46,8 @@ class Parameter:
 
         Parameters
         ----------
-        antennas : int
-            Number of antennas.
-        amount : float
-            Amount [unit], of either sign.
+        antennas : Number of antennas.
+        amount : Amount [unit], of either sign.
         """
         value = amount * self.per_unit
         given = {self.field: value}
@@ -93,21 +85,15 @@ class Slope:
 
     Attributes
     ----------
-    parameter : str
-        Name of the parameter.
-    score : str
-        Name of the view.
-    unit : str
-        Unit of the slopes, e.g. ``dB/mm``.
-    up, down : float
-        Slope for more, and for less, of the parameter [unit]; they differ where the score bends.
-    central : float
-        Central difference of the smaller step [unit].
-    doubt : float
-        Difference of the central slopes of both steps [unit].
-    bends : bool
-        True when ``up`` and ``down`` differ by more than curvature explains, as where the worst of
-        several directions changes: the central slope then says little.
+    parameter : Name of the parameter.
+    score : Name of the view.
+    unit : Unit of the slopes, e.g. ``dB/mm``.
+    up, down : Slope for more, and for less, of the parameter [unit]; they differ where the score
+        bends.
+    central : Central difference of the smaller step [unit].
+    doubt : Difference of the central slopes of both steps [unit].
+    bends : True when ``up`` and ``down`` differ by more than curvature explains, as where the worst
+        of several directions changes: the central slope then says little.
     """
 
     parameter: str
@@ -125,8 +111,7 @@ def parameters_of(design: Reader) -> tuple[Parameter, ...]:
 
     Parameters
     ----------
-    design : Reader
-        A design without plates has no h_p [m]; a monopole joined to the ground plane no gap.
+    design : A design without plates has no h_p [m]; a monopole joined to the ground plane no gap.
     """
     plates = max(design.plate_height_m, design.plate_height_axis_m or 0.0) > 0.0
     joined = design.antenna == "monopole" and design.monopole_plane_m == 0.0
@@ -140,10 +125,8 @@ def sensitivity_cases(design: Reader, parameters: tuple[Parameter, ...]) -> tupl
 
     Parameters
     ----------
-    design : Reader
-        The drawing [m].
-    parameters : tuple of Parameter
-        What to vary.
+    design : The drawing [m].
+    parameters : What to vary.
 
     Returns
     -------
@@ -166,12 +149,9 @@ def slopes(
 
     Parameters
     ----------
-    parameters : tuple of Parameter
-        What was varied.
-    shown : tuple of View
-        Scores; shares are left out, as they change in steps.
-    results : tuple of CaseScores
-        Of :func:`sensitivity_cases`, in their order.
+    parameters : What was varied.
+    shown : Scores; shares are left out, as they change in steps.
+    results : Of :func:`sensitivity_cases`, in their order.
 
     Returns
     -------

@@ -14,18 +14,13 @@ class Explained:
 
     Attributes
     ----------
-    names : tuple of str
-        Regressors.
-    coefficients : (p,) float64
-        Standardised regression coefficients [-].
-    shares : (p,) float64
-        Share of the variance [-]: coefficient times correlation; their sum is ``r_squared``. Small
-        negative ones are noise.
-    r_squared : float
-        Share explained by all together in the sample [-].
-    r_squared_new : float
-        The same for samples left out of the fit, one at a time [-]: what the fit is worth. Below
-        0 it is worth nothing.
+    names : Regressors.
+    coefficients : (p,) float64 — Standardised regression coefficients [-].
+    shares : (p,) float64 — Share of the variance [-]: coefficient times correlation; their sum is
+        ``r_squared``. Small negative ones are noise.
+    r_squared : Share explained by all together in the sample [-].
+    r_squared_new : The same for samples left out of the fit, one at a time [-]: what the fit is
+        worth. Below 0 it is worth nothing.
     """
 
     names: tuple[str, ...]
@@ -56,12 +51,9 @@ def explained_variance(
 
     Parameters
     ----------
-    names : tuple of str
-        Regressors.
-    columns : (s, p) array_like
-        Their values, each in a unit of its own [-].
-    values : (s,) array_like
-        The score [its unit].
+    names : Regressors.
+    columns : (s, p) array_like — Their values, each in a unit of its own [-].
+    values : (s,) array_like — The score [its unit].
 
     Returns
     -------

@@ -57,22 +57,14 @@ class BuiltDesign:
 
     Attributes
     ----------
-    name : str
-        Name in the results.
-    design : Reader
-        The drawing [m].
-    nominal : CaseScores
-        Scores of the drawing.
-    samples : tuple of CaseScores
-        Scores of the built readers.
-    values : (s, v) float64
-        Scores shown, a row a sample [units of the views].
-    spreads : tuple of tuple of Interval
-        Median, 5 % and 95 % quantile of every score [units of the views].
-    good : Interval
-        Share of readers that meet the limits.
-    drawn_is_good : bool
-        Whether the drawing itself does.
+    name : Name in the results.
+    design : The drawing [m].
+    nominal : Scores of the drawing.
+    samples : Scores of the built readers.
+    values : (s, v) float64 — Scores shown, a row a sample [units of the views].
+    spreads : Median, 5 % and 95 % quantile of every score [units of the views].
+    good : Share of readers that meet the limits.
+    drawn_is_good : Whether the drawing itself does.
     """
 
     name: str
@@ -96,28 +88,17 @@ class ToleranceStudy:
 
     Attributes
     ----------
-    study : Study
-        What was asked for.
-    tolerance : Tolerance
-        Its table, or the defaults.
-    shown : tuple of View
-        Scores, in the order of the columns of every ``values``.
-    chosen : BuiltDesign
-        The study's reader.
-    rivals : tuple of BuiltDesign
-        The other designs, built with the same errors.
-    deviations : tuple of Deviation
-        The samples' errors, as the chosen design has them ([m], [rad],).
-    parameters : tuple of Parameter
-        What the slopes are against.
-    slopes : tuple of Slope
-        Around the drawing of the chosen design.
-    explained : tuple of Explained or None
-        For every score; None where nothing varies or samples are too few.
-    confidence : tuple of Interval
-        Share of built readers in which the chosen design beats each rival.
-    confidence_places : tuple of Interval
-        The same over resampled places of the room; empty without a room.
+    study : What was asked for.
+    tolerance : Its table, or the defaults.
+    shown : Scores, in the order of the columns of every ``values``.
+    chosen : The study's reader.
+    rivals : The other designs, built with the same errors.
+    deviations : The samples' errors, as the chosen design has them ([m], [rad],).
+    parameters : What the slopes are against.
+    slopes : Around the drawing of the chosen design.
+    explained : For every score; None where nothing varies or samples are too few.
+    confidence : Share of built readers in which the chosen design beats each rival.
+    confidence_places : The same over resampled places of the room; empty without a room.
     """
 
     study: Study
@@ -148,22 +129,14 @@ def run_tolerance_study(
 
     Parameters
     ----------
-    study : Study
-        Reader, tag, room, ``[tolerance]``.
-    folder : Path
-        Where the cases' files lie; made when missing.
-    rivals : sequence of (str, Reader)
-        Names and designs to compare with besides those of the study [m].
-    samples : int or None
-        Readers built; None: the study's.
-    workers : int or None
-        Processes; None: one for each core.
-    cluster : str or None
-        Address of a dask scheduler, or ``local:N``, in place of ``workers``.
-    sampling : Sampling, optional
-        How densely designs are probed [m]; default: that of Sampling.
-    progress : Progress, optional
-        Shows cases.
+    study : Reader, tag, room, ``[tolerance]``.
+    folder : Where the cases' files lie; made when missing.
+    rivals : Names and designs to compare with besides those of the study [m].
+    samples : Readers built; None: the study's.
+    workers : Processes; None: one for each core.
+    cluster : Address of a dask scheduler, or ``local:N``, in place of ``workers``.
+    sampling : How densely designs are probed [m]; default: that of Sampling.
+    progress : Shows cases.
 
     Returns
     -------

@@ -18,20 +18,13 @@ class View:
 
     Attributes
     ----------
-    name : str
-        Name in files.
-    title : str
-        Name for people.
-    unit : str
-        Unit of the values shown, ``1`` without.
-    where : str
-        ``free``, ``room`` or ``level``.
-    field : str
-        Field of the scores, or the number of the distance.
-    factor : float
-        What the field's own value is multiplied by [-].
-    high_is_good : bool
-        Whether more is better.
+    name : Name in files.
+    title : Name for people.
+    unit : Unit of the values shown, ``1`` without.
+    where : ``free``, ``room`` or ``level``.
+    field : Field of the scores, or the number of the distance.
+    factor : What the field's own value is multiplied by [-].
+    high_is_good : Whether more is better.
     """
 
     name: str
@@ -47,8 +40,7 @@ class View:
 
         Parameters
         ----------
-        scores : CaseScores
-            The case.
+        scores : The case.
         """
         if scores.reason:
             return math.nan
@@ -74,10 +66,8 @@ def views(distances_m: tuple[float, ...], *, room: bool) -> tuple[View, ...]:
 
     Parameters
     ----------
-    distances_m : tuple of float
-        Distances in free space [m].
-    room : bool
-        Whether the room is scored, too.
+    distances_m : Distances in free space [m].
+    room : Whether the room is scored, too.
     """
     shown = [
         View(
@@ -147,10 +137,8 @@ def values_of(shown: tuple[View, ...], cases: tuple[CaseScores, ...]) -> FloatAr
 
     Parameters
     ----------
-    shown : tuple of View
-        Columns.
-    cases : tuple of CaseScores
-        Rows.
+    shown : Columns.
+    cases : Rows.
 
     Returns
     -------
@@ -167,10 +155,8 @@ def meets(limits: Limits, case: CaseScores) -> bool:
 
     Parameters
     ----------
-    limits : Limits
-        What it must reach ([-], [dB], [deg], [dBm]).
-    case : CaseScores
-        The reader's scores.
+    limits : What it must reach ([-], [dB], [deg], [dBm]).
+    case : The reader's scores.
 
     Returns
     -------
@@ -198,8 +184,7 @@ def limit_texts(limits: Limits) -> tuple[str, ...]:
 
     Parameters
     ----------
-    limits : Limits
-        What is asked for.
+    limits : What is asked for.
 
     Returns
     -------

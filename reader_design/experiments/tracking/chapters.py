@@ -95,17 +95,14 @@ class RssFits:
 
     Parameters
     ----------
-    exponential : LogExponentialLaw
-        Least squares of (6.2).
-    exponential_rms_db, published_rms_db, distance_rms_db : float
-        Residuals of that fit, of the printed parameters and of the log-distance fit [dB].
-    distance : LogDistanceLaw
-        The log-distance fit.
-    noisy : (n, 2) float64
-        Alpha [dBm] and beta [1/m] fitted to noisy records of the table's distances.
-    noisy_share : float
-        Share of those records whose fitted curve lies at least as far from the mean noisy signal
-        as the printed one [-].
+    exponential : Least squares of (6.2).
+    exponential_rms_db, published_rms_db, distance_rms_db : Residuals of that fit, of the printed
+        parameters and of the log-distance fit [dB].
+    distance : The log-distance fit.
+    noisy : (n, 2) float64 — Alpha [dBm] and beta [1/m] fitted to noisy records of the table's
+        distances.
+    noisy_share : Share of those records whose fitted curve lies at least as far from the mean noisy
+        signal as the printed one [-].
     """
 
     exponential: LogExponentialLaw
@@ -122,8 +119,7 @@ def fit_samples(settings: Settings) -> RssFits:
 
     Parameters
     ----------
-    settings : Settings
-        For the seed. The noise is that of thesis 6.5.1, whatever the study's.
+    settings : For the seed. The noise is that of thesis 6.5.1, whatever the study's.
     """
     distance, rss = np.array(XBEE_DISTANCES_M), np.array(XBEE_RSS_DBM)
     exponential, rms = fit_log_exponential(distance, rss)
@@ -156,12 +152,9 @@ def feedback_task(
 
     Parameters
     ----------
-    settings : Settings
-        Robot, weights, tags and law.
-    curve : Curve
-        The way.
-    start : (3,) tuple of float
-        x [m], y [m], heading [rad].
+    settings : Robot, weights, tags and law.
+    curve : The way.
+    start : (3,) tuple of float — x [m], y [m], heading [rad].
     """
     desired = desired_trajectory(curve, period_s=settings.track.period_s)
     problem = TrackingProblem(
@@ -178,12 +171,9 @@ def feedback_run(settings: Settings, task: str, run: int) -> tuple[Outcome, ...]
 
     Parameters
     ----------
-    settings : Settings
-        Everything.
-    task : str
-        A name of `FEEDBACK_TASKS`.
-    run : int
-        Number of the run; it has its own random numbers.
+    settings : Everything.
+    task : A name of `FEEDBACK_TASKS`.
+    run : Number of the run; it has its own random numbers.
     """
     work = feedback_task(settings, *FEEDBACK_TASKS[task])
     training = FeedbackTraining(iterations=settings.track.training_iterations)
@@ -200,10 +190,8 @@ def trained_over_many(settings: Settings, task: str) -> tuple[Outcome, ...]:
 
     Parameters
     ----------
-    settings : Settings
-        Everything.
-    task : str
-        A name of `FEEDBACK_TASKS`.
+    settings : Everything.
+    task : A name of `FEEDBACK_TASKS`.
     """
     work = feedback_task(settings, *FEEDBACK_TASKS[task])
     training = FeedbackTraining(iterations=settings.track.training_iterations)
@@ -280,10 +268,8 @@ class NominalRun:
 
     Parameters
     ----------
-    outcome : Outcome
-        Errors and way.
-    solution : NominalSolution
-        With the cost after every iteration.
+    outcome : Errors and way.
+    solution : With the cost after every iteration.
     """
 
     outcome: Outcome
@@ -302,16 +288,11 @@ def nominal_problem(
 
     Parameters
     ----------
-    settings : Settings
-        Robot and weights.
-    curve : Curve
-        The way; a period that does not divide it is made a little shorter.
-    start : (3,) tuple of float
-        x [m], y [m], heading [rad].
-    period_s : float
-        For which wheel rates are held, at most [s].
-    weights : Weights or None
-        None: those of trajectories.
+    settings : Robot and weights.
+    curve : The way; a period that does not divide it is made a little shorter.
+    start : (3,) tuple of float — x [m], y [m], heading [rad].
+    period_s : For which wheel rates are held, at most [s].
+    weights : None: those of trajectories.
     """
     substeps = round(period_s / EULER_STEP_S)
     intervals = math.ceil(curve.duration_s / (substeps * EULER_STEP_S) - 1e-9)
@@ -332,10 +313,8 @@ def nominal_run(settings: Settings, task: str, method: str) -> NominalRun:
 
     Parameters
     ----------
-    settings : Settings
-        Robot and weights.
-    task, method : str
-        The run.
+    settings : Robot and weights.
+    task, method : The run.
     """
     if task == EIGHT_POSES:
         return _eight_poses(settings)
@@ -369,16 +348,11 @@ class NeighbouringSetup:
 
     Parameters
     ----------
-    desired : DesiredTrajectory
-        At the control period.
-    start : (3,) tuple of float
-        x [m], y [m], heading [rad].
-    control : NeighbouringControl
-        Nominal inputs and gains.
-    stability : StabilityReport
-        Lyapunov decay and Gramians along the nominal trajectory.
-    weights : Weights
-        Its weights.
+    desired : At the control period.
+    start : (3,) tuple of float — x [m], y [m], heading [rad].
+    control : Nominal inputs and gains.
+    stability : Lyapunov decay and Gramians along the nominal trajectory.
+    weights : Its weights.
     """
 
     desired: DesiredTrajectory
@@ -399,14 +373,10 @@ def neighbouring_setup(
 
     Parameters
     ----------
-    settings : Settings
-        Robot, weights and period.
-    curve : Curve
-        The way.
-    start : (3,) tuple of float
-        x [m], y [m], heading [rad].
-    weights : Weights or None
-        None: those of trajectories.
+    settings : Robot, weights and period.
+    curve : The way.
+    start : (3,) tuple of float — x [m], y [m], heading [rad].
+    weights : None: those of trajectories.
     """
     weights = weights or settings.weights
     period_s = settings.track.period_s
@@ -437,11 +407,9 @@ def neighbouring_runs(settings: Settings, task: str) -> tuple[tuple[Outcome, ...
 
     Parameters
     ----------
-    settings : Settings
-        Everything.
-    task : str
-        ``point``, ``lemniscate``, or a trajectory of the study, which is followed with the extended
-        Kalman filter only.
+    settings : Everything.
+    task : ``point``, ``lemniscate``, or a trajectory of the study, which is followed with the
+        extended Kalman filter only.
     """
     own = {one.curve.name: one for one in settings.own}
     if task in own:
@@ -463,10 +431,8 @@ def wheel_noise_run(settings: Settings, sigma: float) -> Outcome:
 
     Parameters
     ----------
-    settings : Settings
-        Everything.
-    sigma : float
-        The noise [rad/s].
+    settings : Everything.
+    sigma : The noise [rad/s].
     """
     track = msgspec.structs.replace(settings.track, wheel_sigma_rad_per_s=sigma)
     setup = neighbouring_setup(settings, shapes.lemniscate(), LEMNISCATE_START)
@@ -519,10 +485,8 @@ def slam_record(settings: Settings, sigma: float) -> SlamRecord:
 
     Parameters
     ----------
-    settings : Settings
-        For seed and runs.
-    sigma : float
-        Noise of the wheels [rad/s].
+    settings : For seed and runs.
+    sigma : Noise of the wheels [rad/s].
     """
     robot, rate, period_s = settings.robot, 2.0, settings.track.period_s
     task = SlamTask(

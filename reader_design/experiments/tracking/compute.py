@@ -75,14 +75,10 @@ class Part:
 
     Parameters
     ----------
-    chapter : str
-        One of ``track.chapters``; ``wheel noise`` belongs to ``neighbouring``.
-    task, method : str
-        What is computed of it; empty where the chapter has one part.
-    run : int
-        Number of the run, or of the mesh of tags.
-    sigma : float
-        Noise of the wheels [rad/s].
+    chapter : One of ``track.chapters``; ``wheel noise`` belongs to ``neighbouring``.
+    task, method : What is computed of it; empty where the chapter has one part.
+    run : Number of the run, or of the mesh of tags.
+    sigma : Noise of the wheels [rad/s].
     """
 
     chapter: str
@@ -98,22 +94,14 @@ class PartRecord:
 
     Parameters
     ----------
-    outcomes : tuple of Outcome
-        Errors and poses.
-    fits : RssFits or None
-        Fits of Table 6.1.
-    nominal : NominalRun or None
-        A nominal problem solved.
-    stability : StabilityReport or None
-        Along a nominal trajectory.
-    slam : SlamRecord or None
-        Runs of EKF SLAM.
-    room : RoomRuns or None
-        With RSS of the room solver.
-    costs : tuple of CostRow
-        Table 8.1.
-    scalings : tuple of CostScaling
-        How costs grow.
+    outcomes : Errors and poses.
+    fits : Fits of Table 6.1.
+    nominal : A nominal problem solved.
+    stability : Along a nominal trajectory.
+    slam : Runs of EKF SLAM.
+    room : With RSS of the room solver.
+    costs : Table 8.1.
+    scalings : How costs grow.
     """
 
     outcomes: tuple[Outcome, ...] = ()
@@ -131,8 +119,7 @@ def parts_of(settings: Settings) -> tuple[Part, ...]:
 
     Parameters
     ----------
-    settings : Settings
-        The study.
+    settings : The study.
     """
     own = [one.curve.name for one in settings.own]
     noisy = [Part(chapter="wheel noise", sigma=sigma) for sigma in WHEEL_SIGMAS_RAD_PER_S]
@@ -164,10 +151,8 @@ def compute_part(study: Study, part: Part) -> PartRecord:
 
     Parameters
     ----------
-    study : Study
-        With a table ``[track]``.
-    part : Part
-        One of `parts_of`.
+    study : With a table ``[track]``.
+    part : One of `parts_of`.
     """
     return _CHAPTERS[part.chapter](settings_of(study), part)
 
@@ -201,12 +186,9 @@ class TrackingContent:
 
     Parameters
     ----------
-    settings : Settings
-        The study.
-    study_toml : str
-        The resolved study.
-    parts : tuple of (Part, PartRecord)
-        All parts, in the order of `parts_of`, then the costs.
+    settings : The study.
+    study_toml : The resolved study.
+    parts : All parts, in the order of `parts_of`, then the costs.
     """
 
     settings: Settings
@@ -218,8 +200,7 @@ class TrackingContent:
 
         Parameters
         ----------
-        chapter : str
-            As in `Part`.
+        chapter : As in `Part`.
         """
         return ((part, record) for part, record in self.parts if part.chapter == chapter)
 
@@ -315,18 +296,12 @@ def run_tracking(
 
     Parameters
     ----------
-    study : Study
-        With a table ``[track]``.
-    out_dir : Path
-        Folder of the results; made when missing. Parts that it holds are not computed again.
-    workers : int or None
-        Processes that share the parts; None: one for each core.
-    cluster : str or None
-        Address of a dask scheduler in their place.
-    force : bool
-        Replace results that are there.
-    progress : Progress, optional
-        Shows how many parts are done.
+    study : With a table ``[track]``.
+    out_dir : Folder of the results; made when missing. Parts that it holds are not computed again.
+    workers : Processes that share the parts; None: one for each core.
+    cluster : Address of a dask scheduler in their place.
+    force : Replace results that are there.
+    progress : Shows how many parts are done.
     """
     progress = progress or Progress()
     settings = settings_of(study)
@@ -351,10 +326,8 @@ def plan_line(study: Study, out_dir: Path) -> str:
 
     Parameters
     ----------
-    study : Study
-        With a table ``[track]``.
-    out_dir : Path
-        Folder of the results.
+    study : With a table ``[track]``.
+    out_dir : Folder of the results.
     """
     settings = settings_of(study)
     parts = parts_of(settings)
@@ -418,12 +391,9 @@ def publish(content: TrackingContent, out_dir: Path, progress: Progress) -> list
 
     Parameters
     ----------
-    content : TrackingContent
-        What was computed.
-    out_dir : Path
-        Folder of the results.
-    progress : Progress
-        Shows how many figures are drawn.
+    content : What was computed.
+    out_dir : Folder of the results.
+    progress : Shows how many figures are drawn.
     """
     from octant.reader_design.experiments.tracking.figures import tracking_figures
     from octant.reader_design.experiments.tracking.page import tracking_report

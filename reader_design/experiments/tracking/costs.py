@@ -52,14 +52,10 @@ class CostScaling:
 
     Parameters
     ----------
-    what : str
-        What was timed.
-    quantity : str
-        What the sizes count.
-    sizes : tuple of int
-        Sizes.
-    times_us : dict of str to tuple of float
-        By method: time for each size [µs].
+    what : What was timed.
+    quantity : What the sizes count.
+    sizes : Sizes.
+    times_us : By method: time for each size [µs].
     """
 
     what: str
@@ -72,8 +68,7 @@ class CostScaling:
 
         Parameters
         ----------
-        name : str
-            A method.
+        name : A method.
         """
         times = self.times_us[name]
         return float(np.polyfit(np.log(self.sizes[-3:]), np.log(times[-3:]), 1)[0])
@@ -98,18 +93,12 @@ class CostRow:
 
     Parameters
     ----------
-    method : str
-        Controller and estimator.
-    claimed : str
-        What the thesis says of its cost.
-    offline_s : float or None
-        Training or planning before the start [s].
-    step_us : float
-        One control step, estimator included [µs].
-    line_m, lemniscate_m : str
-        Average errors [m], median over the runs, from `with_errors`.
-    knows_tags : bool
-        Whether the robot must know the tags' places.
+    method : Controller and estimator.
+    claimed : What the thesis says of its cost.
+    offline_s : Training or planning before the start [s].
+    step_us : One control step, estimator included [µs].
+    line_m, lemniscate_m : Average errors [m], median over the runs, from `with_errors`.
+    knows_tags : Whether the robot must know the tags' places.
     """
 
     method: str
@@ -152,10 +141,8 @@ def with_errors(rows: Sequence[CostRow], outcomes: Sequence[Outcome]) -> tuple[C
 
     Parameters
     ----------
-    rows : sequence of CostRow
-        From `cost_rows`.
-    outcomes : sequence of Outcome
-        Of chapters 6 and 7 [m].
+    rows : From `cost_rows`.
+    outcomes : Of chapters 6 and 7 [m].
     """
     feedback = _average_m(outcomes, "line", (REPLAY, FRESH, MANY))
     return tuple(
@@ -173,8 +160,7 @@ def cost_rows(settings: Settings) -> tuple[CostRow, ...]:
 
     Parameters
     ----------
-    settings : Settings
-        Everything.
+    settings : Everything.
     """
     steps = desired_trajectory(shapes.lemniscate(), period_s=settings.track.period_s).steps
     task = _feedback_task(settings, len(settings.feedback_tags_m), steps)
@@ -292,8 +278,7 @@ def cost_scalings(settings: Settings) -> tuple[CostScaling, ...]:
 
     Parameters
     ----------
-    settings : Settings
-        Everything.
+    settings : Everything.
     """
     return _step_scaling(settings), _training_by_tags(settings), _training_by_steps(settings)
 

@@ -53,8 +53,7 @@ def tracking_figures(content: TrackingContent) -> Iterator[NamedFigure]:
 
     Parameters
     ----------
-    content : TrackingContent
-        What was computed.
+    content : What was computed.
     """
     if content.fits is not None:
         yield NamedFigure(
@@ -186,10 +185,8 @@ def rss_fit_figure(fits: RssFits, *, seed: int) -> "Figure":
 
     Parameters
     ----------
-    fits : RssFits
-        The fits.
-    seed : int
-        Of the noisy record that is drawn.
+    fits : The fits.
+    seed : Of the noisy record that is drawn.
     """
     distance = np.linspace(3.0, 6.2, 200)
     noise, rng = RssNoise(), np.random.default_rng([seed, 3])
@@ -237,12 +234,10 @@ def tracking_figure(
 
     Parameters
     ----------
-    outcomes : sequence of Outcome
-        The methods; paths, poses and wheels are those of run 0, errors the median over the runs.
-    title : str
-        Above the figure.
-    tags_m : (s, 2) float64, optional
-        Tags on the plan [m].
+    outcomes : The methods; paths, poses and wheels are those of run 0, errors the median over the
+        runs.
+    title : Above the figure.
+    tags_m : (s, 2) float64, optional — Tags on the plan [m].
     """
     with figure_style():
         figure, axes = new_figure(width_in=12.4, height_in=7.2, title=title, rows=2, columns=3)
@@ -347,8 +342,7 @@ def eight_poses_figure(outcome: Outcome) -> "Figure":
 
     Parameters
     ----------
-    outcome : Outcome
-        One run for each pose.
+    outcome : One run for each pose.
     """
     with figure_style():
         figure, (axes,) = new_figure(
@@ -383,10 +377,8 @@ def convergence_figure(solvers: Sequence[tuple[str, FloatArray]], *, task: str) 
 
     Parameters
     ----------
-    solvers : sequence of (str, (i,) float64)
-        Name and cost J after every iteration [-].
-    task : str
-        What was solved.
+    solvers : Name and cost J after every iteration [-].
+    task : What was solved.
     """
     with figure_style():
         figure, axes = new_figure(
@@ -411,12 +403,9 @@ def slam_figure(record: SlamRecord, tags_m: FloatArray, *, wheel_sigma: float) -
 
     Parameters
     ----------
-    record : SlamRecord
-        The runs; run 0 is drawn.
-    tags_m : (s, 2) float64
-        True tags [m].
-    wheel_sigma : float
-        Noise of the wheels, for the title [rad/s].
+    record : The runs; run 0 is drawn.
+    tags_m : (s, 2) float64 — True tags [m].
+    wheel_sigma : Noise of the wheels, for the title [rad/s].
     """
     from matplotlib.gridspec import GridSpec
 
@@ -476,8 +465,7 @@ def room_figure(rooms: Sequence[RoomRuns]) -> "Figure":
 
     Parameters
     ----------
-    rooms : sequence of RoomRuns
-        The room solver's part, mesh by mesh ([m], [dBm]); the map is that of the first.
+    rooms : The room solver's part, mesh by mesh ([m], [dBm]); the map is that of the first.
 
     Returns
     -------
@@ -542,8 +530,7 @@ def cost_figure(scalings: Sequence[CostScaling]) -> "Figure":
 
     Parameters
     ----------
-    scalings : sequence of CostScaling
-        One panel each; times in [µs].
+    scalings : One panel each; times in [µs].
     """
     with figure_style():
         figure, (axes,) = new_figure(

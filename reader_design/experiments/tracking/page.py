@@ -82,8 +82,7 @@ def summary_lines(content: TrackingContent) -> Iterator[str]:
 
     Parameters
     ----------
-    content : TrackingContent
-        What was computed; two numbers are the median and the 90 % quantile over the runs.
+    content : What was computed; two numbers are the median and the 90 % quantile over the runs.
     """
     for chapter, words, published, text in _published_rows(content):
         yield f"{chapter:<13} {words:<44} {text:<18} thesis: {published}"
@@ -122,10 +121,8 @@ def tracking_report(content: TrackingContent, figures: FigureFiles) -> Report:
 
     Parameters
     ----------
-    content : TrackingContent
-        What was computed.
-    figures : mapping of str to sequence of (str, str, Path)
-        By chapter: title, caption and file of each figure.
+    content : What was computed.
+    figures : By chapter: title, caption and file of each figure.
     """
     study, track = content.settings.study, content.settings.track
     rows = tuple(_published_rows(content))

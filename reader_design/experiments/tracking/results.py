@@ -55,14 +55,10 @@ class Outcome:
 
     Parameters
     ----------
-    chapter : str
-        ``feedback``, ``nominal``, ``neighbouring`` or ``room``.
-    task : str
-        Name of the trajectory, or of the tags.
-    method : str
-        Controller and estimator.
-    runs : TrackingRecord
-        Poses [m, rad] and wheel rates [rad/s]; figures show run 0.
+    chapter : ``feedback``, ``nominal``, ``neighbouring`` or ``room``.
+    task : Name of the trajectory, or of the tags.
+    method : Controller and estimator.
+    runs : Poses [m, rad] and wheel rates [rad/s]; figures show run 0.
     """
 
     chapter: str
@@ -99,10 +95,8 @@ def slam_row(sigma: float, record: SlamRecord) -> tuple[object, ...]:
 
     Parameters
     ----------
-    sigma : float
-        Noise of the wheels [rad/s].
-    record : SlamRecord
-        The runs.
+    sigma : Noise of the wheels [rad/s].
+    record : The runs.
     """
     error = record.final_error_m
     return (
@@ -128,16 +122,11 @@ def tracking_dataset(
 
     Parameters
     ----------
-    outcomes : sequence of Outcome
-        All tasks and methods ([m], [rad]).
-    slam : sequence of (float, SlamRecord)
-        Wheel noise [rad/s] and runs of SLAM.
-    study_toml : str
-        The resolved study.
-    seed : int
-        Its seed.
-    name : str
-        Its name.
+    outcomes : All tasks and methods ([m], [rad]).
+    slam : Wheel noise [rad/s] and runs of SLAM.
+    study_toml : The resolved study.
+    seed : Its seed.
+    name : Its name.
 
     Returns
     -------

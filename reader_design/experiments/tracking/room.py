@@ -65,8 +65,7 @@ class FieldRss:
 
     Parameters
     ----------
-    field : ImageField
-        Fields of the tags [W].
+    field : Fields of the tags [W].
     """
 
     field: ImageField
@@ -76,8 +75,8 @@ class FieldRss:
 
         Parameters
         ----------
-        places_m : (m, 2) float64
-            x, y [m]; a place outside the traced rectangle is moved to its rim.
+        places_m : (m, 2) float64 — x, y [m]; a place outside the traced rectangle is moved to its
+            rim.
         """
         x, y = self.field.x_m, self.field.y_m
         inside = np.column_stack(
@@ -94,14 +93,10 @@ class RoomRuns:
 
     Parameters
     ----------
-    outcomes : tuple of Outcome
-        One for each estimator.
-    facts : tuple of str
-        What the field is like, and how many runs were near the trajectory [m, dB].
-    map_x_m : (nx,) float64
-        Grid of the map below [m].
-    map_dbm : (nx, nx) float64
-        RSS of the middle tag [dBm].
+    outcomes : One for each estimator.
+    facts : What the field is like, and how many runs were near the trajectory [m, dB].
+    map_x_m : (nx,) float64 — Grid of the map below [m].
+    map_dbm : (nx, nx) float64 — RSS of the middle tag [dBm].
     """
 
     outcomes: tuple[Outcome, ...]
@@ -132,10 +127,8 @@ def room_runs(settings: Settings, mesh: int) -> RoomRuns:
 
     Parameters
     ----------
-    settings : Settings
-        Everything; the room and its materials are the study's.
-    mesh : int
-        One of `MESHES`; only the first is tracked with a wrong map too.
+    settings : Everything; the room and its materials are the study's.
+    mesh : One of `MESHES`; only the first is tracked with a wrong map too.
     """
     track = settings.track
     setup = neighbouring_setup(settings, shapes.lemniscate(), LEMNISCATE_START)
@@ -176,8 +169,7 @@ def check_room(settings: Settings) -> None:
 
     Parameters
     ----------
-    settings : Settings
-        The study [m].
+    settings : The study [m].
     """
     built = build_setting(settings.study)
     for mesh in MESHES:

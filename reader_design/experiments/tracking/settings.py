@@ -42,10 +42,8 @@ class OwnTask:
 
     Parameters
     ----------
-    curve : Curve
-        The way.
-    start : (3,) tuple of float
-        x [m], y [m], heading [rad] of the robot.
+    curve : The way.
+    start : (3,) tuple of float — x [m], y [m], heading [rad] of the robot.
     """
 
     curve: Curve
@@ -58,20 +56,13 @@ class Settings:
 
     Parameters
     ----------
-    study : Study
-        The study, with a table ``[track]``.
-    track : Track
-        That table.
-    feedback_robot, robot : DifferentialDrive
-        The Scout with the wheel limits of chapter 6 and of chapter 7 [rad/s].
-    weights, stabilisation : Weights
-        Of trajectories, and of thesis 7.5.2.1.
-    law : LogExponentialLaw
-        RSS of the tags.
-    noise : RssNoise
-        On readings.
-    own : tuple of OwnTask
-        The study's own trajectories.
+    study : The study, with a table ``[track]``.
+    track : That table.
+    feedback_robot, robot : The Scout with the wheel limits of chapter 6 and of chapter 7 [rad/s].
+    weights, stabilisation : Of trajectories, and of thesis 7.5.2.1.
+    law : RSS of the tags.
+    noise : On readings.
+    own : The study's own trajectories.
     """
 
     study: Study
@@ -120,12 +111,9 @@ class Settings:
 
         Parameters
         ----------
-        sensor : RssModel
-            RSS that the tags really send.
-        noise : RssNoise or None
-            On readings; None: that of the chapters [dB].
-        reading_every : int
-            Periods from one reading to the next.
+        sensor : RSS that the tags really send.
+        noise : On readings; None: that of the chapters [dB].
+        reading_every : Periods from one reading to the next.
         """
         track = self.track
         sigma = np.array(
@@ -149,8 +137,7 @@ def settings_of(study: Study) -> Settings:
 
     Parameters
     ----------
-    study : Study
-        The study [m, s, deg].
+    study : The study [m, s, deg].
     """
     track = study.track
     if track is None:
