@@ -109,15 +109,12 @@ def put_bytes(path: Path, content: bytes) -> None:
 def read_case(path: Path, key: str) -> tuple[bytes, dict[str, Any]] | None:
     """Return content and facts of a case's file, checked; None when there is no file.
 
+    A file that cannot be read, is damaged or belongs to another case is a SweepStateError.
+
     Parameters
     ----------
     path : The file.
     key : Key that it must have.
-
-    Raises
-    ------
-    SweepStateError
-        When the file cannot be read, is damaged, or belongs to another case.
     """
     try:
         whole = path.read_bytes()

@@ -85,22 +85,12 @@ class RecordCodec(Generic[Record]):
         self.kind = kind
 
     def encode(self, record: Record, case: object) -> bytes:
-        """Return the record in MessagePack.
-
-        Parameters
-        ----------
-        record, case : As in `Codec`.
-        """
+        """Return the record in MessagePack."""
         del case
         return msgspec.msgpack.encode(record, enc_hook=_plain_array)
 
     def decode(self, content: bytes, case: object) -> Record:
-        """Return the record.
-
-        Parameters
-        ----------
-        content, case : As in `Codec`.
-        """
+        """Return the record."""
         del case
         return msgspec.msgpack.decode(content, type=self.kind, dec_hook=_array)
 
@@ -219,6 +209,11 @@ def map_cases(
 ) -> tuple[Kept[Any], ...]:
     """Return every case computed, in the order given; what the folder holds is not computed again.
 
+    The bits are the same with any workers: every computation uses one thread for linear algebra.
+    Finished cases stay in files when a run ends with a ConfigError (a file cannot be written, the
+    cluster does not answer), a SweepStateError (the cluster is lost, or a worker runs another
+    version of Octant) or a KeyboardInterrupt (cases that have not begun are cancelled).
+
     Parameters
     ----------
     compute : ``compute(context, case) -> record``, a function of a module. An ``OctantError`` that
@@ -240,20 +235,6 @@ def map_cases(
     label : What the cases are called, in the plural.
     name : Returns the name of a case for messages.
     raises : Errors of ``compute`` that end the run instead of being recorded.
-
-    Returns
-    -------
-    tuple of Kept
-        The same bits with any workers: every computation uses one thread for linear algebra.
-
-    Raises
-    ------
-    ConfigError
-        When a file cannot be written, or the cluster does not answer; files written before stay.
-    SweepStateError
-        When the cluster is lost, or a worker runs another version of Octant.
-    KeyboardInterrupt
-        Passed on after the cases that have not begun are cancelled; finished ones are in files.
     """
     progress = progress or Progress()
     keys = case_keys(compute, cases, context=context, leave_out=leave_out)
@@ -314,12 +295,7 @@ def computed_case(job: _Job, case: object, version: str) -> Computed:
     ----------
     job : How to compute.
     case : What to compute.
-    version : Version of Octant that asks.
-
-    Raises
-    ------
-    SweepStateError
-        When this worker runs another version of Octant.
+    version : Version of Octant that asks; a worker with another one refuses.
     """
     here = versions()["octant_version"]
     if here != version:

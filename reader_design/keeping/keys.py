@@ -37,18 +37,11 @@ def case_keys(
     ----------
     compute : A function of a module; its name is part of the key, as is the version of Octant.
     cases : One of them is what ``compute`` receives after the context. Numbers, text, arrays,
-        files, dataclasses, msgspec structs and collections of these. A path, or a text that is the
-        absolute path of a file, counts by the content of the file.
+        files, dataclasses, msgspec structs and collections of these; others are a
+        TypeError. A path, or a text that is the absolute path of a file, counts by its content.
     context : What ``compute`` receives first; of the same types.
     leave_out : Fields that cannot change a result, each written ``Class.field``, for example
         ``Study.name``. Fields that a dataclass computes itself (``init=False``) never count.
-
-    Raises
-    ------
-    TypeError
-        When a value is of another type, or ``compute`` is not a function of a module.
-    ValueError
-        When a class has no such field as ``leave_out`` says.
     """
     name = _name_of(compute)
     digests = _Digests(leave_out)

@@ -21,11 +21,6 @@ def refuse_another(folder: Path, text: str, *, force: bool, outputs: Iterable[st
     force : True: delete the results of another study. Kept cases stay, so that what both studies
         have in common is not computed again.
     outputs : Patterns of the files that hold results.
-
-    Raises
-    ------
-    ConfigError
-        When the folder is a file, or holds other results and ``force`` is false.
     """
     if folder.exists() and not folder.is_dir():
         msg = f"{folder} is a file, but the results need a folder; give another --out."

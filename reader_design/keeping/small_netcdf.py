@@ -31,11 +31,6 @@ def netcdf_bytes(
     variables : One named like its only dimension is that dimension's coordinate, and every
         dimension needs one. Numbers in the unit named [``units``], or text.
     attributes : Of the file [-].
-
-    Raises
-    ------
-    ValueError
-        When a unit or a long name is empty, or a dimension has no coordinate.
     """
     import h5py
 
@@ -68,23 +63,11 @@ def netcdf_bytes(
 
 
 def read_netcdf(content: bytes) -> tuple[dict[str, npt.NDArray[Any]], dict[str, Any]]:
-    """Return the variables and attributes of a netCDF4 file, given its content.
+    """Return the variables, text as arrays of str, and the attributes of a netCDF4 file.
 
     Parameters
     ----------
-    content : The file.
-
-    Returns
-    -------
-    dict of str to ndarray
-        Variables in their own units [-]; text as an array of str.
-    dict
-        Attributes.
-
-    Raises
-    ------
-    OSError, RuntimeError, ValueError
-        When these bytes are no HDF5 file, or a damaged one.
+    content : The file; damaged, it is an OSError, RuntimeError or ValueError.
     """
     import h5py
 
@@ -102,13 +85,7 @@ class DatasetCodec:
     suffix = ".nc"
 
     def encode(self, record: "xr.Dataset", case: object) -> bytes:
-        """Return the content of the file of a dataset.
-
-        Parameters
-        ----------
-        record : With units on everything.
-        case : As in `octant.reader_design.keeping.keeper.Codec`.
-        """
+        """Return the content of the file of a dataset."""
         del case
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "data.nc"
@@ -116,13 +93,7 @@ class DatasetCodec:
             return path.read_bytes()
 
     def decode(self, content: bytes, case: object) -> "xr.Dataset":
-        """Return the dataset of a file, loaded into memory.
-
-        Parameters
-        ----------
-        content : From `encode`.
-        case : As in `octant.reader_design.keeping.keeper.Codec`.
-        """
+        """Return the dataset of a file, loaded into memory."""
         import xarray as xr
 
         del case

@@ -84,8 +84,7 @@ class GivenExecutor:
 
         Parameters
         ----------
-        call : A function of a module.
-        *arguments : What it takes.
+        call, *arguments : As in `Crew`.
         """
         return self._executor.submit(call, *arguments)
 
@@ -114,8 +113,7 @@ class LocalProcesses:
 
         Parameters
         ----------
-        call : A function of a module.
-        *arguments : What it takes.
+        call, *arguments : As in `Crew`.
         """
         if self._pool is None:
             # Spawned, not forked: a fork copies the locks of numerical libraries in any state.
@@ -168,23 +166,13 @@ def _leave_with(lifeline: Connection) -> None:
 
 @contextmanager
 def open_crew(*, workers: int | None = None, cluster: str | None = None) -> Iterator[Crew | None]:
-    """Yield the workers that someone asked for; they are gone at the end of the block.
+    """Yield the workers asked for, until the block ends; None: this process computes.
 
     Parameters
     ----------
     workers : Processes of this machine; None: one for each core; 1: none, this process computes.
     cluster : Address of a dask scheduler, or ``local:N`` for N worker processes of a cluster that
         is started here; instead of ``workers``.
-
-    Yields
-    ------
-    Crew or None
-        None: this process computes.
-
-    Raises
-    ------
-    ConfigError
-        When dask is not installed, or the scheduler does not answer.
     """
     if cluster is not None:
         with _cluster_crew(cluster) as crew:

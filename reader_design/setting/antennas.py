@@ -19,7 +19,7 @@ def named_antenna(
     azimuth_deg: float = 0.0,
     length_m: float | None = None,
 ) -> Antenna:
-    """Return the antenna that a study file or the command line names.
+    """Return the antenna that a study file or the command line names, in the room's frame.
 
     Parameters
     ----------
@@ -30,20 +30,6 @@ def named_antenna(
         down.
     azimuth_deg : Turn about the axis [deg].
     length_m : Length, or diameter of a conical patch [m]; by default resonant. Files have none.
-
-    Returns
-    -------
-    Antenna
-        In the room's frame.
-
-    Raises
-    ------
-    ConfigError
-        When there is no such antenna and no such file.
-    AntennaError
-        When the axis has no direction.
-    PatternFileError
-        When the file cannot be used.
     """
     azimuth_rad = math.radians(azimuth_deg)
     if name in TAG_ANTENNAS:

@@ -43,17 +43,13 @@ class ErrorSummary:
 def summarise_errors(error_rad: FloatArray, weight: FloatArray | None = None) -> ErrorSummary:
     """Return the distribution of bearing errors [rad].
 
+    Sums run in a fixed order: the same bits at any number of threads, which BLAS would not give.
+
     Parameters
     ----------
     error_rad : (...) float64 — Errors [rad], of either sign; at least one.
     weight : (...) float64, optional — Weight of each [-], not negative, not all zero; default:
         equal.
-
-    Returns
-    -------
-    ErrorSummary
-        Of the absolute errors; sums run in a fixed order, so that it has the same bits at any
-        number of threads (which BLAS would not give).
     """
     size = np.abs(error_rad).ravel()
     share = np.ones(size.size) if weight is None else weight.ravel()
@@ -83,19 +79,16 @@ def summarise_errors(error_rad: FloatArray, weight: FloatArray | None = None) ->
 def vector_errors_rad(
     rss_w: FloatArray, azimuths_rad: FloatArray, element_azimuths_rad: FloatArray
 ) -> FloatArray:
-    """Return the bearing errors of the RSS-weighted vector sum [rad].
+    """Return the (d, a) bearing errors of the RSS-weighted vector sum, estimate minus truth [rad].
+
+    They lie in (-pi, pi]; pi where there is no bearing (nothing received, or all antennas equally
+    strong).
 
     Parameters
     ----------
     rss_w : (d, a, n) float64 — RSS [W] by distance or place, azimuth of the tag, antenna.
     azimuths_rad : (a,) or (d, a) float64 — Azimuths of the tag in the reader frame [rad].
     element_azimuths_rad : (n,) float64 — Azimuths of the antennas [rad].
-
-    Returns
-    -------
-    (d, a) float64
-        Estimate minus truth in (-pi, pi] [rad]; pi where there is no bearing (nothing received, or
-        all antennas equally strong).
     """
     error = wrap_angle(vector_sum_bearing_rad(rss_w, element_azimuths_rad) - azimuths_rad)
     return np.where(np.isnan(error), np.pi, error)

@@ -54,7 +54,7 @@ def _isotropic_phi(frequency_hz: float) -> Antenna:
 def arriving_paths(
     study: Study, setting: Setting, tag: PlacedTag, places_m: FloatArray
 ) -> ArrivingPaths:
-    """Return the paths from a tag to the reader at places on the floor.
+    """Return the paths from a tag to places of the reader: those that their link sums up.
 
     Parameters
     ----------
@@ -62,11 +62,6 @@ def arriving_paths(
     setting : One of its rooms.
     tag : One of the room's tags.
     places_m : (p, 2) float64 — Places of the reader [m].
-
-    Returns
-    -------
-    ArrivingPaths
-        The same ones that the link from the tag sums up.
     """
     places = np.column_stack([places_m, np.full(len(places_m), setting.reader_z_m)])
     found = candidates_from(study, setting.radios[0], tag.position_m)
@@ -94,18 +89,15 @@ def captured(
 ) -> npt.NDArray[np.bool_]:
     """Return where a single reflection beats the direct ray at the antenna that faces the tag [-].
 
+    (p, n): for each antenna, turned so that it faces the tag, whether the strongest path with bends
+    brings it more power, mean over the frequencies, than the direct ray. Also true where something
+    hides the tag and a bent path arrives; false where nothing arrives.
+
     Parameters
     ----------
     paths : From a tag to the places.
     towards_rad : (p,) float64 — Room azimuth of the tag from each place [rad].
     responses : The reader's, one for each frequency.
-
-    Returns
-    -------
-    (p, n) bool
-        For each antenna, turned so that it faces the tag: whether the strongest path with bends
-        brings it more power, mean over the frequencies, than the direct ray. Also true where
-        something hides the tag and a bent path arrives; false where nothing arrives.
     """
     elements = responses[0].azimuths_rad
     out = np.zeros((len(towards_rad), elements.size), dtype=np.bool_)
@@ -127,18 +119,14 @@ def captured_by_tag(
 ) -> dict[str, npt.NDArray[np.bool_]]:
     """Return for each tag at which places of the floor a reflection beats its direct ray [-].
 
+    Arrays by place within range and facing antenna; tags without a place in range are left out.
+
     Parameters
     ----------
     study : With its solver.
     setting : One of its rooms.
     sampling : Which places count [m].
     responses : The reader's, one for each frequency.
-
-    Returns
-    -------
-    dict of str to (p, n) bool
-        By tag, place within range and antenna that faces the tag. Tags without a place in range are
-        left out. The mean over both axes is the tag's share of captured floor [-].
     """
     found = {}
     for tag, places in room_places_m(study, setting, sampling):
@@ -158,11 +146,6 @@ def captured_share(
     setting : One of its rooms.
     sampling : Which places count [m].
     responses : The reader's, one for each frequency.
-
-    Returns
-    -------
-    float
-        Between 0 and 1 [-]; see :func:`captured`.
     """
     shares = captured_by_tag(study, setting, sampling, responses)
     return float(np.concatenate(list(shares.values())).mean())

@@ -24,16 +24,6 @@ def canonical_json(value: Any) -> str:  # noqa: ANN401  any tree of plain values
     Parameters
     ----------
     value : Mappings with text keys, sequences, text, finite numbers, booleans and None.
-
-    Returns
-    -------
-    str
-        Keys sorted, no spaces, floats with the digits that identify them.
-
-    Raises
-    ------
-    TypeError, ValueError
-        When a value is of another type, or a number is not finite.
     """
     return json.dumps(value, sort_keys=True, separators=(",", ":"), allow_nan=False)
 
@@ -44,16 +34,6 @@ def content_hash(value: Any) -> str:  # noqa: ANN401  any tree of plain values
     Parameters
     ----------
     value : As :func:`canonical_json` takes it.
-
-    Returns
-    -------
-    str
-        The same for equal values on every machine.
-
-    Raises
-    ------
-    TypeError, ValueError
-        As :func:`canonical_json`.
     """
     return hashlib.sha256(canonical_json(value).encode()).hexdigest()
 
@@ -68,16 +48,6 @@ def solutions(
     reader : The reader.
     frequencies_hz : Frequencies [Hz]; antennas without a length are resonant at the first.
     cells_per_wavelength : Elements of the mesh per wavelength [-]; by default the reader's own.
-
-    Returns
-    -------
-    tuple of ReaderSolution
-        Patterns, matrices and powers.
-
-    Raises
-    ------
-    GeometryError, AntennaError
-        When the reader cannot be built, meshed or solved.
     """
     from threadpoolctl import threadpool_limits
 
@@ -94,25 +64,13 @@ def solutions(
 
 
 def response_at(reader: Reader, frequency_hz: float, model: str | None = None) -> ReaderResponse:
-    """Return the embedded patterns of all antennas at one frequency.
+    """Return the embedded patterns of all antennas at one frequency, with the model's warnings.
 
     Parameters
     ----------
     reader : The reader.
     frequency_hz : Frequency [Hz].
     model : As ``reader.response``, which is the default.
-
-    Returns
-    -------
-    ReaderResponse
-        With the model's warnings.
-
-    Raises
-    ------
-    GeometryError, AntennaError
-        When the reader cannot be built or the model cannot take it.
-    PatternFileError
-        When ``reader.pattern_files`` cannot be read.
     """
     model = model or reader.response
     if model == FULLWAVE:
@@ -133,23 +91,13 @@ def response_at(reader: Reader, frequency_hz: float, model: str | None = None) -
 
 
 def reader_responses(reader: Reader, radio: Radio) -> tuple[ReaderResponse, ...]:
-    """Return a reader's response at each frequency of a radio.
+    """Return a reader's response at each frequency of a radio, in its order.
 
     Parameters
     ----------
     reader : The reader.
     radio : Frequencies [Hz]. At all of them the antennas have one length: the reader's, or the
         resonant one at the carrier.
-
-    Returns
-    -------
-    tuple of ReaderResponse
-        In the order of ``radio.frequencies_hz``.
-
-    Raises
-    ------
-    GeometryError, AntennaError, PatternFileError
-        As `response_at`.
     """
     cut = replace(reader, antenna_length_m=reader.element(radio.frequency_hz).length_m)
     if reader.response == FULLWAVE:
@@ -163,11 +111,6 @@ def response_inputs(study: Study) -> dict[str, object]:
     Parameters
     ----------
     study : The study.
-
-    Returns
-    -------
-    dict
-        Model, mesh density and the hashes of the pattern files' contents.
     """
     return {
         "response": study.reader.response,

@@ -86,22 +86,12 @@ class Cell:
 
 
 def reference_tag(study: Study, setting: Setting) -> PlacedTag:
-    """Return the tag whose height and antenna the free-space scores use [m].
+    """Return the tag of the free-space scores: the mission's first, or the study's first.
 
     Parameters
     ----------
     study : The study.
     setting : Its room with tags.
-
-    Returns
-    -------
-    PlacedTag
-        The mission's first, or the study's first.
-
-    Raises
-    ------
-    ConfigError
-        When the study has no tag.
     """
     if not setting.tags:
         msg = "the study has no [[tag]], but designs are scored by the RSS of one; add a tag."
@@ -118,11 +108,6 @@ def failed_cell(design: Reader, key: str, reason: str, *, unexpected: bool = Fal
     key : Its name.
     reason : Why there are none.
     unexpected : Whether the reason is not the design's own.
-
-    Returns
-    -------
-    Cell
-        With empty arrays.
     """
     return Cell(
         key=key,
@@ -137,17 +122,12 @@ def failed_cell(design: Reader, key: str, reason: str, *, unexpected: bool = Fal
 
 
 def scored_cell(context: Setting, design: Reader) -> Cell:
-    """Return the scores and RSS of one design.
+    """Return the scores and RSS of one design, or raise why there are none.
 
     Parameters
     ----------
     context : Study, room and sampling.
     design : The design.
-
-    Raises
-    ------
-    OctantError
-        When the design cannot be built or scored.
 
     Notes
     -----
@@ -195,18 +175,13 @@ def scored_cell(context: Setting, design: Reader) -> Cell:
 
 
 def free_link(context: Setting, tag: PlacedTag, responses: Sequence[ReaderResponse]) -> ReaderLink:
-    """Return the link from a tag to the reader at the same heights, without any room [W].
+    """Return the link from a tag to the reader at the same heights, without any room.
 
     Parameters
     ----------
     context : Study and room, which gives the height of the floor [m].
     tag : Its place and antenna are kept.
     responses : Of the design, one for each frequency.
-
-    Returns
-    -------
-    ReaderLink
-        Poses in the room's frame [m], RSS [W] averaged over the frequencies.
     """
     study, scene = context.study, free_space_scene()
     place = np.array(tag.position_m)
@@ -225,23 +200,13 @@ def free_link(context: Setting, tag: PlacedTag, responses: Sequence[ReaderRespon
 def room_samples_w(
     context: Setting, responses: Sequence[ReaderResponse], azimuths_rad: FloatArray
 ) -> FloatArray:
-    """Return the RSS of a reader over the places, azimuths and tags of the study's room [W].
+    """Return a reader's RSS in the study's room [W], by tag and place, azimuth, antenna.
 
     Parameters
     ----------
     context : Study, room and sampling.
     responses : Of the design, one for each frequency.
     azimuths_rad : (a,) float64 — Azimuths of the tag in the reader frame [rad].
-
-    Returns
-    -------
-    (k, a, n) float64
-        RSS [W].
-
-    Raises
-    ------
-    ConfigError
-        When no place of the floor lies within range of a tag.
     """
     study, setting, sampling = context.study, context, context.sampling
     rows = []

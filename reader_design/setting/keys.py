@@ -19,11 +19,6 @@ def scene_fingerprint(setting: Setting) -> str:
     Parameters
     ----------
     setting : Room, materials at every frequency and tags.
-
-    Returns
-    -------
-    str
-        Another one when a vertex, a material or a tag changes.
     """
     bodies = []
     for body in setting.scene.bodies:

@@ -20,26 +20,11 @@ _SIDES = 16
 
 
 def study_responses(study: Study) -> tuple[ReaderResponse, ...]:
-    """Return the response of the reader of a study's table ``[reader]``, one for each frequency.
+    """Return the response of a study's ``[reader]`` at each frequency; warn of what does not hold.
 
     Parameters
     ----------
     study : The study.
-
-    Returns
-    -------
-    tuple of ReaderResponse
-        In the order of ``study.radio.frequencies_hz`` [Hz].
-
-    Raises
-    ------
-    GeometryError, AntennaError
-        When the reader cannot be built.
-
-    Warns
-    -----
-    PhysicsWarning
-        For everything that the responses say does not hold.
     """
     responses = reader_responses(study.reader, study.radio)
     for text in dict.fromkeys(text for response in responses for text in response.warnings):
@@ -64,11 +49,6 @@ def tag_link(
     tag : One of the room's tags.
     responses : The reader's, one for each of ``study.radio.frequencies_hz``.
     height_m : Ground plane above the floor [m]; None: the study's.
-
-    Returns
-    -------
-    ReaderLink
-        Coherent RSS and local mean [W] of every antenna.
     """
     return reader_link(
         setting.radios,
@@ -82,21 +62,11 @@ def tag_link(
 
 
 def mission_table(study: Study) -> MissionTable:
-    """Return the study's table ``[mission]`` [m], [deg], [s].
+    """Return the study's table ``[mission]``; refuse a study without one.
 
     Parameters
     ----------
     study : The study.
-
-    Returns
-    -------
-    Mission
-        The table.
-
-    Raises
-    ------
-    ConfigError
-        When the study has none.
     """
     if study.mission is None:
         msg = "the study has no table [mission], which is needed to drive; add start_m and tags."
@@ -107,7 +77,7 @@ def mission_table(study: Study) -> MissionTable:
 def open_link(
     study: Study, setting: Setting, tag_id: str, responses: Sequence[ReaderResponse]
 ) -> ReaderLink:
-    """Return the link of a tag that hangs as it does in a room, but in free space.
+    """Return the link of a tag that hangs over (0, 0) as it does in a room, but in free space.
 
     Parameters
     ----------
@@ -115,12 +85,6 @@ def open_link(
     setting : One of its rooms; only the tag's height above the floor is taken from it [m].
     tag_id : The tag.
     responses : The reader's, one for each of ``study.radio.frequencies_hz``.
-
-    Returns
-    -------
-    ReaderLink
-        What a person can measure or compute beforehand: RSS [W] around a tag in the open. The tag
-        hangs over (0, 0) m.
     """
     table = next(tag for tag in study.tags if tag.id == tag_id)
     height_m = float(setting.tag(tag_id).position_m[2]) - setting.scene.floor_height_m
@@ -140,18 +104,13 @@ def open_link(
 def mission_tables(
     study: Study, setting: Setting, responses: Sequence[ReaderResponse]
 ) -> tuple[PowerTable, ...]:
-    """Return what the robot knows of its reader, for each tag of the mission.
+    """Return what the robot knows of its reader, for each tag of the mission; alike ones share it.
 
     Parameters
     ----------
     study : With a mission.
     setting : The room; how the tags hang is taken from it, and not where.
     responses : The reader's, one for each of ``study.radio.frequencies_hz``.
-
-    Returns
-    -------
-    tuple of PowerTable
-        RSS [W] around a tag in the open. Tags that hang alike share one.
     """
     made: dict[str, PowerTable] = {}
     tables = []

@@ -19,24 +19,12 @@ FREE_SPACE_MARGIN_M = 1.0
 
 
 def map_axes_m(study: Study, setting: Setting) -> tuple[FloatArray, FloatArray]:
-    """Return the x and y coordinates of a study's map grid, cell centres [m].
+    """Return x and y of a study's map grid, cell centres [m]; refuse more than `LARGEST_MAP`.
 
     Parameters
     ----------
     study : Its ``map.spacing_m`` is the greatest distance between neighbours.
     setting : The room; in free space the grid spans tags, start and objects with a margin.
-
-    Returns
-    -------
-    (nx,) ndarray of float64
-        x [m].
-    (ny,) ndarray of float64
-        y [m].
-
-    Raises
-    ------
-    ConfigError
-        When the grid would not fit into memory.
     """
     scene = setting.scene
     if scene.has_room:

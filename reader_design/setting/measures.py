@@ -32,14 +32,11 @@ RATIO_CAP_DB = 200.0
 def leaders(rss_w: FloatArray) -> FloatArray:
     """Return each antenna's weight as the strongest one [-]: 1, or 1/k where k are equally strong.
 
+    They sum to 1; all are 0 where nothing is received.
+
     Parameters
     ----------
     rss_w : (..., n) float64 — RSS [W].
-
-    Returns
-    -------
-    (..., n) float64
-        Weights that sum to 1 [-]; all 0 where nothing is received.
     """
     peak = rss_w.max(axis=-1, keepdims=True)
     lead = (rss_w >= peak * (1.0 - POWER_TIE)) & (peak > 0.0)
@@ -58,11 +55,6 @@ def right_share(
     azimuths_rad : (a,) float64 — Azimuths of the tag in the reader frame [rad].
     element_azimuths_rad : (n,) float64 — Azimuths of the antennas [rad].
 
-    Returns
-    -------
-    float
-        Between 0 and 1 [-].
-
     Notes
     -----
     Half-way between two antennas either one counts as right. Where k antennas are equally strong,
@@ -78,16 +70,12 @@ def right_share(
 def vector_sum_bearing_rad(rss_w: FloatArray, element_azimuths_rad: FloatArray) -> FloatArray:
     """Return the bearing of the RSS-weighted vector sum, arg sum_i z_i exp(j delta_i) [rad].
 
+    NaN where the sum vanishes (nothing received, or all antennas equal to within 1e-9).
+
     Parameters
     ----------
     rss_w : (..., n) float64 — RSS z_i [W].
     element_azimuths_rad : (n,) float64 — Azimuths delta_i of the antennas [rad].
-
-    Returns
-    -------
-    (...,) float64
-        Bearing in the reader frame [rad]; NaN where the sum vanishes (nothing received, or all
-        antennas equal to within 1e-9).
     """
     total = rss_w @ np.exp(1j * element_azimuths_rad)
     bearing = vector_sum_bearing(rss_w, element_azimuths_rad)
@@ -100,18 +88,14 @@ def strongest_errors_rad(
 ) -> tuple[FloatArray, FloatArray]:
     """Return the bearing errors of the strongest antenna [rad] and the weight of each [-].
 
+    Both (d, a, n + 1): estimate minus truth in (-pi, pi] if antenna i were taken, and the share of
+    the decisions that take it; the last column is the error pi of a reader that receives nothing.
+
     Parameters
     ----------
     rss_w : (d, a, n) float64 — RSS [W] by distance or place, azimuth of the tag, antenna.
     azimuths_rad : (a,) float64 — Azimuths of the tag in the reader frame [rad].
     element_azimuths_rad : (n,) float64 — Azimuths of the antennas [rad].
-
-    Returns
-    -------
-    error_rad, weight : (d, a, n + 1) float64
-        Estimate minus truth in (-pi, pi] [rad] if antenna i were taken, and the share of the
-        decisions [-] that take it. The last column is the error pi of a reader that receives
-        nothing.
     """
     weight = leaders(rss_w)
     nothing = 1.0 - weight.sum(axis=-1, keepdims=True)
@@ -133,25 +117,17 @@ def facing_ratios_db(
 ) -> tuple[FloatArray, FloatArray]:
     """Return front-to-back ratio and margin over the neighbours of antennas facing the tag [dB].
 
+    Both (d, k), for the k azimuths that meet an antenna: its RSS over that of the opposite one (the
+    mean of the two opposite ones when n is odd), and over the stronger of its two neighbours,
+    within plus and minus 200 dB.
+
     Parameters
     ----------
     rss_w : (d, a, n) float64 — RSS [W] by distance or place, azimuth of the tag, antenna.
     azimuths_rad : (a,) float64 — Azimuths of the tag in the reader frame [rad]; only those that
-        meet an antenna's azimuth are used.
+        meet an antenna's azimuth are used, and one must.
     element_azimuths_rad : (n,) float64 — Azimuths of the antennas [rad], ascending and evenly
         spaced.
-
-    Returns
-    -------
-    front_to_back_db, margin_db : (d, k) float64
-        For the k azimuths that meet an antenna: its RSS over that of the opposite one (the mean
-        of the two opposite ones when n is odd), and over the stronger of its two neighbours
-        [dB], within plus and minus 200 dB.
-
-    Raises
-    ------
-    AntennaError
-        When no azimuth meets an antenna.
     """
     n = element_azimuths_rad.size
     offset = np.abs(wrap_angle(azimuths_rad[:, None] - element_azimuths_rad))
@@ -192,22 +168,14 @@ def steering_signal(
 ) -> SteeringSignal:
     """Return z2 - z4 against the tag's deviation from the robot's front [W] and its normalisation.
 
+    Within one antenna spacing on either side of the front, where at least three azimuths must lie.
+
     Parameters
     ----------
     rss_w : (d, a, n) float64 — RSS [W] by distance or place, azimuth of the tag, antenna.
     azimuths_rad : (a,) float64 — Azimuths of the tag in the reader frame [rad].
     element_azimuths_rad : (n,) float64 — Azimuths of the antennas [rad], ascending and evenly
         spaced.
-
-    Returns
-    -------
-    SteeringSignal
-        Within one antenna spacing on either side of the front [rad, W].
-
-    Raises
-    ------
-    AntennaError
-        When fewer than three azimuths lie in that range.
 
     Notes
     -----

@@ -10,24 +10,16 @@ from octant.geometries.errors import SweepStateError
 
 
 def pareto_front(values: npt.ArrayLike, maximise: bool | Sequence[bool]) -> npt.NDArray[np.bool_]:
-    """Return which rows no other row dominates [-].
+    """Return which rows no other row dominates: as good in every column, better in one.
+
+    Equal rows do not dominate each other. A row with NaN is never on the front and dominates
+    nothing.
 
     Parameters
     ----------
     values : (k, m) array_like — One row a design, one column a score, each column in a unit of its
         own [-]; infinities are numbers like others.
     maximise : Whether more is better, for all columns or one by one.
-
-    Returns
-    -------
-    (k,) bool
-        True where no other row is at least as good in every column and better in one. Equal rows
-        do not dominate each other. A row with NaN is never on the front and dominates nothing.
-
-    Raises
-    ------
-    SweepStateError
-        When ``values`` is no table, or ``maximise`` does not fit its columns.
 
     Notes
     -----

@@ -112,18 +112,13 @@ class Choice:
 
 
 def criterion_value(criterion: Criterion, free: Scores, room: Scores | None) -> float:
-    """Return what a criterion compares, in the unit of its score [rad, dB, dBm, W or -].
+    """Return what a criterion compares: a score or the mean of both, of bearing errors their rms.
 
     Parameters
     ----------
     criterion : Names of the scores.
     free : In free space.
     room : In the room; None: free space stands for it where the criterion names a score there.
-
-    Returns
-    -------
-    float
-        The score, or the mean of both; of bearing errors the root mean square.
     """
     values = []
     if criterion.free and (room is not None or not criterion.room):
@@ -144,11 +139,6 @@ def merit(candidate: Candidate, rules: Rules | None = None) -> Merit:
     ----------
     candidate : Its scores; without a room those of free space alone count.
     rules : Default: those of a study that names none.
-
-    Returns
-    -------
-    Merit
-        See there.
     """
     rules = rules or Rules()
     free, room = candidate.free, candidate.room
@@ -170,11 +160,6 @@ def better_is_more(criterion: Criterion) -> bool:
     Parameters
     ----------
     criterion : Names of the scores.
-
-    Returns
-    -------
-    bool
-        False for errors.
     """
     return higher_is_better(criterion.free or criterion.room)
 
@@ -209,22 +194,13 @@ def _select(merits: Sequence[Merit], left: list[int], rules: Rules) -> tuple[int
 def choose(candidates: Sequence[Candidate], *, model: str, rules: Rules | None = None) -> Choice:
     """Return the ranking of the candidates and the reason for the first; units as in Merit.
 
+    The selection is repeated on the designs that are left, so every place obeys the same rules.
+
     Parameters
     ----------
     candidates : Scored designs, in the order of the sweep; at least one.
     model : Model of the reader's response, so that the reason can say how far to trust it.
     rules : The study's table ``[choice]``; default: that of a study that names none.
-
-    Returns
-    -------
-    Choice
-        The ranking repeats the selection on the designs that are left, so every place in it obeys
-        the same rules.
-
-    Raises
-    ------
-    SweepStateError
-        When there is no candidate.
     """
     if not candidates:
         msg = (

@@ -47,11 +47,6 @@ def score_phrase(name: str) -> str:
     Parameters
     ----------
     name : Its name.
-
-    Returns
-    -------
-    str
-        For sentences.
     """
     return next(phrase for start, phrase in _PHRASES if name.startswith(start))
 
@@ -63,11 +58,6 @@ def score_text(name: str, value: float) -> str:
     ----------
     name : Its name, which tells the unit.
     value : The value in that unit [rad, dB, dBm, W or -].
-
-    Returns
-    -------
-    str
-        For sentences.
     """
     unit = score_unit(name)
     if unit == "rad":
@@ -87,11 +77,6 @@ def criterion_name(criterion: Criterion) -> str:
     Parameters
     ----------
     criterion : Names of the scores.
-
-    Returns
-    -------
-    str
-        For sentences.
     """
     return score_phrase(criterion.free or criterion.room)
 
@@ -102,11 +87,6 @@ def criterion_sentence(criterion: Criterion) -> str:
     Parameters
     ----------
     criterion : Names of the scores and tolerance.
-
-    Returns
-    -------
-    str
-        Half a sentence: what is compared, where, and what counts as equal.
     """
     name = criterion.free or criterion.room
     both = bool(criterion.free and criterion.room)
@@ -132,11 +112,6 @@ def rule_sentences(rules: Rules) -> tuple[str, ...]:
     Parameters
     ----------
     rules : The study's table ``[choice]``.
-
-    Returns
-    -------
-    tuple of str
-        In the order in which they act.
     """
     out = []
     for name, limit_m in (("wide", rules.greatest_width_m), ("high", rules.greatest_height_m)):
@@ -183,11 +158,6 @@ def chosen_sentence(best: "Candidate", merit: "Merit", rules: Rules) -> tuple[st
     best : The chosen design ([cm], [dB], [deg]).
     merit : Its deciding numbers.
     rules : The constraints.
-
-    Returns
-    -------
-    tuple of str
-        One sentence, or more where no design meets the constraints.
     """
     out = [f"Chosen: {best.label}; {_numbers(best.free, best.room)}."]
     if merit.excess_m > 0.0:
@@ -214,11 +184,6 @@ def comparison_sentence(
     by : What decided.
     label : Name of the next design.
     rules : The criteria.
-
-    Returns
-    -------
-    str
-        With the numbers of both.
     """
     numbers = "all criteria equal within their tolerances"
     if by == SIZE:
@@ -239,11 +204,6 @@ def model_sentence(model: str) -> str:
     Parameters
     ----------
     model : Model of the reader's response.
-
-    Returns
-    -------
-    str
-        One sentence.
     """
     if model == "rays":
         return (

@@ -42,17 +42,12 @@ class RssReceiver:
                 raise ConfigError(msg)
 
     def read(self, rss_w: npt.ArrayLike, rng: np.random.Generator) -> FloatArray:
-        """Return one reading of each RSS [W].
+        """Return a reading of each RSS [W]: (RSS + thermal noise) 10^(N(0, noise_db)/10), coded.
 
         Parameters
         ----------
         rss_w : (...) array_like — Received powers [W].
         rng : Source of the errors; nothing is drawn without ``noise_db``.
-
-        Returns
-        -------
-        (...) float64
-            (RSS + thermal noise) 10^(N(0, noise_db)/10), rounded to a code [W].
 
         Notes
         -----
@@ -64,18 +59,13 @@ class RssReceiver:
         return noisy if self.quantiser is None else self.quantiser.quantise(noisy)
 
     def readings(self, rss_w: FloatArray, rng: np.random.Generator, *, draws: int) -> FloatArray:
-        """Return several independent readings of samples, one after another [W].
+        """Return (draws d, a, n) independent readings of samples, one draw after another [W].
 
         Parameters
         ----------
         rss_w : (d, a, n) float64 — Received powers [W] by distance or place, azimuth, antenna.
         rng : Source of the errors.
         draws : Readings of each; one is enough without ``noise_db``, and then one is made.
-
-        Returns
-        -------
-        (draws d, a, n) float64
-            Readings [W].
         """
         count = draws if self.noise_db > 0.0 else 1
         return np.concatenate([self.read(rss_w, rng) for _ in range(count)])
@@ -101,11 +91,6 @@ def receiver_of(table: Scoring) -> RssReceiver:
     Parameters
     ----------
     table : The table; its levels are in [dBm].
-
-    Returns
-    -------
-    RssReceiver
-        With its quantiser, unless ``bits`` is 0.
     """
     return RssReceiver(
         noise_db=table.noise_db,
@@ -115,18 +100,15 @@ def receiver_of(table: Scoring) -> RssReceiver:
 
 
 def scoring_readings_w(study: Study, rss_w: FloatArray) -> FloatArray:
-    """Return what the study's receiver reads of samples of a design [W].
+    """Return the (k, a, n) readings by the study's receiver of samples [W]; k is a multiple of d.
+
+    The errors depend on the seed and on the shape only: all designs meet the same ones, which takes
+    their luck out of the comparison.
 
     Parameters
     ----------
     study : Table ``[scoring]`` and seed.
     rss_w : (d, a, n) float64 — Received powers [W] by distance or place, azimuth, antenna.
-
-    Returns
-    -------
-    (k, a, n) float64
-        Readings [W], k a multiple of d. The errors depend on the seed and on the shape only: all
-        designs meet the same ones, which takes their luck out of the comparison.
     """
     rng = np.random.default_rng((study.seed, SCORING_STREAM))
     return receiver_of(study.scoring).readings(rss_w, rng, draws=study.scoring.draws)
@@ -147,11 +129,6 @@ def study_sensor(
     links : Link of each tag that the robot may ask for.
     azimuths_rad : (n,) float64 — Azimuths of the reader's antennas [rad].
     noise_db : Standard deviation of the log-normal error [dB]: the mission's.
-
-    Returns
-    -------
-    FieldSensor
-        For `octant.navigation.missions.run.run_missions`.
     """
     thermal, limits_w = None, [0.0]
     if table.sensitivity_dbm is not None:

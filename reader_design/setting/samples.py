@@ -23,17 +23,12 @@ FloatArray = npt.NDArray[np.float64]
 
 
 def grid_azimuths_rad(antennas: int, per_antenna: int) -> FloatArray:
-    """Return azimuths evenly over the circle, those of the antennas included [rad].
+    """Return azimuths evenly over the circle from 0, those of the antennas included [rad].
 
     Parameters
     ----------
     antennas : Number of antennas n.
     per_antenna : Azimuths for each antenna.
-
-    Returns
-    -------
-    (n * per_antenna,) float64
-        Ascending from 0 [rad].
     """
     count = antennas * per_antenna
     return 2.0 * np.pi * np.arange(count) / count
@@ -42,18 +37,13 @@ def grid_azimuths_rad(antennas: int, per_antenna: int) -> FloatArray:
 def facing_poses(
     points_m: npt.ArrayLike, tag_point_m: npt.ArrayLike, azimuths_rad: npt.ArrayLike
 ) -> FloatArray:
-    """Return poses from which the tag appears at given azimuths of the reader frame.
+    """Return (p, a, 3) poses, x, y [m] and heading [rad], that see the tag at given azimuths.
 
     Parameters
     ----------
     points_m : (p, 2) array_like — Places of the robot [m].
     tag_point_m : (2,) array_like — Point under the tag [m].
     azimuths_rad : (a,) array_like — Azimuths of the tag in the reader frame [rad].
-
-    Returns
-    -------
-    (p, a, 3) float64
-        x [m], y [m], heading [rad].
 
     Notes
     -----
@@ -76,7 +66,7 @@ def sample_rss_w(
     tag_point_m: npt.ArrayLike,
     azimuths_rad: npt.ArrayLike,
 ) -> FloatArray:
-    """Return the RSS by place, azimuth of the tag and antenna [W].
+    """Return the (p, a, n) RSS by place, azimuth of the tag and antenna [W].
 
     Parameters
     ----------
@@ -84,11 +74,6 @@ def sample_rss_w(
     points_m : (p, 2) array_like — Places of the robot [m].
     tag_point_m : (2,) array_like — Point under the tag [m].
     azimuths_rad : (a,) array_like — Azimuths of the tag in the reader frame [rad].
-
-    Returns
-    -------
-    (p, a, n) float64
-        RSS [W].
     """
     poses = facing_poses(points_m, tag_point_m, azimuths_rad)
     if isinstance(link, ReaderLink):  # each place is traced once for all headings
@@ -98,16 +83,11 @@ def sample_rss_w(
 
 
 def free_points_m(distances_m: npt.ArrayLike) -> FloatArray:
-    """Return places at given horizontal distances from a tag above the origin [m].
+    """Return (d, 2) places along +x at given distances from a tag above the origin [m].
 
     Parameters
     ----------
     distances_m : (d,) array_like — Horizontal distances [m].
-
-    Returns
-    -------
-    (d, 2) float64
-        Along +x [m]; in free space the direction does not matter.
     """
     distance = np.asarray(distances_m, dtype=np.float64)
     return np.column_stack([distance, np.zeros(distance.size)])
@@ -118,18 +98,14 @@ def standing_room(
 ) -> npt.NDArray[np.bool_]:
     """Return at which places of the floor the robot's reader fits [-].
 
+    Inside the room, in no solid from the floor up to the reader, and clear of what is beside it.
+
     Parameters
     ----------
     scene : Room and objects.
     points_m : (p, 2) float64 — Places [m].
     reader_z_m : Height coordinate of the ground plane in the room's frame [m].
     clearance_m : Distance to keep between the reader's centre and walls or objects beside it [m].
-
-    Returns
-    -------
-    (p,) bool
-        Inside the room, in no solid from the floor up to the reader, and clear of what is nearer
-        than the clearance.
     """
     fits = np.ones(len(points_m), dtype=np.bool_)
     if not scene.bodies:
@@ -156,11 +132,6 @@ def floor_points_m(
     spacing_m : Step of the grid [m].
     reader_z_m : Height coordinate of the ground plane in the room's frame [m].
     clearance_m : See :func:`standing_room` [m].
-
-    Returns
-    -------
-    (p, 2) float64
-        Places [m].
     """
     axes = []
     for low, high in zip(scene.bounds_m[0, :2], scene.bounds_m[1, :2], strict=True):
@@ -175,24 +146,13 @@ def floor_points_m(
 def room_places_m(
     study: Study, setting: Setting, sampling: Sampling
 ) -> list[tuple[PlacedTag, FloatArray]]:
-    """Return the places of the floor at which each tag's RSS counts [m].
+    """Return tags with their places in range where the reader fits [m]; refuse when there are none.
 
     Parameters
     ----------
     study : With its reader.
     setting : One of its rooms.
     sampling : Grid and range [m].
-
-    Returns
-    -------
-    list of (PlacedTag, (p, 2) float64)
-        Tags with at least one place, and the places within range of each on which the reader
-        fits [m].
-
-    Raises
-    ------
-    ConfigError
-        When no place lies within range of any tag.
     """
     places = floor_points_m(
         setting.scene,

@@ -112,17 +112,6 @@ def score_rss(
         scores whose names begin with ``read``; default: the RSS itself.
     captured_share : Passed on [-]; see :mod:`octant.reader_design.setting.capture`.
 
-    Returns
-    -------
-    Scores
-        Averaged over all samples with equal weight.
-
-    Raises
-    ------
-    AntennaError
-        When the arrays do not fit each other, hold NaN or negative powers, or no azimuth meets an
-        antenna.
-
     Notes
     -----
     A direction without a bearing (nothing received, or all antennas equally strong in the vector

@@ -82,34 +82,16 @@ class Sampling:
     travel_step_m: float = 0.05
 
     def distances_m(self) -> FloatArray:
-        """Return the horizontal distances in free space, ends included [m].
-
-        Returns
-        -------
-        (d,) float64
-            Ascending [m].
-        """
+        """Return the horizontal distances in free space, ends included [m]."""
         count = max(2, 1 + round((self.farthest_m - self.nearest_m) / self.distance_step_m))
         return np.linspace(self.nearest_m, self.farthest_m, count)
 
     def travel_m(self) -> FloatArray:
-        """Return the distances of the drive away from the tag, from right under it [m].
-
-        Returns
-        -------
-        (t,) float64
-            Ascending from 0 [m].
-        """
+        """Return the distances of the drive away from the tag, from right under it [m]."""
         return np.linspace(0.0, self.farthest_m, 1 + round(self.farthest_m / self.travel_step_m))
 
     def coarser(self) -> "Sampling":
-        """Return the sampling of a quick look: a quarter of the places, fewer azimuths.
-
-        Returns
-        -------
-        Sampling
-            For ``--quick``; shares from it carry an error of a few percentage points.
-        """
+        """Return the sampling of a quick look: shares from it err by a few percentage points."""
         return Sampling(
             nearest_m=self.nearest_m,
             farthest_m=self.farthest_m,
@@ -175,21 +157,11 @@ class Setting:
         )
 
     def tag(self, tag_id: str) -> PlacedTag:
-        """Return the tag of a name.
+        """Return the tag of a name; refuse an unknown one.
 
         Parameters
         ----------
         tag_id : Its id.
-
-        Returns
-        -------
-        PlacedTag
-            The tag.
-
-        Raises
-        ------
-        ConfigError
-            When the study has no such tag; the message names the nearest.
         """
         for tag in self.tags:
             if tag.id == tag_id:
@@ -204,24 +176,14 @@ def build_setting(
 ) -> Setting:
     """Return the room of a study, or of one of its layouts, with materials and tags.
 
+    A tag or start outside the room or inside an object, an unknown material and a mesh that cannot
+    be used are refused.
+
     Parameters
     ----------
     study : A study from `load_study` [m].
     layout : One of ``study.layouts``; None: the study's own room.
     sampling : How densely readers are probed [m].
-
-    Returns
-    -------
-    Setting
-        Tags that lie on a surface stand off it by ``solver.standoff_m`` [m], said in ``notes``.
-
-    Raises
-    ------
-    ConfigError
-        When a tag or the start of the mission is outside the room or inside an object, or a
-        material is unknown or does not cover the frequency.
-    GeometryError
-        When a mesh cannot be used.
     """
     where = "" if layout is None else f"in layout {layout.name!r}: "
     room = rooms_of(study, layout)
@@ -258,18 +220,13 @@ def build_setting(
 
 
 def radio_at(study: Study, setting: Setting, frequency_hz: float) -> RadioScene:
-    """Return the room of a study at a frequency that may be none of its channels.
+    """Return a study's room, its edges too, at a frequency that may be none of its channels.
 
     Parameters
     ----------
     study : The study.
     setting : One of its rooms.
     frequency_hz : Frequency [Hz].
-
-    Returns
-    -------
-    RadioScene
-        With the same edges and sheets as the study's own.
     """
     for radio in setting.radios:
         if radio.frequency_hz == frequency_hz:
@@ -300,11 +257,6 @@ def candidates_from(
     source_m : (3,) array_like — Place of the source [m].
     max_reflections : Greatest order; None: the study's.
     region_m : (2, 3) array_like or None — Box [m] that all receivers lie in; None: the room.
-
-    Returns
-    -------
-    Candidates
-        Images, and images over edges.
     """
     solver = solver_settings(study)
     if max_reflections is not None:
@@ -337,18 +289,6 @@ def place_tags(study: Study, scene: Scene) -> tuple[tuple[PlacedTag, ...], tuple
     ----------
     study : With its tags [m].
     scene : The room they hang in.
-
-    Returns
-    -------
-    tuple of PlacedTag
-        In the order of the study [m].
-    tuple of str
-        One line for each tag that lay on a surface and was moved [m].
-
-    Raises
-    ------
-    ConfigError
-        When a tag is outside the room or inside an object.
     """
     placed, notes = [], []
     for i, tag in enumerate(study.tags):
@@ -377,6 +317,8 @@ def place_antenna(
 ) -> tuple[FloatArray, str]:
     """Return where an antenna is put, and a line that says so when that is not where it was given.
 
+    A place outside the room or inside an object is refused.
+
     Parameters
     ----------
     scene : The room.
@@ -384,18 +326,6 @@ def place_antenna(
     standoff_m : How far it is moved off a surface that it lies on [m].
     name : What it is called when it is moved.
     key : Key path or option that gave the place, for errors.
-
-    Returns
-    -------
-    (3,) ndarray of float64
-        The place [m].
-    str
-        Empty where nothing was moved.
-
-    Raises
-    ------
-    ConfigError
-        When the place is outside the room or inside an object.
     """
     given = np.asarray(point_m, dtype=np.float64)
     text = _point_text(given)

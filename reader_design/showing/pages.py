@@ -115,9 +115,7 @@ def embedded_figures(
 
 
 def render_report(report: Report) -> str:
-    """Return the report as one self-contained HTML page; numbers keep the units they come with.
-
-    HTML without script, external link or font, that follows the reader's light or dark theme.
+    """Return the report as one self-contained HTML page in the reader's light or dark theme.
 
     Parameters
     ----------

@@ -58,13 +58,7 @@ class NamedFigure:
 
 @contextmanager
 def figure_style() -> Iterator[None]:
-    """Yield inside Octant's style sheet; the settings of the caller come back afterwards.
-
-    Yields
-    ------
-    None
-        While it is open, figures are made in the style of ``octant.mplstyle``.
-    """
+    """Yield inside Octant's style sheet; the settings of the caller come back afterwards."""
     from matplotlib import rc_context, rcdefaults
 
     sheet = importlib.resources.files(__package__).joinpath("octant.mplstyle")

@@ -36,37 +36,17 @@ def study_materials(study: Study) -> dict[str, Material]:
     Parameters
     ----------
     study : A checked study.
-
-    Returns
-    -------
-    dict of str to Material
-        By `material_label`.
-
-    Raises
-    ------
-    MaterialRangeError
-        When a material is unknown.
     """
     specs = (spec for _, spec in material_specs(study))
     return {material_label(spec): material(material_arguments(spec)) for spec in specs}
 
 
 def room_bodies(room: Room) -> tuple[Body, ...]:
-    """Return the room itself, without its objects.
+    """Return the room itself, without its objects; nothing in free space.
 
     Parameters
     ----------
     room : Any room of a study [m].
-
-    Returns
-    -------
-    tuple of Body
-        Labelled with their materials [m]; none in free space.
-
-    Raises
-    ------
-    GeometryError
-        When a mesh or an outline cannot be used.
     """
     if room.free_space:
         return ()
@@ -95,16 +75,6 @@ def object_bodies(objects: Sequence[RoomObject]) -> tuple[Body, ...]:
     Parameters
     ----------
     objects : The tables ``[[room.object]]`` [m], [deg].
-
-    Returns
-    -------
-    tuple of Body
-        Labelled with their materials [m]; objects without a name are numbered by kind.
-
-    Raises
-    ------
-    GeometryError
-        When a mesh cannot be used.
     """
     bodies: list[Body] = []
     for i, item in enumerate(objects):

@@ -35,11 +35,6 @@ def unknown_antenna(path: str, name: str) -> str:
     ----------
     path : Where it is named.
     name : What was given.
-
-    Returns
-    -------
-    str
-        One sentence, with the nearest name.
     """
     what = "antenna, and no such pattern file"
     return unknown_name(path, name, TAG_ANTENNAS, what=what)
@@ -53,11 +48,6 @@ def check_study(study: Study, *, shapes: bool = True) -> None:
     study : A study whose single values are already within their ranges.
     shapes : False: leave out whether the walls of rooms fit together, which building the scene
         finds out as well; it takes a hundred times as long as the rest.
-
-    Raises
-    ------
-    ConfigError
-        With the key path, what was given and what is allowed.
     """
     check_rooms(study, shapes=shapes)
     _check_unique("layout", "name", [layout.name for layout in study.layouts])
@@ -111,17 +101,12 @@ def _check_choice(choice: Choice) -> None:
 
 
 def rooms_of(study: Study, layout: Layout | None = None) -> Room:
-    """Return the room of a study or of one of its layouts, with all its objects.
+    """Return the room of a study, or a layout's (by default the study's) with the objects of both.
 
     Parameters
     ----------
     study : The study.
     layout : One of its layouts; None: the study's own room.
-
-    Returns
-    -------
-    Room
-        The layout's room (the study's where it has none) and the objects of both [m].
     """
     if layout is None:
         return study.room

@@ -47,11 +47,6 @@ def unknown_name(path: str, name: str, allowed: Sequence[str], *, what: str) -> 
     name : What was given.
     allowed : Names that exist.
     what : What the names are, for example ``tag``.
-
-    Returns
-    -------
-    str
-        One sentence with the nearest name, or with all of them where none is near.
     """
     near = nearest_name(name, allowed, least_likeness=0.5)
     known = ", ".join(allowed) if allowed else "none"
@@ -60,16 +55,11 @@ def unknown_name(path: str, name: str, allowed: Sequence[str], *, what: str) -> 
 
 
 def path_text(path: Path) -> str:
-    """Return a key path as people write it.
+    """Return a key path as people write it, for example ``room.object[0].size_m[2]``.
 
     Parameters
     ----------
     path : Keys and list positions from the root.
-
-    Returns
-    -------
-    str
-        For example ``room.object[0].size_m[2]``; ``the study`` for the root itself.
     """
     text = ""
     for part in path:
@@ -81,33 +71,23 @@ def path_text(path: Path) -> str:
 
 
 def unit_of(path: Path) -> str:
-    """Return the unit that the last key of a path carries in its name.
+    """Return the unit that the last key of a path carries in its name; empty without one.
 
     Parameters
     ----------
     path : Keys and list positions from the root.
-
-    Returns
-    -------
-    str
-        For example ``m``; empty where the key has no unit.
     """
     key = next((p for p in reversed(path) if isinstance(p, str)), "")
     return next((unit for suffix, unit in _UNITS.items() if key.endswith(suffix)), "")
 
 
 def value_text(path: Path, value: Any) -> str:  # noqa: ANN401  any TOML value
-    """Return a value as a sentence shows it, with the unit of its key.
+    """Return a value, shortened, as a sentence shows it, with the unit of its key.
 
     Parameters
     ----------
     path : Where it stands.
     value : A TOML value.
-
-    Returns
-    -------
-    str
-        The value, shortened, and its unit where it is a number.
     """
     if isinstance(value, bool):
         return str(value).lower()
@@ -118,16 +98,11 @@ def value_text(path: Path, value: Any) -> str:  # noqa: ANN401  any TOML value
 
 
 def struct_names(struct: type[msgspec.Struct]) -> list[str]:
-    """Return the keys that a table of the study file may have.
+    """Return the keys that a table of the study file may have, ``kind`` included.
 
     Parameters
     ----------
     struct : The table's class.
-
-    Returns
-    -------
-    list of str
-        Key names as the file writes them, the tag ``kind`` included.
     """
     names = [f.encode_name for f in msgspec.structs.fields(struct)]
     tag = struct.__struct_config__.tag_field
@@ -142,11 +117,6 @@ def sentence(error: msgspec.ValidationError, raw: Any, root: type) -> str:  # no
     error : What ``msgspec.convert`` raised.
     raw : The parsed file.
     root : The class it should become.
-
-    Returns
-    -------
-    str
-        Key path, value with unit, what is allowed and, for names, the nearest one.
     """
     text, _, where = str(error).partition(" - at ")
     path, value, kind = _locate(where.strip("`"), raw, root)

@@ -27,21 +27,13 @@ replace = msgspec.structs.replace
 def load_study(path: str | Path | None = None, *, built_in: str = "thesis_study") -> Study:
     """Return the study of a file, checked, with every default and every path resolved.
 
+    What is missing, unknown, wrong or contradicts another key is a ConfigError with the key path.
+
     Parameters
     ----------
     path : A TOML file; None: a built-in study.
     built_in : Which: ``thesis_study``, ``track_study`` of ``octant track``, or ``dock_study`` of
         ``octant dock``.
-
-    Returns
-    -------
-    Study
-        All lengths in [m], frequencies in [Hz], angles in [deg]; mesh files as absolute paths.
-
-    Raises
-    ------
-    ConfigError
-        When the file is missing or not TOML, or a key is unknown, wrong or contradicts another.
     """
     if path is None:
         name = f"{built_in}.toml"
@@ -59,16 +51,6 @@ def parse_study(text: str, *, source: str, directory: Path) -> Study:
     text : TOML.
     source : Name of the file in messages.
     directory : Where relative mesh files are looked for.
-
-    Returns
-    -------
-    Study
-        As `load_study` [m], [Hz], [deg].
-
-    Raises
-    ------
-    ConfigError
-        As `load_study`; the message starts with ``source``.
     """
     return study_of_tables(toml_tables(text, source=source), source=source, directory=directory)
 
@@ -81,11 +63,6 @@ def study_of_tables(raw: dict[str, Any], *, source: str, directory: Path) -> Stu
     raw : Tables with the keys of a study file: text, numbers, booleans, lists and dicts.
     source : Name of what holds them in messages.
     directory : Where relative mesh files are looked for.
-
-    Raises
-    ------
-    ConfigError
-        As `load_study`; the message starts with ``source``.
     """
     try:
         _refuse_infinite(raw, ())
@@ -101,18 +78,13 @@ def study_of_tables(raw: dict[str, Any], *, source: str, directory: Path) -> Stu
 
 
 def to_toml(study: Study, *, relative_to: Path | None = None) -> str:
-    """Return a study as TOML text, every default written out.
+    """Return a study as TOML text, every default written out; `load_study` reads back an equal one.
 
     Parameters
     ----------
     study : The study [m], [Hz], [deg].
     relative_to : Folder in which the text will lie: mesh files are named relative to it; None names
         them by absolute path.
-
-    Returns
-    -------
-    str
-        TOML text that `load_study` reads back to an equal study.
     """
     base = None if relative_to is None else relative_to.resolve()
 
@@ -135,22 +107,13 @@ def to_toml(study: Study, *, relative_to: Path | None = None) -> str:
 def resolved(study: Study, *, directory: Path) -> Study:
     """Return a study with the defaults that depend on other keys, and its files, made explicit.
 
+    The ranges of the sweep, the map's height, the room's material, the tags' axes; mesh and pattern
+    files as absolute paths. What depends on a swept key stays open.
+
     Parameters
     ----------
     study : A checked study.
     directory : Where relative mesh files are looked for.
-
-    Returns
-    -------
-    Study
-        The ranges of the sweep written out, the map's height [m], the room's material, the
-        tags' axes; mesh and pattern files as absolute paths. What depends on a swept key stays
-        open.
-
-    Raises
-    ------
-    ConfigError
-        When a mesh file does not exist.
     """
 
     def absolute(file: str) -> str:
@@ -174,7 +137,7 @@ def resolved(study: Study, *, directory: Path) -> Study:
 def vary(
     study: Study, values: Mapping[str, Any], *, directory: Path = Path("/"), shapes: bool = True
 ) -> Study:
-    """Return a study with other values in some places, such as a cell of its sweep.
+    """Return a study, checked and resolved, with other values in some places and without a sweep.
 
     Parameters
     ----------
@@ -184,16 +147,6 @@ def vary(
     directory : Where relative files among the values are looked for; those of a loaded study are
         absolute.
     shapes : As in `check_study`.
-
-    Returns
-    -------
-    Study
-        Checked and resolved; its own sweep is empty.
-
-    Raises
-    ------
-    ConfigError
-        When a value is wrong for its key, or contradicts another key.
     """
     tables = put(study, values)
     try:

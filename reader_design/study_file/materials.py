@@ -26,11 +26,6 @@ def material_arguments(spec: MaterialSpec | RoomMaterial) -> str | dict[str, Any
     Parameters
     ----------
     spec : A name, or a table ([-], [S/m], [m]); of a `RoomMaterial` its own keys, not its surfaces.
-
-    Returns
-    -------
-    str or dict
-        The name, or the keys that are given; layers as a list of such dicts.
     """
     if isinstance(spec, str):
         return spec
@@ -41,16 +36,11 @@ def material_arguments(spec: MaterialSpec | RoomMaterial) -> str | dict[str, Any
 
 
 def material_label(spec: MaterialSpec | RoomMaterial) -> str:
-    """Return the label that bodies of a material carry.
+    """Return the label that bodies of a material carry: its name, or a table's keys and values.
 
     Parameters
     ----------
     spec : As the study file gives it.
-
-    Returns
-    -------
-    str
-        The name itself, or for a table its keys and values, so that different tables differ.
     """
     arguments = material_arguments(spec)
     if isinstance(arguments, str):
@@ -67,11 +57,6 @@ def surface_labels(room: Room) -> dict[str, str]:
     Parameters
     ----------
     room : A room given by ``box_m`` or ``outline_m``.
-
-    Returns
-    -------
-    dict of str
-        Label by surface.
     """
     given = room_material(room) or "concrete"
     if isinstance(given, RoomMaterial) and given.walls is not None:
@@ -85,11 +70,6 @@ def material_specs(study: Study) -> Iterator[tuple[str, MaterialSpec]]:
     Parameters
     ----------
     study : Any study.
-
-    Yields
-    ------
-    tuple of str and MaterialSpec
-        Key path, for example ``room.object[0].material``, and what stands there [-].
     """
     yield from _room_materials("room", study.room)
     for i, layout in enumerate(study.layouts):
@@ -99,16 +79,11 @@ def material_specs(study: Study) -> Iterator[tuple[str, MaterialSpec]]:
 
 
 def room_material(room: Room) -> str | RoomMaterial | None:
-    """Return the material of a room, ``concrete`` for a parametric one that names none.
+    """Return a room's material, by default ``concrete``; None: free space, or meshes' own ones.
 
     Parameters
     ----------
     room : The room.
-
-    Returns
-    -------
-    str, RoomMaterial or None
-        None only for free space, and for meshes whose bodies have their own.
     """
     parametric = room.box_m is not None or room.outline_m is not None
     return room.material or ("concrete" if parametric else None)
@@ -122,11 +97,6 @@ def check_material(path: str, spec: MaterialSpec, frequencies_hz: Sequence[float
     path : Where the study names it.
     spec : What stands there.
     frequencies_hz : Where it is needed [Hz].
-
-    Raises
-    ------
-    ConfigError
-        With the key path.
     """
     from octant.em.medium.materials import material
 

@@ -48,13 +48,7 @@ class Parameters(Table, frozen=True, kw_only=True):
     load_ohm: Bounds | None = None
 
     def given(self) -> dict[str, tuple[float, float]]:
-        """Return the bounds of the keys that vary, in the unit that each name carries [m], [ohm].
-
-        Returns
-        -------
-        dict
-            In the order of the class.
-        """
+        """Return the bounds of the keys that vary, in the unit that each name carries."""
         pairs = {name: getattr(self, name) for name in self.__struct_fields__}
         return {name: pair for name, pair in pairs.items() if pair is not None}
 
@@ -87,13 +81,7 @@ class Choices(Table, frozen=True, kw_only=True):
     load_ohm: tuple[Positive, ...] = ()
 
     def given(self) -> dict[str, tuple[str | float, ...]]:
-        """Return the lists that are not empty, in the unit that each name carries [m], [ohm], [-].
-
-        Returns
-        -------
-        dict
-            In the order of the class.
-        """
+        """Return the lists that are not empty, in the unit that each name carries."""
         lists = {name: getattr(self, name) for name in self.__struct_fields__}
         return {name: values for name, values in lists.items() if values}
 
@@ -176,11 +164,6 @@ def check_optimise(table: Optimise) -> None:
     Parameters
     ----------
     table : Table whose single values are within their ranges [m], [ohm].
-
-    Raises
-    ------
-    ConfigError
-        With the key path, what was given and what is allowed.
     """
     bounds, choices = table.parameters.given(), table.choices.given()
     for name, (low, high) in bounds.items():

@@ -86,13 +86,7 @@ class Reader(Table, frozen=True, kw_only=True):
     objects: tuple[RoomObject, ...] = msgspec.field(default=(), name="object")
 
     def label(self) -> str:
-        """Return the human name: antenna, r_a and h_p, lengths in [cm].
-
-        Returns
-        -------
-        str
-            For example ``dipole r_a = 10 cm h_p = 8 cm``.
-        """
+        """Return the human name, for example ``dipole r_a = 10 cm h_p = 8 cm``."""
         return (
             f"{self.antenna} r_a = {100.0 * self.antenna_radius_m:.4g} cm "
             f"h_p = {100.0 * self.plate_height_m:.4g} cm"
@@ -106,13 +100,7 @@ class Reader(Table, frozen=True, kw_only=True):
         return object_bodies(self.objects)
 
     def as_dict(self) -> dict[str, Any]:
-        """Return what is built, by key, each in the unit that its name carries ([m], [ohm]).
-
-        Returns
-        -------
-        dict
-            Plain values; the surroundings by the hashes of their bodies.
-        """
+        """Return what is built, by key; the surroundings by the hashes of their bodies."""
         from octant.em.reader.cache import body_hash
 
         names = [name for name in self.__struct_fields__ if name not in HOW_SOLVED]
@@ -125,16 +113,6 @@ class Reader(Table, frozen=True, kw_only=True):
         Parameters
         ----------
         errors : What is built less what is drawn ([m], [rad]); None: as drawn.
-
-        Returns
-        -------
-        ReaderBody
-            In the reader's frame.
-
-        Raises
-        ------
-        GeometryError
-            When it cannot be built.
         """
         return reader_body(
             antenna_radius_m=self.antenna_radius_m,
@@ -170,16 +148,11 @@ class Reader(Table, frozen=True, kw_only=True):
     def size_m(self, frequency_hz: float) -> tuple[float, float]:
         """Return width, and height above the ground plane [m], as constraints compare them.
 
+        Plates and antennas count in both, the ground plane in the width.
+
         Parameters
         ----------
         frequency_hz : Carrier, at which antennas without a length are resonant [Hz].
-
-        Returns
-        -------
-        width_m : float
-            Ground plane, or the span of plates or antennas where they reach farther [m].
-        height_m : float
-            Top of the plates or of the antennas, whichever is higher [m].
         """
         outer_m = self.plate_outer_radius_m or 0.0
         width_m = max(self.ground_plane_m, 2.0 * outer_m, 2.0 * self.antenna_radius_m)

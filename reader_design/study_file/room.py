@@ -105,8 +105,6 @@ class Cabinet(Placed, frozen=True, kw_only=True, tag_field="kind", tag="cabinet"
 
     Parameters
     ----------
-    name, position_m, yaw_deg
-        As in `Placed` ([m], [deg]).
     size_m : (3,) tuple of float — Extent along its own x, y and z [m].
     material : Its material.
     """
@@ -120,8 +118,6 @@ class Box(Placed, frozen=True, kw_only=True, tag_field="kind", tag="box"):
 
     Parameters
     ----------
-    name, position_m, yaw_deg
-        As in `Placed` ([m], [deg]).
     size_m : (3,) tuple of float — Extent along its own x, y and z [m].
     material : Its material.
     """
@@ -135,8 +131,6 @@ class Cylinder(Placed, frozen=True, kw_only=True, tag_field="kind", tag="cylinde
 
     Parameters
     ----------
-    name, position_m, yaw_deg
-        As in `Placed` ([m], [deg]).
     radius_m : Radius [m].
     height_m : Height [m].
     material : Its material.
@@ -152,8 +146,6 @@ class Sphere(Placed, frozen=True, kw_only=True, tag_field="kind", tag="sphere"):
 
     Parameters
     ----------
-    name, position_m, yaw_deg
-        As in `Placed` ([m], [deg]); the position is the centre.
     radius_m : Radius [m].
     material : Its material.
     """
@@ -167,8 +159,6 @@ class MeshObject(Placed, frozen=True, kw_only=True, tag_field="kind", tag="mesh"
 
     Parameters
     ----------
-    name, position_m, yaw_deg
-        As in `Placed` ([m], [deg]).
     file : Mesh file, relative to the study file.
     unit : Length unit of the file, such as m, cm, mm, in; needed unless the format declares one.
     up : The file's vertical axis, ``y`` or ``z``; None: y for GLB and GLTF, z for the others.

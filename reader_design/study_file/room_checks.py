@@ -20,11 +20,6 @@ def check_rooms(study: Study, *, shapes: bool) -> None:
     ----------
     study : Its own room and those of its layouts.
     shapes : False: leave out whether walls fit together.
-
-    Raises
-    ------
-    ConfigError
-        With the key path, what was given and what is allowed.
     """
     _check_room("room", study.room, shapes=shapes)
     for i, layout in enumerate(study.layouts):

@@ -11,16 +11,6 @@ def mission_rules(table: Mission) -> RuleBase:
     Parameters
     ----------
     table : The table ``[mission]``.
-
-    Returns
-    -------
-    RuleBase
-        Steering input on [-1, 1] to the speeds of both wheels on [0, 1].
-
-    Raises
-    ------
-    ConfigError
-        When terms are not ordered, leave a gap, or lack a rule.
     """
     given = table.membership
     if given is None:

@@ -165,8 +165,6 @@ class Study(Table, frozen=True, kw_only=True):
     radio, room, reader, sweep, solver, map : What is studied, see the classes of these names (all
         units SI, angles in [deg]).
     tags : The tables ``[[tag]]``.
-    scoring : The receiver whose readings are scored.
-    choice : How the design to build is chosen.
     scoring : The receiver whose readings are scored beside the exact RSS.
     choice : By which scores a reader is chosen.
     mission : None: the study drives no robot.

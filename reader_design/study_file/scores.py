@@ -81,13 +81,7 @@ class Scores:
     read_vector_beyond_90_share: float
 
     def as_dict(self) -> dict[str, float]:
-        """Return the scores by name, each in the unit that its name carries [rad, dB, W or -].
-
-        Returns
-        -------
-        dict of str to float
-            In the order of the fields.
-        """
+        """Return the scores by name, each in the unit that its name carries [rad, dB, W or -]."""
         return asdict(self)
 
 
@@ -99,31 +93,21 @@ _LESS_IS_BETTER = ("strongest_", "vector_", "captured_", "read_strongest_", "rea
 
 
 def higher_is_better(name: str) -> bool:
-    """Return whether a score is better when it is higher.
+    """Return whether a score is better when higher: no for errors and for shares that mislead.
 
     Parameters
     ----------
     name : A name of ``SCORE_NAMES``.
-
-    Returns
-    -------
-    bool
-        False for errors, and for shares of directions or floor that mislead.
     """
     return not name.startswith(_LESS_IS_BETTER)
 
 
 def score_unit(name: str) -> str:
-    """Return the unit of a score, read from its name's suffix.
+    """Return the unit of a score, such as ``dB`` or ``W/rad``; ``1`` for a share.
 
     Parameters
     ----------
     name : A name of ``SCORE_NAMES``; its suffix says the unit [rad, dB, dBm, W or none].
-
-    Returns
-    -------
-    str
-        ``"rad"``, ``"dB"``, ``"dBm"``, ``"W"``, ``"W/rad"``, ``"1/rad"`` or ``"1"`` for a share.
     """
     for suffix, unit in (
         ("_w_per_rad", "W/rad"),

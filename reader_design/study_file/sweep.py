@@ -33,13 +33,7 @@ Tables = dict[str, Any]
 
 @cache
 def parameter_paths() -> Mapping[str, tuple[str, ...]]:
-    """Return every name that a sweep may use, and where its key stands in a study.
-
-    Returns
-    -------
-    mapping of str to tuple of str
-        Keys of the study file from the root; the keys of ``[reader]`` come first, by bare name.
-    """
+    """Return every name that a sweep may use, ``[reader]``'s bare keys first, and its path."""
     paths: dict[str, tuple[str, ...]] = {key: ("reader", key) for key in struct_names(Reader)}
     kinds = {f.encode_name: f.type for f in msgspec.structs.fields(Study)}
     for table in SWEPT_TABLES:
@@ -60,31 +54,21 @@ def _paths_below(path: tuple[str, ...], kind: Any) -> Iterator[tuple[str, ...]]:
 
 
 def parameter_unit(name: str) -> str:
-    """Return the unit of a swept parameter's values.
+    """Return the unit of a swept parameter's values; empty for a number without one.
 
     Parameters
     ----------
     name : As ``[sweep]`` names it.
-
-    Returns
-    -------
-    str
-        For example ``m``; empty for a number without one.
     """
     return unit_of((name,))
 
 
 def parameter_key(name: str) -> str:
-    """Return a parameter's key path as messages write it.
+    """Return a parameter's key path as messages write it, for example ``sweep.gap_m``.
 
     Parameters
     ----------
     name : As ``[sweep]`` names it.
-
-    Returns
-    -------
-    str
-        For example ``sweep.gap_m``.
     """
     return path_text(("sweep", name))
 
@@ -95,16 +79,6 @@ def expanded(sweep: Sweep) -> dict[str, tuple[Any, ...]]:
     Parameters
     ----------
     sweep : Table ``[sweep]``; values in the units of their keys ([m], [Hz], ...).
-
-    Returns
-    -------
-    dict of str to tuple
-        In the order of the file.
-
-    Raises
-    ------
-    ConfigError
-        When a name does not exist or means the same key as another, or a list is empty.
     """
     paths = parameter_paths()
     for name in sweep:
@@ -173,16 +147,6 @@ def put(study: Study, values: Mapping[str, Any]) -> Tables:
     study : The study.
     values : Value by parameter of a sweep, or by the dotted path of any other key, in the unit of
         the key ([m], [Hz], ...).
-
-    Returns
-    -------
-    dict
-        What ``msgspec.convert`` takes.
-
-    Raises
-    ------
-    ConfigError
-        When a parameter belongs to tables of which the study has none.
     """
     paths = parameter_paths()
     tables: Tables = msgspec.to_builtins(msgspec.structs.replace(study, sweep={}))
@@ -199,11 +163,6 @@ def taken(tables: Tables, name: str) -> Any:  # noqa: ANN401  any value of a stu
     ----------
     tables : A study as plain tables.
     name : A parameter; in a list of tables the first counts.
-
-    Returns
-    -------
-    object
-        The value, in the unit of its key ([m], [Hz], ...).
     """
     node: Any = tables
     path = parameter_paths()[name]

@@ -20,17 +20,13 @@ _COMMENTS = {
 
 
 def toml_text(tables: dict[str, Any]) -> str:
-    """Return nested plain values as TOML text.
+    """Return nested plain values as TOML text that ``tomllib`` reads back to the same values.
+
+    Dicts at the root, and the room, become tables, as do lists of dicts; other dicts stand inline.
 
     Parameters
     ----------
     tables : Text keys; values are text, numbers, booleans, lists, dicts; None leaves a key out.
-
-    Returns
-    -------
-    str
-        TOML that ``tomllib`` reads back to the same values; dicts that hold a list of dicts or
-        stand at the root become tables, deeper ones are written inline.
     """
     lines: list[str] = []
     _table(lines, (), tables)

@@ -15,16 +15,6 @@ def toml_file_text(path: str | Path, *, what: str) -> str:
     ----------
     path : The file.
     what : What it is, for messages, for example ``study``.
-
-    Returns
-    -------
-    str
-        Its text.
-
-    Raises
-    ------
-    ConfigError
-        When the file is missing, cannot be read, or is not UTF-8.
     """
     try:
         return Path(path).read_text("utf-8")
@@ -47,16 +37,6 @@ def toml_tables(text: str, *, source: str) -> dict[str, Any]:
     ----------
     text : TOML.
     source : Name of the file in messages.
-
-    Returns
-    -------
-    dict
-        Nested plain values.
-
-    Raises
-    ------
-    ConfigError
-        When the text is not TOML; the message starts with ``source`` and the line.
     """
     try:
         return tomllib.loads(text)
