@@ -35,21 +35,14 @@ MM = 1e3
 def drawing(design: Reader, *, frequency_hz: float, title: str) -> "Figure":
     """Return a drawing to scale of a reader: top view, side view, parts list; lengths in [mm].
 
+    The side view is a section through antenna 1 and the opposite one; the plates are turned into
+    its plane, so that they show their true shape.
+
     Parameters
     ----------
     design : Any design that can be built.
     frequency_hz : Frequency at which antennas without a length are cut [Hz].
     title : Name in the title block.
-
-    Raises
-    ------
-    GeometryError, AntennaError
-        When the design cannot be built.
-
-    Notes
-    -----
-    The side view is a section through antennas 1 and the opposite one; the plates are turned into
-    its plane, so that they show their true shape.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -71,13 +64,12 @@ def drawing(design: Reader, *, frequency_hz: float, title: str) -> "Figure":
 
 
 def save_drawing(figure: "Figure", path: Path) -> None:
-    """Write a drawing as PNG, SVG or PDF, whole or not at all, as its suffix says.
+    """Write a drawing whole or not at all; equal drawings give equal files.
 
     Parameters
     ----------
     figure : From :func:`drawing`.
-    path : File ending in ``.png`` (200 dots per inch), ``.svg`` or ``.pdf``; equal drawings give
-        equal files.
+    path : File ending in ``.png`` (200 dots per inch), ``.svg`` or ``.pdf``.
     """
     from matplotlib import rc_context
 
@@ -279,7 +271,6 @@ def _draw_side(
 def _draw_antenna(
     ax: "Axes", design: Reader, x_mm: float, foot_mm: float, length_mm: float
 ) -> None:
-    """Draw one antenna, its feed left open."""
     feed = max(MM * design.feed_gap_m, 1.0)
     wide = max(2.0 * MM * design.wire_radius_m, 1.2)
     start = foot_mm + (0.5 * (length_mm - feed) if design.antenna == "dipole" else 0.0)
@@ -357,7 +348,6 @@ def _parts(design: Reader, length_mm: float, frequency_hz: float) -> list[tuple[
 def _title_block(
     figure: "Figure", parts: list[tuple[str, str]], *, title: str, scale: float
 ) -> None:
-    """Draw the sheet's frame, parts list and title block."""
     from matplotlib.patches import Rectangle
 
     w, h = PAPER_MM

@@ -50,10 +50,8 @@ class Evaluation:
     ----------
     design : The design.
     reason : Why it is infeasible; empty when it is not.
-    footprint_m, height_m : Size of the ground plane, and height of plates and antennas above it
-        [m].
-    right_share : (d,) float64 — Share of directions [-] whose strongest antenna is the nearest, by
-        distance.
+    footprint_m, height_m : Ground plane's size; height of plates and antennas above it [m].
+    right_share : (d,) float64 — Share of directions whose strongest antenna is the nearest [-].
     margin_db : (d,) float64 — Worst lead of the facing antenna over its neighbours [dB].
     bearing_error_deg : (d,) float64 — Error of the vector sum, rms [deg].
     front_to_back_db : (d,) float64 — Facing antenna over the opposite one, mean [dB].
@@ -93,11 +91,9 @@ class Bench:
     Attributes
     ----------
     study : The study, with its table ``[optimise]``.
-    built : Its room, of which the reference tag is used.
-    reference : Id of that tag.
+    built, reference : Its room, and the id of the only tag of it that is used.
     distances_m : Horizontal distances of the tag [m].
-    footprint_m, height_m : Greatest size of the ground plane, and height of plates and antennas
-        above it [m].
+    footprint_m, height_m : Greatest size of the ground plane; of plates and antennas above it [m].
     """
 
     study: Study
@@ -109,21 +105,11 @@ class Bench:
 
 
 def bench(study: Study) -> Bench:
-    """Return the bench of a study that has a table ``[optimise]``.
+    """Return the bench of a study, whose response must follow the design.
 
     Parameters
     ----------
-    study : The study [m], [Hz].
-
-    Returns
-    -------
-    Bench
-        With the tag whose height and antenna the evaluations use.
-
-    Raises
-    ------
-    ConfigError
-        When the study has no such table, no tag, or its room cannot be used.
+    study : With a table ``[optimise]`` and a tag.
     """
     if study.optimise is None:
         msg = "the study has no table [optimise], but a search needs one; add it."
@@ -148,7 +134,9 @@ def bench(study: Study) -> Bench:
 def rss_over_azimuth(
     study: Study, built: Setting, design: Reader, distances_m: Sequence[float]
 ) -> tuple[FloatArray, FloatArray, FloatArray, tuple[str, ...]]:
-    """Return the RSS of a design in free space at given distances [W], and where it was sampled.
+    """Return (RSS [W], azimuths of the tag [rad], of the antennas [rad], the model's warnings).
+
+    RSS has the axes distance, azimuth of the tag in the reader frame, antenna.
 
     Parameters
     ----------
@@ -156,22 +144,6 @@ def rss_over_azimuth(
     built : Its room, of which the reference tag's height and antenna are used [m].
     design : The reader.
     distances_m : Horizontal distances of the tag [m].
-
-    Returns
-    -------
-    rss_w : (d, a, n) float64
-        RSS [W] by distance, azimuth of the tag, antenna.
-    azimuths_rad : (a,) float64
-        Azimuths of the tag in the reader frame [rad].
-    element_azimuths_rad : (n,) float64
-        Azimuths of the antennas [rad].
-    notes : tuple of str
-        Warnings of the reader's model.
-
-    Raises
-    ------
-    GeometryError, AntennaError
-        When the design cannot be built or solved.
     """
     context = replace(built, study=study, sampling=Sampling())
     responses = reader_responses(design, study.radio)
@@ -186,18 +158,11 @@ def rss_over_azimuth(
 
 
 def evaluate(place: Bench, design: Reader) -> Evaluation:
-    """Return the scores of a design, or the reason why it is infeasible; units as in `Evaluation`.
+    """Return the scores of a design, or why it is infeasible; beyond the limits none is solved.
 
     Parameters
     ----------
-    place : Where it is evaluated.
-    design : The design [m], [ohm].
-
-    Returns
-    -------
-    Evaluation
-        A design beyond the limits is not solved; one that cannot be built carries the sentence
-        that says so.
+    place, design : Where it is evaluated, and the design.
     """
     width_m, height_m = design.size_m(place.study.radio.frequency_hz)
     reason = _beyond_limits(place, width_m, height_m)
@@ -229,20 +194,15 @@ def kept_evaluations(
 ) -> tuple[Evaluation, ...]:
     """Return the evaluations of designs in their order, read from their files or computed and kept.
 
+    A SweepStateError is a failure that is not the design's own; the next run tries it again.
+
     Parameters
     ----------
-    place : Where they are evaluated.
-    designs : The designs.
+    place, designs : Where they are evaluated, and the designs.
     folder : Folder of the evaluations.
     crew : Computes them; None: this process.
     progress : Shows designs, and files that cannot be used.
     label : What the bar is called.
-
-    Raises
-    ------
-    SweepStateError
-        When an evaluation failed for a reason that is not the design's own; the next run tries it
-        again.
     """
     kept = map_cases(
         evaluate,

@@ -40,15 +40,11 @@ BEST_COLOUR, GOAL_COLOUR = "#117733", "#999999"
 def pareto_figure(search: Search, *, title: str) -> "Figure":
     """Return every feasible design in the plane of each two goals, front and winner marked.
 
+    Sizes, and scores that do not vary, are left out.
+
     Parameters
     ----------
-    search : A finished search.
-    title : Above the figure.
-
-    Returns
-    -------
-    Figure
-        A panel for each two goals whose scores vary, sizes left out; axes carry the units.
+    search, title : A finished search; title above the figure.
     """
     goals = search.targets.goals
     feasible = [t for t in search.trials if t.evaluation.feasible]
@@ -114,17 +110,11 @@ def _spans_decades(values: FloatArray) -> bool:
 
 
 def convergence_figure(search: Search, *, title: str) -> "Figure":
-    """Return attainment and slack of each goal over the evaluations of a search.
+    """Return attainment over the evaluations of a search, and the best one's slack of each goal.
 
     Parameters
     ----------
-    search : A finished search.
-    title : Above the figure.
-
-    Returns
-    -------
-    Figure
-        Left each design and the best so far, right by how much that one meets each goal.
+    search, title : A finished search; title above the figure.
     """
     numbers = np.array([t.number for t in search.trials])
     values = np.array([t.attainment for t in search.trials])
@@ -217,18 +207,12 @@ def comparison_figure(
 
 
 def survey_figure(search: Search, name: str, *, title: str) -> "Figure":
-    """Return the score of each goal over a choice that is a number, a line for each other choice.
+    """Return each goal's score over a numeric choice, lines by ground plane's shape and antenna.
 
     Parameters
     ----------
-    search : A search whose designs differ in choices.
-    name : The choice on the abscissa, in the unit that it carries [m], [ohm],.
-    title : Above the figure.
-
-    Returns
-    -------
-    Figure
-        A panel for each goal; lines by shape of the ground plane and kind of antenna.
+    search, title : A search whose designs differ in choices; title above the figure.
+    name : The choice on the abscissa, in the unit that it carries.
     """
     goals = search.targets.goals
     lines: dict[str, list[tuple[float, tuple[float, ...]]]] = {}

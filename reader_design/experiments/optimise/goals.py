@@ -23,8 +23,7 @@ class Targets:
 
     Attributes
     ----------
-    goals : The goals.
-    distances_m : Distances of the evaluations [m].
+    goals, distances_m : The goals; distances of the evaluations [m].
     reference : The study's ``[reader]``, which gains refer to; None where it has no scores.
     """
 
@@ -35,16 +34,12 @@ class Targets:
     def score(self, evaluation: Evaluation, goal: Goal) -> float:
         """Return the score that a goal names, over the distances that it names, in its unit [-].
 
+        That is the mean of shares and front-to-back ratios, the greatest bearing error, and the
+        least margin, level and gain.
+
         Parameters
         ----------
-        evaluation : A design with scores.
-        goal : Which score, at which distances [m].
-
-        Returns
-        -------
-        float
-            In the score's unit; over the distances the mean of shares and front-to-back ratios, the
-            greatest bearing error, the least margin, level and gain.
+        evaluation, goal : A design with scores; which score, at which distances.
         """
         at = [i for i, d in enumerate(self.distances_m) if not goal.at_m or d in goal.at_m]
         level = power_dbm(np.maximum(evaluation.level_w[at], 1e-30))
@@ -90,21 +85,14 @@ class Targets:
     def attainment(self, evaluation: Evaluation) -> float:
         """Return how well a design reaches all goals together; 0 or more: all are met [-].
 
+        It is the least slack and `BALANCE` times their mean; minus infinity when infeasible. Goal
+        attainment [1]_ with an augmented Chebyshev norm: the maximum lies on the Pareto front also
+        where that is not convex. A share of 1 cannot be exceeded, so once it is reached it no
+        longer counts as the least slack.
+
         Parameters
         ----------
         evaluation : Any design.
-
-        Returns
-        -------
-        float
-            The least slack and `BALANCE` times their mean; minus infinity for an infeasible
-            design.
-
-        Notes
-        -----
-        Goal attainment with an augmented Chebyshev norm: the maximum lies on the Pareto front also
-        where that is not convex. A share of 1 cannot be exceeded, so once it is reached it no
-        longer counts as the least slack.
 
         References
         ----------
@@ -138,11 +126,6 @@ def direction(goal: Goal) -> float:
     Parameters
     ----------
     goal : The goal.
-
-    Returns
-    -------
-    float
-        Sign [-].
     """
     return -1.0 if goal.score in SMALLER_IS_BETTER else 1.0
 
@@ -157,7 +140,6 @@ UNITS = {
     "footprint_m": "m",
     "height_m": "m",
 }
-"""Unit of each score [-]."""
 WORDS = {
     "right_share": "share of right antennas",
     "margin_db": "worst margin over the neighbours",
@@ -168,20 +150,14 @@ WORDS = {
     "footprint_m": "footprint",
     "height_m": "height",
 }
-"""Each score in words [-]."""
 
 
 def goal_name(goal: Goal) -> str:
-    """Return a goal's score in words, with its unit and distances [m].
+    """Return a goal's score in words, such as ``gain in signal at 1, 2 m [dB]``.
 
     Parameters
     ----------
     goal : The goal.
-
-    Returns
-    -------
-    str
-        For example ``gain in signal at 1, 2 m [dB]``.
     """
     where = f" at {', '.join(f'{d:g}' for d in goal.at_m)} m" if goal.at_m else ""
     unit = UNITS[goal.score]
@@ -189,17 +165,11 @@ def goal_name(goal: Goal) -> str:
 
 
 def value_text(goal: Goal, value: float) -> str:
-    """Return a score as a sentence shows it, with its unit.
+    """Return a score as a sentence shows it, with two decimals and its unit; lengths in [mm].
 
     Parameters
     ----------
-    goal : Which score.
-    value : Its value, in the score's unit [-].
-
-    Returns
-    -------
-    str
-        With two digits behind the point; lengths in [mm].
+    goal, value : Which score, and its value in the score's unit.
     """
     unit = UNITS[goal.score]
     if unit == "m":
@@ -209,16 +179,11 @@ def value_text(goal: Goal, value: float) -> str:
 
 
 def column_names(goals: Sequence[Goal]) -> tuple[str, ...]:
-    """Return a column name of a table for each goal, its unit at the end.
+    """Return a table's column name for each goal, such as ``gain_db_at_1_2_m``.
 
     Parameters
     ----------
     goals : The goals.
-
-    Returns
-    -------
-    tuple of str
-        For example ``gain_db_at_1_2_m``.
     """
     return tuple(
         goal.score + (f"_at_{'_'.join(f'{d:g}' for d in goal.at_m)}_m" if goal.at_m else "")

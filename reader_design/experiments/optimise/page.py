@@ -17,8 +17,7 @@ class Confirmed:
     Attributes
     ----------
     name : Which design.
-    rough, fine : Score of each goal with the search's mesh and with the finer one, in the score's
-        unit [-].
+    rough, fine : Score of each goal with the search's mesh, and the finer one [score's unit].
     """
 
     name: str
@@ -32,14 +31,12 @@ class SearchContent:
 
     Attributes
     ----------
-    name : Name of the study.
-    search : The trials.
-    listed : The short list.
+    name, study_toml : Name of the study, and the study resolved.
+    search, listed : The trials and the short list.
     on_front : Designs on the Pareto front.
     confirmed : Reader and winner with both meshes.
     cells_per_wavelength : Both meshes [-].
     frequency_hz : Frequency [Hz].
-    study_toml : The resolved study.
     """
 
     name: str
@@ -114,7 +111,7 @@ def gain_sentence(search: Search) -> str:
 def optimise_report(
     content: SearchContent, figures: dict[str, list[tuple[str, str, Path]]]
 ) -> Report:
-    """Return the report of a search; numbers carry their units [mm, dB, deg].
+    """Return the report of a search.
 
     Parameters
     ----------

@@ -82,12 +82,11 @@ DESIGN_COLUMNS = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SearchOutcome:
-    """What a search leaves.
+    """What a search leaves: trials, short list and confirmation, and its report.
 
     Attributes
     ----------
-    content : Trials, short list, confirmation.
-    report : The report.
+    content, report : What was found, and the report's file.
     """
 
     content: SearchContent
@@ -114,25 +113,18 @@ def run_optimise(
 ) -> SearchOutcome:
     """Return the outcome of the search of a study's ``[optimise]`` and leave its files.
 
+    Refuses a study whose search finds no feasible design. Evaluations are kept, so that the same
+    call goes on where an interrupted one ended.
+
     Parameters
     ----------
-    study : With a table ``[optimise]`` [m], [Hz].
-    out_dir : Folder of the results; made when missing. Each evaluation is kept there, so that the
-        same call goes on where the last one ended.
-    force : Replace the results of another search in that folder.
+    study : With a table ``[optimise]``.
+    out_dir : Folder of the results; made when missing.
+    force : Replace the results of another search in that folder; else refused.
     workers : Processes that compute the survey; None: one for each core. The refinement needs each
         score before the next design.
     cluster : Address of a dask scheduler, or ``local:N``, in place of ``workers``.
     progress : Shows what happens.
-
-    Raises
-    ------
-    ConfigError
-        When the study has no search, or the folder holds another one and ``force`` is false.
-    SweepStateError
-        When no design is feasible.
-    KeyboardInterrupt
-        Passed on; evaluations are kept.
     """
     progress = progress or Progress()
     place, table = bench(study), table_of(study)
@@ -170,16 +162,11 @@ def run_optimise(
 
 
 def table_of(study: Study) -> Optimise:
-    """Return the study's table ``[optimise]``.
+    """Return the study's table ``[optimise]``; refuses a study without it.
 
     Parameters
     ----------
     study : The study.
-
-    Raises
-    ------
-    ConfigError
-        When it has none.
     """
     if study.optimise is None:
         msg = "the study has no table [optimise], but a search needs one; add it."
@@ -220,11 +207,6 @@ def plan_lines(study: Study, out_dir: Path) -> tuple[str, ...]:
     ----------
     study : With a table ``[optimise]``.
     out_dir : Folder of the results, where evaluations may be kept already.
-
-    Raises
-    ------
-    ConfigError
-        When the study has no search.
     """
     bench(study)
     table = table_of(study)
@@ -271,7 +253,6 @@ def _confirmed(
 
 
 def _write_tables(content: SearchContent, out_dir: Path) -> None:
-    """Write all trials, and those on the Pareto front."""
     targets = content.search.targets
     header = (
         "number",

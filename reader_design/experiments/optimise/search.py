@@ -113,17 +113,11 @@ class _Log:
 
 
 def planned_evaluations(study: Study, table: Optimise) -> int:
-    """Return how many designs a search evaluates at most.
+    """Return how many designs a search evaluates at most: reader, survey, budgets of refinement.
 
     Parameters
     ----------
-    study : The study.
-    table : Its search.
-
-    Returns
-    -------
-    int
-        The reader, the survey and the budget of each refinement.
+    study, table : The study and its search.
     """
     combinations = len(boxes(study, table))
     points = 1 + (table.survey if table.parameters.given() else 0)
@@ -138,27 +132,17 @@ def search(
 ) -> Search:
     """Return every design that the search of a study's ``[optimise]`` tries, judged by its goals.
 
-    Parameters
-    ----------
-    study : Reader and seed.
-    table : Its search.
-    evaluate : Returns a design's `Evaluation`; called once for each design.
-    prepare : Receives all designs of the survey before they are evaluated one by one: they do not
-        depend on each other, so that workers can compute them at the same time.
-
-    Raises
-    ------
-    ConfigError
-        When a goal asks for a gain over a ``[reader]`` that has no scores.
-    SweepStateError
-        When no design of the survey is feasible.
-
-    Notes
-    -----
     The refinement maximises `Targets.attainment`, which has kinks where the goal that limits it
     changes. Nelder and Mead's simplex needs no derivatives; it starts anew with half the step when
     it has shrunk, which is known to free it from points that are none. It promises a local maximum
-    only.
+    only. Refuses a gain over a ``[reader]`` without scores, and a survey without a feasible design.
+
+    Parameters
+    ----------
+    study, table : The study, for its reader and seed, and its search.
+    evaluate : Returns a design's `Evaluation`; called once for each design.
+    prepare : Receives all designs of the survey before they are evaluated, so that workers can
+        compute them at the same time.
     """
     reader = evaluate(study.reader)
     reference = reader if reader.feasible else None
@@ -234,10 +218,7 @@ def _refine(
 def _rounds(
     method: str, cost: Objective, start: FloatArray, generator: np.random.Generator
 ) -> Iterator[None]:
-    """Yield after each round of a method: simplex and trust region start anew with half the step.
-
-    The budget ends them by an exception.
-    """
+    """Yield after each round, restarted with half the step; the budget ends them by exception."""
     from scipy.optimize import differential_evolution, minimize
 
     limits = [(0.0, 1.0)] * start.size

@@ -25,8 +25,7 @@ class Listed:
 
     Attributes
     ----------
-    trial : The design.
-    reason : Why it stands there, in words and numbers.
+    trial, reason : The design, and why it stands there, in words and numbers.
     """
 
     trial: Trial
@@ -34,16 +33,11 @@ class Listed:
 
 
 def front(search: Search) -> tuple[Trial, ...]:
-    """Return the feasible designs that no other one beats in the score of every goal.
+    """Return the feasible designs that none beats in every goal's score, best attainment first.
 
     Parameters
     ----------
     search : A finished search.
-
-    Returns
-    -------
-    tuple of Trial
-        The best attainment first.
     """
     feasible = [t for t in search.trials if t.evaluation.feasible]
     signs = np.array([direction(goal) for goal in search.targets.goals])
@@ -53,17 +47,13 @@ def front(search: Search) -> tuple[Trial, ...]:
 
 
 def short_list(search: Search, count: int) -> tuple[Listed, ...]:
-    """Return the best designs of the Pareto front that differ from each other, with reasons.
+    """Return the best of the Pareto front, the winner first, with reasons.
+
+    Designs that differ by less than 15 % in every parameter stand for one.
 
     Parameters
     ----------
-    search : A finished search.
-    count : How many at most.
-
-    Returns
-    -------
-    tuple of Listed
-        The winner first; designs that differ by less than 15 % in every parameter stand for one.
+    search, count : A finished search; how many designs at most.
     """
     chosen: list[Trial] = []
     for trial in front(search):
@@ -78,7 +68,6 @@ def short_list(search: Search, count: int) -> tuple[Listed, ...]:
 
 
 def _differ(a: Reader, b: Reader) -> bool:
-    """Return whether two designs differ noticeably."""
     mine, other = a.as_dict(), b.as_dict()
     for name, value in mine.items():
         if isinstance(value, float) and isinstance(other[name], float):
@@ -90,7 +79,6 @@ def _differ(a: Reader, b: Reader) -> bool:
 
 
 def _reason(search: Search, trial: Trial, place: int) -> str:
-    """Return why a design stands at its place."""
     targets, goals = search.targets, search.targets.goals
     scores, met = targets.scores(trial.evaluation), targets.met(trial.evaluation)
     lead = "Chosen" if place == 0 else f"Place {place + 1}"
@@ -130,15 +118,10 @@ def _against_reader(targets: Targets, trial: Trial, reader: Trial) -> str:
 
 
 def goal_words(goal: Goal) -> str:
-    """Return a goal's score in words, without its unit.
+    """Return a goal's score in words without unit, such as ``worst margin over the neighbours``.
 
     Parameters
     ----------
     goal : The goal.
-
-    Returns
-    -------
-    str
-        For example ``worst margin over the neighbours``.
     """
     return goal_name(goal).split(" [", maxsplit=1)[0]

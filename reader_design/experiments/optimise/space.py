@@ -28,8 +28,8 @@ class Box:
     Attributes
     ----------
     base : Values of everything that does not vary.
-    names : Parameters that vary.
-    low, high : (p,) tuple of float — Their bounds, in the unit of each name [m], [ohm].
+    names : (p,) — Parameters that vary.
+    low, high : (p,) — Their bounds, in the unit of each name [m], [ohm].
     """
 
     base: Reader
@@ -38,12 +38,11 @@ class Box:
     high: tuple[float, ...]
 
     def design(self, point: npt.ArrayLike) -> Reader:
-        """Return the design at a point of the unit cube, in steps that can be made [m], [ohm].
+        """Return the design at a point of the unit cube, in steps that can be made.
 
         Parameters
         ----------
-        point : (p,) array_like — Place between the bounds [-], 0 to 1 each; outside, the nearest
-            bound.
+        point : (p,) array_like — Place between the bounds, 0 to 1, clipped [-].
         """
         share = np.clip(np.asarray(point, dtype=np.float64), 0.0, 1.0)
         values: dict[str, Any] = {
@@ -57,7 +56,7 @@ class Box:
 
         Parameters
         ----------
-        design : Any design [m], [ohm].
+        design : Any design.
         frequency_hz : Frequency at which antennas without a length are resonant [Hz].
         """
         low, high = np.array(self.low), np.array(self.high)
@@ -83,17 +82,12 @@ def _value(design: Reader, name: str, frequency_hz: float) -> float:
 
 
 def boxes(study: Study, table: Optimise) -> tuple[Box, ...]:
-    """Return the box of parameters for each combination of the choices [m], [ohm].
+    """Return the box of parameters for each combination of choices; the first varies slowest.
 
     Parameters
     ----------
     study : Its ``[reader]`` has the values of all that is neither parameter nor choice.
     table : Parameters and choices.
-
-    Returns
-    -------
-    tuple of Box
-        The first choice varies slowest.
     """
     base, choices, bounds = study.reader, table.choices.given(), table.parameters.given()
     combinations: list[dict[str, Any]] = [
@@ -113,20 +107,14 @@ def boxes(study: Study, table: Optimise) -> tuple[Box, ...]:
 def survey_designs(
     box: Box, count: int, *, frequency_hz: float, generator: np.random.Generator
 ) -> tuple[Reader, ...]:
-    """Return designs spread over a box: the reader's own values first, within the bounds [m].
+    """Return designs spread over a box, none twice: its base, then a scrambled Halton sequence.
 
     Parameters
     ----------
-    box : Parameters and bounds.
-    count : How many besides the first.
+    box : Parameters and bounds; without parameters it has its base only.
+    count : How many besides the base.
     frequency_hz : Frequency at which antennas without a length are resonant [Hz].
     generator : Scrambles the sequence.
-
-    Returns
-    -------
-    tuple of Reader
-        The base, and ``count`` points of a scrambled Halton sequence; equal designs once. A box
-        without parameters has its base only.
     """
     from scipy.stats import qmc
 

@@ -41,7 +41,7 @@ def stored_scores(rows: list[BothScores], *, dim: str | None) -> dict[str, Store
     Parameters
     ----------
     rows : Scores in free space and in the room; None becomes NaN.
-    dim : Name of the dimension of the rows; None when there is one row and no such dimension.
+    dim : Name of the rows' dimension; None for one row without it.
     """
     out: dict[str, Stored] = {}
     for name in SCORE_NAMES:
@@ -65,13 +65,7 @@ class CellCodec:
     suffix = SUFFIX
 
     def encode(self, record: Cell, case: PlannedCell) -> bytes:
-        """Return the content of a cell's file.
-
-        Parameters
-        ----------
-        record : The cell.
-        case : What was computed: its study is stored in the attributes.
-        """
+        """Return the content of a cell's file, the study among its attributes."""
         _, count, antennas = record.free_rss_w.shape
         azimuths = np.degrees(grid_azimuths_rad(1, count)) if count else np.zeros(0)
         away = "horizontal distance to the tag"
@@ -101,13 +95,7 @@ class CellCodec:
         return netcdf_bytes(stored, attributes)
 
     def decode(self, content: bytes, case: PlannedCell) -> Cell:
-        """Return the cell of a file, bit by bit as it was computed.
-
-        Parameters
-        ----------
-        content : From `encode`.
-        case : What was computed.
-        """
+        """Return the cell of a file, bit by bit as it was computed."""
         arrays, attributes = read_netcdf(content)
         free, room = scores_of(arrays, attributes)
         return Cell(
@@ -136,13 +124,7 @@ class ScoreCodec(CellCodec):
         self._known = known
 
     def decode(self, content: bytes, case: PlannedCell) -> tuple[str, BothScores]:  # type: ignore[override]
-        """Return the hash of the content, and the scores.
-
-        Parameters
-        ----------
-        content : From `encode`.
-        case : What was computed.
-        """
+        """Return the hash of the content, and the scores."""
         del case
         sha256 = hashlib.sha256(content).hexdigest()
         return sha256, self._known.get(sha256) or scores_of(*read_netcdf(content))
@@ -153,8 +135,7 @@ def scores_of(arrays: Mapping[str, npt.NDArray[Any]], attributes: Mapping[str, A
 
     Parameters
     ----------
-    arrays : Variables.
-    attributes : Attributes.
+    arrays, attributes : Variables and attributes of the file.
     """
     free, room = (
         Scores(**{name: float(arrays[name][i]) for name in SCORE_NAMES})
@@ -170,18 +151,15 @@ def run_sweep(
 ) -> tuple[Cell, ...]:
     """Return the cells of a plan in its order, read from their files or computed and kept.
 
+    A cell without scores carries the reason. A design that cannot be built is a result; any other
+    failure is tried again by the next run.
+
     Parameters
     ----------
     plan : From :func:`octant.reader_design.experiments.sweep.plan.plan_sweep`.
     folder : Where the cells' files lie; made when missing.
     crew : Computes them; None: this process.
     progress : Shows cells and failures.
-
-    Returns
-    -------
-    tuple of Cell
-        A cell that failed carries its reason: a design that cannot be built is a result; one that
-        failed for another reason is tried again by the next run.
     """
     kept = map_cases(
         compute_cell,

@@ -46,8 +46,7 @@ class SweepOutcome:
 
     Attributes
     ----------
-    plan : All its cells.
-    rows : What is computed, by key.
+    plan, rows : All its cells; what is computed, by key.
     folder : Where everything lies.
     """
 
@@ -85,11 +84,6 @@ def study_plan(study: Study) -> SweepPlan:
     Parameters
     ----------
     study : From :func:`octant.reader_design.study_file.loading.load_study`.
-
-    Raises
-    ------
-    ConfigError, GeometryError
-        When the study's own room cannot be used.
     """
     return plan_sweep(build_setting(study))
 
@@ -106,24 +100,18 @@ def sweep_study(
 ) -> SweepOutcome:
     """Return the outcome of a study's sweep and leave its cells and tables in a folder.
 
+    An interrupt is passed on; the same call then goes on from what is kept.
+
     Parameters
     ----------
     study : From :func:`octant.reader_design.study_file.loading.load_study`.
     out_dir : Folder of the sweep; made when missing.
-    workers : Processes of this machine, no more than there are cells; 1: this one; None: one for
-        each core. A script that starts processes must guard its main part with ``if __name__ ==
-        "__main__"``.
+    workers : Processes, no more than there are cells; 1: this one; None: one for each core. A
+        script that starts processes must guard its main part with ``if __name__ == "__main__"``.
     cluster : Address of a dask scheduler, or ``local:N``; instead of ``workers``.
     merge_only : Only make the tables of what is computed already.
-    force : Go on in a folder that holds another sweep; its cells are kept where they fit.
+    force : Go on in a folder that holds another sweep, keeping the cells that fit; else refused.
     progress : Shows what happens.
-
-    Raises
-    ------
-    ConfigError
-        When the folder holds another sweep or cannot be written to, or the cluster does not answer.
-    KeyboardInterrupt
-        Passed on; what was computed is kept and the same call goes on from there.
     """
     progress = progress or Progress()
     text = to_toml(study, relative_to=out_dir)

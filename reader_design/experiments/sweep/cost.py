@@ -63,18 +63,13 @@ class CellCost:
 
 
 def unknowns_of(design: Reader, frequency_hz: float, *, cells_per_wavelength: float) -> int:
-    """Return roughly how many unknowns the moment method will have for a reader.
+    """Return about how many unknowns the moment method has for a reader, within a third.
 
     Parameters
     ----------
-    design : The reader; metal around it is not counted.
+    design : Its sheets and antennas count; metal around it does not.
     frequency_hz : Frequency that its mesh is made for [Hz].
     cells_per_wavelength : Elements per wavelength [-].
-
-    Returns
-    -------
-    int
-        From the area of its sheets and the number of its antennas, within about a third.
     """
     edge_m = SPEED_OF_LIGHT_M_PER_S / frequency_hz / cells_per_wavelength
     side_m, count = design.ground_plane_m, design.antennas
@@ -97,22 +92,15 @@ def unknowns_of(design: Reader, frequency_hz: float, *, cells_per_wavelength: fl
 
 
 def cell_cost(planned: PlannedCell) -> CellCost:
-    """Return what a cell is expected to take: unknowns, memory [B], time [s].
+    """Return what a cell is expected to take; nothing for a cell that is refused.
+
+    N unknowns in s equal sectors need a matrix of 16 N^2/s bytes, and as much again while a mode is
+    factorised. The room costs one sample for every tag, place, channel and path, whose number is
+    that of the images in a box.
 
     Parameters
     ----------
     planned : The cell.
-
-    Returns
-    -------
-    CellCost
-        Nothing for a cell that is refused.
-
-    Notes
-    -----
-    N unknowns in s equal sectors need a matrix of 16 N^2/s bytes, and as much again while a mode is
-    factorised. The room costs one sample for every tag, place, channel and path, whose number is
-    that of the images in a box.
     """
     if planned.reason:
         return CellCost(unknowns=0, memory_bytes=0.0, seconds=0.0)
@@ -145,17 +133,11 @@ def _room_seconds(context: Setting) -> float:
 
 
 def time_scale(cells: Sequence[PlannedCell], rows: Mapping[str, CellRow]) -> float | None:
-    """Return how much longer cells take than expected, by those that are there [-].
+    """Return the median of measured over expected time [-]; None where nothing is computed.
 
     Parameters
     ----------
-    cells : The sweep.
-    rows : What is computed, by key.
-
-    Returns
-    -------
-    float or None
-        Median ratio of measured and expected time; None where nothing is computed.
+    cells, rows : The sweep; what is computed, by key.
     """
     ratios = [
         row.seconds / cell_cost(cell).seconds
@@ -172,8 +154,7 @@ def plan_lines(
 
     Parameters
     ----------
-    plan : What the sweep consists of.
-    rows : What is there, by key.
+    plan, rows : The sweep; what is there, by key.
     workers : Processes; None: one for each core.
     """
     missing = missing_cells(plan, rows)

@@ -60,7 +60,7 @@ class PlannedCell:
     ----------
     values : Value of every swept parameter, in the unit of its key ([m], [Hz], ...).
     label : Human name, with every swept parameter.
-    key : Name of the cell: hash of its full input.
+    key : Hash of its full input.
     design : The reader.
     context : Study, room and sampling; those of the whole sweep when the cell was refused.
     reference : Id of the tag that the scores in free space use; empty without one.
@@ -101,16 +101,11 @@ class SweepPlan:
 
 
 def combinations(study: Study) -> tuple[dict[str, Any], ...]:
-    """Return every combination of the values of a study's sweep, in their keys' units [m], [Hz].
+    """Return every combination of a sweep's values [m], [Hz]; the first parameter varies slowest.
 
     Parameters
     ----------
-    study : With its sweep.
-
-    Returns
-    -------
-    tuple of dict
-        The first parameter varies slowest; one empty combination where nothing is swept.
+    study : With its sweep; without one, the only combination is empty.
     """
     lists = expanded(study.sweep)
     return tuple(
@@ -119,16 +114,11 @@ def combinations(study: Study) -> tuple[dict[str, Any], ...]:
 
 
 def designs_of(study: Study) -> tuple[Reader, ...]:
-    """Return the reader of every combination of the study's sweep; lengths in [m].
+    """Return the reader of every combination of the study's sweep, in the order of `combinations`.
 
     Parameters
     ----------
     study : With its sweep.
-
-    Returns
-    -------
-    tuple of Reader
-        The first parameter varies slowest.
     """
     return tuple(_design(study, values) for values in combinations(study))
 
@@ -149,17 +139,13 @@ def plan_sweep(context: Setting) -> SweepPlan:
 
 
 def compute_cell(_context: None, planned: PlannedCell) -> Cell:
-    """Return the scores and RSS [W] of a planned cell.
+    """Return the scores and RSS [W] of a planned cell, or refuse it with an OctantError.
+
+    Cells share no context: a sweep may vary the room too.
 
     Parameters
     ----------
-    _context : Cells share nothing: a sweep may vary the room too.
     planned : The cell.
-
-    Raises
-    ------
-    OctantError
-        When its values cannot be together, or the design cannot be built.
     """
     if planned.reason:
         raise InfeasibleDesignError(planned.reason)
@@ -216,18 +202,12 @@ def _built(study: Study, rooms: dict[bytes, Setting | OctantError]) -> Setting:
 
 
 def cell_label(design: Reader, values: Mapping[str, Any]) -> str:
-    """Return the human name of a cell, a reader's lengths in [cm], frequencies in [GHz].
+    """Return a cell's human name, such as ``dipole r_a = 10 cm h_p = 8 cm gap = 0.5 cm``.
 
     Parameters
     ----------
     design : Names antenna, r_a and h_p.
-    values : Swept parameters, in the units of their keys ([m], [Hz], ...); the others are named
-        too.
-
-    Returns
-    -------
-    str
-        For example ``dipole r_a = 10 cm h_p = 8 cm gap = 0.5 cm``.
+    values : Swept parameters, in the units of their keys ([m], [Hz], ...); the others are named.
     """
     paths = parameter_paths()
     parts = [

@@ -27,8 +27,8 @@ class SweepResults:
     Attributes
     ----------
     folder : Folder of the sweep.
-    table : One row a cell: parameters as coordinates, scores by ``cell`` and ``surrounding``,
-        ``status``, ``failed_because``; each variable with its unit.
+    table : A row a cell, each variable with its unit: parameters as coordinates, scores by ``cell``
+        and ``surrounding``, ``status``, ``failed_because``.
     """
 
     folder: Path
@@ -43,23 +43,13 @@ class SweepResults:
         return tuple(json.loads(self.table.attrs["parameters"]))
 
     def query(self, conditions: Mapping[str, Any]) -> "SweepResults":
-        """Return the cells whose parameters fulfil all conditions, in the parameters' units.
+        """Return the cells that fulfil all conditions, in the sweep's order; may be none.
 
         Parameters
         ----------
         conditions : By parameter, ``status`` or other column of one value a cell, in its unit ([m],
             [Hz], ...): a value, a tuple (least, greatest), ends included, or a list or set of
             values. A value that is itself a list stands in a list: ``[[5.0, 5.0, 3.0]]``.
-
-        Returns
-        -------
-        SweepResults
-            In the sweep's order; may be empty.
-
-        Raises
-        ------
-        ConfigError
-            When the sweep has no such parameter.
         """
         chosen = np.ones(len(self), dtype=bool)
         known = [str(name) for name in self.table.variables if self._is_column(str(name))]
@@ -73,12 +63,9 @@ class SweepResults:
         return self.table[name].dims == ("cell",)
 
     def cells(self) -> "Iterator[xr.Dataset]":
-        """Yield the full content of every scored cell, opened when its turn comes; RSS in [W].
+        """Yield every scored cell, opened when its turn comes; all scores and RSS [W].
 
-        Yields
-        ------
-        xarray.Dataset
-            ``free_rss_w`` (distance, azimuth, antenna), ``travel_rss_w`` (travel, antenna), scores.
+        ``free_rss_w`` has (distance, azimuth, antenna), ``travel_rss_w`` has (travel, antenna).
         """
         for key, status in zip(
             self.table["cell_key"].values, self.table["status"].values, strict=True
@@ -108,21 +95,11 @@ def _equals(values: npt.NDArray[Any], wanted: Any) -> npt.NDArray[np.bool_]:  # 
 
 
 def open_sweep(folder: str | Path) -> SweepResults:
-    """Return a sweep that ``octant sweep`` left in a folder, finished or not; scores in own units.
+    """Return a sweep that ``octant sweep`` left in a folder, finished or not; reads its table only.
 
     Parameters
     ----------
     folder : What was given as ``--out``.
-
-    Returns
-    -------
-    SweepResults
-        Its table is read; the cells' files are not.
-
-    Raises
-    ------
-    ConfigError
-        When there is no sweep.
 
     Examples
     --------

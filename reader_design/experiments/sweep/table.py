@@ -56,7 +56,7 @@ class CellRow:
     status : ``done``, ``infeasible``, ``failed`` (tried again by the next run) or ``missing``.
     reason : Why there are no scores; empty when there are.
     seconds : Time that it took [s]; NaN when missing.
-    free, room : Scores in free space and in the room ([rad], [dB], [W],).
+    free, room : Scores in free space and in the room.
     sha256 : Hash of its file's content; empty when missing.
     """
 
@@ -70,12 +70,11 @@ class CellRow:
 
 
 def row_of(planned: PlannedCell, kept: Kept[tuple[str, BothScores]]) -> CellRow:
-    """Return the row of a cell; scores keep their units.
+    """Return the row of a cell.
 
     Parameters
     ----------
-    planned : The cell.
-    kept : What became of it, read with a `ScoreCodec`.
+    planned, kept : The cell, and what became of it, read with a `ScoreCodec`.
     """
     if kept.record is None:
         status = FAILED if kept.unexpected else INFEASIBLE
@@ -89,16 +88,12 @@ def row_of(planned: PlannedCell, kept: Kept[tuple[str, BothScores]]) -> CellRow:
 def known_rows(plan: SweepPlan, folder: Path, *, progress: Progress) -> dict[str, CellRow]:
     """Return the rows of all cells whose files are there and whole, by key.
 
+    Files are read, but opened only where the table does not know their hash.
+
     Parameters
     ----------
-    plan : What the sweep consists of.
-    folder : Folder of the sweep.
+    plan, folder : The sweep and its folder.
     progress : Shows which files are damaged.
-
-    Returns
-    -------
-    dict of str to CellRow
-        Every file is read; only those that the table does not know by their hash are opened.
     """
     kept = kept_cases(
         compute_cell,
@@ -128,8 +123,7 @@ def missing_cells(plan: SweepPlan, rows: Mapping[str, CellRow]) -> list[PlannedC
 
     Parameters
     ----------
-    plan : What the sweep consists of.
-    rows : What is there, by key.
+    plan, rows : The sweep; what is there, by key.
     """
     there = {key for key, row in rows.items() if row.status != FAILED}
     return [cell for cell in plan.cells if cell.key not in there]
@@ -162,9 +156,8 @@ def write_table(plan: SweepPlan, rows: Mapping[str, CellRow], folder: Path, toml
 
     Parameters
     ----------
-    plan : What the sweep consists of.
+    plan, folder : The sweep and its folder.
     rows : By key; cells without one are missing.
-    folder : Folder of the sweep.
     toml : The resolved study.
     """
     ordered = [rows.get(p.key) or CellRow(key=p.key, status=MISSING) for p in plan.cells]
@@ -216,16 +209,11 @@ def _table_bytes(plan: SweepPlan, rows: Sequence[CellRow], toml: str) -> bytes:
 
 
 def column(values: Sequence[Any]) -> npt.NDArray[Any]:
-    """Return a parameter's values as a column: numbers where all are, else text [-].
+    """Return a parameter's values as a column: numbers where all are, else `parameter_text`.
 
     Parameters
     ----------
-    values : As a study file holds them, in the parameter's unit.
-
-    Returns
-    -------
-    (k,) ndarray
-        float64 or int64; true and false are 1 and 0; lists and tables are written as JSON.
+    values : As a study file holds them, in the parameter's unit; true and false become 1 and 0.
     """
     if all(isinstance(value, bool) for value in values):
         return np.array(values, dtype=np.int8)
@@ -235,16 +223,11 @@ def column(values: Sequence[Any]) -> npt.NDArray[Any]:
 
 
 def parameter_text(value: Any) -> str:  # noqa: ANN401  any value of a study
-    """Return a parameter's value as the table writes text, in the parameter's unit.
+    """Return a parameter's value as the table writes it: text as it is, anything else as JSON.
 
     Parameters
     ----------
-    value : As a study file holds it.
-
-    Returns
-    -------
-    str
-        Text as it is, anything else as JSON.
+    value : As a study file holds it, in the parameter's unit.
     """
     return value if isinstance(value, str) else json.dumps(value, sort_keys=True)
 

@@ -72,8 +72,7 @@ class Case:
 
     Attributes
     ----------
-    design : The drawing [m].
-    deviation : What is built less what is drawn ([m], [rad],).
+    design, deviation : The drawing, and what is built less what is drawn.
     """
 
     design: Reader
@@ -87,9 +86,8 @@ class CaseScores:
     Attributes
     ----------
     reason : Why there are no scores; empty when there are.
-    free, room : Scores in free space at the given distances, and in the room (units as in Scores).
-    levels_dbm : Mean over all azimuths of the strongest antenna's RSS in free space, at each
-        distance [dBm].
+    free, room : Scores in free space at the given distances, and in the room.
+    levels_dbm : The strongest antenna's RSS at each distance, mean over azimuth, free space [dBm].
     """
 
     reason: str = ""
@@ -99,21 +97,13 @@ class CaseScores:
 
 
 def compute_case(context: ToleranceContext, case: Case) -> CaseScores:
-    """Return the scores of one case.
+    """Return the scores of one case, or refuse it with an OctantError if it cannot be built.
+
+    Scores take the antennas to be where the drawing has them, as a navigator does.
 
     Parameters
     ----------
-    context : What all cases share.
-    case : The case.
-
-    Raises
-    ------
-    OctantError
-        When the reader cannot be built so.
-
-    Notes
-    -----
-    Scores take the antennas to be where the drawing has them, as a navigator does.
+    context, case : What all cases share; the case.
     """
     context = _shifted(context, case.deviation)
     study, sampling = context.study, context.setting.sampling
@@ -149,11 +139,9 @@ def run_cases(
 
     Parameters
     ----------
-    context : What all cases share.
-    cases : Designs and deviations.
+    context, cases : What all cases share; designs and deviations.
     folder : Where the cases' files lie; made when missing.
-    workers, cluster, progress
-        As in :func:`octant.reader_design.keeping.keeper.map_cases`.
+    workers, cluster, progress : As in :func:`octant.reader_design.keeping.keeper.map_cases`.
     """
     kept = map_cases(
         compute_case,
@@ -172,22 +160,11 @@ def run_cases(
 
 
 def built_responses(study: Study, case: Case) -> tuple[ReaderResponse, ...]:
-    """Return the patterns of a design as built at each frequency of a study [Hz].
+    """Return the patterns of a design as built at each frequency; only the drawing's are cached.
 
     Parameters
     ----------
-    study : Frequencies [Hz] and the model of the reader.
-    case : Design and errors.
-
-    Returns
-    -------
-    tuple of ReaderResponse
-        Read from or kept in the user's cache only for the drawing itself.
-
-    Raises
-    ------
-    GeometryError, AntennaError
-        When the design cannot be built so, or the model is not ``fullwave``.
+    study, case : Frequencies and the model of the reader; design and errors.
     """
     errors = case.deviation.build
     if errors.is_zero and case.deviation.frequency_factor == 1.0:
@@ -250,18 +227,13 @@ def _other_materials(
 
 
 def scaled_material(material: Material, permittivity: float, conductivity: float) -> Material:
-    """Return a material whose constants are multiplied by two factors.
+    """Return a material times two factors, in each layer alike; perfect conductors stay.
 
     Parameters
     ----------
     material : The study's own.
     permittivity : Factor of the relative permittivity less one [-], so that air stays air.
     conductivity : Factor of the conductivity [-].
-
-    Returns
-    -------
-    Material
-        Perfect conductors stay; every layer of a layered wall changes alike.
     """
     if material.is_pec:
         return material

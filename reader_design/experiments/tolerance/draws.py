@@ -19,15 +19,13 @@ FloatArray = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Deviation:
-    """How a built reader and its room differ from the drawing.
+    """How a built reader and its room differ from the drawing; factors are over the study's values.
 
     Parameters
     ----------
-    build : Of the reader ([m], [rad]).
-    frequency_factor : Frequency over the study's [-].
-    permittivity_factor : Relative permittivity less one of the room's materials over the study's
-        [-].
-    conductivity_factor : Conductivity of the room's materials over the study's [-].
+    build : Errors of the reader ([m], [rad]).
+    frequency_factor, conductivity_factor : Of the frequency; of the room's materials [-].
+    permittivity_factor : Of the materials' relative permittivity less one [-].
     """
 
     build: BuildErrors
@@ -49,24 +47,16 @@ def as_drawn(antennas: int) -> Deviation:
 def drawn_deviation(
     tolerance: Tolerance, *, antennas: int, antenna_radius_m: float, seed: int, index: int
 ) -> Deviation:
-    """Return the deviation of one sample ([m], [rad]).
+    """Return the deviation of one sample ([m], [rad]), the same for designs of as many antennas.
+
+    Every error is drawn, zero sizes too, so that changing one size leaves the others' draws alone.
 
     Parameters
     ----------
     tolerance : Sizes of the errors ([m], [deg], [%]) and their distribution.
     antennas : Number of antennas.
     antenna_radius_m : r_a [m]; an error sideways turns the antenna's azimuth by its share of it.
-    seed : Seed of the study.
-    index : Number of the sample, from 0.
-
-    Returns
-    -------
-    Deviation
-        Designs of the same number of antennas get the same errors, in millimetres and degrees.
-
-    Notes
-    -----
-    Every error is drawn, zero sizes too, so that changing one size leaves the others' draws alone.
+    seed, index : Seed of the study; number of the sample, from 0.
     """
     random = np.random.default_rng([seed, index])
     if tolerance.distribution == "uniform":
@@ -111,23 +101,16 @@ def _factor(percent: float, unit: float) -> float:
 def regressors(
     deviations: list[Deviation], antenna_radius_m: float
 ) -> tuple[tuple[str, ...], FloatArray]:
-    """Return what scores can depend on by symmetry: mean and scatter of each kind of error.
+    """Return names and (s, p) values ([mm], [deg], [-]) of what scores can depend on by symmetry.
+
+    Antennas are interchangeable but for the ground plane's corners, so that to first order a
+    smooth score follows the mean of each kind of error, and to second order its scatter over
+    antennas. Columns that never change are left out.
 
     Parameters
     ----------
     deviations : Samples.
     antenna_radius_m : r_a [m], by which azimuth errors become lengths.
-
-    Returns
-    -------
-    tuple of (tuple of str, (s, p) float64)
-        Names, and one row a sample ([mm], [deg], [-]); columns that never change are left out.
-
-    Notes
-    -----
-    Antennas are interchangeable but for the ground plane's corners, so that to first order a
-    smooth score follows the mean of each kind of error, and to second order its scatter over
-    antennas.
     """
     table: dict[str, list[float]] = {}
 

@@ -30,18 +30,13 @@ def distribution_figure(
     *,
     title: str,
 ) -> "Figure":
-    """Return the distribution of every score over built readers, each in its unit.
+    """Return each score's distribution: shares as steps, 5 % to 95 % shaded, the drawing as a line.
 
     Parameters
     ----------
     shown : Scores; a panel each.
     designs : Name, scores of the drawing and of the samples [units of the views].
     title : Above the figure.
-
-    Returns
-    -------
-    Figure
-        Cumulative shares as steps, the drawing as a vertical line, 5 % to 95 % shaded.
     """
     columns = min(4, len(shown))
     rows = -(-len(shown) // columns)
@@ -72,7 +67,6 @@ def distribution_figure(
 def _draw_distribution(
     ax: "Axes", name: str, nominal: float, values: FloatArray, colour: str
 ) -> None:
-    """Draw one design's cumulative distribution in one panel."""
     sample = np.sort(values[~np.isnan(values)])
     share = np.arange(1, sample.size + 1) / sample.size
     ax.step(
@@ -88,18 +82,13 @@ def _draw_distribution(
 
 
 def slope_figure(shown: Sequence[View], slopes: Sequence[Slope], *, title: str) -> "Figure":
-    """Return what one millimetre or degree more and less does to every score [its unit].
+    """Return two bars a parameter: what one millimetre or degree more and less does to every score.
 
     Parameters
     ----------
     shown : Scores; a panel for each that has slopes.
     slopes : Parameter by parameter [unit of the score per mm or per deg].
     title : Above the figure.
-
-    Returns
-    -------
-    Figure
-        Two bars a parameter: the change for more and for less of it.
     """
     views = [view for view in shown if any(s.score == view.name for s in slopes)]
     names = list(dict.fromkeys(s.parameter for s in slopes))
@@ -139,18 +128,12 @@ def slope_figure(shown: Sequence[View], slopes: Sequence[Slope], *, title: str) 
 def explained_figure(
     shown: Sequence[View], explained: Sequence[Explained | None], *, title: str
 ) -> "Figure | None":
-    """Return which kind of error explains how much of every score's variance.
+    """Return which kind of error explains how much of each score's variance; None where none does.
 
     Parameters
     ----------
-    shown : Scores; a row each.
-    explained : For every score.
+    shown, explained : Scores, a row each, and what explains them.
     title : Above the figure.
-
-    Returns
-    -------
-    Figure or None
-        A table shaded by share; None where no score has one.
     """
     rows = [(v, e) for v, e in zip(shown, explained, strict=True) if e is not None]
     if not rows:

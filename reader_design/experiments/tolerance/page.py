@@ -68,12 +68,11 @@ def _yield_sentence(one: BuiltDesign, limits: tuple[str, ...]) -> str:
 def tolerance_section(
     result: ToleranceStudy, figures: tuple[ReportFigure, ...] = ()
 ) -> ReportSection:
-    """Return the section of a report on tolerances; numbers carry their units.
+    """Return the section of a report on tolerances.
 
     Parameters
     ----------
-    result : The study.
-    figures : Its figures.
+    result, figures : The study and its figures.
     """
     return ReportSection(
         heading="As built",
@@ -123,7 +122,6 @@ def _cell(interval: Interval) -> str:
 
 
 def _spread_tables(result: ToleranceStudy) -> tuple[ReportTable, ...]:
-    """Return one table of quantiles for each design."""
     tables = []
     for one in (result.chosen, *result.rivals):
         rows = tuple(
@@ -142,7 +140,6 @@ def _spread_tables(result: ToleranceStudy) -> tuple[ReportTable, ...]:
 
 
 def _slope_table(result: ToleranceStudy) -> ReportTable:
-    """Return the slopes of every score with every parameter."""
     names = list(dict.fromkeys(s.parameter for s in result.slopes))
     views = [view for view in result.shown if any(s.score == view.name for s in result.slopes)]
     found = {(s.parameter, s.score): s for s in result.slopes}

@@ -38,23 +38,14 @@ def wins(
     *,
     rules: Rules | None = None,
 ) -> Interval:
-    """Return how often the first design is chosen over the second, built with the same errors.
+    """Return how often the first design is chosen over the second, with its Wilson interval.
+
+    Readers equal in everything count one half, as does a pair of which neither can be built.
 
     Parameters
     ----------
     first, second : Scores of two designs, sample by sample with the same errors.
     rules : Rules of the choice; default: those of Rules.
-
-    Returns
-    -------
-    Interval
-        Share of samples with its Wilson interval. Readers equal in everything count one half,
-        as does a pair of which neither can be built.
-
-    Raises
-    ------
-    SweepStateError
-        When the designs have different numbers of samples, or none.
     """
     if len(first) != len(second) or not first:
         msg = (
@@ -91,27 +82,15 @@ def wins_over_places(
 ) -> Interval:
     """Return how often the first design is chosen over resampled places of the room.
 
+    The interval is that of the finite number of resamples only; the share itself says how far the
+    room's places decide. Places count as independent: they should lie half a wavelength or more
+    apart.
+
     Parameters
     ----------
     first, second : The drawings' scores and what they receive at the same places.
-    random : Of the resamples; both designs always get the same places.
-    resamples : Number of them.
+    random, resamples : Generator and number of resamples; both designs get the same places.
     rules : Rules of the choice; default: those of Rules.
-
-    Returns
-    -------
-    Interval
-        Share of resamples. Its interval is that of the finite number of resamples only; the
-        share itself says how far the room's places decide.
-
-    Raises
-    ------
-    SweepStateError
-        When the designs were not probed at the same places.
-
-    Notes
-    -----
-    Places count as independent: they should lie half a wavelength or more apart.
     """
     count = len(first[1].rss_w)
     if len(second[1].rss_w) != count:
@@ -137,19 +116,13 @@ def _with_places(case: CaseScores, room: RoomRss, places: npt.NDArray[np.int64])
 def confidence_sentence(
     confidence: Interval, *, better: str, worse: str, samples: int, over: str = "built readers"
 ) -> str:
-    """Return in words with what confidence one design is better than another [%].
+    """Return e.g. "With 93 % (86 to 97) confidence A is better than B (100 built readers).".
 
     Parameters
     ----------
     confidence : Share of samples in which it is.
     better, worse : Names of the designs.
-    samples : Number of samples.
-    over : What the samples are.
-
-    Returns
-    -------
-    str
-        E.g. "With 93 % (86 to 97) confidence A is better than B (100 built readers).".
+    samples, over : Number of samples, and what they are.
     """
     value, low, high = (
         round(100.0 * x) for x in (confidence.value, confidence.low, confidence.high)

@@ -28,7 +28,6 @@ if TYPE_CHECKING:
 FloatArray = npt.NDArray[np.float64]
 
 FILES = ("tolerance.nc", "tolerance.csv", "report.html", "study.toml")
-"""What a tolerance study leaves beside its cases and figures."""
 
 CSV_HEADER = (
     "design",
@@ -53,17 +52,11 @@ CSV_HEADER = (
 
 
 def write_results(result: ToleranceStudy, out: Path) -> ReportSection:
-    """Return the section of a report, once all files are written.
+    """Write all files, and return the report's section, its paragraphs the summary for people.
 
     Parameters
     ----------
-    result : The study.
-    out : Folder.
-
-    Returns
-    -------
-    ReportSection
-        Its paragraphs are the summary for people ([mm], [deg], [%]).
+    result, out : The study and the folder.
     """
     figures = _figures(result, out / "figures")
     write_dataset(tolerance_dataset(result), out / "tolerance.nc", force=True)
@@ -104,16 +97,11 @@ def csv_rows(result: ToleranceStudy) -> Iterator[tuple[object, ...]]:
 
 
 def tolerance_dataset(result: ToleranceStudy) -> "xr.Dataset":
-    """Return every sample's scores and errors, and the slopes, with units.
+    """Return every sample's scores and errors, and the slopes by parameter, with units.
 
     Parameters
     ----------
     result : The study.
-
-    Returns
-    -------
-    xarray.Dataset
-        Scores by design and sample; errors by sample and antenna [m], [rad]; slopes by parameter.
     """
     designs = (result.chosen, *result.rivals)
     variables = {}
@@ -174,7 +162,6 @@ def tolerance_dataset(result: ToleranceStudy) -> "xr.Dataset":
 
 
 def _errors(result: ToleranceStudy, name: str, of: str) -> "xr.Variable":
-    """Return one kind of error by sample and antenna or plate."""
     words = name.rsplit("_", 1)
     return variable(
         ["sample", of],

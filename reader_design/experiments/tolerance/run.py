@@ -22,7 +22,6 @@ from octant.reader_design.study_file.schema import Study
 from octant.reader_design.study_file.tolerance import Tolerance
 
 CASES = "cases"
-"""Folder of the readers' files."""
 
 
 def plan_lines(study: Study, out_dir: Path, *, samples: int | None = None) -> tuple[str, ...]:
@@ -62,14 +61,8 @@ def run_tolerance(
     samples : Readers built; None: the study's. More of them keep the first ones.
     workers : Processes; None: one for each core.
     cluster : Address of a dask scheduler, or ``local:N``, in place of ``workers``.
-    force : Replace the results of another study in that folder.
+    force : Replace the results of another study in that folder; else refused.
     progress : Shows what happens.
-
-    Raises
-    ------
-    ConfigError
-        When the folder holds the results of another study and ``force`` is false, or the study's
-        reader cannot be built.
     """
     progress = progress or Progress()
     text = to_toml(study, relative_to=out_dir)

@@ -28,8 +28,7 @@ class Parameter:
     ----------
     name : Name for people.
     field : Argument of :func:`octant.geometries.build_errors.common_errors`.
-    unit : Unit of slopes' denominators, ``mm`` or ``°``.
-    per_unit : That unit in [m] or [rad].
+    unit, per_unit : Unit of slopes' denominators, ``mm`` or ``°``; the same in [m] or [rad].
     step : Step of the differences [unit].
     towards_rad : Where antennas lean, for a tilt [rad].
     """
@@ -42,12 +41,11 @@ class Parameter:
     towards_rad: float = 0.0
 
     def errors(self, antennas: int, amount: float) -> BuildErrors:
-        """Return the errors of an amount [unit], the same for all antennas.
+        """Return the errors of an amount, the same for all antennas.
 
         Parameters
         ----------
-        antennas : Number of antennas.
-        amount : Amount [unit], of either sign.
+        antennas, amount : Number of antennas; amount [unit], of either sign.
         """
         value = amount * self.per_unit
         given = {self.field: value}
@@ -85,11 +83,9 @@ class Slope:
 
     Attributes
     ----------
-    parameter : Name of the parameter.
-    score : Name of the view.
+    parameter, score : Names of the parameter and the view.
     unit : Unit of the slopes, e.g. ``dB/mm``.
-    up, down : Slope for more, and for less, of the parameter [unit]; they differ where the score
-        bends.
+    up, down : Slope for more, and for less, of the parameter [unit].
     central : Central difference of the smaller step [unit].
     doubt : Difference of the central slopes of both steps [unit].
     bends : True when ``up`` and ``down`` differ by more than curvature explains, as where the worst
@@ -111,7 +107,7 @@ def parameters_of(design: Reader) -> tuple[Parameter, ...]:
 
     Parameters
     ----------
-    design : A design without plates has no h_p [m]; a monopole joined to the ground plane no gap.
+    design : Without plates it has no h_p; a monopole joined to the ground plane no gap.
     """
     plates = max(design.plate_height_m, design.plate_height_axis_m or 0.0) > 0.0
     joined = design.antenna == "monopole" and design.monopole_plane_m == 0.0
@@ -125,13 +121,7 @@ def sensitivity_cases(design: Reader, parameters: tuple[Parameter, ...]) -> tupl
 
     Parameters
     ----------
-    design : The drawing [m].
-    parameters : What to vary.
-
-    Returns
-    -------
-    tuple of Case
-        1 + 4 p of them.
+    design, parameters : The drawing, and what to vary.
     """
     count = design.antennas
     cases = [Case(design=design, deviation=as_drawn(count))]
@@ -145,18 +135,13 @@ def sensitivity_cases(design: Reader, parameters: tuple[Parameter, ...]) -> tupl
 def slopes(
     parameters: tuple[Parameter, ...], shown: tuple[View, ...], results: tuple[CaseScores, ...]
 ) -> tuple[Slope, ...]:
-    """Return the slope of every score with every parameter [units of each].
+    """Return the slopes of all scores, parameter by parameter; NaN where a case cannot be built.
 
     Parameters
     ----------
     parameters : What was varied.
     shown : Scores; shares are left out, as they change in steps.
     results : Of :func:`sensitivity_cases`, in their order.
-
-    Returns
-    -------
-    tuple of Slope
-        Parameter by parameter; NaN where a case cannot be built.
     """
     views = tuple(view for view in shown if not view.name.endswith("share"))
     table = values_of(views, results)

@@ -16,11 +16,10 @@ class Explained:
     ----------
     names : Regressors.
     coefficients : (p,) float64 — Standardised regression coefficients [-].
-    shares : (p,) float64 — Share of the variance [-]: coefficient times correlation; their sum is
+    shares : (p,) float64 — Share of the variance [-]: coefficient times correlation, adding up to
         ``r_squared``. Small negative ones are noise.
     r_squared : Share explained by all together in the sample [-].
-    r_squared_new : The same for samples left out of the fit, one at a time [-]: what the fit is
-        worth. Below 0 it is worth nothing.
+    r_squared_new : The same for samples left out of the fit one at a time [-]; worthless below 0.
     """
 
     names: tuple[str, ...]
@@ -30,13 +29,7 @@ class Explained:
     r_squared_new: float
 
     def by_kind(self) -> dict[str, float]:
-        """Return the shares added up over what stands before the colon of a name [-].
-
-        Returns
-        -------
-        dict of str to float
-            Kind of error -> share, in the order of the names [-].
-        """
+        """Return the shares added up by what stands before the colon of a name [-]."""
         out: dict[str, float] = {}
         for name, share in zip(self.names, self.shares, strict=True):
             kind = name.split(":")[0]
@@ -47,28 +40,17 @@ class Explained:
 def explained_variance(
     names: tuple[str, ...], columns: npt.ArrayLike, values: npt.ArrayLike
 ) -> Explained | None:
-    """Return the shares of a score's variance by standardised linear regression.
+    """Return shares of variance by standardised linear regression, or None.
+
+    None where nothing varies, or below p + 2 samples. Shares are J. W. Pratt's product measure
+    beta_j r_j (Proc. 2nd Tampere Conf. in Statistics (1987) 245-260): for independent regressors
+    the squared standardised coefficients. The left-out error is the residual over one less the
+    leverage (PRESS; D. M. Allen, Technometrics 16 (1974) 125-127).
 
     Parameters
     ----------
-    names : Regressors.
-    columns : (s, p) array_like — Their values, each in a unit of its own [-].
+    names, columns : (s, p) array_like — Regressors and their values, each in its own unit.
     values : (s,) array_like — The score [its unit].
-
-    Returns
-    -------
-    Explained or None
-        None when there are fewer than p + 2 samples, or nothing varies.
-
-    Notes
-    -----
-    Shares are Pratt's product measure beta_j r_j: for independent regressors the squared
-    standardised coefficients. The left-out error is the residual over one less the leverage.
-
-    References
-    ----------
-    .. [1] J. W. Pratt, Proc. 2nd Tampere Conf. in Statistics (1987) 245-260.
-    .. [2] D. M. Allen, Technometrics 16 (1974) 125-127 (PRESS).
     """
     x, y = np.asarray(columns, dtype=np.float64), np.asarray(values, dtype=np.float64)
     count, parameters = x.shape

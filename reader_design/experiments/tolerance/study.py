@@ -57,14 +57,11 @@ class BuiltDesign:
 
     Attributes
     ----------
-    name : Name in the results.
-    design : The drawing [m].
-    nominal : Scores of the drawing.
-    samples : Scores of the built readers.
+    name, design : Name in the results, and the drawing.
+    nominal, samples : Scores of the drawing, and of the built readers.
     values : (s, v) float64 — Scores shown, a row a sample [units of the views].
     spreads : Median, 5 % and 95 % quantile of every score [units of the views].
-    good : Share of readers that meet the limits.
-    drawn_is_good : Whether the drawing itself does.
+    good, drawn_is_good : Share of readers that meet the limits; whether the drawing itself does.
     """
 
     name: str
@@ -88,14 +85,11 @@ class ToleranceStudy:
 
     Attributes
     ----------
-    study : What was asked for.
-    tolerance : Its table, or the defaults.
+    study, tolerance : What was asked for; its table, or the defaults.
     shown : Scores, in the order of the columns of every ``values``.
-    chosen : The study's reader.
-    rivals : The other designs, built with the same errors.
-    deviations : The samples' errors, as the chosen design has them ([m], [rad],).
-    parameters : What the slopes are against.
-    slopes : Around the drawing of the chosen design.
+    chosen, rivals : The study's reader; the other designs, built with the same errors.
+    deviations : The samples' errors, as the chosen design has them.
+    parameters, slopes : Slopes around the drawing of the chosen design, and what they are against.
     explained : For every score; None where nothing varies or samples are too few.
     confidence : Share of built readers in which the chosen design beats each rival.
     confidence_places : The same over resampled places of the room; empty without a room.
@@ -127,27 +121,19 @@ def run_tolerance_study(
 ) -> ToleranceStudy:
     """Return what tolerances do to a study's reader and its rivals; resumes from a folder.
 
+    The same bits at any number of workers. Refuses models other than ``fullwave``, a study without
+    a tag, and designs that cannot be built even as drawn.
+
     Parameters
     ----------
     study : Reader, tag, room, ``[tolerance]``.
     folder : Where the cases' files lie; made when missing.
-    rivals : Names and designs to compare with besides those of the study [m].
+    rivals : Names and designs to compare with besides those of the study.
     samples : Readers built; None: the study's.
     workers : Processes; None: one for each core.
     cluster : Address of a dask scheduler, or ``local:N``, in place of ``workers``.
-    sampling : How densely designs are probed [m]; default: that of Sampling.
+    sampling : How densely designs are probed; default: that of Sampling.
     progress : Shows cases.
-
-    Returns
-    -------
-    ToleranceStudy
-        The same bits at any number of workers.
-
-    Raises
-    ------
-    ConfigError
-        When the reader's model is not ``fullwave``, there is no tag, or the drawing of a design
-        itself cannot be built.
     """
     tolerance = study.tolerance or Tolerance()
     _refuse_other_models(study)
@@ -230,7 +216,6 @@ def _refuse_unbuilt(name: str, case: CaseScores) -> None:
 
 
 def _rival_design(study: Study, rival: Rival) -> Reader:
-    """Return the study's reader with what a rival changes."""
     changes = {
         name: value
         for name in Rival.__struct_fields__
@@ -249,7 +234,6 @@ def _built(
     tolerance: Tolerance,
     seed: int,
 ) -> BuiltDesign:
-    """Return a design with its statistics."""
     values = values_of(shown, samples)
     there = ~np.isnan(values).any(axis=1)
     if not there.any():

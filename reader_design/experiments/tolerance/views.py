@@ -18,8 +18,7 @@ class View:
 
     Attributes
     ----------
-    name : Name in files.
-    title : Name for people.
+    name, title : Name in files, and for people.
     unit : Unit of the values shown, ``1`` without.
     where : ``free``, ``room`` or ``level``.
     field : Field of the scores, or the number of the distance.
@@ -133,17 +132,11 @@ def views(distances_m: tuple[float, ...], *, room: bool) -> tuple[View, ...]:
 
 
 def values_of(shown: tuple[View, ...], cases: tuple[CaseScores, ...]) -> FloatArray:
-    """Return the scores of cases, one row a case [units of the views].
+    """Return the scores of cases, a row each [units of the views]; NaN where it cannot be built.
 
     Parameters
     ----------
-    shown : Columns.
-    cases : Rows.
-
-    Returns
-    -------
-    (s, v) float64
-        NaN where a case cannot be built.
+    shown, cases : Columns and rows.
     """
     return np.array([[view.of(case) for view in shown] for case in cases]).reshape(
         len(cases), len(shown)
@@ -151,17 +144,11 @@ def values_of(shown: tuple[View, ...], cases: tuple[CaseScores, ...]) -> FloatAr
 
 
 def meets(limits: Limits, case: CaseScores) -> bool:
-    """Return whether a reader as built is good; one that cannot be built is not.
+    """Return whether a reader meets every limit given; one that cannot be built does not.
 
     Parameters
     ----------
-    limits : What it must reach ([-], [dB], [deg], [dBm]).
-    case : The reader's scores.
-
-    Returns
-    -------
-    bool
-        True when every limit that is given is met.
+    limits, case : What it must reach; the reader's scores.
     """
     free = case.free
     if free is None:
@@ -180,16 +167,11 @@ def meets(limits: Limits, case: CaseScores) -> bool:
 
 
 def limit_texts(limits: Limits) -> tuple[str, ...]:
-    """Return the limits in words, each with its unit ([-], [dB], [deg], [dBm]).
+    """Return a half-sentence for each limit that is given, with its unit.
 
     Parameters
     ----------
     limits : What is asked for.
-
-    Returns
-    -------
-    tuple of str
-        One half-sentence for each limit that is given.
     """
     texts = (
         (limits.least_right_share, "share of right antennas at least {:.3g}"),
