@@ -33,9 +33,7 @@ def case_path(folder: Path, key: str, suffix: str) -> Path:
 
     Parameters
     ----------
-    folder : Folder of the cases.
-    key : Key of the case.
-    suffix : Ending of the name, with its dot.
+    folder, key, suffix : Folder of the cases, key of the case, ending of the name with its dot.
     """
     return folder / f"{key[:32]}{suffix}"
 
@@ -92,8 +90,7 @@ def put_bytes(path: Path, content: bytes) -> None:
 
     Parameters
     ----------
-    path : The file.
-    content : All of it.
+    path, content : The file, and all of it.
     """
     try:
         with whole_file(path) as part:
@@ -113,8 +110,7 @@ def read_case(path: Path, key: str) -> tuple[bytes, dict[str, Any]] | None:
 
     Parameters
     ----------
-    path : The file.
-    key : Key that it must have.
+    path, key : The file, and the key that it must have.
     """
     try:
         whole = path.read_bytes()

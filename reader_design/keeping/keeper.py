@@ -57,8 +57,7 @@ class Codec(Protocol):
 
         Parameters
         ----------
-        record : What the computation returned.
-        case : What was computed.
+        record, case : What the computation returned, and what was computed.
         """
 
     def decode(self, content: bytes, case: Any) -> Any:  # noqa: ANN401  any record of any case
@@ -66,8 +65,7 @@ class Codec(Protocol):
 
         Parameters
         ----------
-        content : From ``encode``.
-        case : What was computed.
+        content, case : From ``encode``, and what was computed.
         """
 
 
@@ -293,8 +291,7 @@ def computed_case(job: _Job, case: object, version: str) -> Computed:
 
     Parameters
     ----------
-    job : How to compute.
-    case : What to compute.
+    job, case : How to compute, and what.
     version : Version of Octant that asks; a worker with another one refuses.
     """
     here = versions()["octant_version"]

@@ -66,8 +66,7 @@ class Progress:
 
         Parameters
         ----------
-        total : Number of items.
-        label : What the bar is called.
+        total, label : Number of items, and what the bar is called.
         """
         from tqdm.auto import tqdm
 

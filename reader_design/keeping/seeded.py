@@ -39,8 +39,7 @@ def compute_runs(context: SeededJob, case: tuple[int, ...]) -> tuple[object, ...
 
     Parameters
     ----------
-    context : The job.
-    case : Numbers of the runs.
+    context, case : The job and the numbers of the runs.
     """
     seeds = np.random.SeedSequence(context.seed).spawn(max(case) + 1)
     return tuple(context.job(seeds[run]) for run in case)
@@ -73,8 +72,7 @@ def map_seeded(
     Parameters
     ----------
     job : Makes one run from its seed; a picklable dataclass.
-    runs : Number of runs.
-    seed : Base seed.
+    runs, seed : Number of runs, and their base seed.
     kind : Class of the results, a dataclass of numbers, text and arrays.
     folder : Where they are kept.
     crew : From :func:`octant.reader_design.keeping.workers.open_crew`; None: this process computes.

@@ -59,8 +59,7 @@ def arriving_paths(
     Parameters
     ----------
     study : With its solver.
-    setting : One of its rooms.
-    tag : One of the room's tags.
+    setting, tag : One of its rooms, and one of the room's tags.
     places_m : (p, 2) float64 — Places of the reader [m].
     """
     places = np.column_stack([places_m, np.full(len(places_m), setting.reader_z_m)])

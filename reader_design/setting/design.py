@@ -68,8 +68,7 @@ def response_at(reader: Reader, frequency_hz: float, model: str | None = None) -
 
     Parameters
     ----------
-    reader : The reader.
-    frequency_hz : Frequency [Hz].
+    reader, frequency_hz : The reader and the frequency [Hz].
     model : As ``reader.response``, which is the default.
     """
     model = model or reader.response

@@ -104,8 +104,7 @@ def failed_cell(design: Reader, key: str, reason: str, *, unexpected: bool = Fal
 
     Parameters
     ----------
-    design : The design.
-    key : Its name.
+    design, key : The design and its key.
     reason : Why there are none.
     unexpected : Whether the reason is not the design's own.
     """
@@ -126,8 +125,7 @@ def scored_cell(context: Setting, design: Reader) -> Cell:
 
     Parameters
     ----------
-    context : Study, room and sampling.
-    design : The design.
+    context, design : Study, room and sampling, and the design.
 
     Notes
     -----

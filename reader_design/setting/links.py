@@ -44,8 +44,7 @@ def tag_link(
 
     Parameters
     ----------
-    study : The study.
-    setting : One of its rooms.
+    study, setting : A study and one of its rooms.
     tag : One of the room's tags.
     responses : The reader's, one for each of ``study.radio.frequencies_hz``.
     height_m : Ground plane above the floor [m]; None: the study's.

@@ -52,8 +52,7 @@ def right_share(
     Parameters
     ----------
     rss_w : (d, a, n) float64 — RSS [W] by distance or place, azimuth of the tag, antenna.
-    azimuths_rad : (a,) float64 — Azimuths of the tag in the reader frame [rad].
-    element_azimuths_rad : (n,) float64 — Azimuths of the antennas [rad].
+    azimuths_rad, element_azimuths_rad : (a,), (n,) float64 — Azimuths of tag and antennas [rad].
 
     Notes
     -----
@@ -94,8 +93,7 @@ def strongest_errors_rad(
     Parameters
     ----------
     rss_w : (d, a, n) float64 — RSS [W] by distance or place, azimuth of the tag, antenna.
-    azimuths_rad : (a,) float64 — Azimuths of the tag in the reader frame [rad].
-    element_azimuths_rad : (n,) float64 — Azimuths of the antennas [rad].
+    azimuths_rad, element_azimuths_rad : (a,), (n,) float64 — Azimuths of tag and antennas [rad].
     """
     weight = leaders(rss_w)
     nothing = 1.0 - weight.sum(axis=-1, keepdims=True)

@@ -40,8 +40,7 @@ class Candidate:
     ----------
     label : Human name of the design, with its dimensions [cm].
     key : Hash of the cell it was computed in.
-    free : Scores in free space (units as in Scores: [rad], [dB], [W],).
-    room : Scores in the room; None when the study has none.
+    free, room : Scores in free space and in the room, the latter None without a room.
     width_m, height_m : Size of the reader [m], see `Reader.size_m`; 0 where it is not known and no
         constraint is to act.
     """

@@ -155,9 +155,7 @@ def chosen_sentence(best: "Candidate", merit: "Merit", rules: Rules) -> tuple[st
 
     Parameters
     ----------
-    best : The chosen design ([cm], [dB], [deg]).
-    merit : Its deciding numbers.
-    rules : The constraints.
+    best, merit, rules : The chosen design, its deciding numbers, and the constraints.
     """
     out = [f"Chosen: {best.label}; {_numbers(best.free, best.room)}."]
     if merit.excess_m > 0.0:
@@ -181,9 +179,7 @@ def comparison_sentence(
     Parameters
     ----------
     better, worse : Deciding numbers of both.
-    by : What decided.
-    label : Name of the next design.
-    rules : The criteria.
+    by, label, rules : What decided, name of the next design, and the criteria.
     """
     numbers = "all criteria equal within their tolerances"
     if by == SIZE:

@@ -27,8 +27,7 @@ def grid_azimuths_rad(antennas: int, per_antenna: int) -> FloatArray:
 
     Parameters
     ----------
-    antennas : Number of antennas n.
-    per_antenna : Azimuths for each antenna.
+    antennas, per_antenna : Number of antennas n, and azimuths for each.
     """
     count = antennas * per_antenna
     return 2.0 * np.pi * np.arange(count) / count
@@ -150,8 +149,7 @@ def room_places_m(
 
     Parameters
     ----------
-    study : With its reader.
-    setting : One of its rooms.
+    study, setting : A study and one of its rooms.
     sampling : Grid and range [m].
     """
     places = floor_points_m(

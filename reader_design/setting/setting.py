@@ -65,9 +65,8 @@ class Sampling:
     ----------
     nearest_m, farthest_m : Range of horizontal distances between reader and tag [m].
     distance_step_m : Step of the distances in free space [m].
-    free_azimuths : Azimuths for each antenna in free space; even, so that directions half-way
-        between antennas are among them.
-    room_azimuths : Azimuths for each antenna in the room; even.
+    free_azimuths, room_azimuths : Azimuths for each antenna in free space and in the room; even, so
+        that directions half-way between antennas are among them.
     room_spacing_m : Step of the places on the floor [m].
     travel_step_m : Step of the drive along antenna 1's direction, for the figure of RSS against
         distance [m].
@@ -224,8 +223,7 @@ def radio_at(study: Study, setting: Setting, frequency_hz: float) -> RadioScene:
 
     Parameters
     ----------
-    study : The study.
-    setting : One of its rooms.
+    study, setting : A study and one of its rooms.
     frequency_hz : Frequency [Hz].
     """
     for radio in setting.radios:
@@ -324,8 +322,7 @@ def place_antenna(
     scene : The room.
     point_m : (3,) array_like — Given place [m].
     standoff_m : How far it is moved off a surface that it lies on [m].
-    name : What it is called when it is moved.
-    key : Key path or option that gave the place, for errors.
+    name, key : Name in the line, and key path or option that gave the place, for errors.
     """
     given = np.asarray(point_m, dtype=np.float64)
     text = _point_text(given)

@@ -58,12 +58,9 @@ class ReportSection:
 
     Attributes
     ----------
-    heading : Heading.
-    paragraphs : Text.
+    heading, paragraphs, tables, figures : What it shows.
     warnings : Sentences that are highlighted.
     points : A list.
-    tables : Tables.
-    figures : Figures.
     folded : Long texts behind a line that opens them: line, text.
     """
 
@@ -82,8 +79,7 @@ class Report:
 
     Attributes
     ----------
-    title : Title.
-    subtitle : Line below it.
+    title, subtitle : Title and line below it.
     summary : The most important results, in short.
     warnings : What limits it.
     facts : Names and values with their units, as tiles.

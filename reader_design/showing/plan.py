@@ -37,9 +37,7 @@ class Plan:
 
 
 def plan_of(scene: Scene, height_m: float) -> Plan:
-    """Return the plan of a scene, cut at a height [m].
-
-    Walls and objects that the cut meets, and the footprint of closed objects at any height.
+    """Return the walls and objects that a cut of a scene meets, and closed objects' footprints [m].
 
     Parameters
     ----------
@@ -87,8 +85,7 @@ def draw_plan(axes: "Axes", plan: Plan, *, extra_m: FloatArray | None = None) ->
 
     Parameters
     ----------
-    axes : Where to draw.
-    plan : From `plan_of`.
+    axes, plan : Where to draw, and what.
     extra_m : (k, 2) float64, optional — Points that must be in view besides the room [m].
     """
     from matplotlib.collections import LineCollection, PolyCollection
@@ -123,8 +120,7 @@ def draw_tags(axes: "Axes", tags: Mapping[str, FloatArray]) -> None:
 
     Parameters
     ----------
-    axes : A plan view.
-    tags : Names and points [m].
+    axes, tags : A plan view; names and points [m].
     """
     from matplotlib.patheffects import withStroke
 
@@ -196,9 +192,7 @@ def map_figure(
     columns: int = 2,
     levels: int | None = None,
 ) -> "Figure":
-    """Return plan views of the room with one common colour bar, axes in [m].
-
-    Grey where no robot can stand.
+    """Return plan views of the room with one colour bar, axes in [m]; grey: no robot can stand.
 
     Parameters
     ----------

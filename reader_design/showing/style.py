@@ -138,8 +138,7 @@ def antenna_legend(figure: "Figure", axes: "Axes", *, title: str | None = None) 
 
     Parameters
     ----------
-    figure : The figure.
-    axes : Panel that holds the lines.
+    figure, axes : The figure, and the panel that holds the lines.
     title : Above the legend.
     """
     handles, labels = axes.get_legend_handles_labels()

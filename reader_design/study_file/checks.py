@@ -33,8 +33,7 @@ def unknown_antenna(path: str, name: str) -> str:
 
     Parameters
     ----------
-    path : Where it is named.
-    name : What was given.
+    path, name : Where it is named, and what was given.
     """
     what = "antenna, and no such pattern file"
     return unknown_name(path, name, TAG_ANTENNAS, what=what)

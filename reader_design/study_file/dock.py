@@ -35,8 +35,7 @@ class Dock(Table, frozen=True, kw_only=True):
     reading_time_s : Time between two readings of the tag [s].
     sample_time_s : Time between two images of the camera and two commands of the docking law [s].
     gamma_per_s, h, k_per_s : Gains of the docking law [1/s], [-], [1/s].
-    max_speed_m_per_s : Limit of the docking law's speed [m/s].
-    max_turn_rate_deg_per_s : Limit of its turn rate [deg/s].
+    max_speed_m_per_s, max_turn_rate_deg_per_s : Limits of its speed [m/s] and turn rate [deg/s].
     saturation : ``curvature``: beyond a limit both commands shrink by one factor; ``clip``: each by
         itself.
     latch_radius_m : The robot stops so near to the goal [m].

@@ -43,8 +43,7 @@ def unknown_name(path: str, name: str, allowed: Sequence[str], *, what: str) -> 
 
     Parameters
     ----------
-    path : Where it stands, for example ``mission.tags[1]``.
-    name : What was given.
+    path, name : Where it stands, for example ``mission.tags[1]``, and what was given.
     allowed : Names that exist.
     what : What the names are, for example ``tag``.
     """
@@ -86,8 +85,7 @@ def value_text(path: Path, value: Any) -> str:  # noqa: ANN401  any TOML value
 
     Parameters
     ----------
-    path : Where it stands.
-    value : A TOML value.
+    path, value : Where it stands, and the TOML value.
     """
     if isinstance(value, bool):
         return str(value).lower()
@@ -115,8 +113,7 @@ def sentence(error: msgspec.ValidationError, raw: Any, root: type) -> str:  # no
     Parameters
     ----------
     error : What ``msgspec.convert`` raised.
-    raw : The parsed file.
-    root : The class it should become.
+    raw, root : The parsed file, and the class that it should become.
     """
     text, _, where = str(error).partition(" - at ")
     path, value, kind = _locate(where.strip("`"), raw, root)

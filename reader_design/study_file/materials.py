@@ -94,8 +94,7 @@ def check_material(path: str, spec: MaterialSpec, frequencies_hz: Sequence[float
 
     Parameters
     ----------
-    path : Where the study names it.
-    spec : What stands there.
+    path, spec : Where the study names it, and what stands there.
     frequencies_hz : Where it is needed [Hz].
     """
     from octant.em.medium.materials import material

@@ -131,8 +131,7 @@ class Cylinder(Placed, frozen=True, kw_only=True, tag_field="kind", tag="cylinde
 
     Parameters
     ----------
-    radius_m : Radius [m].
-    height_m : Height [m].
+    radius_m, height_m : Radius and height [m].
     material : Its material.
     """
 

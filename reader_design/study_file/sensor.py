@@ -23,8 +23,7 @@ class Sensor(Table, frozen=True, kw_only=True):
         decoded; None: no ratio is required.
     sensitivity_dbm : Power [dBm] below which nothing is received; None: no limit.
     bits : Length of the detector's code; None: readings are not rounded.
-    floor_dbm : Power of the lowest code [dBm].
-    full_scale_dbm : Power of the highest code [dBm].
+    floor_dbm, full_scale_dbm : Powers of the lowest and of the highest code [dBm].
     drop_out_probability : Probability that one antenna's reading is lost.
     read_probability : Probability that a tag within reach answers at all.
     """

@@ -14,10 +14,8 @@ class CommonTolerance(Table, frozen=True, kw_only=True):
 
     Parameters
     ----------
-    antenna_radius_m : Error of r_a [m].
-    gap_m : Error of the gap [m].
-    antenna_length_m : Error of the antennas' length [m].
-    plate_height_m : Error of h_p [m].
+    antenna_radius_m, plate_height_m : Errors of r_a and h_p [m].
+    gap_m, antenna_length_m : Errors of the gap and of the antennas' length [m].
     """
 
     antenna_radius_m: NotNegative = 0.0005
@@ -84,8 +82,7 @@ class Tolerance(Table, frozen=True, kw_only=True):
     position_m : Place of each antenna's foot, away from the axis and sideways [m].
     angle_deg : Lean of each antenna, away from the axis and sideways, and azimuth of each plate
         [deg].
-    gap_m : Height of each antenna's lower end [m].
-    antenna_length_m : Length of each antenna [m].
+    gap_m, antenna_length_m : Height of each antenna's lower end, and its length [m].
     plate_height_m : Height of each plate at its outer end [m].
     ground_plane_m : Side or diameter of the ground plane [m].
     frequency_percent : Frequency of the radio [%].

@@ -46,13 +46,10 @@ class Track(Table, frozen=True, kw_only=True):
     chapters : What is computed: ``rss`` (Fig. 6.3), ``feedback`` (6.4, 6.5), ``nominal`` (7.3-7.5),
         ``neighbouring`` (7.6, 7.7), ``slam`` (7.15), ``room`` (RSS from the room solver), ``costs``
         (Table 8.1).
-    runs : Monte-Carlo repetitions.
-    slam_runs : Those of SLAM.
+    runs, slam_runs : Monte-Carlo repetitions, and those of SLAM.
     period_s : Sample period T of chapters 6 and 7.3 [s].
-    alpha_dbm : Alpha of the RSS law (6.2) [dBm].
-    beta_per_m : Beta of it [1/m].
-    rss_mean_db : Mean of the noise on readings [dB].
-    rss_sigma_db : Its standard deviation [dB].
+    alpha_dbm, beta_per_m : Alpha [dBm] and beta [1/m] of the RSS law (6.2).
+    rss_mean_db, rss_sigma_db : Mean and standard deviation of the noise on readings [dB].
     wheel_sigma_rad_per_s : Standard deviation of what a wheel adds to its command in a period
         [rad/s]; the thesis prints it for SLAM only.
     encoder_counts : Counts of a wheel encoder per turn, which the estimators receive; None: they
