@@ -127,6 +127,7 @@ def test_navigate_writes_what_it_promises_and_repeats_itself(octant, study_file,
     ]
     assert (trajectory[0]["x_m"], trajectory[0]["heading_deg"]) == ("0.0", "90.0")
     assert sorted(p.name for p in (first / "figures").iterdir()) == [
+        "membership.png",
         "percentiles.png",
         "rss.png",
         "trajectory.png",

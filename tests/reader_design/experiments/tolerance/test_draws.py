@@ -6,7 +6,8 @@ import msgspec
 import numpy as np
 import pytest
 
-from octant.reader_design.experiments.tolerance.draws import as_drawn, drawn_deviation, regressors
+from octant.reader_design.experiments.tolerance.draws import drawn_deviation, regressors
+from octant.reader_design.keeping.keys import digest
 from octant.reader_design.study_file.tolerance import CommonTolerance, Tolerance
 
 NONE = CommonTolerance(antenna_radius_m=0.0, gap_m=0.0, antenna_length_m=0.0, plate_height_m=0.0)
@@ -21,10 +22,10 @@ def draws(tolerance, count, *, seed=1, antennas=8, radius_m=0.1):
 
 
 def test_a_sample_hangs_on_seed_and_number_only():
-    first = [d.as_dict() for d in draws(PLAIN, 5)]
-    assert first == [d.as_dict() for d in draws(PLAIN, 9)][:5]
+    first = [digest(d) for d in draws(PLAIN, 5)]
+    assert first == [digest(d) for d in draws(PLAIN, 9)][:5]
     assert first[0] != first[1]
-    assert first[0] != draws(PLAIN, 1, seed=2)[0].as_dict()
+    assert first[0] != digest(draws(PLAIN, 1, seed=2)[0])
 
 
 def test_designs_get_the_same_errors_in_millimetres():
@@ -87,7 +88,8 @@ def test_tolerances_of_zero_build_the_drawing():
     )
     one = draws(zero, 1)[0]
     assert one.build.is_zero
-    assert one.as_dict() == as_drawn(8).as_dict()
+    factors = (one.frequency_factor, one.permittivity_factor, one.conductivity_factor)
+    assert factors == (1.0, 1.0, 1.0)
 
 
 def test_regressors_are_means_and_scatters_that_vary():
