@@ -13,8 +13,7 @@ def check_positive(value: float, *, name: str, unit: str, allow_zero: bool = Fal
     Parameters
     ----------
     value : What was given [unit as named].
-    name : Name in the message.
-    unit : Unit in the message.
+    name, unit : Name and unit in the message.
     allow_zero : Accept zero too.
     """
     if not np.isfinite(value) or value < 0.0 or (value == 0.0 and not allow_zero):

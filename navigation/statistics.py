@@ -44,21 +44,15 @@ def bootstrap_rng() -> np.random.Generator:
 def wilson(successes: float, trials: int) -> Interval:
     """Return a share and its 95 % interval after Wilson, within 0 and 1 [-].
 
+    (p + z²/2n ± z sqrt(p(1 - p)/n + z²/4n²)) / (1 + z²/n). Unlike the normal approximation it is
+    right for shares of 0 and 1: 100 of 100 gives 0.963 to 1. E. B. Wilson, J. Am. Stat. Assoc. 22
+    (1927) 209-212; R. G. Newcombe, Stat. Med. 17 (1998) 857-872, method 3; in whole numbers
+    `scipy.stats.binomtest`.
+
     Parameters
     ----------
     successes : Number of successes [-]; a tie may count one half.
     trials : Number of independent trials.
-
-    Notes
-    -----
-    (p + z²/2n ± z sqrt(p(1 - p)/n + z²/4n²)) / (1 + z²/n). Unlike the normal approximation it is
-    right for shares of 0 and 1: 100 of 100 gives 0.963 to 1. `scipy.stats.binomtest` has the same
-    interval, for whole numbers of successes.
-
-    References
-    ----------
-    .. [1] E. B. Wilson, J. Am. Stat. Assoc. 22 (1927) 209-212.
-    .. [2] R. G. Newcombe, Stat. Med. 17 (1998) 857-872, method 3.
     """
     if not (trials > 0 and 0 <= successes <= trials):
         msg = (
@@ -82,22 +76,16 @@ def bootstrap(
     statistic: Callable[[FloatArray], FloatArray],
     rng: np.random.Generator,
 ) -> tuple[Interval, ...]:
-    """Return statistics of a sample and their 95 % intervals by the percentile bootstrap.
+    """Return k statistics of a sample and their 95 % intervals by the percentile bootstrap.
+
+    Too narrow below 15 values. B. Efron and R. J. Tibshirani, An Introduction to the Bootstrap
+    (1993), 13.3.
 
     Parameters
     ----------
     values : (s,) array_like — Sample, in any unit; not empty [its unit].
     statistic : (..., s) values -> (k, ...) statistics [in the same unit].
     rng : Source of the 2000 resamples.
-
-    Returns
-    -------
-    tuple of Interval
-        One for each of the k statistics; too narrow below about 15 values.
-
-    References
-    ----------
-    .. [1] B. Efron and R. J. Tibshirani, An Introduction to the Bootstrap (1993), section 13.3.
     """
     sample = np.asarray(values, dtype=np.float64)
     if not sample.size:
@@ -116,16 +104,12 @@ def quantiles(
 ) -> tuple[Interval, ...]:
     """Return quantiles of a sample and their 95 % intervals by the percentile bootstrap.
 
+    An interval of the 5 % quantile of fewer than some 60 samples ends at the smallest one.
+
     Parameters
     ----------
-    values : (s,) array_like — Sample, in any unit; not empty [its unit].
+    values, rng : As for `bootstrap` [its unit], one set of resamples for all quantiles.
     probabilities : Wanted quantiles, 0 to 1 [-].
-    rng : Source of the resamples, the same ones for all quantiles.
-
-    Notes
-    -----
-    The 5 % quantile of fewer than some 60 samples is near the smallest one, and its interval then
-    ends there: it cannot show what has not been seen.
     """
     return bootstrap(values, lambda drawn: np.quantile(drawn, probabilities, axis=-1), rng)
 
@@ -136,10 +120,8 @@ class Gaussianity:
 
     Parameters
     ----------
-    mean : Mean, in the unit of the sample [any].
-    standard_deviation : Standard deviation, in the unit of the sample [any].
-    skewness : Third standardised moment [-]; 0 for a Gaussian.
-    excess_kurtosis : Fourth standardised moment less 3 [-]; 0 for a Gaussian.
+    mean, standard_deviation : In the unit of the sample [any].
+    skewness, excess_kurtosis : Third standardised moment, and fourth less 3 [-]; 0 for a Gaussian.
     p_value : Probability of moments as unusual as these if the sample is Gaussian [-].
     """
 
@@ -155,8 +137,7 @@ def gaussianity(sample: npt.ArrayLike) -> Gaussianity:
 
     Parameters
     ----------
-    sample : (n,) array_like — Independent errors [any unit], 20 or more. Errors of one filter at
-        successive times are not independent: take one time of many runs.
+    sample : (n,) array_like — 20 or more independent errors [any unit], not one filter's in a row.
     """
     from scipy.stats import kurtosis, normaltest, skew
 

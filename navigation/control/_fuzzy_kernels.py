@@ -99,14 +99,12 @@ def _envelope_moments(
 def mamdani_centroids(
     x: _Floats, low: float, high: float, input_corners: _Floats, output_corners: _Floats
 ) -> _Floats:
-    """Return the centroid of every output for every input, integrated without a grid.
+    """Return the centroid of every output for every input, (m, k), integrated without a grid.
 
     x is (m,), moved into [low, high] first; input_corners (r, 4) holds the condition of each rule,
-    output_corners (k, r, 4) its conclusion for each output; the result is (m, k). NaN where no rule
-    fires, and for NaN.
-
-    Every clipped trapezoid is linear between the sorted corners of all of them, so the aggregated
-    set is there the upper envelope of at most r lines: its breakpoints are their crossings.
+    output_corners (k, r, 4) its conclusion for each output. NaN where no rule fires, and for NaN.
+    The aggregated set is, between the sorted corners of all clipped trapezoids, the upper envelope
+    of at most r lines: its breakpoints are their crossings.
     """
     samples = x.shape[0]
     rules = input_corners.shape[0]

@@ -52,16 +52,12 @@ def integrate(
 
     Parameters
     ----------
-    law : Feedback.
+    law : Feedback; integrated in polar state, where it is smooth and φ stays continuous.
     start : (3,) array_like — x [m], y [m], heading [rad] in the goal frame, not at the goal itself.
     time_s : (t,) array_like — Ascending times that are wanted [s], counted from the start.
     limits : Limits of the command; None: none.
     slips : What the robot adds to every command: b [m/s], s [rad/s].
     tolerance : Relative tolerance of the integrator (eighth order, Dormand and Prince) [-].
-
-    Notes
-    -----
-    The polar state is what is integrated: there the laws are smooth, and φ stays continuous.
     """
     from scipy.integrate import solve_ivp
 

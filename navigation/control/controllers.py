@@ -34,7 +34,7 @@ class Controller(Protocol):
         cruise_speed_m_per_s: float,
         robot: DifferentialDrive,
     ) -> npt.NDArray[np.float64]:
-        """Return the rates of the right and the left wheel for the next period [rad/s].
+        """Return the next period's rates of the right and the left wheel, (2,), not cut [rad/s].
 
         Parameters
         ----------
@@ -42,11 +42,6 @@ class Controller(Protocol):
         azimuths_rad : (n,) float64 — Azimuths of the antennas in the reader frame [rad].
         cruise_speed_m_per_s : Speed of straight driving [m/s].
         robot : Wheels and axle.
-
-        Returns
-        -------
-        (2,) float64
-            Right and left [rad/s], not saturated.
         """
         ...
 
@@ -55,21 +50,17 @@ class Controller(Protocol):
 class FuzzyController:
     """The thesis' fuzzy controller, with either input.
 
+    Thesis 5.2.2.2. Right and left are those of `bearing.steering_pair`. The middle of the output,
+    0.5, is the cruise speed: rim speed = 2 · u · cruise speed. RSS falls with the fourth power of
+    the distance under the tag, so there the "nanowatt" input is starved and the robot runs straight
+    on; the "normalised" one keeps its gain down to the null.
+
     Parameters
     ----------
-    steering_input : {"normalised", "nanowatt"} — "nanowatt": the difference right - left in
-        nanowatts over its full scale, clipped, as the thesis has it. "normalised": the difference
-        over the sum of the two.
+    steering_input : {"normalised", "nanowatt"} — Difference right - left over the sum of the two,
+        or, as the thesis has it, in nanowatts over its full scale, clipped.
     full_scale_w : Full scale of the "nanowatt" input [W].
     rules : One input on [-1, 1], two outputs on [0, 1]: right and left wheel.
-
-    Notes
-    -----
-    Thesis 5.2.2.2. Right and left are antennas 2 and 4 of eight (`bearing.steering_pair` for other
-    numbers). The post-processing "to match these speeds to the real ones" takes the middle of the
-    output, 0.5, as the cruise speed: rim speed = 2 · u · cruise speed. RSS falls with the fourth
-    power of the distance under the tag, so there the "nanowatt" input is starved and the robot runs
-    straight on; the "normalised" one keeps its gain down to the null.
     """
 
     steering_input: SteeringInput = "normalised"
@@ -99,18 +90,12 @@ class FuzzyController:
     def steering(
         self, rss_w: npt.ArrayLike, azimuths_rad: npt.ArrayLike
     ) -> npt.NDArray[np.float64]:
-        """Return the controller's input for readings [-].
+        """Return Δz_24 on [-1, 1], positive for a tag on the right; 0 where neither receives [-].
 
         Parameters
         ----------
         rss_w : (..., n) float64 — RSS of the antennas [W].
         azimuths_rad : (n,) float64 — Azimuths of the antennas in the reader frame [rad].
-
-        Returns
-        -------
-        (...) float64
-            Δz_24 on [-1, 1], positive when the tag is on the right [-]; 0 when neither antenna
-            receives anything.
         """
         rss = np.asarray(rss_w, dtype=np.float64)
         right, left = steering_pair(azimuths_rad)
@@ -137,17 +122,13 @@ class FuzzyController:
 class VectorSumController:
     """A proportional law on the vector-sum bearing: the simple alternative.
 
+    With the bearing error e and its variance s²: v = cruise speed · max(0, cos e), ω = gain · e ·
+    exp(-s²/2), the mean turn. It takes any number of antennas.
+
     Parameters
     ----------
-    gain_per_s : Turn rate per bearing error [1/s]. Sampled with period T it converges without
-        overshoot for gain T up to 1 and not at all above 2.
+    gain_per_s : Turn rate per bearing error [1/s]; times T up to 1 no overshoot, above 2 unstable.
     noise_db : Noise of the readings that the law assumes [dB]; 0: none.
-
-    Notes
-    -----
-    With the bearing error e: v = cruise speed · max(0, cos e), ω = gain · e · exp(-s²/2), where s²
-    is the bearing's variance: the mean of the turn over what the bearing may truly be. It uses all
-    antennas, so it needs no antenna at any particular place and works for any number of them.
     """
 
     gain_per_s: float = 0.5
@@ -181,7 +162,7 @@ class PatternController:
 
     Parameters
     ----------
-    matcher : Patterns of the reader, and the errors that readings have.
+    matcher : Patterns of the reader, and the errors of its readings.
     gain_per_s : Turn rate per bearing error [1/s].
     """
 
@@ -212,19 +193,13 @@ class PatternController:
 def proportional_rates(
     error_rad: float, *, gain_per_s: float, cruise_speed_m_per_s: float, robot: DifferentialDrive
 ) -> npt.NDArray[np.float64]:
-    """Return the wheel rates of v = cruise speed · max(0, cos e), ω = gain · e [rad/s].
+    """Return the uncut wheel rates (2,) of v = cruise speed · max(0, cos e), ω = gain · e [rad/s].
 
     Parameters
     ----------
     error_rad : Bearing e from the robot's front, counter-clockwise positive [rad].
     gain_per_s : Turn rate per bearing error [1/s].
-    cruise_speed_m_per_s : Speed of straight driving [m/s].
-    robot : Wheels and axle.
-
-    Returns
-    -------
-    (2,) float64
-        Right and left [rad/s], not saturated.
+    cruise_speed_m_per_s, robot : As for `Controller.wheel_rates` [m/s].
     """
     return robot.wheel_rates(
         speed_m_per_s=cruise_speed_m_per_s * max(0.0, math.cos(error_rad)),

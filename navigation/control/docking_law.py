@@ -37,18 +37,14 @@ class GoalLaw(Protocol):
 class DockingLaw:
     """The docking law; the defaults are the gains of the paper's experiment.
 
+    Warns (`PhysicsWarning`) when k is outside [2γ, γ(h + 1)]: the path's curvature is then
+    unbounded at the goal.
+
     Parameters
     ----------
-    gamma_per_s : Gain γ of the speed [1/s].
+    gamma_per_s, k_per_s : Gains γ of the speed and k of the turn [1/s].
     h : Weight h of the direction of arrival [-].
-    k_per_s : Gain k of the turn [1/s].
-    approach : {"forward", "reverse"} — "reverse" comes to the same pose backwards: the goal [0, ±π,
-        ±π] of the paper.
-
-    Warns
-    -----
-    PhysicsWarning
-        When k is outside [2γ, γ(h + 1)], so that the path's curvature is unbounded at the goal.
+    approach : {"forward", "reverse"} — "reverse": the same pose backwards, the paper's [0, ±π, ±π].
 
     Notes
     -----
@@ -115,11 +111,10 @@ class TwistLimits:
 
     Parameters
     ----------
-    max_speed_m_per_s : Highest forward or backward speed [m/s].
+    max_speed_m_per_s : Highest speed, forward or backward [m/s].
     max_turn_rate_rad_per_s : Highest turn rate [rad/s].
-    saturation : {"clip", "curvature"} — "clip" cuts each on its own, as the paper's experiment;
-        "curvature" scales both by one factor, so that the path keeps its shape and only takes
-        longer.
+    saturation : {"clip", "curvature"} — Cut each on its own, as in the paper's experiment, or scale
+        both by one factor, so that the path keeps its shape and only takes longer.
     """
 
     max_speed_m_per_s: float = 0.2
@@ -149,16 +144,13 @@ class TwistLimits:
 def slip_compensated(twist: npt.ArrayLike, slips: npt.ArrayLike) -> FloatArray:
     """Return the command v - b̂ [m/s], ω - ŝ [rad/s] that makes a slipping robot move as wanted.
 
+    Uncompensated, a slip b < 0 stops the law where γ e = |b|: 8 cm before the goal for the paper's
+    γ = 0.125 /s and b = -0.01 m/s.
+
     Parameters
     ----------
     twist : (..., 2) array_like — Wanted v [m/s] and ω [rad/s].
-    slips : (..., 2) array_like — Estimated slips b̂ [m/s] and ŝ [rad/s]: the robot moves with v +
-        b, ω + s.
-
-    Notes
-    -----
-    Uncompensated, a slip b < 0 stops the law where γ e = |b|: 8 cm before the goal for the paper's
-    γ = 0.125 /s and b = -0.01 m/s.
+    slips : (..., 2) array_like — Estimated slips b̂ [m/s] and ŝ [rad/s], added to v and ω.
     """
     return np.asarray(twist, dtype=np.float64) - np.asarray(slips, dtype=np.float64)
 
@@ -175,27 +167,17 @@ def stall_distance_m(law: DockingLaw, linear_slip_m_per_s: float) -> float:
 
 
 def faded(polar: npt.ArrayLike, *, radius_m: float, approach: Approach = "forward") -> FloatArray:
-    """Return a polar state in which the direction of the goal fades out near the goal.
+    """Return a polar state in which the direction of the goal fades out near the goal, (..., 3).
+
+    e, α - (1 - w) φ and w φ with w = min(1, e²/radius²); in reverse φ is counted from π. The
+    direction of a goal nearer than the estimate is certain is noise: at w = 0 only the heading's
+    error is left, α - φ = -θ. An ideal run is hardly changed: there φ has gone before.
 
     Parameters
     ----------
     polar : (..., 3) array_like — e [m], α [rad], φ [rad], estimated.
-    radius_m : Distance within which it fades [m]: several standard deviations of the estimated
-        place.
+    radius_m : Distance within which it fades [m]: several deviations of the estimated place.
     approach : {"forward", "reverse"} — Which end comes first.
-
-    Returns
-    -------
-    (..., 3) float64
-        e, α - (1 - w) φ and w φ with w = min(1, e²/radius²) [m], [rad]; in reverse φ is counted
-        from π.
-
-    Notes
-    -----
-    The direction of a goal that is as near as the estimate is uncertain is noise, and the law would
-    turn after it. At w = 0 the state left is the heading's error alone, α - φ = -θ, so the robot
-    keeps the goal's heading over the last centimetres. An ideal run is hardly changed: there φ has
-    gone before.
     """
     state = np.asarray(polar, dtype=np.float64)
     e, alpha, phi = state[..., 0], state[..., 1], state[..., 2]
@@ -207,17 +189,13 @@ def faded(polar: npt.ArrayLike, *, radius_m: float, approach: Approach = "forwar
 def latched(polar: npt.ArrayLike, *, radius_m: float, approach: Approach = "forward") -> bool:
     """Return whether the robot has arrived and should stop for good.
 
+    So within the radius, and within three radii once the goal lies behind the end that comes first:
+    α at the goal is noise, and a law that follows it turns on the spot.
+
     Parameters
     ----------
-    polar : (3,) array_like — e [m], α [rad], φ [rad], estimated.
+    polar, approach : As for `faded` [m], [rad].
     radius_m : Distance that counts as arrived [m].
-    approach : {"forward", "reverse"} — Which end comes first.
-
-    Returns
-    -------
-    bool
-        True within the radius, and within three radii once the goal lies behind the end that comes
-        first: α of a robot at its goal is noise, and a law that follows it turns on the spot.
     """
     e, alpha, _ = _errors(polar, approach)
     passed = bool(np.cos(alpha) <= 0.0) and bool(e <= 3.0 * radius_m)

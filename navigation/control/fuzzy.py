@@ -1,9 +1,4 @@
-"""Mamdani inference for the five-rule controller: terms as data, a centroid without a grid.
-
-The membership functions are numbers in dataclasses, checked when built; a rule base that leaves a
-term without a rule is refused. The centroid is integrated exactly over the piecewise-linear
-aggregated set, by the kernel next door.
-"""
+"""Mamdani inference for the five-rule controller: terms as data, a centroid without a grid."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -24,9 +19,8 @@ class Term:
     Parameters
     ----------
     name : Label that the rules use, such as "NH".
-    corners : (4,) float64 — Where the membership leaves 0, reaches 1, leaves 1 and reaches 0 again
-        [in the variable's unit]. Ordered; the two middle ones are equal for a triangle, the first
-        two (last two) are equal for a term that starts (ends) with a step.
+    corners : (4,) float64 — Where the membership leaves 0, reaches 1, leaves 1 and reaches 0 again,
+        in order [in the variable's unit]; two equal inner ones make a triangle, outer ones a step.
     """
 
     name: str
@@ -66,10 +60,8 @@ class FuzzyVariable:
     Parameters
     ----------
     name : What the variable is, such as "normalised difference".
-    low : Lower end of the universe [in the variable's unit].
-    high : Upper end of the universe [in the variable's unit].
-    terms : Ordered from left to right by the middle of their cores, inside the universe, together
-        covering all of it with a membership above zero.
+    low, high : Ends of the universe [in the variable's unit].
+    terms : Ordered by the middle of their cores, inside the universe and covering all of it.
     """
 
     name: str
@@ -155,17 +147,14 @@ class Rule:
 class RuleBase:
     """A complete Mamdani rule base with one input.
 
+    Implication by minimum, aggregation by maximum, centroid (thesis 5.2.2.2; Karray, de Silva
+    2004).
+
     Parameters
     ----------
     input_variable : The input; values outside its universe are moved to the nearer end.
     outputs : The outputs.
     rules : Exactly one for each term of the input.
-
-    Notes
-    -----
-    Implication is the minimum, aggregation the maximum, defuzzification the centroid (thesis
-    5.2.2.2; Karray and de Silva, 2004). The thesis' figure 5.5 with its membership functions is not
-    reproduced in its text; `thesis_rule_base` says what stands in for it.
     """
 
     input_variable: FuzzyVariable
@@ -219,14 +208,11 @@ class RuleBase:
     def infer(self, value: npt.ArrayLike) -> npt.NDArray[np.float64]:
         """Return each output's centroid, (..., outputs) [in its variable's unit]; NaN for NaN.
 
+        Exact up to rounding: the piecewise-linear aggregated set is summed piece by piece.
+
         Parameters
         ----------
         value : (...) float64 — Input [in its variable's unit]; moved into the universe first.
-
-        Notes
-        -----
-        Exact up to rounding: the aggregated set is piecewise linear, and its area and first moment
-        are summed piece by piece, so no grid enters.
         """
         if isinstance(value, float):  # one step of a mission: no array to be shaped
             crisp: npt.NDArray[np.float64] = mamdani_centroid(
@@ -269,8 +255,7 @@ def variable_from_table(
     ----------
     name : What the variable is.
     universe : Lower and upper end [in the variable's unit].
-    table : Name of each term with its four corners, or three for a triangle [in the variable's
-        unit].
+    table : Each term's name with its four corners, three for a triangle [in the variable's unit].
     """
     terms = []
     for term_name, row in table:
@@ -310,20 +295,12 @@ THESIS_RULES: tuple[Rule, ...] = (
 
 
 def thesis_rule_base() -> RuleBase:
-    """Return the five-rule controller: steering input on [-1, 1] to both wheel speeds on [0, 1].
+    """Return the five-rule controller: steering input on [-1, 1] to wheel speeds on [0, 1].
 
-    Returns
-    -------
-    RuleBase
-        Outputs in the order right, left: uRn, uLn, 0.5 being the cruise speed.
-
-    Notes
-    -----
-    The rules are thesis Table 5.1. Its figure 5.5 is a picture without numbers in the text ("tuned
-    based on an empirical analysis"), so the terms here are chosen: evenly spaced triangles whose
-    memberships add up to one, symmetric about the middle. The same input terms serve both inputs;
-    the one in nanowatts is divided by its full scale first, which is what "normalized to
-    [-1200, 1200] nW" comes to.
+    Outputs are uRn, uLn, 0.5 being the cruise speed. The rules are thesis Table 5.1. Its figure 5.5
+    gives no numbers ("tuned based on an empirical analysis"), so the terms here are chosen: evenly
+    spaced triangles whose memberships add up to one. The input in nanowatts is divided by its full
+    scale first, which is what "normalized to [-1200, 1200] nW" comes to.
     """
     return RuleBase(
         input_variable=variable_from_table("steering input", (-1.0, 1.0), INPUT_TERMS),

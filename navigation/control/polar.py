@@ -1,8 +1,7 @@
 """Polar coordinates of a robot about its goal, in which the docking and posture laws are written.
 
-The goal frame has its origin at the goal and its x axis along the heading wanted there. A robot at
-distance e sees the goal at the angle α from its front; φ is the direction from the robot to the
-goal in the goal frame, so that x = -e cos φ, y = -e sin φ and θ = φ - α.
+The goal frame has its x axis along the heading wanted at the goal. The goal is e away, at the angle
+α from the robot's front and φ in the goal frame: x = -e cos φ, y = -e sin φ and θ = φ - α.
 """
 
 import numpy as np
@@ -16,18 +15,15 @@ FloatArray = npt.NDArray[np.float64]
 def polar_state(pose: npt.ArrayLike, *, previous: npt.ArrayLike | None = None) -> FloatArray:
     """Return e [m], α [rad] and φ [rad] of a pose in the goal frame.
 
+    Docking paper, the isomorphism before (30), with atan2 for its atan; the textbook's ρ, γ, δ are
+    the same. A law that sees φ jump by a full turn turns the long way round: wrap once and then
+    keep φ continuous. At the goal itself both angles are undefined.
+
     Parameters
     ----------
     pose : (..., 3) array_like — x [m], y [m], heading θ [rad] in the goal frame.
-    previous : (..., 3) array_like or None — Polar state a moment before [m], [rad]: α and φ are
-        then continued from it by less than half a turn. None: both in (-π, π].
-
-    Notes
-    -----
-    Docking paper, the isomorphism before (30), with atan2 for its atan; the textbook's ρ, γ, δ are
-    the same three. A law that sees φ jump by a full turn when the robot passes behind its goal
-    turns the long way round: wrap once and then keep φ continuous. At the goal itself both angles
-    are undefined.
+    previous : (..., 3) array_like or None — State before [m], [rad], from which α and φ are
+        continued by less than half a turn. None: both in (-π, π].
     """
     given = np.asarray(pose, dtype=np.float64)
     x, y, heading = given[..., 0], given[..., 1], given[..., 2]
@@ -55,14 +51,12 @@ def pose_of_polar(polar: npt.ArrayLike) -> FloatArray:
 def polar_rate(polar: npt.ArrayLike, twist: npt.ArrayLike) -> FloatArray:
     """Return ė = -v cos α [m/s], α̇ = -ω + v sin α / e [rad/s] and φ̇ = v sin α / e [rad/s].
 
+    Docking paper (30). It ends at e = 0, which a law must not reach in finite time.
+
     Parameters
     ----------
     polar : (..., 3) array_like — e [m], α [rad], φ [rad]; e above zero.
     twist : (..., 2) array_like — Forward speed v [m/s], turn rate ω [rad/s].
-
-    Notes
-    -----
-    Docking paper (30). It ends at e = 0, which a law must not reach in finite time.
     """
     state, command = np.asarray(polar, dtype=np.float64), np.asarray(twist, dtype=np.float64)
     e, alpha = state[..., 0], state[..., 1]
@@ -77,8 +71,7 @@ def pose_in_goal_frame(pose: npt.ArrayLike, goal: npt.ArrayLike) -> FloatArray:
     Parameters
     ----------
     pose : (..., 3) array_like — x [m], y [m], heading [rad] in the room.
-    goal : (..., 3) array_like — x [m], y [m] of the goal, and the heading wanted there [rad], in
-        the room.
+    goal : (..., 3) array_like — x [m], y [m], wanted heading [rad] of the goal in the room.
     """
     here, there = np.asarray(pose, dtype=np.float64), np.asarray(goal, dtype=np.float64)
     dx, dy = here[..., 0] - there[..., 0], here[..., 1] - there[..., 1]

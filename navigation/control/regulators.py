@@ -15,15 +15,12 @@ FloatArray = npt.NDArray[np.float64]
 class CartesianRegulator:
     """The textbook's Cartesian regulator: to the goal point, with any heading.
 
-    Parameters
-    ----------
-    k1_per_s : Gain of the speed [1/s].
-    k2_per_s : Gain of the turn [1/s].
-
-    Notes
-    -----
     Textbook (11.78), (11.79): v = -k₁ (x cos θ + y sin θ), ω = k₂ (atan2(y, x) - θ + π), the angle
     wrapped; in polar coordinates v = k₁ e cos α, ω = k₂ α.
+
+    Parameters
+    ----------
+    k1_per_s, k2_per_s : Gains of speed and turn [1/s].
     """
 
     k1_per_s: float = 1.0
@@ -45,21 +42,13 @@ def posture_regulator(
 ) -> DockingLaw:
     """Return the textbook's posture regulator: to the goal point with the goal's heading.
 
+    Textbook (11.81), (11.82): v = k₁ ρ cos γ, ω = k₂ γ + k₁ (sin γ cos γ / γ)(γ + k₃ δ). With ρ, γ,
+    δ for e, α, φ it is the docking law of γ = k₁, k = k₂, h = k₃, both after Aicardi et al. (1995).
+
     Parameters
     ----------
-    k1_per_s : Gain of the speed [1/s].
-    k2_per_s : Gain of the turn [1/s].
+    k1_per_s, k2_per_s : Gains of speed and turn [1/s].
     k3 : Weight of the direction of arrival [-].
-
-    Returns
-    -------
-    DockingLaw
-        With γ = k₁, k = k₂, h = k₃.
-
-    Notes
-    -----
-    Textbook (11.81), (11.82): v = k₁ ρ cos γ, ω = k₂ γ + k₁ (sin γ cos γ / γ)(γ + k₃ δ). With ρ, γ,
-    δ for e, α, φ it is the docking law, both after Aicardi et al. (1995).
     """
     return DockingLaw(gamma_per_s=k1_per_s, k_per_s=k2_per_s, h=k3)
 
@@ -75,7 +64,7 @@ class GracefulLaw:
     beta : How much curvature slows the robot, β of v = v_max/(1 + β |κ|^λ) [m^λ].
     exponent : Exponent λ of the curvature [-].
     max_speed_m_per_s : Speed on the straight [m/s].
-    slowing_radius_m : Distance from the goal within which the speed falls in proportion to it [m].
+    slowing_radius_m : Distance within which the speed falls in proportion to it [m].
 
     Notes
     -----

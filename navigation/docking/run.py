@@ -41,8 +41,7 @@ class DockingJob:
 
     Parameters
     ----------
-    task : What to do.
-    setting : Reader, camera, robot and obstacles.
+    task, setting : As for `run_docking`.
     starts : Where missions start.
     """
 
@@ -51,12 +50,7 @@ class DockingJob:
     starts: RandomStarts
 
     def __call__(self, seed: np.random.SeedSequence) -> DockingResult:
-        """Return the record of the run of a seed.
-
-        Parameters
-        ----------
-        seed : Its start and all its noise come from it.
-        """
+        """Return the record of the run of a seed, from which its start and all its noise come."""
         rng = np.random.default_rng(seed)
         return run_docking(self.task, self.setting, self.starts.draw(rng), rng)
 

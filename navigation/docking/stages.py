@@ -89,7 +89,7 @@ class DockingDrive:
         polar: FloatArray | None = None,
         slips: FloatArray | None = None,
     ) -> bool:
-        """Return whether the robot touches something; log, move and reckon one period.
+        """Return whether the robot touches something, or raise `LeftTheRoom`; log, move, reckon.
 
         Parameters
         ----------
@@ -97,13 +97,8 @@ class DockingDrive:
         twist : (2,) float64 — Command v [m/s], ω [rad/s].
         period_s : Length of the period [s].
         seen : Whether the camera reported a landmark just now.
-        polar : (3,) float64 or None — Estimated e [m], α [rad], φ [rad], for the record.
-        slips : (2,) float64 or None — Estimated b [m/s], s [rad/s], for the record.
-
-        Raises
-        ------
-        LeftTheRoom
-            When the robot has left the room.
+        polar, slips : (3,), (2,) float64 or None — As in `DockingResult`, for the record [m],
+            [rad].
         """
         self._row(phase, twist, seen=seen, polar=polar, slips=slips)
         self.pose, contact = self._floor.slip(
@@ -137,8 +132,7 @@ class DockingDrive:
 
         Parameters
         ----------
-        outcome : How it ended.
-        reason : The same in a sentence.
+        outcome, reason : How it ended; the same in a sentence.
         tries : Tries begun.
         """
         if self.worn_out:
@@ -187,7 +181,7 @@ class CoarseDrive:
     task : Tag and manner.
     reader : The bearing-sensitive reader.
     drive : The robot.
-    rng : Source of the reader's noise and of the detours around obstacles.
+    rng : Source of the reader's noise and of the detours.
     """
 
     def __init__(
@@ -202,8 +196,7 @@ class CoarseDrive:
 
         Parameters
         ----------
-        attempt : Number of the try, from 1; later ones aim beside the tag, where there may be more
-            to see.
+        attempt : Number of the try, from 1; later ones aim beside the tag, to see more.
         """
         coarse = self._task.coarse
         offset = np.zeros(2)

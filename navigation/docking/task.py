@@ -1,9 +1,8 @@
 """Docking as a task: from across the room to a pose in front of a landmark, with named results.
 
-Coarse: the bearing-sensitive reader and odometry find where the station's tag hangs, over its
-staging place, and bring the robot there. Fine: the robot turns until its camera sees the landmark,
-looks closely, and follows the docking law on the filter's estimate. A try that fails goes back to
-the staging place.
+Coarse: the bearing-sensitive reader and odometry bring the robot under the tag over the staging
+place. Fine: it turns until its camera sees the landmark, looks closely, and follows the docking law
+on the filter's estimate. A try that fails goes back to the staging place.
 """
 
 from dataclasses import dataclass, field
@@ -81,19 +80,14 @@ class CoarseStage:
 
 
 def task_filter(*, position_sd_m: float = 0.1, attitude_sd_rad: float = 0.1) -> LandmarkFilter:
-    """Return the landmark filter of the docking task.
+    """Return the coupled landmark filter with the paper's noise, for the docking task.
+
+    Initial slips are 5 cm/s and 0.05 rad/s: otherwise a robot that has just stood still takes
+    seconds to learn that it does not skid at 1 m/s.
 
     Parameters
     ----------
-    position_sd_m : Standard deviation of each measured coordinate [m].
-    attitude_sd_rad : Standard deviation of the measured attitude [rad].
-
-    Returns
-    -------
-    LandmarkFilter
-        The coupled one with the paper's noise, but with initial slips of 5 cm/s and 0.05 rad/s: a
-        robot that has just stood still would otherwise take seconds to learn that it does not skid
-        at 1 m/s.
+    position_sd_m, attitude_sd_rad : Standard deviations of coordinates [m] and attitude [rad].
     """
     noise = LandmarkNoise(
         measured_position_m2=position_sd_m**2,
@@ -119,8 +113,8 @@ class FineStage:
     look_s : How long the robot stands and looks before it docks [s].
     last_look_m : At this distance from the goal the robot stands and looks once more [m].
     confirmations : Detections that must agree before a landmark is believed.
-    latch_radius_m : The robot stops this near to the goal [m].
-    fade_radius_m : Within this distance from the goal its direction fades out of the law [m].
+    latch_radius_m, fade_radius_m : At this distance the robot stops, the goal's direction fades
+        [m].
     max_time_s : Time after which a try gives up [s].
     stall_s : A robot that comes no nearer for so long has stalled [s].
     """
@@ -169,14 +163,10 @@ class DockingTask:
     tag_id : Tag over the staging place.
     landmark : At the station.
     stand_off_m : Where the robot docks: so far in front of the landmark [m].
-    staging_m : Distance of the staging place from the landmark [m]; how far a failed try backs off
-        follows.
-    tolerance_m : Farthest from the docking place at which the station still makes contact [m].
-    tolerance_rad : Greatest error of the heading at which it does [rad].
-    tries : How often the robot tries before it gives up.
-    max_contacts : How often it may touch something before it gives up.
-    coarse : Drive to the staging place.
-    fine : Docking.
+    staging_m : Distance of the staging place from the landmark; a failed try backs off to it [m].
+    tolerance_m, tolerance_rad : Greatest errors of place [m] and heading [rad] with contact.
+    tries, max_contacts : Tries and touches after which it gives up.
+    coarse, fine : The two stages.
     slip : How the robot slips.
     """
 
@@ -224,8 +214,8 @@ class DockingSetting:
     reader : The bearing-sensitive reader; None: the robot starts at the staging place.
     camera : The landmark's detector.
     robot : Wheels and limits.
-    blocked : (m, 2) points on the floor [m] -> (m,) bool: where the robot touches something.
-    outside : The same form: where it has left the room, whose field is known inside only.
+    blocked, outside : (m, 2) points on the floor [m] -> (m,) bool: where the robot touches
+        something; where it has left the room, whose field is known inside only.
     """
 
     reader: RssSensor | None
@@ -242,20 +232,17 @@ class DockingResult:
     Parameters
     ----------
     task : What was asked for.
-    outcome : How it ended.
-    reason : The same in a sentence.
+    outcome, reason : How it ended; the same in a sentence.
     tries : Tries begun.
     contacts : How often the robot touched something.
     time_s : (n,) float64 — Time [s].
     poses : (n, 3) float64 — True x [m], y [m], heading [rad].
     phases : What the robot was doing.
     twist : (n, 2) float64 — Command v [m/s], ω [rad/s] that follows.
-    polar : (n, 3) float64 — Estimated e [m], α [rad], φ [rad] of the docking law; NaN in other
-        phases.
+    polar : (n, 3) float64 — Estimated e [m], α [rad], φ [rad] of the law; NaN in other phases.
     slips : (n, 2) float64 — Estimated b [m/s], s [rad/s]; NaN in other phases.
     seen : (n,) bool — Whether the camera reported a landmark [-].
-    staged_m : Distance from the tag's point to where the coarse stage first ended [m]; NaN if it
-        did not.
+    staged_m : Distance from the tag's point to where the coarse stage first ended [m], or NaN.
     """
 
     task: DockingTask

@@ -26,15 +26,13 @@ FloatArray = npt.NDArray[np.float64]
 def range_and_bearing(states: npt.ArrayLike, tag: int) -> FloatArray:
     """Return what the robot would measure of a tag, (r, 2): range [m] and bearing [rad].
 
+    Thesis (7.47), whose atan2(y - yʲ, x - xʲ) points from the tag to the robot: the bearing to the
+    tag is half a turn from it. The slopes are the same.
+
     Parameters
     ----------
     states : (r, 3 + 2 s) float64 — x [m], y [m], heading [rad], then x and y of every tag [m].
     tag : Number of the tag, from 0.
-
-    Notes
-    -----
-    Thesis (7.47), whose atan2(y - yʲ, x - xʲ) points from the tag to the robot: the bearing to the
-    tag, which a reader measures, is half a turn from it. The slopes are the same.
     """
     mean = np.asarray(states, dtype=np.float64)
     offset = mean[:, :2] - mean[:, 3 + 2 * tag : 5 + 2 * tag]
@@ -84,7 +82,7 @@ class SlamTask:
     wheel_rates_rad_per_s : (2,) float64 — Right and left, commanded all the time [rad/s].
     steps : Number of periods.
     tags_m : (s, 2) float64 — True places of the tags [m].
-    tag_sigma_m : Standard deviation of the first guess of each coordinate of a tag [m].
+    tag_sigma_m : Standard deviation of each coordinate of a tag's first guess [m].
     range_sigma_m, bearing_sigma_rad : Of each measurement [m], [rad].
     """
 
@@ -131,12 +129,10 @@ class SlamRecord:
     ----------
     time_s : (k + 1,) float64 — Times [s].
     true_poses, poses : (r, k + 1, 3) float64 — True and estimated x [m], y [m], heading [rad].
-    reckoned : (k + 1, 3) float64 — What dead reckoning from the commands gives, the same in every
-        run [m, rad].
+    reckoned : (k + 1, 3) float64 — Dead reckoning from the commands, one for all runs [m, rad].
     sigmas : (r, k + 1, 3) float64 — Standard deviations of the pose by the filter [m, rad].
     final : All states at the end.
-    nees : (r,) float64 — Normalised error squared of the pose at the end [-]; 3 on average when it
-        is consistent.
+    nees : (r,) float64 — Normalised error squared of the last pose [-]; 3 on average if consistent.
     """
 
     time_s: FloatArray
@@ -172,17 +168,14 @@ class SlamRecord:
 def run_slam(task: SlamTask, seeds: Sequence[np.random.SeedSequence]) -> SlamRecord:
     """Return many runs of EKF SLAM, one for each seed, in order.
 
+    Thesis 7.4.2, misprints corrected: the gain is S Hᵀ (H S Hᵀ + N)⁻¹ (inverse missing), the
+    covariance's prediction G S Gᵀ (transpose missing), the second row of L is sin, F̄ is 3 x (2 s +
+    3), the bearing's innovation is wrapped; the update is in Joseph form, one tag after another.
+
     Parameters
     ----------
     task : The experiment.
     seeds : One for each run.
-
-    Notes
-    -----
-    Thesis 7.4.2 with its misprints corrected: the gain is S Hᵀ (H S Hᵀ + N)⁻¹ (the inverse is
-    missing in print), the covariance is predicted as G S Gᵀ (the transpose is missing), the second
-    row of L is sin, F̄ is 3 x (2 s + 3), the bearing's innovation is wrapped; the update is in
-    Joseph form, one tag after another.
     """
     rngs = [np.random.default_rng(seed) for seed in seeds]
     runs, tags = len(rngs), len(task.tags_m)

@@ -23,7 +23,7 @@ class FingerprintFilter:
     ----------
     motion : How the wheels move the robot.
     survey : RSS at surveyed places.
-    sigma_m : Standard deviation of each coordinate of such a fix [m]; measure it at known places.
+    sigma_m : Standard deviation of a fix's coordinates [m]; measure it at known places.
     neighbours : How many places k are averaged.
     """
 

@@ -1,8 +1,7 @@
 """Kalman filters: prediction, gated update in Joseph form, and the tests of consistency.
 
-Every function takes leading axes: a batch of filters, for instance one a seed, is one call. A
-linear filter gives its matrices; an extended one gives the moved mean or the predicted measurement
-beside the Jacobians.
+Leading axes are a batch of filters. A linear filter gives its matrices; an extended one also gives
+the moved mean or the predicted measurement.
 """
 
 from dataclasses import dataclass
@@ -56,11 +55,9 @@ class Innovation:
 
     Parameters
     ----------
-    residual : (..., m) float64 — Measurement less prediction, angles wrapped [unit of each
-        measurement].
-    covariance : (..., m, m) float64 — S = C P Cᵀ + R [product of the measurements' units].
+    residual : (..., m) float64 — Measurement less prediction, angles wrapped [measurements' units].
+    covariance, measurement_noise : (..., m, m) float64 — S = C P Cᵀ + R, and R [squared units].
     observation : (..., m, n) float64 — Observation matrix, or Jacobian, C [measurement per state].
-    measurement_noise : (..., m, m) float64 — R [product of the measurements' units].
     """
 
     residual: npt.NDArray[np.float64]
@@ -119,20 +116,14 @@ def predict(
     process_noise: npt.ArrayLike,
     moved_mean: npt.ArrayLike | None = None,
 ) -> Gaussian:
-    """Return the belief one step later: mean as given, covariance Φ P Φᵀ + Q.
+    """Return the belief one step later, with Φ P Φᵀ + Q as in the docking paper's (8), (10).
 
     Parameters
     ----------
     belief : Belief before, (..., n).
-    transition : (..., n, n) array_like — Transition matrix Φ, or the Jacobian of the motion [state
-        per state].
+    transition : (..., n, n) array_like — Φ, or the Jacobian of the motion [state per state].
     process_noise : (..., n, n) array_like — Q of the step [squared unit of the states].
-    moved_mean : (..., n) array_like or None — Mean after the step, of an extended filter or of a
-        linear one with an input [unit of each state]; None for Φ times the mean.
-
-    Notes
-    -----
-    Docking paper (8), (10).
+    moved_mean : (..., n) array_like or None — Mean after [states' units]; None: Φ times the mean.
     """
     phi = np.asarray(transition, dtype=np.float64)
     mean = _apply(phi, belief.mean) if moved_mean is None else np.asarray(moved_mean)
@@ -155,11 +146,9 @@ def innovate(
     ----------
     belief : Belief before, (..., n).
     measurement : (..., m) array_like — What was measured [unit of each measurement].
-    observation : (..., m, n) array_like — Observation matrix, or Jacobian, C [measurement per
-        state].
+    observation : (..., m, n) array_like — Matrix, or Jacobian, C [measurement per state].
     measurement_noise : (..., m, m) array_like — R [squared unit of the measurements].
-    predicted : (..., m) array_like or None — Predicted measurement of an extended filter [unit of
-        each measurement]; None for C times the mean.
+    predicted : (..., m) array_like or None — Predicted measurement [its units]; None: C times mean.
     angles : Which measurements are angles [rad]; their residuals are wrapped.
     """
     c = np.asarray(observation, dtype=np.float64)
@@ -189,25 +178,15 @@ def within_gate(innovation: Innovation, *, probability: float) -> npt.NDArray[np
 def update(
     belief: Gaussian, innovation: Innovation, *, accept: npt.ArrayLike | None = None
 ) -> Gaussian:
-    """Return the belief after a measurement, in Joseph form.
+    """Return mean + K r and (I - K C) P (I - K C)ᵀ + K R Kᵀ with K = P Cᵀ S⁻¹: the Joseph form.
+
+    Docking paper (8), (9), (11), corrected: (9) prints the gain without R in the inverse, and the
+    second factor of (11) must be (I - K C)ᵀ. It stays positive for any gain.
 
     Parameters
     ----------
-    belief : Belief before, (..., n).
-    innovation : Of the measurement.
-    accept : (...) array_like of bool or None — Where the measurement counts [-]; elsewhere the
-        belief stays. None: everywhere.
-
-    Returns
-    -------
-    Gaussian
-        Mean + K r and (I - K C) P (I - K C)ᵀ + K R Kᵀ with K = P Cᵀ S⁻¹.
-
-    Notes
-    -----
-    Docking paper (8), (9), (11), corrected: (9) prints the gain without R in the inverse, and the
-    second factor of (11) must be (I - K C)ᵀ. The Joseph form stays symmetric and positive for any
-    gain, rounding included.
+    belief, innovation : Belief before, (..., n), and what the measurement says.
+    accept : (...) array_like of bool or None — Where it counts [-]; None: everywhere.
     """
     c = innovation.observation
     cross = c @ belief.covariance
@@ -249,8 +228,7 @@ def squared_mahalanobis(
 
     Parameters
     ----------
-    residual : (..., m) array_like — Residual r [unit of each component].
-    covariance : (..., m, m) array_like — Its covariance S [product of the components' units].
+    residual, covariance : (..., m), (..., m, m) array_like — r and its S [components' units].
     """
     r = np.asarray(residual, dtype=np.float64)
     whitened = np.linalg.solve(np.asarray(covariance, dtype=np.float64), r[..., None])[..., 0]
@@ -279,23 +257,16 @@ def chi_squared_quantile(probability: float, *, degrees: int) -> float:
 def consistency_band(
     *, degrees: int, samples: int, probability: float = 0.95
 ) -> tuple[float, float]:
-    """Return the band in which the mean NEES or NIS of a consistent filter lies [-].
+    """Return the quantiles of χ²(N n)/N between which the mean NEES or NIS of a filter lies [-].
+
+    Bar-Shalom, Li and Kirubarajan (2001), section 5.4.2. Values of one run at different times are
+    not independent: average over runs at one time.
 
     Parameters
     ----------
-    degrees : Size of the state (NEES) or of the measurement (NIS).
-    samples : Number of independent runs that are averaged.
+    degrees : Size n of the state (NEES) or of the measurement (NIS).
+    samples : Number N of independent runs that are averaged.
     probability : Probability of the band, two-sided [-].
-
-    Returns
-    -------
-    low, high : float
-        Quantiles of χ²(N n)/N [-].
-
-    Notes
-    -----
-    Bar-Shalom, Li and Kirubarajan (2001), section 5.4.2. Values of one run at different times are
-    not independent: average over runs at one time.
     """
     if samples < 1:
         msg = f"samples is {samples}, but at least one run is needed: raise it."

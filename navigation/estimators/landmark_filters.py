@@ -1,10 +1,9 @@
 """Filters that localise a landmark in the body frame and learn the robot's slips on the way.
 
-State: the landmark's place e_x, e_y [m] in the body frame, the linear slip b [m/s], the landmark's
-attitude ψ [rad] in the body frame and the angular slip s [rad/s]; the robot moves with v + b and
-ω + s where v and ω were commanded. The paper's pair is an attitude filter and a position filter
-that is driven by its turn rate; the coupled filter also carries what the pair leaves out: how an
-error of the turn rate moves the landmark. Every function takes leading axes, for a batch.
+State: the landmark's place e_x, e_y [m], the linear slip b [m/s], the landmark's attitude ψ [rad]
+and the angular slip s [rad/s]; the robot moves with v + b and ω + s. The paper's pair is an
+attitude filter and a position filter that is driven by its turn rate; the coupled filter adds how
+an error of the turn rate moves the landmark. Leading axes are a batch.
 """
 
 from dataclasses import dataclass
@@ -35,16 +34,13 @@ _SMALL_RAD = 1e-4
 
 
 def attitude_transition(period_s: npt.ArrayLike) -> FloatArray:
-    """Return exp(A T) = [[1, -T], [0, 1]] of ψ and s over one period, (..., 2, 2) [rad per rad, s].
+    """Return exp(A T) = [[1, -T], [0, 1]] of ψ and s, (..., 2, 2) [rad per rad, s].
+
+    Docking paper (6). [-T, 0]ᵀ ω is added; the printed input matrix holds ω already.
 
     Parameters
     ----------
     period_s : (...) array_like — Period T [s].
-
-    Notes
-    -----
-    Docking paper (6). The commanded turn enters by [-T, 0]ᵀ ω; as printed, the input matrix already
-    holds ω and is multiplied by it once more.
     """
     period = np.asarray(period_s, dtype=np.float64)
     one, zero = np.ones_like(period), np.zeros_like(period)
@@ -52,18 +48,14 @@ def attitude_transition(period_s: npt.ArrayLike) -> FloatArray:
 
 
 def position_transition(turn_rate_rad_per_s: npt.ArrayLike, period_s: npt.ArrayLike) -> FloatArray:
-    """Return the transition matrix of e_x, e_y and b over one period.
+    """Return the (..., 3, 3) transition of e_x, e_y and b over one period [m per m, s].
+
+    Docking paper (25); its third column, less the last entry, is the effect of the speed, (26).
 
     Parameters
     ----------
     turn_rate_rad_per_s : (...) array_like — Turn rate ω, slip included [rad/s].
     period_s : (...) array_like — Period T [s].
-
-    Returns
-    -------
-    (..., 3, 3) float64
-        Docking paper (25) [m per m, s]; its third column, less the last entry, is also the effect
-        of the commanded speed, (26).
     """
     rate, period = np.broadcast_arrays(
         np.asarray(turn_rate_rad_per_s, dtype=np.float64), np.asarray(period_s, dtype=np.float64)
@@ -82,19 +74,13 @@ def turn_sensitivity(
     turn_rate_rad_per_s: npt.ArrayLike,
     period_s: npt.ArrayLike,
 ) -> FloatArray:
-    """Return the derivative of the landmark's next place with respect to the turn rate [m s/rad].
+    """Return ∂(e_x, e_y)/∂ω of the next place, (..., 2): what couples it to the slip s [m s/rad].
 
     Parameters
     ----------
     place_m : (..., 2) array_like — e_x, e_y before the step [m].
-    speed_m_per_s : (...) array_like — Speed, slip included [m/s].
-    turn_rate_rad_per_s : (...) array_like — Turn rate, slip included [rad/s].
+    speed_m_per_s, turn_rate_rad_per_s : (...) array_like — Slips included [m/s], [rad/s].
     period_s : (...) array_like — Period T [s].
-
-    Returns
-    -------
-    (..., 2) float64
-        ∂(e_x, e_y)/∂ω [m s/rad]: what couples the place to the angular slip.
     """
     place = np.asarray(place_m, dtype=np.float64)
     period = np.asarray(period_s, dtype=np.float64)
@@ -137,24 +123,18 @@ def checked_period(period_s: npt.ArrayLike) -> FloatArray:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LandmarkNoise:
-    """The noise that a landmark filter assumes; the defaults are the paper's.
+    """The noise that a landmark filter assumes; the defaults are the paper's, section VII.
+
+    (19) defines Q as a density over time; over any period T it adds Q T.
 
     Parameters
     ----------
-    position_m2_per_s : Growth of the place's variance, Q^x [m²/s].
-    linear_slip_m2_per_s3 : Growth of the linear slip's variance [m²/s³].
-    attitude_rad2_per_s : Growth of the attitude's variance, Q^θ [rad²/s].
-    angular_slip_rad2_per_s3 : Growth of the angular slip's variance [rad²/s³].
-    measured_position_m2 : Variance of each measured coordinate, R^x [m²].
-    measured_attitude_rad2 : Variance of the measured attitude, R^θ [rad²].
+    position_m2_per_s, attitude_rad2_per_s : Growth of the variances, Q^x [m²/s], Q^θ [rad²/s].
+    linear_slip_m2_per_s3, angular_slip_rad2_per_s3 : The same of the slips [m²/s³], [rad²/s³].
+    measured_position_m2, measured_attitude_rad2 : Variances R^x [m²], R^θ [rad²].
     initial_position_m2, initial_linear_slip_m2_per_s2 : Initial variances, P₀^x [m²], [m²/s²].
-    initial_attitude_rad2, initial_angular_slip_rad2_per_s2 : Initial variances, P₀^θ, of two rows
-        and not of three as printed [rad²], [rad²/s²].
-
-    Notes
-    -----
-    Section VII of the paper. (19) defines Q as a density over time; over a period T it adds Q T,
-    which also holds for periods of varying length.
+    initial_attitude_rad2, initial_angular_slip_rad2_per_s2 : P₀^θ, of two rows and not of three as
+        printed [rad²], [rad²/s²].
     """
 
     position_m2_per_s: float = 4.1e-6
@@ -213,8 +193,7 @@ class LandmarkTrack:
     ----------
     belief : e_x, e_y [m], b [m/s], ψ [rad], s [rad/s]; (..., 5).
     rejected : (...) int64 — Measurements in a row that failed the gate [-].
-    nis : (...) float64 — Normalised innovation squared of the last measurement [-]; NaN where there
-        was none.
+    nis : (...) float64 — Normalised innovation squared of the last measurement [-], or NaN.
     """
 
     belief: Gaussian
@@ -253,13 +232,12 @@ class LandmarkFilter:
     Parameters
     ----------
     noise : What it assumes.
-    coupled : False: the paper's pair of filters; the position filter takes the estimated turn rate
-        for the true one, so its covariance is too small while the robot is far from the landmark.
-        True: an extended filter of all five states, consistent.
+    coupled : False: the paper's pair, whose position filter takes the estimated turn rate for the
+        true one and is too sure far from the landmark. True: an extended filter of all five states.
     estimate_slips : False: slips are taken to be zero, as in the paper's figures 7 to 10.
     gate_probability : Share of true detections that pass the chi-squared gate, in (0, 1) [-].
-    restart_after : Detections rejected in a row after which the next is believed and the pose
-        starts afresh from it: the robot was wrong from the start or was carried away.
+    restart_after : Detections rejected in a row after which the next one is believed: the robot was
+        wrong from the start or was carried away.
     """
 
     noise: LandmarkNoise = LandmarkNoise()
@@ -303,16 +281,14 @@ class LandmarkFilter:
     ) -> LandmarkTrack:
         """Return the belief after a period of odometry; attitude in (-π, π] [rad].
 
+        Docking paper (8), (10), (24), (28); (28) prints B for the discrete G.
+
         Parameters
         ----------
         track : Belief before.
-        twist : (..., 2) array_like — Commanded v [m/s] and ω [rad/s], constant over the period. A
-            robot commanded to stand still does so: it neither slips nor adds noise.
-        period_s : (...) array_like — Time that passed, any and each time another [s].
-
-        Notes
-        -----
-        Docking paper (8), (10), (24), (28); (28) prints B for the discrete G.
+        twist : (..., 2) array_like — Commanded v [m/s] and ω [rad/s], constant; a robot that is to
+            stand still neither slips nor adds noise.
+        period_s : (...) array_like — Time that passed, any [s].
         """
         command = np.asarray(twist, dtype=np.float64)
         moving = np.asarray(np.any(command != 0.0, axis=-1), dtype=np.float64)
@@ -350,8 +326,7 @@ class LandmarkFilter:
         Parameters
         ----------
         track : Belief before.
-        detection : (..., 3) array_like — Measured e_x, e_y [m], ψ [rad]; NaN where nothing was
-            detected.
+        detection : (..., 3) array_like — Measured e_x, e_y [m], ψ [rad], or NaN.
         """
         measured = np.asarray(detection, dtype=np.float64)
         seen = np.asarray(np.isfinite(measured).all(axis=-1))

@@ -68,14 +68,9 @@ class Manoeuvre:
 
 
 def paper_manoeuvre() -> Manoeuvre:
-    """Return a drive like the paper's first experiment.
+    """Return a drive like the paper's first experiment; it gives no trajectory, numbers are chosen.
 
-    Returns
-    -------
-    Manoeuvre
-        Some 23 s in sight of the landmark, more than 30 s out of sight at the same speeds, then a
-        turn back until it is seen again. The paper gives the pattern and its figures but not the
-        trajectory; the numbers are chosen here.
+    Some 23 s in sight of the landmark, over 30 s out of sight, then back until it is seen again.
     """
     return Manoeuvre(
         start=np.array([-2.0, 0.25, 0.07]),
@@ -90,8 +85,7 @@ class Drives:
 
     Parameters
     ----------
-    time_s : (n,) float64 — End of each step [s].
-    periods_s : (n,) float64 — Length of each step [s].
+    time_s, periods_s : (n,) float64 — End and length of each step [s].
     commands : (n, 2) float64 — Commanded v [m/s], ω [rad/s] in each step.
     poses : (n, s, 3) float64 — True x [m], y [m], heading [rad].
     truth : (n, s, 5) float64 — True state: e_x, e_y [m], b [m/s], ψ [rad], s [rad/s].
@@ -182,8 +176,7 @@ class Estimates:
     ----------
     mean : (n, s, 5) float64 — Estimated e_x, e_y [m], b [m/s], ψ [rad], s [rad/s].
     variance : (n, s, 5) float64 — Their variances [squared units].
-    nees : (n, s) float64 — Normalised estimation error squared [-], of the states that are
-        estimated.
+    nees : (n, s) float64 — Normalised error squared [-], of the states that are estimated.
     nis : (n, s) float64 — Normalised innovation squared [-]; NaN where nothing was measured.
     """
 
@@ -211,8 +204,7 @@ def estimate(
     ----------
     drives : Odometry and detections.
     filter_ : The filter.
-    start_error : (3,) or (s, 3) array_like — First guess less truth of e_x, e_y [m], ψ [rad], at
-        the end of the first step.
+    start_error : (3,) or (s, 3) array_like — First guess less truth of e_x, e_y [m], ψ [rad].
     """
     steps, repetitions = drives.truth.shape[:2]
     first = drives.truth[0][:, [0, 1, ATTITUDE]]

@@ -50,7 +50,7 @@ class ParticleFilter:
     ----------
     motion : How the wheels move the robot; every particle draws its own wheel noise.
     sensor : RSS against place.
-    sigma_db : Standard deviation of a reading from the model, noise and the model's own error [dB].
+    sigma_db : Standard deviation of a reading from the model, its own error included [dB].
     particles : Number of particles.
     jitter_m, jitter_rad : Spread added after resampling, so that equal particles part [m], [rad].
     """
@@ -117,11 +117,6 @@ class ParticleFilter:
         return poses, log_weights
 
     def poses(self, belief: Particles) -> FloatArray:
-        """Return the weighted mean poses, (r, 3) [m, rad].
-
-        Notes
-        -----
-        Headings of particles are never wrapped, so that their mean is one.
-        """
+        """Return the weighted mean poses, (r, 3) [m, rad]; headings are never wrapped."""
         mean: FloatArray = np.sum(belief.weights[..., None] * belief.poses, axis=1)
         return mean

@@ -1,8 +1,7 @@
 """The interface of pose estimators, and the wheel motion that all of them predict with.
 
-A new estimator is one class with the three methods of `PoseEstimator`, in any module. Every array
-has the runs of a Monte-Carlo set as its first axis: one call serves them all, and what it returns
-for a run depends on nothing but that run.
+Every array has the runs of a Monte-Carlo set as its first axis: one call serves them all, and what
+it returns for a run depends on nothing but that run.
 """
 
 from collections.abc import Sequence
@@ -72,8 +71,7 @@ class PoseEstimator(Protocol[Belief]):
         Parameters
         ----------
         belief : What `begin` or `step` returned; it must not be changed.
-        wheel_rates : (r, 2) float64 — Right and left in the period, as commanded or as the encoders
-            count them [rad/s].
+        wheel_rates : (r, 2) float64 — Right and left, commanded or counted by encoders [rad/s].
         rss_dbm : (r, s) float64 or None — What was read at its end [dBm]; None when nothing was.
         rngs : One for each run.
         """
@@ -130,16 +128,12 @@ class WheelMotion:
     ) -> tuple[FloatArray, FloatArray]:
         """Return the derivatives of `moved` by pose, (r, 3, 3), and by wheel rates, (r, 3, 2).
 
+        Those of the second-order Runge-Kutta step, whatever the method: they differ from the arc's
+        by the square of the turn. The thesis prints cos in the second row of L; it is sin.
+
         Parameters
         ----------
-        poses : (r, 3) float64 — x [m], y [m], heading [rad].
-        wheel_rates : (r, 2) float64 — Right and left [rad/s].
-
-        Notes
-        -----
-        Those of the second-order Runge-Kutta step, whatever the method: they differ from the exact
-        arc's by the square of the turn in a period. The thesis prints cos in the second row of L;
-        it is sin.
+        poses, wheel_rates : As for `moved` [m, rad], [rad/s].
         """
         distance, turn = wheel_travel(self.period_s * np.asarray(wheel_rates), self.robot)
         along = poses[:, 2] + 0.5 * turn

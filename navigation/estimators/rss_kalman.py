@@ -21,8 +21,7 @@ class RssAssumptions:
     Parameters
     ----------
     sigma_db : Standard deviation of each reading [dB].
-    mean_sigma_db : How uncertain the noise's common mean is at the start [dB]; 0: it is taken for
-        zero, as the thesis' filter does.
+    mean_sigma_db : The same of the noise's mean at the start [dB]; 0: no mean, as in the thesis.
     """
 
     sigma_db: float = 50.0
@@ -92,9 +91,7 @@ class RssFilter:
 
         Parameters
         ----------
-        poses : (r, 3) float64 — x [m], y [m], heading [rad].
-        covariance : (3, 3) float64 — Of the pose [m², rad²].
-        rngs : Not used.
+        poses, covariance, rngs : As for `PoseEstimator.begin` [m, rad], [m², rad²].
         """
         del rngs
         return self.noise.begin(poses, covariance)
@@ -113,17 +110,14 @@ class RssFilter:
 class ExtendedKalman(RssFilter):
     """The discrete extended Kalman filter, in Joseph form, with a step of O(n² s).
 
+    All s readings have the same independent noise: with H = Q R, the n numbers Qᵀ (z - h) hold all
+    that they say of the n states, and their Jacobian is R.
+
     Parameters
     ----------
     motion : How the wheels move the robot.
     sensor : RSS against place.
     noise : Of the readings.
-
-    Notes
-    -----
-    All s readings have the same independent noise, so that an orthogonal transform may turn them:
-    with H = Q R, the n numbers Qᵀ (z - h) hold all that the readings say of the n states, and their
-    Jacobian is R. The update by them is the same, in systems of n instead of s.
     """
 
     sensor: SmoothRssModel
@@ -139,10 +133,7 @@ class ExtendedKalman(RssFilter):
 
         Parameters
         ----------
-        belief : Before.
-        wheel_rates : (r, 2) float64 — Right and left [rad/s].
-        rss_dbm : (r, s) float64 or None — Readings at the period's end [dBm].
-        rngs : Not used.
+        belief, wheel_rates, rss_dbm, rngs : As for `PoseEstimator.step` [rad/s], [dBm].
         """
         del rngs
         moved = predict_motion(self.motion, belief, wheel_rates)
@@ -207,18 +198,13 @@ def expected_readings(sensor: SmoothRssModel, belief: Gaussian) -> tuple[FloatAr
 class UnscentedKalman(RssFilter):
     """The unscented Kalman filter: sigma points in place of slopes.
 
+    2 n points with equal weights (Julier and Uhlmann with κ = 0, the cubature rule of third degree)
+    for the readings; the motion is predicted as in the extended filter. The gain P_xz (P_zz + σ²
+    I)⁻¹ is solved among the 2 n points, not among the s readings.
+
     Parameters
     ----------
-    motion : How the wheels move the robot.
-    sensor : RSS against place; it need not be smooth.
-    noise : Of the readings.
-
-    Notes
-    -----
-    The symmetric set of 2 n points with equal weights (Julier and Uhlmann with κ = 0, the cubature
-    rule of third degree), for the readings; the motion is nearly linear over a period and is
-    predicted as in the extended filter. The gain P_xz (P_zz + σ² I)⁻¹ is solved among the 2 n
-    points, not among the s readings.
+    motion, sensor, noise : As of `ExtendedKalman`, but the sensor need not be smooth.
     """
 
     sensor: RssModel
@@ -234,10 +220,7 @@ class UnscentedKalman(RssFilter):
 
         Parameters
         ----------
-        belief : Before.
-        wheel_rates : (r, 2) float64 — Right and left [rad/s].
-        rss_dbm : (r, s) float64 or None — Readings at the period's end [dBm].
-        rngs : Not used.
+        belief, wheel_rates, rss_dbm, rngs : As for `PoseEstimator.step` [rad/s], [dBm].
         """
         del rngs
         moved = predict_motion(self.motion, belief, wheel_rates)
@@ -271,9 +254,7 @@ class KalmanBucy(RssFilter):
 
     Parameters
     ----------
-    motion : How the wheels move the robot; its period and noise.
-    sensor : RSS against place.
-    noise : Of the readings.
+    motion, sensor, noise : As of `ExtendedKalman`.
     substeps : Integration steps in a period.
 
     Notes
@@ -297,14 +278,11 @@ class KalmanBucy(RssFilter):
         rss_dbm: FloatArray | None,
         rngs: Sequence[np.random.Generator],
     ) -> Gaussian:
-        """Return what is believed one period later.
+        """Return what is believed one period later, the readings held over the period.
 
         Parameters
         ----------
-        belief : Before.
-        wheel_rates : (r, 2) float64 — Right and left [rad/s].
-        rss_dbm : (r, s) float64 or None — Readings of the period [dBm].
-        rngs : Not used.
+        belief, wheel_rates, rss_dbm, rngs : As for `PoseEstimator.step` [rad/s], [dBm].
         """
         del rngs
         length = self.motion.period_s / self.substeps

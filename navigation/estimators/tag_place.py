@@ -1,8 +1,7 @@
 """Where a tag hangs, estimated from bearings that reflections falsify, while the robot drives.
 
-In a room full of reflections one bearing may point anywhere; many bearings from different places
-agree only at the tag. The estimate is a histogram over the floor with a likelihood that expects
-outliers.
+One bearing may point anywhere; many from different places agree only at the tag. The estimate is a
+histogram over the floor with a likelihood that expects outliers.
 """
 
 from dataclasses import dataclass
@@ -39,15 +38,7 @@ class TagPlaceBelief:
         return np.asarray(raw / raw.sum())
 
     def place(self) -> tuple[FloatArray, float]:
-        """Return the tag's place and its spread.
-
-        Returns
-        -------
-        (2,) float64
-            x, y: mean of the cells about the best one [m].
-        float
-            Root of the mean squared distance of the whole histogram from there [m].
-        """
+        """Return the mean of the cells about the best, (2,), and the RMS distance of all [m]."""
         weight = self.weight
         row, column = np.unravel_index(int(np.argmax(weight)), weight.shape)
         near_x = np.abs(self.axis_m - self.axis_m[column]) <= self.window_m
@@ -70,10 +61,8 @@ class TagPlaceFilter:
     spacing_m : Size of a cell [m].
     bearing_sd_rad : Standard deviation of a good bearing [rad].
     outlier_share : Share of bearings that point anywhere, in (0, 1) [-].
-    blur_m : How well odometry knows where a bearing was taken [m]; near the tag this is what
-        counts.
-    trust : Power to which each likelihood is raised, in (0, 1] [-]: readings half a wavelength
-        apart share their reflections and are not independent.
+    blur_m : How well odometry knows where a bearing was taken [m]; it counts near the tag.
+    trust : Power of each likelihood, in (0, 1] [-]: near readings share their reflections.
     """
 
     reach_m: float = 9.0
@@ -115,8 +104,7 @@ class TagPlaceFilter:
         ----------
         belief : Belief before.
         pose : (3,) array_like — x [m], y [m], heading [rad] by odometry, from the start.
-        bearing_rad : Direction of the tag from the robot's front, counter-clockwise positive [rad];
-            NaN leaves the belief as it is.
+        bearing_rad : Tag from the robot's front, counter-clockwise [rad]; NaN: nothing changes.
         """
         if not np.isfinite(bearing_rad):
             return belief

@@ -16,13 +16,7 @@ class Mapper(Protocol):
     """What applies a function to many arguments, as `map` or the method of an executor does."""
 
     def __call__(self, call: Callable[[Any], Any], items: Sequence[Any], /) -> Iterable[Any]:
-        """Return the results, in the order of the arguments.
-
-        Parameters
-        ----------
-        call : The function.
-        items : Its arguments, one for each call.
-        """
+        """Return the results of a call for each item, in the order of the items."""
 
 
 def run_seeded(
@@ -39,8 +33,7 @@ def run_seeded(
     ----------
     job : Seed of one run -> its result.
     runs : Number of runs.
-    seed : Base seed, not negative. Run i uses child i of its numpy SeedSequence, so its result
-        depends neither on the number of runs nor on who computes it.
+    seed : Base seed, not negative; run i uses child i of its numpy SeedSequence and nothing else.
     mapper : Runs them: `map` in this process. Arrays that come from another process are writable.
     progress : Called with the number of finished runs, whenever one has finished.
     """

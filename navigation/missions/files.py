@@ -44,18 +44,14 @@ def write_missions_csv(
 ) -> None:
     """Write one row for each run.
 
+    `arrivals_m` lists the arrival error of each tag [m], separated by semicolons, `nan` where it
+    was not reached; `success`, `captured` and `collided` of `metrics.MissionMetrics` are 1 or 0.
+
     Parameters
     ----------
     path : File to write; an existing one is replaced in one move, never left half written.
     results : The runs, run 0 first.
-    success_radius_m : How far from a tag's point an arrival counts [m]; None for twice the arrival
-        radius.
-
-    Notes
-    -----
-    `arrivals_m` lists the arrival error of each tag [m], separated by semicolons, `nan` where the
-    tag was not reached. `success`, `captured` and `collided` are 1 or 0 as `metrics.MissionMetrics`
-    defines them. Numbers are written so that they read back to the same bits.
+    success_radius_m : Distance at which an arrival counts [m]; None: twice the arrival radius.
     """
     if not results:
         msg = "there are no runs to write, but missions.csv has one row for each: run the mission."
@@ -89,15 +85,12 @@ def write_missions_csv(
 def write_trajectory_csv(path: str | Path, result: MissionResult) -> None:
     """Write one row for each sample of a run.
 
+    `heading_deg` lies in (-180, 180]; `target` is the tag's ID; antenna 1 stands at azimuth 0.
+
     Parameters
     ----------
     path : File to write; an existing one is replaced in one move, never left half written.
     result : The run.
-
-    Notes
-    -----
-    `heading_deg` lies in (-180, 180]; `target` is the tag's ID; antenna 1 stands at reader azimuth
-    0. Numbers are written so that they read back to the same bits.
     """
     antennas = result.rss_w.shape[1]
     header = (*TRAJECTORY_COLUMNS, *(f"rss_{i + 1}_w" for i in range(antennas)))

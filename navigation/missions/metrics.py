@@ -1,9 +1,8 @@
 """How well a run went: errors to the straight way, arrivals, and what went wrong.
 
-The error at a sample is measured to the nearest point of the straight segment on which the robot
-then is: from the previous tag's point (the start, for the first) to the current one's. A reference
-that moves with time would add the robot's delay, about 20 cm, and cannot be meant by the published
-9 cm.
+The error is measured to the nearest point of the current straight segment, from the previous tag's
+point (at first the start) to the current one's. A reference that moves with time would add the
+robot's delay, about 20 cm, and cannot be meant by the published 9 cm.
 """
 
 from dataclasses import dataclass
@@ -21,21 +20,14 @@ _HOLD_SAMPLES = 30
 
 
 def local_pose_error(pose: npt.ArrayLike, reference_pose: npt.ArrayLike) -> npt.NDArray[np.float64]:
-    """Return the pose error in the robot's own frame.
+    """Return wanted minus actual pose in the robot's frame, thesis (5.3), (..., 3).
+
+    Along the robot's heading [m], to its left [m], turn in (-π, π] [rad]. Its length in x and y is
+    the position error e, the same in both frames.
 
     Parameters
     ----------
-    pose : (..., 3) float64 — Pose of the robot: x [m], y [m], heading [rad].
-    reference_pose : (..., 3) float64 — Wanted pose: x [m], y [m], heading [rad].
-
-    Returns
-    -------
-    (..., 3) float64
-        Wanted minus actual: along the robot's heading [m], to its left [m], turn in (-π, π] [rad].
-
-    Notes
-    -----
-    Thesis (5.3). Its length in x and y is the position error e, the same in both frames.
+    pose, reference_pose : (..., 3) float64 — Robot's and wanted x [m], y [m], heading [rad].
     """
     actual = np.asarray(pose, dtype=np.float64)
     error = np.asarray(reference_pose, dtype=np.float64) - actual
@@ -53,8 +45,7 @@ def nearest_on_segment(
     Parameters
     ----------
     points_m : (..., 2) float64 — Points [m].
-    starts_m : (..., 2) float64 — Where the segments begin [m].
-    ends_m : (..., 2) float64 — Where they end, not where they begin [m].
+    starts_m, ends_m : (..., 2) float64 — Ends of the segments, not the same point [m].
     """
     points, start = np.asarray(points_m, dtype=np.float64), np.asarray(starts_m, dtype=np.float64)
     along = np.asarray(ends_m, dtype=np.float64) - start
@@ -65,13 +56,11 @@ def nearest_on_segment(
 def root_mean_square(errors: npt.ArrayLike) -> float:
     """Return the root mean square of errors, in their unit.
 
+    Thesis (5.4) sums k_f + 1 samples and divides by k_f; the mean over all samples is meant.
+
     Parameters
     ----------
     errors : (s,) float64 — One error a sample, at least one [m] or [rad].
-
-    Notes
-    -----
-    Thesis (5.4), which sums k_f + 1 samples and divides by k_f; the mean over all samples is meant.
     """
     values = np.asarray(errors, dtype=np.float64)
     return float(np.sqrt(np.mean(values**2)))
@@ -80,19 +69,12 @@ def root_mean_square(errors: npt.ArrayLike) -> float:
 def percentile_curve(
     errors: npt.ArrayLike, percents: npt.ArrayLike | None = None
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-    """Return the percentile plot of a run's errors, as in thesis figure 5.12(b).
+    """Return shares [%] and the errors (p,) not exceeded by them, interpolated, figure 5.12(b).
 
     Parameters
     ----------
     errors : (s,) float64 — One error a sample, not negative [m] or [rad].
     percents : (p,) float64 or None — Shares of the samples [%]; None for 0 to 100 in steps of 1.
-
-    Returns
-    -------
-    percents : (p,) float64
-        The shares [%].
-    values : (p,) float64
-        Error that so many samples do not exceed, interpolated linearly [m] or [rad].
     """
     shares = np.arange(101.0) if percents is None else np.asarray(percents, dtype=np.float64)
     return shares, np.percentile(np.asarray(errors, dtype=np.float64), shares)
@@ -105,24 +87,19 @@ class MissionMetrics:
     Parameters
     ----------
     outcome : Why the run ended.
-    success : All tags were declared reached, each within the success radius of its point.
-    captured : The robot stayed at a wrong place: a tag was declared reached outside the success
-        radius, or time ran out while the robot circled or stood outside it.
+    success : All tags were declared reached, each within the success radius.
+    captured : A tag declared reached outside the success radius, or a held robot, see `measure`.
     collided : The robot touched an obstacle.
     contacts : Periods in which it did.
-    near_miss : A tag that was not reached, or was declared reached elsewhere, had been within the
-        success radius while it was the target.
+    near_miss : A tag missed, or reached elsewhere, was within the success radius as target.
     time_s : Duration [s].
     path_m : Length of the way driven, chord by chord [m].
     rmse_m : Root mean square of the position error, thesis (5.4) [m].
-    p90_position_m : Position error that 90 % of the samples do not exceed [m].
-    p90_heading_rad : The same for the heading error [rad].
+    p90_position_m, p90_heading_rad : Errors that 90 % of the samples do not exceed [m], [rad].
     position_errors_m : (s,) float64 — Distance to the current segment [m].
-    heading_errors_rad : (s,) float64 — Size of the angle between heading and segment, 0 to π [rad].
-    arrival_errors_m : (k,) float64 — Distance from each tag's point where it was declared reached
-        [m]; NaN where it was not.
-    closest_m : (k,) float64 — Least distance from each tag's point while it was the target [m]; NaN
-        where it never was.
+    heading_errors_rad : (s,) float64 — Angle between heading and segment, 0 to π [rad].
+    arrival_errors_m : (k,) float64 — Distance from each tag's point on its arrival [m], or NaN.
+    closest_m : (k,) float64 — Least distance from each tag's point as target [m], or NaN.
     """
 
     outcome: MissionOutcome
@@ -150,17 +127,11 @@ class MissionMetrics:
 
 
 def pose_errors(result: MissionResult) -> npt.NDArray[np.float64]:
-    """Return the pose error of every sample to the current straight segment.
+    """Return each sample's `local_pose_error` (s, 3) to the nearest pose of its straight segment.
 
     Parameters
     ----------
-    result : A run of s samples.
-
-    Returns
-    -------
-    (s, 3) float64
-        In the robot's frame: along its heading [m], to its left [m], turn in (-π, π] [rad];
-        thesis (5.3) with the segment's nearest point and direction as the wanted pose.
+    result : A run of s samples [m, rad].
     """
     way = result.mission.waypoints_m
     starts, ends = way[result.targets], way[result.targets + 1]
@@ -173,17 +144,14 @@ def pose_errors(result: MissionResult) -> npt.NDArray[np.float64]:
 def measure(result: MissionResult, *, success_radius_m: float | None = None) -> MissionMetrics:
     """Return the metrics of one run: errors, percentiles, arrivals and flags.
 
+    Held, and so captured, is a run that timed out and whose last 30 samples stay within the success
+    radius of their mean place, that place outside the success radius of the tag. One that circles
+    the tag without arriving is a near miss, seen in `closest_m`.
+
     Parameters
     ----------
     result : The run.
-    success_radius_m : How far from a tag's point an arrival counts [m]; None for twice the tag's
-        arrival radius.
-
-    Notes
-    -----
-    A run counts as held (and so captured) when it timed out and its last 30 samples stay within the
-    success radius of their mean place, that place itself lying outside the success radius of the
-    tag. A run that circles the tag without arriving is a near miss, seen in `closest_m`.
+    success_radius_m : Distance at which an arrival counts [m]; None: twice the arrival radius.
     """
     if success_radius_m is not None and not success_radius_m > 0.0:
         msg = f"success_radius_m is {success_radius_m} m, but it must be positive: 0.4 is usual."

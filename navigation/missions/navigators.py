@@ -30,11 +30,7 @@ def thesis_navigator(
     Parameters
     ----------
     mission : Its arrival tests, cruise speed and period are used.
-    azimuths_rad : (n,) float64 — Azimuths of the antennas in the reader frame [rad].
-    controller : Law of the navigation mode.
-    robot : Wheels, axle and limits.
-    rotation : {"strongest", "vector_sum"} — Bearing of the rotation mode.
-    rerotate_for_s : How long on a leg it may rotate again [s].
+    azimuths_rad, controller, robot, rotation, rerotate_for_s : As of `ThesisNavigator` [rad], [s].
     """
     return ThesisNavigator(
         arrivals=mission.arrivals,
@@ -53,18 +49,14 @@ def tracker_navigator(
 ) -> TrackerNavigator:
     """Return the tracking navigator for a mission, with the defaults of its filter.
 
+    It declares arrival within two fifths of the mission's least arrival radius: the rest is kept
+    for the estimate's error, whose table knows neither floor nor ceiling.
+
     Parameters
     ----------
     mission : Its arrival radius, cruise step and period are used.
     tables : The reader's patterns for each of the mission's tags, in order.
     robot : Wheels, axle and limits.
-
-    Returns
-    -------
-    TrackerNavigator
-        For `run_mission`. It declares arrival within two fifths of the mission's least
-        arrival radius: the rest is kept back for the error of the estimate, whose table knows
-        neither floor nor ceiling.
     """
     return TrackerNavigator(
         filters=tuple(PlaceFilter(table=table) for table in tables),

@@ -26,30 +26,23 @@ _ORBIT_STEPS = 0.8
 class Mission:
     """A mission: where the robot starts, which tags it visits, and in what manner.
 
+    Warns (`PhysicsWarning`) where an arrival radius is below 0.8 of the cruise step: the robot can
+    then step over the disc in which the test fires, and orbit the tag.
+
     Parameters
     ----------
-    start_m : (2,) float64 — Start on the floor [m].
-    heading_rad : Heading at the start [rad].
+    start_m, heading_rad : Start on the floor (2,) [m] and heading there [rad].
     tag_ids : Tags in the order of the visit.
-    tag_points_m : (k, 2) float64 — Points on the floor under them [m]; for the metrics only, the
-        robot does not know them.
+    tag_points_m : (k, 2) float64 — Floor points under them [m]; the robot does not know them.
     arrivals : One for each tag.
     sample_time_s : Period T [s].
     cruise_step_m : Distance driven straight ahead in one period [m].
-    max_time_s : Time-out [s]; None for 60 s and four times what the straight legs take at cruise
-        speed.
+    max_time_s : Time-out [s]; None: 60 s and four times what the straight legs take.
     motion : {"euler", "arc"} — How a period moves the robot.
     silent_limit : Readings in a row without any signal after which the run ends.
-    contact : {"end", "slide"} — Whether the run ends when the robot touches something, or the robot
-        slides along it.
+    contact : {"end", "slide"} — Whether the run ends on contact, or the robot slides along.
     contact_limit : Contacts on one leg after which a sliding robot counts as stuck.
     rolling : Slip of the wheels and resolution of their encoders.
-
-    Warns
-    -----
-    PhysicsWarning
-        When an arrival radius is below 0.8 of the cruise step: the robot can then step over the
-        disc in which the test fires, and orbit the tag.
     """
 
     start_m: npt.NDArray[np.float64]
@@ -146,20 +139,17 @@ class MissionResult:
     Parameters
     ----------
     mission : What was asked for.
-    outcome : Why the run ended.
-    reason : The same in a sentence.
+    outcome, reason : Why the run ended; the same in a sentence.
     time_s : (s,) float64 — Time [s].
     poses : (s, 3) float64 — x [m], y [m], heading in (-π, π] [rad].
     modes : "rotation", "navigation", "search", "evade" or "stopped" in the period that begins then.
     targets : (s,) int64 — Index of the tag that was read [-].
-    rss_w : (s, n) float64 — The reading [W]. Where a tag was reached this is the reading of the
-        next one, taken in the same period; the last row of a completed run holds the last tag's.
-        Zeros where the robot has left the room.
-    arrival_times_s : (k,) float64 — When each tag was declared reached [s]; NaN where it was not.
-    arrival_points_m : (k, 2) float64 — Where the robot was then [m]; NaN where it was not.
+    rss_w : (s, n) float64 — The reading [W]; where a tag was reached the next one's, in a completed
+        run's last row the last tag's; zeros where the robot has left the room.
+    arrival_times_s, arrival_points_m : (k,), (k, 2) float64 — When and where each was reached, or
+        NaN [s], [m].
     contacts : Periods in which the robot touched something.
-    believed_points_m : (s, 2) float64 or None — Where the navigator believed the tag of each row
-        [m]; NaN where nowhere. None becomes NaN.
+    believed_points_m : (s, 2) float64 or None — Where the navigator believed the tag [m], or NaN.
     """
 
     mission: Mission

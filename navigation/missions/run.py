@@ -30,7 +30,10 @@ def run_mission(
     blocked: Blocked | None = None,
     outside: Blocked | None = None,
 ) -> MissionResult:
-    """Return the record of one closed-loop run.
+    """Return the record of one closed-loop run; a run that fails is a result too.
+
+    A sensor that reads its antennas in turn does so on the last stretch of the way driven. After an
+    arrival the next tag is read at once, in the same period, by the robot at rest.
 
     Parameters
     ----------
@@ -38,22 +41,9 @@ def run_mission(
     sensor : What the robot reads.
     navigator : What decides; it gets readings and odometry and nothing else.
     robot : The robot.
-    rng : Source of every random number of the run: of the sensor's by itself, of the wheels' and of
-        the navigator's through two children.
-    blocked : (m, 2) points on the floor [m] -> (m,) bool: where the robot's centre cannot be. What
-        happens there is said by the mission's `contact`.
-    outside : The same form: where the robot has left the room, whose field is known inside only.
-
-    Returns
-    -------
-    MissionResult
-        Also when the tags are out of reach, time runs out, something is in the way or the robot
-        leaves the room: those are results.
-
-    Notes
-    -----
-    A sensor that reads its antennas in turn does so on the last stretch of the way driven. After an
-    arrival the next tag is read at once, in the same period, by the robot at rest.
+    rng : Source of every random number; wheels and navigator draw from two children of it.
+    blocked, outside : (m, 2) points [m] -> (m,) bool: where the robot's centre cannot be; where it
+        has left the room, whose field is known inside only.
     """
     _check_run(mission, sensor, robot)
     check_start(mission.start_m, blocked, outside)
@@ -201,15 +191,9 @@ def run_missions(
 
     Parameters
     ----------
-    mission : Start, tags and manner.
-    sensor : What the robot reads.
-    navigator : What decides.
-    robot : The robot.
-    runs, seed : Number of runs and base seed, as for `run_seeded`.
-    mapper : Runs them, as for `run_seeded`; other processes need picklable arguments.
-    blocked, outside : As for `run_mission`.
+    mission, sensor, navigator, robot, blocked, outside : As for `run_mission`.
+    runs, seed, mapper, progress : As for `run_seeded`; other processes need picklable arguments.
     starts : Start of each run in place of the mission's own.
-    progress : Called with the number of finished runs, whenever one has finished.
     """
     results = run_seeded(
         MissionJob(
@@ -240,8 +224,7 @@ class MissionJob:
 
     Parameters
     ----------
-    mission, sensor, navigator, robot, blocked, outside, starts
-        As for `run_missions`.
+    mission, sensor, navigator, robot, blocked, outside, starts : As for `run_missions`.
     """
 
     mission: Mission
@@ -253,12 +236,7 @@ class MissionJob:
     starts: Starts | None = None
 
     def __call__(self, seed: np.random.SeedSequence) -> MissionResult:
-        """Return the run of a seed.
-
-        Parameters
-        ----------
-        seed : Its start and all its noise come from it.
-        """
+        """Return the run of a seed, from which its start and all its noise come."""
         mission = self.mission
         if self.starts is not None:
             x, y, heading = self.starts.start(seed)

@@ -44,7 +44,7 @@ class MissionSummary:
     ----------
     runs : Number of runs.
     shares : Shares of the runs: success, captures, collisions, near misses.
-    medians : Median and 90 % percentile of time [s], way, RMSE and errors [m], [deg] over the runs.
+    medians : Median and 90 % percentile of time [s], way, RMSE and errors [m], [deg].
     arrivals : Median distance from each tag's point on arrival [m], in the order of the visit.
     outcomes : How the runs ended, and how often, the most frequent first [runs].
     """
@@ -129,11 +129,6 @@ def summary_sentences(summary: MissionSummary) -> Iterator[str]:
     Parameters
     ----------
     summary : From `summarise`.
-
-    Yields
-    ------
-    str
-        One sentence each.
     """
     success, captured, collided, near = summary.shares
     yield (

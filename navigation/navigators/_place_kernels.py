@@ -27,11 +27,10 @@ def place_log_likelihood(
 ) -> None:
     """Write the log-likelihood of each supposed place and diffuse level into result (m,).
 
-    ahead, left (m,): the place in the robot's frame [m]; diffuse_db (m,): power that comes from
-    everywhere, in the unit of power and rss_db; heading (m,): of the robot [rad]; power
-    (r, b, s, n): the table, in that unit; rss_db (n,): the reading, -inf where
-    nothing was received, which tells nothing here. To each antenna null_share of the mean direct
-    power is added: nulls deeper than that are not known.
+    ahead, left (m,): the place in the robot's frame [m]; diffuse_db (m,): power from everywhere;
+    heading (m,): of the robot [rad]; power (r, b, s, n): the table, like diffuse_db in the unit of
+    rss_db (n,): the reading, -inf where nothing was received, which tells nothing here. null_share
+    of the mean direct power is added to each antenna: deeper nulls are not known.
     """
     rows, bearings, sides, antennas = power.shape
     turn = 2.0 * math.pi

@@ -1,19 +1,18 @@
 """When the robot is under the tag: the spread of the RSS, and why it fires only near the tag.
 
-Directly under a vertical dipole nothing is received, so near the point under the tag the spread
-max z - min z falls as the fourth power of the distance ρ (two dipoles, each with its null). But the
-spread is small far away too, and in a shadow. The test therefore asks three things of a reading:
+Under a vertical dipole nothing is received, so near the point under the tag the spread max z - min
+z falls as the fourth power of the distance ρ (two dipoles). But it is small far away and in a
+shadow too. The test therefore asks three things of a reading:
 
-1. *small*: the spread is at or below its value at the arrival radius R (step 3 of the thesis' key
-   steps);
+1. *small*: the spread is at most its value at the arrival radius R;
+
 2. *possible*: with the equivalent distance r = R (s/s_R)^(1/4), every earlier reading has put the
-   tag at least r away, less a margin for noise, and the robot has since driven far enough to have
-   come within R. A fall of the spread that outruns the robot is a shadow or a fade;
+tag at least r away, less a margin for noise, and the robot has since driven far enough to have come
+within R. A faster fall of the spread is a shadow or a fade;
+
 3. *crossed*: the spread has been well above its value at R since the leg began and since the last
-   impossible fall, so the tag's main lobe has been entered. A tag that is still too far or too
-   shadowed to be strong never fires. A robot that begins the leg under the tag, or is there when a
-   fall seems impossible, need not leave: it has also arrived when it has driven 5 R since and
-   dead reckoning finds it still within 2 R.
+impossible fall: the tag's main lobe has been entered. A robot that was under the tag then has also
+arrived when it has driven 5 R since and dead reckoning finds it still within 2 R.
 """
 
 import math
@@ -47,24 +46,20 @@ def rss_spread_w(rss_w: npt.ArrayLike) -> npt.NDArray[np.float64]:
 class ArrivalTest:
     """The arrival test of one tag.
 
+    Thesis 5.2.2 step 3 says only "computing the differences between the RSS values across different
+    antenna pairs" and 5.4.1 "approximately equal RSS values". The absolute spread is meant: one
+    relative to the strongest antenna never fires. The test is deceived where the field fades out no
+    faster than under a tag; then `metrics.measure` reports the run as captured.
+
     Parameters
     ----------
     threshold_w : Spread of the RSS at the arrival radius [W]; see `arrival_threshold_w`.
     radius_m : Arrival radius R around the point under the tag [m].
     arming_ratio : The spread must have been this many times the threshold on this leg [-], more
-        than 1. The default 10 corresponds to 1.8 R under two dipoles, and is far above the noise.
-    margin_db : How far a reading may lie above the law of equivalent distance [dB]. The default 16
-        leaves 6 for a reflection as strong as the direct path and 10 for noise and for antennas
-        that stand on a circle instead of in one point; a shadow entered beyond 2.5 R + a step is
-        then seen.
-
-    Notes
-    -----
-    Thesis 5.2.2 step 3 says only "computing the differences between the RSS values across different
-    antenna pairs" and 5.4.1 "approximately equal RSS values". The absolute spread is meant: one
-    relative to the strongest antenna stays the same all the way to the tag and never fires. The
-    test can still be deceived where the field fades out no faster than under a tag; then
-    `metrics.measure` reports the run as captured.
+        than 1. The default 10 is at 1.8 R under two dipoles, and far above the noise.
+    margin_db : How far a reading may lie above the law of equivalent distance [dB]. Of the default
+        16, 6 are for a reflection as strong as the direct path and 10 for noise and for antennas on
+        a circle; a shadow entered beyond 2.5 R + a step is then seen.
     """
 
     threshold_w: float
@@ -88,17 +83,13 @@ class ArrivalTest:
                 raise NavigationError(msg)
 
     def equivalent_distance_m(self, spread_w: float) -> float:
-        """Return the distance from the point under the tag at which the spread would be this [m].
+        """Return the distance R (s/threshold)^(1/4) from the point under the tag [m].
+
+        Exact near two dipoles' null, too short beyond about half the tag's height.
 
         Parameters
         ----------
         spread_w : Spread of the RSS [W].
-
-        Returns
-        -------
-        float
-            R (s/threshold)^(1/4) [m]: exact near the null of two dipoles, too short beyond about
-            half the tag's height, where the spread rises more slowly.
         """
         return float(self.radius_m * (spread_w / self.threshold_w) ** (1.0 / _NULL_EXPONENT))
 
@@ -109,9 +100,8 @@ class ArrivalState:
 
     Parameters
     ----------
-    armed : The spread has been well above the threshold, and no fall has been impossible since.
-    least_distance_m : The tag is at least this far by the readings so far and the distance driven
-        since [m].
+    armed : The spread has been well above the threshold, and since then every fall was possible.
+    least_distance_m : Least distance of the tag by the readings and the way driven since [m].
     anchor_m : Dead-reckoned place where the leg began or the last impossible fall was seen [m].
     driven_m : Distance driven since then [m].
     """
@@ -136,10 +126,9 @@ def observe_spread(
     ----------
     test : Threshold and margins of the current tag.
     state : What was remembered before this reading.
-    spread_w : Spread of this reading [W]; zero when no antenna received anything, which is never an
-        arrival: without a signal the reader does not know the tag's ID.
+    spread_w : Spread of this reading [W]; zero, without any signal, is never an arrival.
     driven_m : Distance driven since the previous reading [m].
-    place_m : Dead-reckoned place, in a frame whose origin is where the leg began [m].
+    place_m : Dead-reckoned place from where the leg began [m].
     """
     state = replace(
         state,
@@ -169,11 +158,10 @@ def arrival_threshold_w(
 
     Parameters
     ----------
-    link : The tag's link to the reader, in free space (the calibration a person can do beforehand)
-        or in the room.
+    link : The tag's link to the reader, in free space or in the room.
     tag_point_m : (2,) float64 — Point on the floor under the tag [m].
     radius_m : Arrival radius [m].
-    azimuths : Number of directions from which the robot comes, heading for the tag.
+    azimuths : Number of directions from which the robot comes.
     """
     centre = frozen_array(tag_point_m, name="tag_point_m", shape=(2,), error=NavigationError)
     if not (np.isfinite(radius_m) and radius_m > 0.0 and azimuths > 0):

@@ -1,7 +1,7 @@
 """What every navigator is: readings and odometry in, wheel rates and a verdict out.
 
-A navigator knows the order of its tags, its pose at the start and the reader that it carries. It
-does not know where the tags are; at most how they hang (height, antenna, orientation).
+A navigator knows the order of its tags, its pose at the start and its reader, but not where the
+tags are; at most how they hang (height, antenna, orientation).
 """
 
 from dataclasses import dataclass
@@ -48,14 +48,11 @@ class Decision(Generic[Memory]):
 
     Parameters
     ----------
-    rates : (2,) float64 — Right and left wheel for the coming period, within the robot's limits
-        [rad/s].
+    rates : (2,) float64 — Right and left wheel in the coming period, within the limits [rad/s].
     memory : What it remembers from now on.
     reached : The tag is declared reached; the rates are zero then.
-    mode : {"rotation", "navigation", "search", "evade", "stopped"} — What it does in the coming
-        period.
-    place_m : (2,) float64 or None — Where it believes the tag, ahead of the robot and to its left
-        [m]; None: nowhere.
+    mode : {"rotation", "navigation", "search", "evade", "stopped"} — What it does in that period.
+    place_m : (2,) float64 or None — Where it believes the tag, ahead and to the left [m].
     """
 
     rates: FloatArray
@@ -81,7 +78,7 @@ class Navigator(Protocol[Memory]):
         Parameters
         ----------
         target : Index of the tag to be reached, in the mission's order.
-        before : What was remembered at the end of the leg before; None at the start.
+        before : What was remembered at the end of the leg before, or None.
         heading_rad : Heading at the mission's start, which the robot knows [rad].
         """
         ...

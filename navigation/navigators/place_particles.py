@@ -1,7 +1,6 @@
 """Where the tag is, seen from the robot: particles weighed by what the reader's patterns explain.
 
-The tag is fixed, so all readings of a leg, taken at different places, depend on one place. In a
-room full of reflections one reading may point anywhere; many agree only at the tag.
+All readings of a leg depend on one place. One may point anywhere; many agree only at the tag.
 """
 
 import math
@@ -35,9 +34,9 @@ class PlaceBelief:
 
     Parameters
     ----------
-    places : (4, m) float64 — Of each particle: how far ahead of the robot and to its left the tag
-        is [m], the level of the diffuse field over the table's reference [dB], and the robot's
-        heading in the frame in which the tags' orientation is known [rad].
+    places : (4, m) float64 — Of each particle: the tag ahead and to the left of the robot [m], the
+        diffuse field's level over the table's reference [dB], the robot's heading in the frame of
+        the tags' orientation [rad].
     weights : (m,) float64 — Their probabilities, adding up to one [-].
     """
 
@@ -67,8 +66,7 @@ class PlaceEstimate:
     place_m : (2,) float64 — Ahead of the robot and to its left [m].
     share : Probability that the tag is within 1 m of there [-].
     covariance_m2 : (2, 2) float64 — Of the particles within 1 m [m²].
-    heading_rad : Mean of the robot's heading over them [rad].
-    heading_sd_rad : Its standard deviation [rad].
+    heading_rad, heading_sd_rad : Mean and deviation of the robot's heading over them [rad].
     """
 
     place_m: FloatArray
@@ -97,32 +95,24 @@ class PlaceEstimate:
 class PlaceFilter:
     """An estimator of a tag's place from readings and odometry.
 
+    An antenna at a supposed place expects P_i + D: the table's direct power and the power D from
+    everywhere, which each particle supposes for itself. The error in decibels has the variance
+    noise² + fading² f(2 - f) with the diffuse share f = D/(P_i + D): under a tag, in the dipoles'
+    null, a reading says little about bearings and the filter knows it. Nulls below `NULL_SHARE` of
+    the mean count as that deep. A reading may be an outlier and change nothing.
+
     Parameters
     ----------
     table : RSS of the reader for relative places of a tag, free of reflections.
     particles : Number of particles.
-    noise_db : Standard deviation of the error of an RSS that the direct wave dominates [dB].
-    fading_db : The same, added in squares, where the diffuse field dominates [dB].
-    level_db : Standard deviation of the error that all antennas share: fading of the direct wave,
-        the tag's power [dB].
-    outlier_share : Probability that a reading has nothing to do with the tag's place, as when a
-        reflection captures it, in (0, 1) [-].
-    trust : Power to which the likelihood of a reading is raised, in (0, 1] [-]: readings less than
-        half a wavelength apart share their fading.
-    fresh_share : Share of new particles, anywhere in reach, whenever they are drawn anew [-]: by
-        these the robot notices that it was wrong.
+    noise_db, fading_db : Standard deviations where the direct, the diffuse wave dominates [dB].
+    level_db : Standard deviation of the error that all antennas share [dB].
+    outlier_share : Probability of a reading apart from the tag's place, in (0, 1) [-].
+    trust : Power of the likelihood of a reading, in (0, 1] [-]: nearby readings share their fading.
+    fresh_share : Share of new particles, anywhere in reach, at each drawing [-]; they find lost
+        tags.
     travel_sd : Standard deviation of odometry's error as a share of way and turn [-].
     heading_sd_rad : The same for the turn of a period, added [rad].
-
-    Notes
-    -----
-    An antenna at a supposed place expects P_i + D: the table's direct power and the power D that
-    the room sends from everywhere, which each particle supposes for itself. The error in decibels
-    has the variance noise² + fading² f(2 - f) with the diffuse share f = D/(P_i + D). So under a
-    tag, where the dipoles' null leaves only reflections, a reading says little about bearings and
-    the filter knows it. Nulls of the patterns deeper than `NULL_SHARE` of the mean count as that
-    deep. The likelihood is a mixture: with the outlier's probability a reading leaves the weights
-    as they are.
     """
 
     table: PowerTable
@@ -167,19 +157,13 @@ class PlaceFilter:
     def moved(
         self, belief: PlaceBelief, odometry: Odometry, rng: np.random.Generator
     ) -> PlaceBelief:
-        """Return the belief after a motion of the robot.
+        """Return the belief seen from the new pose; after a contact it went any part of the way.
 
         Parameters
         ----------
         belief : Belief before.
         odometry : The motion.
         rng : Source of the odometry's errors, one for each particle.
-
-        Returns
-        -------
-        PlaceBelief
-            The same places seen from the new pose. After a contact the way is any part of what the
-            wheels turned.
         """
         count = len(belief.weights)
         if odometry.contact:
@@ -208,18 +192,13 @@ class PlaceFilter:
         rss_w: FloatArray,
         rng: np.random.Generator,
     ) -> PlaceBelief:
-        """Return the belief after a reading.
+        """Return the belief weighed by a reading, drawn anew when under half the particles count.
 
         Parameters
         ----------
         belief : Belief before.
         rss_w : (n,) float64 — The reading; without any signal the belief stays [W].
         rng : Source of the new particles.
-
-        Returns
-        -------
-        PlaceBelief
-            Weighed, and drawn anew when fewer than half of the particles count.
         """
         heard = rss_w > 0.0
         if not heard.any():
@@ -251,17 +230,11 @@ class PlaceFilter:
         return weighed
 
     def estimate(self, belief: PlaceBelief) -> PlaceEstimate:
-        """Return the place on which most particles agree.
+        """Return mean and covariance of the particles within 1 m of the heaviest cell of 0.5 m.
 
         Parameters
         ----------
         belief : The particles.
-
-        Returns
-        -------
-        PlaceEstimate
-            Mean and covariance of the particles within 1 m of the heaviest cell of 0.5 m, found in
-            two rounds.
         """
         ahead, left, _, heading = belief.places
         cells = np.floor(belief.places[:2] / _CELL_M).astype(np.int64)

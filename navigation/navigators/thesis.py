@@ -1,7 +1,6 @@
-"""The thesis' navigator as a state machine: what the robot decides from one reading.
+"""The thesis' navigator as a state machine: the key steps 1-9 of thesis 5.2 and its figure 5.6.
 
-The key steps 1-9 of thesis 5.2 and its flowchart (figure 5.6). Rotation mode turns the front to the
-tag, navigation mode hands over to a controller, a null of the field means arrival.
+Rotation turns the front to the tag, navigation is a controller's, a null means arrival.
 """
 
 import math
@@ -39,10 +38,8 @@ class ThesisMemory:
     ----------
     mode : {"rotation", "navigation"} — What it does next.
     target : Index of the current tag in the mission's list.
-    turn_left_rad : What is left of a rotation that takes several periods, counter-clockwise
-        positive [rad].
-    place : Dead-reckoned x [m], y [m], heading [rad] since the leg began, in the frame of its
-        start.
+    turn_left_rad : What is left of a rotation, counter-clockwise positive [rad].
+    place : Dead-reckoned x [m], y [m], heading [rad] in the frame of the leg's start.
     readings : Readings on this leg so far.
     arrival : Memory of the arrival test on this leg.
     """
@@ -59,6 +56,10 @@ class ThesisMemory:
 class ThesisNavigator:
     """The fixed part of a navigator: its tags' arrival tests, its controller, its robot.
 
+    Without a signal the robot waits in rotation mode and goes straight on at cruise speed in
+    navigation mode. A rotation faster than the wheels allow goes on in the next periods without a
+    new bearing; the Scout turns by up to 286° in 1 s.
+
     Parameters
     ----------
     arrivals : One for each tag of the mission, in order.
@@ -67,18 +68,10 @@ class ThesisNavigator:
     robot : Wheels, axle and limits.
     cruise_speed_m_per_s : Speed of straight driving [m/s].
     period_s : Sample period T [s].
-    rotation : {"strongest", "vector_sum"} — Bearing of the rotation mode: the strongest antenna,
-        thesis (5.2), or the vector sum.
-    rerotate_for_s : For so long from the beginning of a leg the robot rotates again when the
-        strongest antenna is not one of the front three [s]; 0, as in the thesis, for never. Under a
-        dominant reflection it would otherwise rotate without end.
-
-    Notes
-    -----
-    Without a signal the robot waits in rotation mode and goes straight on at cruise speed in
-    navigation mode; the mission decides when to give up. A rotation faster than the wheels allow
-    goes on in the next periods without a new bearing; the Scout turns by up to 286° in 1 s, so
-    there one period is always enough.
+    rotation : {"strongest", "vector_sum"} — Bearing of the rotation mode: thesis (5.2), or the sum.
+    rerotate_for_s : For so long on a leg the robot rotates again when the strongest antenna is not
+        one of the front three [s]; 0: never, as in the thesis. A reflection would turn it without
+        end.
     """
 
     arrivals: tuple[ArrivalTest, ...]

@@ -31,8 +31,7 @@ class TrackerMemory:
     ----------
     target : Index of the current tag in the mission's list.
     belief : The tag's place; None before the first reading of a leg, or to begin anew.
-    heading_rad : Heading as far as the robot knows [rad].
-    heading_sd_rad : Its standard deviation [rad].
+    heading_rad, heading_sd_rad : Heading that the robot supposes and its standard deviation [rad].
     readings : Readings since the belief began.
     plan : Ways [m] and turns [rad] of the next periods, when it is backing off.
     """
@@ -49,25 +48,20 @@ class TrackerMemory:
 class TrackerNavigator:
     """A navigator that drives to where a particle filter believes the tag.
 
+    It turns on the spot when the believed place is more than 0.6 rad off its front, else it drives
+    there, a step at a time. There but not sure, it drives on in an arc: readings from new places
+    decide. After a contact it backs off, turns to one side and drives a little first.
+
     Parameters
     ----------
-    filters : Estimator of the place of each tag of the mission, in order; the same one where tags
-        hang alike.
+    filters : One for each tag of the mission, in order; the same where tags hang alike.
     robot : Wheels, axle and limits.
     cruise_step_m : Distance driven straight ahead in one period [m].
     period_s : Sample period T [s].
     arrival_radius_m : The tag is reached when the believed place is nearer than this [m].
-    arrival_share : And the tag is within 1 m of that place with at least this probability [-].
-    arrival_spread_m : And the particles there spread no more than this [m].
+    arrival_share : Least probability that the tag is within 1 m of that place [-].
+    arrival_spread_m : Greatest spread of the particles there [m].
     patience : After so many readings without arrival the belief begins anew.
-
-    Notes
-    -----
-    It turns on the spot when the believed place is more than 0.6 rad off its front, and otherwise
-    drives to it, a step at a time and no farther than the place. There but not sure, it drives on
-    in an arc: readings from new places decide. After a contact it backs off, turns to one side and
-    drives a little before it heads for the tag again. Where the tag is out of reach it goes on like
-    that; the mission decides when to give up.
     """
 
     filters: tuple[PlaceFilter, ...]

@@ -11,20 +11,16 @@ from octant.navigation.robot.motion import pose_on_arc
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DifferentialDrive:
-    """A two-wheeled robot; the defaults are the thesis' Scout.
+    """A two-wheeled robot; the defaults are the Scout of thesis 3.3.3.
+
+    Poses are x [m], y [m], heading θ [rad]; wheel rates are angular speeds in the order right,
+    left, as in (3.6). The sentence before (3.5) has ν_R and ν_L the other way round than its
+    equations, followed here. The maker's list has 7 inch wheels (r = 8.9 cm).
 
     Parameters
     ----------
-    wheel_radius_m : Radius r of both wheels [m].
-    axle_length_m : Distance l between the wheels [m].
+    wheel_radius_m, axle_length_m : Radius r of the wheels and distance l between them [m].
     max_wheel_speed_m_per_s : Highest speed of a wheel's rim [m/s].
-
-    Notes
-    -----
-    Thesis 3.3.3. Poses are x [m], y [m], heading θ [rad]; wheel rates are angular speeds in the
-    order right, left, as in (3.6). The sentence before (3.5) calls ν_R the left and ν_L the right
-    speed; its equations, followed here, have it the other way round. The thesis uses r = 8.25 cm
-    and l = 30 cm, though the maker's list beside them says 7 inch wheels (r = 8.9 cm).
     """
 
     wheel_radius_m: float = 0.0825
@@ -56,18 +52,11 @@ class DifferentialDrive:
         return 2.0 * self.max_wheel_speed_m_per_s / self.axle_length_m
 
     def saturate(self, wheel_rates_rad_per_s: npt.ArrayLike) -> npt.NDArray[np.float64]:
-        """Return wheel rates cut to what the motors can do [rad/s].
+        """Return wheel rates, each cut by itself to ±u_max, thesis (3.8) [rad/s].
 
         Parameters
         ----------
-        wheel_rates_rad_per_s : (..., 2) float64 — Wanted rates of the right and the left wheel
-            [rad/s].
-
-        Returns
-        -------
-        (..., 2) float64
-            Each wheel on its own within ±u_max, thesis (3.8) [rad/s]. Cutting one wheel only
-            changes the path's curvature.
+        wheel_rates_rad_per_s : (..., 2) float64 — Wanted rates, right and left [rad/s].
         """
         limit = self.max_wheel_rate_rad_per_s
         return np.clip(np.asarray(wheel_rates_rad_per_s, dtype=np.float64), -limit, limit)
@@ -91,17 +80,11 @@ class DifferentialDrive:
     def pose_rate(
         self, pose: npt.ArrayLike, wheel_rates_rad_per_s: npt.ArrayLike
     ) -> npt.NDArray[np.float64]:
-        """Return the time derivative of the pose.
+        """Return dx/dt [m/s], dy/dt [m/s], dθ/dt [rad/s], thesis (3.7).
 
         Parameters
         ----------
-        pose : (..., 3) float64 — x [m], y [m], heading [rad].
-        wheel_rates_rad_per_s : (..., 2) float64 — Rates of the right and the left wheel [rad/s].
-
-        Returns
-        -------
-        (..., 3) float64
-            dx/dt [m/s], dy/dt [m/s], dθ/dt [rad/s]; thesis (3.7), its (3.5) in wheel rates.
+        pose, wheel_rates_rad_per_s : As for `step_euler` [m, rad], [rad/s].
         """
         heading = np.asarray(pose, dtype=np.float64)[..., 2]
         twist = self.twist(wheel_rates_rad_per_s)
@@ -112,38 +95,26 @@ class DifferentialDrive:
     def step_euler(
         self, pose: npt.ArrayLike, wheel_rates_rad_per_s: npt.ArrayLike, *, period_s: float
     ) -> npt.NDArray[np.float64]:
-        """Return the pose one Euler step later [m, rad], the heading not wrapped.
+        """Return the pose one Euler step later, thesis (5.1) [m, rad], the heading not wrapped.
+
+        A period that turns by Δθ on v T bends the path by about v T Δθ / 2 too little.
 
         Parameters
         ----------
         pose : (..., 3) float64 — x [m], y [m], heading [rad].
-        wheel_rates_rad_per_s : (..., 2) float64 — Rates of the right and the left wheel, constant
-            over the period [rad/s].
+        wheel_rates_rad_per_s : (..., 2) float64 — Right and left in the period [rad/s].
         period_s : Sample period T [s].
-
-        Notes
-        -----
-        Thesis (5.1): straight along the old heading, then the turn. Missions use it unless they
-        ask for the arc; a period that turns by Δθ on v T bends the path by about v T Δθ / 2 too
-        little.
         """
         return np.asarray(pose) + period_s * self.pose_rate(pose, wheel_rates_rad_per_s)
 
     def step_arc(
         self, pose: npt.ArrayLike, wheel_rates_rad_per_s: npt.ArrayLike, *, period_s: float
     ) -> npt.NDArray[np.float64]:
-        """Return the pose one period later on the exact arc [m, rad], the heading not wrapped.
+        """Return the pose a period later on the exact arc of (3.7) [m, rad], not wrapped.
 
         Parameters
         ----------
-        pose : (..., 3) float64 — x [m], y [m], heading [rad].
-        wheel_rates_rad_per_s : (..., 2) float64 — Rates of the right and the left wheel, constant
-            over the period [rad/s].
-        period_s : Sample period T [s].
-
-        Notes
-        -----
-        The exact solution of thesis (3.7) for constant wheel rates.
+        pose, wheel_rates_rad_per_s, period_s : As for `step_euler` [m, rad], [rad/s], [s].
         """
         twist = self.twist(wheel_rates_rad_per_s)
         return pose_on_arc(
@@ -154,20 +125,13 @@ class DifferentialDrive:
 def linear_model(
     poses: npt.ArrayLike, wheel_rates: npt.ArrayLike, robot: DifferentialDrive
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-    """Return F and G of thesis (7.28), the derivatives of the pose's rate.
+    """Return F = ∂q̇/∂q (k, 3, 3) [1/s, m/s per rad], G = ∂q̇/∂u (k, 3, 2) [m/rad, -], (7.28).
 
     Parameters
     ----------
     poses : (k, 3) float64 — x [m], y [m], heading [rad].
     wheel_rates : (k, 2) float64 — Right and left [rad/s].
     robot : Wheels and axle.
-
-    Returns
-    -------
-    f : (k, 3, 3) float64
-        With respect to the pose [1/s, m/s per rad].
-    g : (k, 3, 2) float64
-        With respect to the wheel rates [m/rad, -].
     """
     heading = np.asarray(poses, dtype=np.float64)[:, 2]
     speed = robot.twist(wheel_rates)[:, 0]

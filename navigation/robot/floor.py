@@ -1,8 +1,4 @@
-"""The floor: where a robot can stand, how a period moves it, and what it touches.
-
-Missions move the robot by the rates of its wheels, docking by a twist that slips; both stop, or
-slide along, where the floor is not free.
-"""
+"""The floor: where a robot can stand, how a period moves it, and what it touches."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -41,16 +37,13 @@ _SLIDES_RAD = np.radians([15.0, 30.0, 45.0, 60.0, 75.0])
 class Footprint:
     """A round robot among obstacles: where its centre cannot stand.
 
+    Segments are the plan of the scene's triangles, cut to the robot's heights. A robot that moves
+    in steps shorter than its radius cannot pass one unnoticed; for large objects see `RobotSpace`.
+
     Parameters
     ----------
     edges_m : (e, 4) float64 — Plan of the obstacles: segments x, y, x, y [m].
     radius_m : Radius of the robot [m].
-
-    Notes
-    -----
-    The segments are where the scene's triangles, cut to the heights that the robot fills, end in
-    plan. A robot that moves in steps shorter than its radius cannot pass one unnoticed; a start
-    inside a large object is found from its solid, see `RobotSpace`.
     """
 
     edges_m: FloatArray
@@ -62,16 +55,11 @@ class Footprint:
         check_positive(self.radius_m, name="radius_m", unit="m")
 
     def clearance_m(self, points_m: npt.ArrayLike) -> FloatArray:
-        """Return the distance from points to the nearest obstacle, less the radius.
+        """Return the free distance to obstacles, (m,); negative on overlap, inf without any [m].
 
         Parameters
         ----------
         points_m : (m, 2) array_like — Places of the robot's centre [m].
-
-        Returns
-        -------
-        (m,) float64
-            Free distance [m], negative where the robot would overlap; infinity without obstacles.
         """
         points = np.asarray(points_m, dtype=np.float64).reshape(-1, 2)
         if not len(self.edges_m):
@@ -84,12 +72,7 @@ class Footprint:
         return np.asarray(np.sqrt(np.sum(gap**2, axis=2).min(axis=1)) - self.radius_m)
 
     def __call__(self, points_m: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
-        """Return at which points (m,) the robot overlaps an obstacle.
-
-        Parameters
-        ----------
-        points_m : (m, 2) float64 — Places of its centre [m].
-        """
+        """Return at which centres, points (m, 2) [m], the robot overlaps an obstacle, (m,)."""
         return np.asarray(self.clearance_m(points_m) < 0.0)
 
 
@@ -99,8 +82,7 @@ def footprint(scene: Scene, *, radius_m: float, height_m: float) -> Footprint:
     Parameters
     ----------
     scene : Room and objects.
-    radius_m : Radius of the robot [m].
-    height_m : Height of the robot [m]; what hangs higher does not touch it.
+    radius_m, height_m : Of the robot [m]; what hangs higher does not touch it.
     """
     check_positive(height_m, name="height_m", unit="m")
     low, high = scene.floor_height_m + _ABOVE_FLOOR_M, scene.floor_height_m + height_m
@@ -134,12 +116,7 @@ class RobotSpace:
     height_m: float
 
     def __call__(self, points_m: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
-        """Return at which points the robot is in the room, in no solid and clear of the edges.
-
-        Parameters
-        ----------
-        points_m : (m, 2) float64 — Places of its centre [m].
-        """
+        """Return at which points the robot is in the room, in no solid and clear of the edges."""
         free = ~self.footprint(points_m)
         for share in _LEVELS:
             z = np.full(len(free), self.scene.floor_height_m + share * self.height_m)
@@ -166,8 +143,7 @@ def check_start(
     Parameters
     ----------
     start_m : (2,) array_like — Its centre [m].
-    blocked, outside : Where it touches something, and where it is no longer in the room; None:
-        nowhere.
+    blocked, outside : Where it touches something, where it has left the room; None: nowhere.
     """
     point = np.asarray(start_m, dtype=np.float64).reshape(1, 2)
     for where, what in ((blocked, "inside an obstacle"), (outside, "outside the room")):
@@ -187,8 +163,7 @@ class WheelSlip:
     ----------
     linear_m_per_s : Constant part b of the speed [m/s].
     angular_rad_per_s : Constant part s of the turn rate [rad/s].
-    position_m2_per_s : Growth of the place's variance [m²/s].
-    heading_rad2_per_s : Growth of the heading's variance [rad²/s].
+    position_m2_per_s, heading_rad2_per_s : Growth of the variances [m²/s], [rad²/s].
     """
 
     linear_m_per_s: float = -0.01
@@ -227,23 +202,17 @@ class Floor:
     def roll(
         self, pose: FloatArray, rates_rad_per_s: FloatArray, *, period_s: float
     ) -> tuple[FloatArray, bool]:
-        """Return the pose one period later and whether the robot touched something.
+        """Return the pose (3,) one period later and whether the robot touched something.
+
+        The heading is in (-π, π]. On contact the pose is the last free point of the way. A sliding
+        robot goes on from there by the part of the rest of the way along the nearest free
+        direction, turned as commanded.
 
         Parameters
         ----------
         pose : (3,) float64 — x [m], y [m], heading [rad] before.
-        rates_rad_per_s : (2,) float64 — Rates of the right and the left wheel, as if they rolled
-            without slip [rad/s].
+        rates_rad_per_s : (2,) float64 — Right and left, as if they rolled without slip [rad/s].
         period_s : Sample period T [s].
-
-        Returns
-        -------
-        pose : (3,) float64
-            x [m], y [m], heading in (-π, π] [rad]. On contact the last free point of the way, from
-            which a sliding robot goes on, in the direction nearest to its own that is free, by the
-            part of the rest of the way that points there; it has then turned as commanded.
-        contact : bool
-            True when something was in the way.
         """
         step = self.robot.step_euler if self.step == "euler" else self.robot.step_arc
         reached = step(pose, rates_rad_per_s, period_s=period_s)
@@ -269,24 +238,16 @@ class Floor:
         period_s: float,
         rng: np.random.Generator,
     ) -> tuple[FloatArray, bool]:
-        """Return the pose one period later and whether the robot touched something.
+        """Return the pose (3,) one period later and whether something was in the way.
+
+        On contact the pose is the last free place of the way, turned as without contact.
 
         Parameters
         ----------
-        pose : (3,) float64 — x [m], y [m], heading [rad] before.
-        twist : (2,) array_like — Commanded v [m/s], ω [rad/s]; without a command the robot stands
-            still.
+        pose, period_s : As for `roll` [m, rad], [s].
+        twist : (2,) array_like — Commanded v [m/s], ω [rad/s]; without a command the robot stands.
         slip : How its motion differs from the command.
-        period_s : Length of the period [s].
-        rng : Source of the random part; three numbers are drawn, also when it stands still.
-
-        Returns
-        -------
-        pose : (3,) float64
-            x [m], y [m], heading [rad]; on contact the last free place of the way, turned as
-            without contact.
-        contact : bool
-            True when something was in the way.
+        rng : Source of the random part; three numbers are drawn in any case.
         """
         speed, turn_rate = (float(c) for c in np.asarray(twist))
         noise = rng.standard_normal(3)

@@ -21,18 +21,15 @@ def move(
 ) -> npt.NDArray[np.float64]:
     """Return the pose after one sample interval [m, rad], the heading not wrapped.
 
+    Textbook (11.83)-(11.86); the arc is its chord Δs sinc(Δθ/2) along θ + Δθ/2, as (11.85) without
+    its division by ω. Exact for constant v and ω only.
+
     Parameters
     ----------
     pose : (..., 3) float64 — x [m], y [m], heading [rad] at its start.
     distance_m : (...) float64 — Length Δs = v T of the way, negative backwards [m].
     turn_rad : (...) float64 — Turn Δθ = ω T, counter-clockwise positive [rad].
-    method : {"euler", "rk2", "exact"} — Straight along the old heading, along the mean heading, or
-        on the circular arc.
-
-    Notes
-    -----
-    Textbook (11.83)-(11.86). The exact arc is written as its chord Δs sinc(Δθ/2) along θ + Δθ/2,
-    the same as (11.85) without its division by ω. Exact for constant v and ω only.
+    method : {"euler", "rk2", "exact"} — Along the old heading, along the mean one, or on the arc.
     """
     start = np.asarray(pose, dtype=np.float64)
     length = np.asarray(distance_m, dtype=np.float64)
@@ -57,16 +54,13 @@ def pose_on_arc(
 ) -> npt.NDArray[np.float64]:
     """Return the pose some time later, or earlier, on an arc [m, rad], the heading not wrapped.
 
+    The exact solution of thesis (3.7): a chord of length v t sinc(ω t / 2) along θ + ω t / 2.
+
     Parameters
     ----------
     pose : (..., 3) float64 — x [m], y [m], heading [rad].
     time_s : (...) float64 — How much later [s]; negative for earlier.
-    speed_m_per_s : (...) float64 — Forward speed [m/s].
-    turn_rate_rad_per_s : (...) float64 — Turn rate, counter-clockwise positive [rad/s].
-
-    Notes
-    -----
-    The exact solution of thesis (3.7): a chord of length v t sinc(ω t / 2) along θ + ω t / 2.
+    speed_m_per_s, turn_rate_rad_per_s : (...) float64 — Forward, counter-clockwise [m/s], [rad/s].
     """
     time = np.asarray(time_s)
     return move(
@@ -82,8 +76,7 @@ class Motion:
 
     Parameters
     ----------
-    speed_m_per_s : Forward speed [m/s].
-    turn_rate_rad_per_s : Turn rate, counter-clockwise positive [rad/s].
+    speed_m_per_s, turn_rate_rad_per_s : Forward speed [m/s]; turn rate, counter-clockwise [rad/s].
     """
 
     speed_m_per_s: float = 0.0

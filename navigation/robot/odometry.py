@@ -15,24 +15,14 @@ FloatArray = npt.NDArray[np.float64]
 def wheel_travel(
     increments_rad: npt.ArrayLike, robot: DifferentialDrive
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the way and the turn that the wheels' rotations make.
+    """Return way Δs = r (Δφ_R + Δφ_L)/2 [m] and turn Δθ = r (Δφ_R - Δφ_L)/d [rad] of the wheels.
+
+    Below textbook (11.86); true while the wheels roll without slip.
 
     Parameters
     ----------
-    increments_rad : (..., 2) float64 — Rotations of the right and the left wheel in the interval
-        [rad].
+    increments_rad : (..., 2) float64 — Rotations, right and left, in the interval [rad].
     robot : Its wheel radius and axle length.
-
-    Returns
-    -------
-    distance_m : (...) float64
-        Δs = r (Δφ_R + Δφ_L) / 2 [m].
-    turn_rad : (...) float64
-        Δθ = r (Δφ_R - Δφ_L) / d [rad].
-
-    Notes
-    -----
-    The two formulae below textbook (11.86); true while the wheels roll without slip.
     """
     travel = robot.twist(increments_rad)
     return travel[..., 0], travel[..., 1]
@@ -57,17 +47,13 @@ def counted_rotation(turned_rad: npt.ArrayLike, *, tick_rad: float) -> FloatArra
 class Rolling:
     """How wheels roll: shares of slip, and the encoders' resolution.
 
+    Encoders see the rotation only. 2 % each and 2000 counts a turn are a usual indoor robot.
+
     Parameters
     ----------
-    slip_sd : Standard deviation of the share by which each wheel's rolling differs from its
-        rotation, anew in every period [-].
-    scale_sd : Standard deviation of the same, constant over a run: tyres, load, floor [-].
+    slip_sd, scale_sd : Standard deviations of a wheel's share of slip, anew in every period and
+        constant over a run (tyres, load, floor) [-].
     tick_rad : Rotation that one count of an encoder stands for [rad]; 0 for an exact one.
-
-    Notes
-    -----
-    Encoders see the wheel's rotation and not its slip, so slip and scale stay hidden from the
-    robot. 2 % each and 2000 counts a turn are a usual indoor robot.
     """
 
     slip_sd: float = 0.0
@@ -99,7 +85,7 @@ class RollingWheels:
 
         Parameters
         ----------
-        rotations_rad : (2,) float64 — Rotations of the right and the left wheel in a period [rad].
+        rotations_rad : (2,) float64 — Right and left, in a period [rad].
         """
         share = self._scale
         if self._rolling.slip_sd > 0.0:
@@ -111,8 +97,7 @@ class RollingWheels:
 
         Parameters
         ----------
-        rotations_rad : (2,) float64 — Rotations of the right and the left wheel since the last call
-            [rad].
+        rotations_rad : (2,) float64 — Right and left, since the last call [rad].
         """
         tick_rad = self._rolling.tick_rad
         before = self._turned_rad

@@ -1,8 +1,7 @@
 """Bearing of the tag from the reader's RSS, and the turn towards it.
 
-Frames: the reader's azimuths δ are measured in the reader frame x'y', whose +y' (90°) is the
-robot's front; room azimuths are measured in the room from +x towards +y. A robot of heading h
-carries antenna i at the room azimuth h - 90° + δ_i.
+Reader azimuths δ are measured in the reader frame x'y', whose +y' (90°) is the robot's front, room
+azimuths from +x towards +y. A robot of heading h has antenna i at the room azimuth h - 90° + δ_i.
 """
 
 import numpy as np
@@ -74,22 +73,14 @@ def checked_azimuths(azimuths_rad: npt.ArrayLike) -> npt.NDArray[np.float64]:
 def steering_pair(azimuths_rad: npt.ArrayLike) -> tuple[int, int]:
     """Return the indices of the two antennas whose difference steers: right one, left one.
 
+    Those nearest to the front, clockwise and counter-clockwise, one exactly in front left out:
+    antennas 2 and 4 of eight (indices 1 and 3). For every even number of evenly spaced antennas
+    equal RSS means "straight ahead". For an odd number it keeps the tag 90°/n off the front (30°
+    for 3, 18° for 5), and the robot reaches it on a spiral; the vector sum has no such offset.
+
     Parameters
     ----------
     azimuths_rad : (n,) float64 — Azimuths of the antennas in the reader frame [rad].
-
-    Returns
-    -------
-    tuple of int
-        The nearest antenna clockwise of the front direction and the nearest one counter-clockwise
-        of it, an antenna exactly in front left out: antennas 2 and 4 of eight (indices 1 and 3).
-
-    Notes
-    -----
-    For every even number of evenly spaced antennas the pair is symmetric about the front, so equal
-    RSS means "straight ahead". For an odd number no pair is: steering to equal RSS then keeps the
-    tag 90°/n off the front (30° for 3, 18° for 5), and the robot reaches it on a spiral; the vector
-    sum has no such offset.
     """
     away = wrap_angle(np.asarray(azimuths_rad, dtype=np.float64) - FRONT_AZIMUTH_RAD)
     right = np.where(away < -_SAME_DIRECTION_RAD, -away, np.inf)
@@ -104,22 +95,13 @@ def steering_pair(azimuths_rad: npt.ArrayLike) -> tuple[int, int]:
 
 
 def doct(rss_w: npt.ArrayLike, azimuths_rad: npt.ArrayLike) -> npt.NDArray[np.float64]:
-    """Return the direction of the current tag: the azimuth of the strongest antenna [rad].
+    """Return the direction of the current tag, thesis (5.2): the strongest antenna's azimuth [rad].
+
+    The first one of equals; NaN where nothing is received. Resolution is the antennas' spacing.
 
     Parameters
     ----------
-    rss_w : (..., n) float64 — RSS of the antennas [W], not negative.
-    azimuths_rad : (n,) float64 — Azimuths of the antennas in the reader frame [rad].
-
-    Returns
-    -------
-    (...) float64
-        Reader azimuth of the strongest antenna [rad], the first one of equals; NaN where no
-        antenna receives anything.
-
-    Notes
-    -----
-    Thesis (5.2). Resolution is the antennas' spacing, 45° for eight.
+    rss_w, azimuths_rad : As for `vector_sum_bearing` [W], [rad].
     """
     rss = np.asarray(rss_w, dtype=np.float64)
     azimuths = np.asarray(azimuths_rad, dtype=np.float64)
@@ -130,24 +112,17 @@ def doct(rss_w: npt.ArrayLike, azimuths_rad: npt.ArrayLike) -> npt.NDArray[np.fl
 def vector_sum_bearing(
     rss_w: npt.ArrayLike, azimuths_rad: npt.ArrayLike
 ) -> npt.NDArray[np.float64]:
-    """Return the bearing of the RSS-weighted vector sum of the antennas' directions [rad].
+    """Return the bearing atan2(Σ z_i sin δ_i, Σ z_i cos δ_i), reader frame, in (-π, π] [rad].
+
+    NaN where no antenna receives anything. Equal RSS on a full circle gives a direction of
+    rounding. Not in the thesis; it names only "the differences between the RSS values of various
+    antenna combinations". Unbiased for a single path when all antennas have the same pattern about
+    their own azimuth and its harmonics of order n ± 1 are small.
 
     Parameters
     ----------
     rss_w : (..., n) float64 — RSS z_i of the antennas [W], not negative.
     azimuths_rad : (n,) float64 — Azimuths δ_i of the antennas in the reader frame [rad].
-
-    Returns
-    -------
-    (...) float64
-        atan2(Σ z_i sin δ_i, Σ z_i cos δ_i) in (-π, π], reader frame [rad]; NaN where no antenna
-        receives anything. Equal RSS on a full circle of antennas gives a direction of rounding.
-
-    Notes
-    -----
-    Not in the thesis; it names only "the differences between the RSS values of various antenna
-    combinations" as a finer estimate than (5.2). Unbiased for a single path when all antennas have
-    the same pattern about their own azimuth and its harmonics of order n ± 1 are small.
     """
     rss = np.asarray(rss_w, dtype=np.float64)
     azimuths = np.asarray(azimuths_rad, dtype=np.float64)
@@ -160,22 +135,13 @@ def vector_sum_variance(
 ) -> npt.NDArray[np.float64]:
     """Return the variance of the vector sum's bearing under noise of the readings [rad²].
 
+    To first order Σ (z_i sin(δ_i - γ) / R)² s², with the sum's length R and direction γ and s =
+    noise_db ln(10)/10; at most, and where nothing is received, π²/3, that of any direction.
+
     Parameters
     ----------
-    rss_w : (..., n) float64 — RSS z_i of the antennas [W], not negative.
-    azimuths_rad : (n,) float64 — Azimuths δ_i of the antennas in the reader frame [rad].
+    rss_w, azimuths_rad : As for `vector_sum_bearing` [W], [rad].
     noise_db : Standard deviation of the independent log-normal error of each RSS [dB].
-
-    Returns
-    -------
-    (...) float64
-        Σ (z_i sin(δ_i - γ) / R)² s², with the vector sum's length R and direction γ and
-        s = noise_db ln(10)/10, cut at π²/3, that of a direction that may be any [rad²]; so also
-        where nothing is received.
-
-    Notes
-    -----
-    To first order in the noise: ∂γ/∂z_i = sin(δ_i - γ)/R. Reflections are left out.
     """
     rss = np.asarray(rss_w, dtype=np.float64)
     azimuths = np.asarray(azimuths_rad, dtype=np.float64)
@@ -192,15 +158,12 @@ def vector_sum_variance(
 def turn_towards(bearing_rad: npt.ArrayLike) -> npt.NDArray[np.float64]:
     """Return the shorter turn wrap(γ - 90°) to the robot's front, counter-clockwise positive [rad].
 
+    Thesis Algorithm 1, corrected: its second `if` should be `else if`. As printed, for γ - 90°
+    above 180° (antenna 8, γ = 315°) both branches turn, and the robot ends up at -270° instead of
+    -135° while its stored heading counts one turn only.
+
     Parameters
     ----------
     bearing_rad : (...) float64 — Bearing γ in the reader frame [rad].
-
-    Notes
-    -----
-    Thesis Algorithm 1, corrected. As printed its second `if` should be `else if`: for γ - 90° above
-    180° (antenna 8, γ = 315°) the first branch turns by γ - 450° and makes Δδ negative, and then
-    the second branch turns by the same amount again, so the robot ends up at -270° instead of
-    -135° while its stored heading counts one turn only.
     """
     return wrap_angle(np.asarray(bearing_rad, dtype=np.float64) - FRONT_AZIMUTH_RAD)

@@ -23,8 +23,7 @@ class Landmark:
     Parameters
     ----------
     position_m : (3,) float64 — Place in the room [m].
-    heading_rad : Direction that a robot has when it faces the landmark squarely [rad]: into the
-        landmark.
+    heading_rad : Direction of a robot that faces the landmark squarely, into it [rad].
     """
 
     position_m: FloatArray
@@ -86,28 +85,20 @@ class Landmark:
 class LandmarkSensor:
     """An RGB-D camera with its landmark detector; the defaults are the paper's camera pose.
 
+    Docking paper VII: p_C = (0.090, 0.03, 0.775) m, yaw 0.216 rad, R = 0.01 for each coordinate and
+    for the attitude. Field of view and range, not stated there, are the first Kinect's.
+
     Parameters
     ----------
-    position_m : (3,) float64 — Camera in the body frame: ahead of the axle, to the left, above the
-        floor [m].
+    position_m : (3,) float64 — Camera ahead of the axle, to the left, above the floor [m].
     yaw_rad : Direction of its optical axis in the body frame [rad].
-    width_rad : Horizontal field of view [rad].
-    height_rad : Vertical field of view [rad], about the horizontal.
-    nearest_m : Least distance that it measures [m].
-    farthest_m : Greatest distance at which the landmark is recognised [m].
+    width_rad, height_rad : Field of view, horizontal and vertical, about the horizontal [rad].
+    nearest_m, farthest_m : Distances between which the landmark is recognised [m].
     obliqueness_rad : Greatest angle between the line of sight and the landmark's normal [rad].
-    position_sd_m : Standard deviation of each measured coordinate [m].
-    attitude_sd_rad : Standard deviation of the measured attitude [rad].
+    position_sd_m, attitude_sd_rad : Standard deviations of what is measured [m], [rad].
     detection_probability : Probability that a landmark in sight is detected [-].
-    false_probability : Probability that something else in the field of view is reported in its
-        stead [-].
+    false_probability : Probability that something else is reported in its stead [-].
     scene : What can hide the landmark; None: nothing.
-
-    Notes
-    -----
-    Docking paper VII: p_C = (0.090, 0.03, 0.775) m, yaw 0.216 rad, R = 0.01 for each coordinate and
-    for the attitude. Field of view and range are those of the first Kinect; the paper does not
-    state them.
     """
 
     position_m: FloatArray = field(default_factory=lambda: np.array([0.090, 0.03, 0.775]))
@@ -144,18 +135,14 @@ class LandmarkSensor:
                 raise NavigationError(msg)
 
     def in_sight(self, poses: npt.ArrayLike, landmark: Landmark) -> npt.NDArray[np.bool_]:
-        """Return from which poses the camera sees the landmark.
+        """Return from which poses the camera sees the landmark, (n,).
+
+        In the field of view, in range, not too oblique and not hidden by the scene's mesh.
 
         Parameters
         ----------
         poses : (n, 3) array_like — x [m], y [m], heading [rad] of the robot in the room.
         landmark : What to look for.
-
-        Returns
-        -------
-        (n,) bool
-            True where it is in the field of view, in range, not too oblique and not hidden by the
-            scene's mesh.
         """
         pose = np.asarray(poses, dtype=np.float64).reshape(-1, 3)
         cos, sin = np.cos(pose[:, 2]), np.sin(pose[:, 2])
@@ -192,8 +179,7 @@ class LandmarkSensor:
 
         Parameters
         ----------
-        poses : (n, 3) array_like — x [m], y [m], heading [rad] of the robot in the room.
-        landmark : What to look for.
+        poses, landmark : As for `in_sight` [m, rad].
         rng : Source of the errors; the same number of draws for every pose.
         """
         pose = np.asarray(poses, dtype=np.float64).reshape(-1, 3)

@@ -1,8 +1,7 @@
 """The reader's patterns as the robot knows them, and the bearing that explains a reading best.
 
-A table holds the RSS of every antenna for a tag at a relative place, with nothing but the reader
-and the tag in the world: what a person measures once in the open, or computes. It says nothing of
-where tags are.
+A table holds the RSS of every antenna for a tag at a relative place, with nothing else in the
+world, measured once in the open or computed. It says nothing of where tags are.
 """
 
 import math
@@ -34,13 +33,9 @@ class PowerTable:
     Parameters
     ----------
     reach_m : Largest distance, along the floor, of the table [m].
-    power_w : (r, b, s, n) float64 — RSS [W] of n antennas. Distance number i is reach (i/(r - 1))²
-        [m]; bearing number j from the robot's front is 2πj/b; the robot stands to the side 2πk/s of
-        the tag, in the room.
-
-    Notes
-    -----
-    The squares put the rows close together under the tag, where the RSS falls fast.
+    power_w : (r, b, s, n) float64 — RSS [W] of n antennas. Distance i is reach (i/(r - 1))² [m],
+        dense under the tag where the RSS falls fast; bearing j from the robot's front 2πj/b; the
+        robot stands to the side 2πk/s of the tag, in the room.
     """
 
     reach_m: float
@@ -85,20 +80,14 @@ def power_table(
     bearings: int = 48,
     sides: int = 16,
 ) -> PowerTable:
-    """Return the table of a reader and a kind of tag, from their link in the open.
+    """Return the table of a reader and a kind of tag; 150 dB below the strongest in place of zero.
 
     Parameters
     ----------
     link : Link of one tag to the reader in free space.
     tag_point_m : (2,) float64 — Point on the floor under that tag [m].
     reach_m : Largest distance [m].
-    distances, bearings, sides : Size of the table; one side is enough for a tag that looks the same
-        from all.
-
-    Returns
-    -------
-    PowerTable
-        RSS [W], with a floor 150 dB below the strongest in place of zero.
+    distances, bearings, sides : Size; one side is enough for a tag that is alike from all.
     """
     point = np.asarray(tag_point_m, dtype=np.float64)
     rho = reach_m * (np.arange(distances) / (distances - 1.0)) ** 2
@@ -120,19 +109,15 @@ def power_table(
 class PatternMatcher:
     """A bearing estimator: least squares in decibels over the table of patterns.
 
+    A reading z fits distance ρ and bearing φ with S = Σ (r_i - mean r)² of r_i = 10 log(z_i/P_i(ρ,
+    φ)): neither tag power nor path loss matters. The posterior exp(-S/(2 error²)) over the table,
+    equal before, has a circular mean, the bearing, and a mean length R, the variance -2 ln R.
+    `NULL_SHARE` of their mean is first added to reading and patterns.
+
     Parameters
     ----------
     table : The reader's patterns.
-    error_db : Standard deviation of what the patterns do not explain of each RSS [dB]: noise of the
-        device and reflections.
-
-    Notes
-    -----
-    A reading z fits distance ρ and bearing φ with the sum of squares S = Σ (r_i - mean r)² of
-    r_i = 10 log(z_i/P_i(ρ, φ)): the common level is left free, so neither tag power nor path loss
-    matters. The posterior exp(-S/(2 error²)) over the table, equal for all ρ and φ before, has a
-    circular mean, the bearing, and a mean length R, the variance -2 ln R. To reading and patterns
-    `NULL_SHARE` of their mean is added first.
+    error_db : Standard deviation of each RSS about the patterns, noise and reflections [dB].
     """
 
     table: PowerTable
@@ -153,18 +138,12 @@ class PatternMatcher:
         )
 
     def bearing(self, rss_w: FloatArray) -> tuple[float, float]:
-        """Return the bearing of a reading and its variance.
+        """Return bearing, from the front in (-π, π] [rad], and variance, at most π²/3 [rad²].
 
         Parameters
         ----------
-        rss_w : (n,) float64 — One reading; antennas that received nothing (0 W) are left out [W].
-
-        Returns
-        -------
-        bearing_rad : float
-            From the robot's front, counter-clockwise positive, in (-π, π] [rad]; 0 without signal.
-        variance_rad2 : float
-            At most π²/3, that of a direction that may be any [rad²].
+        rss_w : (n,) float64 — One reading [W]; 0 W is left out; with none above it 0 and π²/3
+            result.
         """
         heard = rss_w > 0.0
         if np.count_nonzero(heard) < 2:

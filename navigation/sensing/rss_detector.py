@@ -18,17 +18,14 @@ def log_normal_rss(
 ) -> npt.NDArray[np.float64]:
     """Return RSS times 10^(N(0, noise_db)/10), independent for every value [W].
 
+    The thesis writes additive noise, z = z^d Γ(δ) + ζ (5.2.2.1), without its size; RSS detectors'
+    errors are specified in decibels. The median is one, the mean +0.1 dB for 1 dB, +1 dB for 3 dB.
+
     Parameters
     ----------
     rss_w : (...) float64 — RSS free of noise [W].
-    noise_db : Standard deviation of the factor in decibels [dB], zero for none.
+    noise_db : Standard deviation of the factor [dB], zero for none.
     rng : Source of the noise; as many numbers are drawn whatever `noise_db` is.
-
-    Notes
-    -----
-    The thesis writes additive noise, z = z^d Γ(δ) + ζ (5.2.2.1), without its size; errors of RSS
-    detectors are specified in decibels, hence the factor. Its median is one; its mean is not
-    (+0.1 dB for 1 dB, +1 dB for 3 dB).
     """
     rss = np.asarray(rss_w, dtype=np.float64)
     noisy: npt.NDArray[np.float64] = rss * 10.0 ** (rng.normal(0.0, noise_db, rss.shape) / 10.0)
@@ -41,21 +38,17 @@ class ThermalNoise:
 
     Parameters
     ----------
-    bandwidth_hz : Noise bandwidth B [Hz].
-    noise_figure_db : Noise figure F [dB].
+    bandwidth_hz, noise_figure_db : Noise bandwidth B [Hz] and figure F [dB].
     samples : Independent samples M that a reading averages in power.
 
     Notes
     -----
-    The signal of power P is constant during a reading; each sample adds a circular complex Gaussian
-    voltage of power N = k T0 B F, T0 = 290 K. The mean of |sqrt(P) + n|^2 over M samples is N / 2M
-    times a noncentral chi-square of 2 M degrees of freedom and noncentrality 2 M P / N: mean P + N,
-    variance (2 P N + N^2) / M. The receiver does not subtract N.
-
-    References
-    ----------
-    .. [1] H. T. Friis, Noise figures of radio receivers, Proc. IRE 32, 1944, p. 419; H. Urkowitz,
-       Energy detection of unknown deterministic signals, Proc. IEEE 55, 1967, p. 523.
+    Each sample of a constant signal of power P has a circular complex Gaussian voltage of power N =
+    k T0 B F, T0 = 290 K. The mean of |sqrt(P) + n|^2 over M samples is N / 2M times a noncentral
+    chi-square of 2 M degrees of freedom and noncentrality 2 M P / N: mean P + N, variance (2 P N +
+    N^2) / M. N is not subtracted. H. T. Friis, Noise figures of radio receivers, Proc. IRE 32,
+    1944, p. 419; H. Urkowitz, Energy detection of unknown deterministic signals, Proc. IEEE 55,
+    1967, p. 523.
     """
 
     bandwidth_hz: float
@@ -88,15 +81,12 @@ class ThermalNoise:
     def reading_w(self, rss_w: npt.ArrayLike, rng: np.random.Generator) -> npt.NDArray[np.float64]:
         """Return the mean power of signal and noise over the samples [W].
 
+        The noise of samples without the signal is one gamma variable in place of M - 1 draws.
+
         Parameters
         ----------
         rss_w : (...) float64 — Power of each signal [W].
         rng : Source of the noise.
-
-        Notes
-        -----
-        Turned so that the signal lies in one of the M complex samples, the noise of the others adds
-        a gamma variable: one draw in place of M - 1.
         """
         rss = np.asarray(rss_w, dtype=np.float64)
         in_phase, quadrature = rng.normal(size=(2, *rss.shape))
@@ -112,16 +102,14 @@ class ThermalNoise:
 class RssQuantiser:
     """An RSS detector with evenly spaced codes in decibels.
 
+    The thesis fixes 8 bits for its tags (4.6.1) but neither range nor law; RSSI detectors are
+    logarithmic. -100 to 0 dBm on 8 bits makes steps of 0.39 dB.
+
     Parameters
     ----------
     bits : Length of the code [bit], 1 to 16.
     floor_dbm : Power of the lowest code [dBm]; more than half a step below it nothing is received.
     full_scale_dbm : Power of the highest code [dBm]; what is stronger reads as this.
-
-    Notes
-    -----
-    The thesis fixes 8 bits for its tags (4.6.1) but neither range nor law; a logarithmic law is
-    what RSSI detectors have. -100 to 0 dBm on 8 bits makes steps of 0.39 dB.
     """
 
     bits: int = 8

@@ -39,18 +39,15 @@ class DistanceLaw(Protocol):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LogExponentialLaw:
-    """The law alpha exp(beta d) of thesis (6.2).
+    """The law alpha exp(beta d) of thesis (6.2); the defaults are chapter 6 and 7's noisy fit.
+
+    An exponential of decibels has no physical ground: far tags, whose RSS changes fastest, look the
+    most informative. Good between 3 and 6 m, where Table 6.1 was taken.
 
     Parameters
     ----------
     alpha_dbm : RSS at no distance [dBm], negative.
     beta_per_m : Growth of its magnitude [1/m].
-
-    Notes
-    -----
-    An exponential of decibels has no physical ground: far tags, whose RSS it makes change fastest,
-    look the most informative. Good between 3 and 6 m, where Table 6.1 was taken. The defaults are
-    the noisy fit that chapters 6 and 7 use.
     """
 
     alpha_dbm: float = -60.0
@@ -109,26 +106,16 @@ class LogDistanceLaw:
 def fit_log_exponential(
     distance_m: npt.ArrayLike, rss_dbm: npt.ArrayLike
 ) -> tuple[LogExponentialLaw, float]:
-    """Return the least-squares fit of thesis (6.2) and its root mean square residual.
+    """Return the least-squares fit of thesis (6.2), alpha below zero, and its RMS residual [dB].
+
+    By variable projection: the best alpha for each beta is linear, so beta alone is searched, from
+    the minimum of a scan. Table 6.1 gives (-34.9 dBm, 0.111 1/m) with 3.42 dB rms; the thesis
+    prints (-35.5, 0.1071), 0.01 dB worse: the table holds some samples only.
 
     Parameters
     ----------
     distance_m : (k,) float64 — Distances [m].
     rss_dbm : (k,) float64 — RSS [dBm].
-
-    Returns
-    -------
-    law : LogExponentialLaw
-        The fit; alpha is below zero whatever the samples.
-    rms_db : float
-        Root mean square of the residuals [dB].
-
-    Notes
-    -----
-    Nonlinear least squares on the decibels, by variable projection: for each beta the best alpha
-    is linear, so one variable is searched, from the minimum of a scan. Table 6.1 gives
-    (-34.9 dBm, 0.111 1/m) with 3.42 dB rms; the thesis prints (-35.5, 0.1071), whose residual is
-    only 0.01 dB larger: 2 and 3 % apart, as it says that the table holds some of its samples only.
     """
     from scipy.optimize import minimize_scalar
 
@@ -158,19 +145,11 @@ def fit_log_exponential(
 def fit_log_distance(
     distance_m: npt.ArrayLike, rss_dbm: npt.ArrayLike
 ) -> tuple[LogDistanceLaw, float]:
-    """Return the least-squares fit of the log-distance law and its root mean square residual.
+    """Return the least-squares fit of the log-distance law and its RMS residual [dB].
 
     Parameters
     ----------
-    distance_m : (k,) float64 — Distances [m], positive.
-    rss_dbm : (k,) float64 — RSS [dBm].
-
-    Returns
-    -------
-    law : LogDistanceLaw
-        The fit.
-    rms_db : float
-        Root mean square of the residuals [dB].
+    distance_m, rss_dbm : As for `fit_log_exponential` [m], [dBm].
     """
     distance, rss = _samples(distance_m, rss_dbm)
     slope, offset = np.polyfit(np.log10(distance), rss, 1)
@@ -196,8 +175,7 @@ class RssNoise:
 
     Parameters
     ----------
-    mean_db : Mean, the same for all tags [dB]; the thesis has -30.
-    sigma_db : Standard deviation [dB]; the thesis has 50.
+    mean_db, sigma_db : Mean and standard deviation [dB]; the thesis has -30 and 50.
     """
 
     mean_db: float = -30.0
@@ -268,9 +246,8 @@ def tag_grid(side: int, *, spacing_m: float, height_m: float) -> FloatArray:
 
     Parameters
     ----------
-    side : Tags along each side; 3 makes the nine of chapter 6, 5 the 25 of chapter 7.
-    spacing_m : Distance of neighbours [m].
-    height_m : Height above the robot's antenna [m].
+    side : Tags along each side; 3 in chapter 6, 5 in chapter 7.
+    spacing_m, height_m : Distance of neighbours; height above the robot's antenna [m].
     """
     if side < 1 or not (spacing_m > 0.0 and height_m > 0.0):
         msg = (

@@ -1,8 +1,7 @@
 """What the robot reads: the RSS of every antenna for the tag it asks for, with the device's errors.
 
-The field comes from a `PowerLink` (the radio model's link between one tag and the reader); the
-sensor adds the way driven from one antenna's reading to the next, the receiver's errors
-(`rss_detector`) and what is lost.
+To the field of a `PowerLink` the sensor adds the way driven between the antennas' readings, the
+receiver's errors (`rss_detector`) and what is lost.
 """
 
 from collections.abc import Mapping
@@ -62,13 +61,11 @@ class RssSensor(Protocol):
 
         Parameters
         ----------
-        pose : (3,) float64 — x [m], y [m], heading [rad] of the robot in the room, when the reading
-            ends.
+        pose : (3,) float64 — x [m], y [m], heading [rad] in the room, when the reading ends.
         tag_id : Which tag to ask for.
         rng : Source of the reading's random errors.
-        motion : How the robot has driven since its last reading: a reader that takes its antennas
-            one after another read the first of them on that way. By default it has stood still.
-            After an arrival the next tag is read at once and standing.
+        motion : How the robot has driven since its last reading, on whose way antennas are read one
+            after another. By default, and for the next tag after an arrival, it has stood still.
         """
         ...
 
@@ -77,29 +74,21 @@ class RssSensor(Protocol):
 class FieldSensor:
     """A sensor that reads the radio model's field as a device does.
 
+    Errors come in the order of the device: thermal noise, log-normal error, sensitivity, codes,
+    then what is lost. In turn, antenna i is read (n - 1 - i) dwell times before the given pose.
+    Every reading draws the log-normal errors from the generator itself and everything else from a
+    child of its own, so that sensors that differ in one of these settings err alike in all others.
+
     Parameters
     ----------
     links : One link for each tag that the robot may ask for.
     azimuths_rad : (n,) float64 — Azimuths of the reader's antennas in the reader frame [rad].
     noise_db : Standard deviation of the log-normal error of each antenna [dB].
     sensitivity_w : RSS below this is not received and reads zero [W].
-    quantiser : The detector's codes; None for none.
+    quantiser, thermal : The detector's codes; the receiver's own noise; None for none.
     dwell_s : Time from one antenna's reading to the next one's [s]; zero reads all at once.
-    thermal : The receiver's own noise; None for none.
-    drop_out_probability : Probability that an antenna's reading is lost, each by itself, and reads
-        zero [-].
-    read_probability : Probability that a tag within reach answers at all; otherwise all antennas
-        read zero [-].
-
-    Notes
-    -----
-    Errors come in the order of the device: thermal noise, log-normal error, sensitivity, codes,
-    then what is lost. One after another, the antennas read in the order of their numbers and the
-    last one at the given pose, antenna i (n - 1 - i) dwell times earlier.
-
-    Every reading draws the log-normal errors from the generator itself and everything else from a
-    child of its own, so that sensors that differ in any of these settings, given equal
-    generators, err alike in all others.
+    drop_out_probability : Probability that an antenna's reading is lost and reads zero [-].
+    read_probability : Probability that a tag within reach answers; otherwise all read zero [-].
     """
 
     links: Mapping[str, PowerLink]
@@ -151,11 +140,7 @@ class FieldSensor:
 
         Parameters
         ----------
-        pose : (3,) float64 — x [m], y [m], heading [rad] of the robot in the room, when the reading
-            ends.
-        tag_id : Which tag to ask for.
-        rng : Source of the errors.
-        motion : How the robot has driven since its last reading.
+        pose, tag_id, rng, motion : As for `RssSensor.read` [m], [rad].
         """
         rss = self._field_w(np.asarray(pose, dtype=np.float64), tag_id, motion)
         # The thermal noise draws last: how many numbers its gamma variables take is not fixed.

@@ -41,9 +41,9 @@ def _roll_out(
 
 @njit(cache=True, error_model="numpy")
 def _value_of_step(value, slope, heading, right, left, step_s, radius, axle, q_weight, slope_q):
-    """Take the value function of (q, u) one Euler step back; (5, 5) and (5,), in place.
+    """Take V and s of y = (q, u), (5, 5) and (5,), an Euler step y' = A y back, in place.
 
-    With the step y' = A y, y = (q, u): value becomes A'V A + h Q, slope A's + h Q e.
+    V becomes A'V A + h Q, the slope s A's + h Q e.
     """
     half = 0.5 * radius * step_s
     c, s = math.cos(heading), math.sin(heading)

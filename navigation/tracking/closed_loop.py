@@ -30,12 +30,10 @@ class World:
     period_s : Sample period T [s].
     sensor : RSS that the tags really send.
     noise : On every reading.
-    rate_sigma_rad_per_s : Standard deviation of what each wheel adds to its commanded rate in a
-        period [rad/s].
+    rate_sigma_rad_per_s : Standard deviation of what is added to each wheel's rate [rad/s].
     start_covariance : (3, 3) float64 — How wrong the assumed start is, or its diagonal [m², rad²].
     reading_every : Periods from one reading of the tags to the next.
-    encoder_tick_rad : The estimator gets what wheel encoders of this resolution count [rad]; None:
-        what was commanded, as in the thesis.
+    encoder_tick_rad : Resolution of the estimator's encoders [rad]; None: it gets the commands.
     """
 
     robot: DifferentialDrive
@@ -74,8 +72,7 @@ class TrackingRecord:
     Parameters
     ----------
     desired : What was to be followed.
-    poses : (r, k + 1, 3) float64 — True x [m], y [m], heading [rad].
-    estimates : (r, k + 1, 3) float64 — Estimated ones [m, rad].
+    poses, estimates : (r, k + 1, 3) float64 — True and estimated x [m], y [m], heading [rad].
     wheel_rates : (r, k, 2) float64 — Commanded right and left, cut to the limits [rad/s].
     """
 
@@ -153,6 +150,8 @@ def drive(
 ) -> TrackingRecord:
     """Return the record of many runs of one tracking task, in the order of their seeds.
 
+    Each period: decide, move on the exact arc with the wheels' noise added, read, estimate.
+
     Parameters
     ----------
     controller : What decides.
@@ -160,13 +159,7 @@ def drive(
     world : What really happens.
     desired : Sampled at the world's period.
     start : (3,) float64 — True x [m], y [m], heading [rad] at the beginning of every run.
-    seeds : One for each run, from `run_seeds`: what happens in a run depends on its seed alone.
-
-    Notes
-    -----
-    In each period: decide from the estimate and the last reading, move on the exact arc with the
-    wheels' noise added, read, estimate. All runs advance together, so that the estimators and the
-    radio model work on arrays of runs.
+    seeds : From `run_seeds`: what happens in a run depends on its seed alone.
     """
     if abs(desired.period_s - world.period_s) > 1e-12:
         msg = (

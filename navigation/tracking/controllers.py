@@ -1,7 +1,4 @@
-"""Tracking controllers behind one interface: open loop, neighbouring, predictive, RSS feedback.
-
-A new controller is one class with the method of `TrackingController`, in any module.
-"""
+"""Tracking controllers behind one interface: open loop, neighbouring, predictive, RSS feedback."""
 
 from dataclasses import dataclass
 from typing import Protocol
@@ -24,16 +21,14 @@ class TrackingController(Protocol):
     """What decides the wheel rates of the next period, for all runs of a set at once."""
 
     def wheel_rates(self, step: int, poses: FloatArray, rss_dbm: FloatArray) -> FloatArray:
-        """Return the wanted rates of the right and the left wheel, (r, 2) [rad/s].
+        """Return the wanted rates of the right and the left wheel, (r, 2), not cut [rad/s].
 
-        The loop cuts them to the wheels' limits. The call must not change anything, and what it
-        returns for a run must depend on nothing but that run.
+        The call changes nothing, and what it returns for a run depends on nothing but that run.
 
         Parameters
         ----------
         step : Number k of the period, which begins at k T.
-        poses : (r, 3) float64 — Estimated x [m], y [m], heading [rad] then, the headings possibly
-            off by whole turns.
+        poses : (r, 3) float64 — Estimated x [m], y [m], heading [rad] then, not wrapped.
         rss_dbm : (r, s) float64 — What was read last [dBm].
         """
 

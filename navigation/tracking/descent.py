@@ -24,20 +24,17 @@ _LEAST_SQUARE = 1e-300
 class Descent:
     """The five steps of thesis 6.4 and 7.2, with a step that converges.
 
+    ΔK = -ε H_K with the printed "0 < ε < 1" converges only below about 1e-9. Here ε multiplies H_K
+    T / |z|², where z is what the gains multiply, and so acts on the wheel rates, without a unit. It
+    grows by 2 % after every iteration that lowers the cost; after one that does not it is halved,
+    and the descent goes on from the best gains without momentum.
+
     Parameters
     ----------
     iterations : At most so many.
     momentum : λ of the update, from 0 to below 1 [-].
     first_step : ε before the first iteration [-].
     tolerance : δ_1 and δ_2 of step 5: stop at a cost, or a squared gradient, below it [-].
-
-    Notes
-    -----
-    ΔK = -ε H_K with the printed "0 < ε < 1" diverges: it converges only below about 1e-9 in its
-    units. Here ε multiplies H_K T / |z|², where z is what the gains multiply, so that ε acts on the
-    wheel rates and has no unit of its own. And ε is not constant: it grows by 2 % after every
-    iteration that lowers the cost; after one that does not it is halved, and the descent goes on
-    from the best gains without momentum: the best cost never rises.
     """
 
     iterations: int
@@ -57,19 +54,12 @@ class Descent:
     def descend(
         self, cost_of: CostOfGains, shape: tuple[int, int, int]
     ) -> tuple[FloatArray, FloatArray]:
-        """Return the best gains found and the cost after every iteration.
+        """Return the best gains K (n, 2, s) and the cost J (i,) [-] after every iteration.
 
         Parameters
         ----------
         cost_of : Gains to cost, gradient and |z|².
         shape : (3,) tuple of int — Of the gains: periods, wheels, states or tags.
-
-        Returns
-        -------
-        gains : (n, 2, s) float64
-            K of every period.
-        costs : (i,) float64
-            J of every iteration [-].
         """
         gains = best = previous = np.full(shape, FIRST_GAIN)
         lowest, step = np.inf, self.first_step

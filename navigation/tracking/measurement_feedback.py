@@ -21,8 +21,7 @@ class FeedbackTask:
 
     Parameters
     ----------
-    problem : Trajectory, start, weights and robot, without substeps: one Euler step in a period, as
-        in the thesis.
+    problem : Trajectory, start, weights and robot; without substeps, as in the thesis.
     tags_m : (s, 3) float64 — Places of the tags [m]; the robot does not know them.
     law : RSS of the tags, (6.2).
     """
@@ -54,8 +53,7 @@ class FeedbackRun:
     Parameters
     ----------
     cost : J of (6.5) [-].
-    gradient : (k, 2, s) float64 — dJ/dK, the period times the Hamiltonian's gradient (6.23) [dBm
-        s/rad].
+    gradient : (k, 2, s) float64 — dJ/dK, period times gradient (6.23) [dBm s/rad].
     poses : (k + 1, 3) float64 — x [m], y [m], heading [rad].
     wheel_rates : (k, 2) float64 — Right and left [rad/s].
     """
@@ -80,16 +78,14 @@ class FeedbackRun:
 def run_feedback(task: FeedbackTask, gains: FloatArray, noise_db: FloatArray) -> FeedbackRun:
     """Return what u = K z does with one noise record, and the gradient of its cost.
 
+    Thesis (6.1)-(6.8): the state equation meant is (6.4), with K of 2 x s (6.5 prints 2 x 4 for
+    nine tags). The costate (6.11) holds the slopes of the RSS as well.
+
     Parameters
     ----------
     task : The task.
     gains : (k, 2, s) float64 — K of every period [rad/s per dBm].
     noise_db : (k, s) float64 — ζ of every period [dB].
-
-    Notes
-    -----
-    Thesis (6.1)-(6.8): the state equation meant is (6.4), with K of 2 x s (2 x 9 for nine tags; its
-    6.5 prints 2 x 4). The costate (6.11) holds the slopes of the RSS as well.
     """
     steps, tags = task.record_shape
     gradient = np.zeros((steps, 2, tags))
@@ -112,28 +108,19 @@ class FeedbackTraining(Descent):
 
     Parameters
     ----------
-    iterations : At most so many.
-    momentum : λ, from 0 to below 1 [-].
+    iterations, momentum : As of `Descent` [-].
     """
 
     iterations: int = 4000
     momentum: float = 0.99
 
     def train(self, task: FeedbackTask, noise_db: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
-        """Return gains trained on noise records, and the mean cost after every iteration.
+        """Return gains K (k, 2, s) [rad/s per dBm] trained on noise records, and the mean costs J.
 
         Parameters
         ----------
         task : The task.
-        noise_db : (n, k, s) float64 — Noise records [dB]: one, as published, fits the gains to its
-            noise; many make gains that expect any noise.
-
-        Returns
-        -------
-        gains : (k, 2, s) float64
-            K of every period [rad/s per dBm].
-        costs : (i,) float64
-            J, averaged over the records [-].
+        noise_db : (n, k, s) float64 — Noise records [dB]; one, as published, is fitted to itself.
         """
         records = frozen_array(
             noise_db, name="noise_db", shape=(None, *task.record_shape), error=NavigationError
@@ -159,7 +146,7 @@ def replay_and_fresh_m(
     training: FeedbackTraining,
     seed: np.random.SeedSequence,
 ) -> tuple[FloatArray, FeedbackRun, FeedbackRun]:
-    """Return the average errors of one training on one record: on that record, and on a new one.
+    """Return E / (t_f - t_0) of (3.11) on the training's record and on a new one, and both runs.
 
     Parameters
     ----------
@@ -167,15 +154,6 @@ def replay_and_fresh_m(
     noise : Of the readings.
     training : How to train.
     seed : Of both records.
-
-    Returns
-    -------
-    errors_m : (2,) float64
-        E / (t_f - t_0) of (3.11): replay, fresh [m].
-    replay : FeedbackRun
-        On the record that it was trained on.
-    fresh : FeedbackRun
-        On noise that it never saw.
     """
     rng = np.random.default_rng(seed)
     seen, unseen = noise.draw(task.record_shape, rng), noise.draw(task.record_shape, rng)

@@ -42,24 +42,16 @@ def riccati_gains(
 ) -> RiccatiGains:
     """Return the gains of the sampled neighbouring control along a nominal trajectory.
 
+    Of the discrete Riccati equation with A = I + F T, B = G T, Q T and R T, which tends to thesis
+    (7.33) as T becomes small; the last line of its appendix A.4 lacks P before G R⁻¹.
+
     Parameters
     ----------
-    poses : (k, 3) float64 — Nominal poses at the sample times but the last: x [m], y [m], heading
-        [rad].
+    poses : (k, 3) float64 — Nominal x [m], y [m], heading [rad] at the sample times but the last.
     wheel_rates : (k, 2) float64 — Nominal wheel rates [rad/s].
     robot : Wheels and axle.
     weights : Q, R and P(t_f) of (7.31).
     period_s : Sample period T [s].
-
-    Returns
-    -------
-    RiccatiGains
-        Of the discrete Riccati equation with A = I + F T, B = G T, Q T and R T. It tends to (7.33)
-        as T becomes small.
-
-    Notes
-    -----
-    Thesis (7.32), (7.33); the last line of its appendix A.4 lacks P before G R⁻¹.
     """
     f, g = linear_model(poses, wheel_rates, robot)
     a, b = np.eye(3) + period_s * f, period_s * g
@@ -82,12 +74,10 @@ class StabilityReport:
 
     Parameters
     ----------
-    lyapunov_decay : Smallest share by which V = Δqᵀ P Δq / 2 falls in one period, over all Δq and
-        periods [-]; positive: stable in the sense of Lyapunov.
-    observability : Smallest eigenvalue of the Gramian (7.37) [s/m², s/rad²]; positive: {A, D} is
-        observable.
-    controllability : Smallest singular value of the reachability Gramian of {A, B} over the whole
-        time [m² s²/rad², s²]; positive: every pose error can be steered away.
+    lyapunov_decay : Least share by which V = Δqᵀ P Δq / 2 falls in a period [-]; positive: stable.
+    observability : Least eigenvalue of (7.37) [s/m², s/rad²]; positive: {A, D} is observable.
+    controllability : Least singular value of the reachability Gramian of {A, B} [m² s²/rad², s²];
+        positive: every pose error can be steered away.
     """
 
     lyapunov_decay: float
@@ -106,20 +96,14 @@ def stability_report(
 ) -> StabilityReport:
     """Return the computed conditions of Theorem 7.4 for a neighbouring control.
 
+    A varying A has the product of the periods' transition matrices, not e^{tA(t)} as printed. Lemma
+    7.3, which it calls controllability, is about observability of the cost; real controllability,
+    of {A, B}, is computed beside it.
+
     Parameters
     ----------
-    poses, wheel_rates : (k, 3), (k, 2) float64 — The nominal trajectory, as given to
-        `riccati_gains` [m, rad], [rad/s].
-    robot : Wheels and axle.
-    riccati : Its gains.
-    weights : Its weights.
-    period_s : Sample period T [s].
-
-    Notes
-    -----
-    The transition matrix of a varying A is the product of the periods' ones, not e^{tA(t)} as
-    printed; and Lemma 7.3, which it calls controllability, is about observability of the cost. Real
-    controllability, of {A, B}, is computed beside it.
+    poses, wheel_rates, robot, weights, period_s : As for `riccati_gains` [m, rad], [rad/s], [s].
+    riccati : Its result.
     """
     from scipy.linalg import eigh
 

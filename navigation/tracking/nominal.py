@@ -26,8 +26,7 @@ class NominalSolution:
     ----------
     wheel_rates : (n m, 2) float64 — Right and left in every Euler step [rad/s].
     poses : (n m + 1, 3) float64 — x [m], y [m], heading [rad] at the Euler steps.
-    cost : J of (6.5) [-].
-    costs : (i,) float64 — J after each iteration [-].
+    cost, costs : J of (6.5), and (i,) float64 — J after each iteration [-].
     """
 
     wheel_rates: FloatArray
@@ -65,21 +64,14 @@ class NominalSolver(Protocol):
 def input_cost(
     problem: TrackingProblem, wheel_rates: FloatArray
 ) -> tuple[float, FloatArray, FloatArray]:
-    """Return the cost of held inputs, its gradient and the poses.
+    """Return cost J (6.5), gradient dJ/du (n, 2) [s/rad] and poses (n m + 1, 3) of held inputs.
+
+    J is a left Riemann sum; the gradient, by the discrete costate, is exact for the Euler steps.
 
     Parameters
     ----------
     problem : The problem.
     wheel_rates : (n, 2) float64 — Right and left in every control interval [rad/s].
-
-    Returns
-    -------
-    cost : float
-        J of (6.5), the integral as a left Riemann sum [-].
-    gradient : (n, 2) float64
-        dJ/du [s/rad], exact for the Euler steps: the discrete costate.
-    poses : (n m + 1, 3) float64
-        x [m], y [m], heading [rad].
     """
     poses = np.empty((problem.desired.steps + 1, 3))
     gradient = np.empty((problem.intervals, 2))
@@ -102,25 +94,15 @@ def input_cost(
 def gain_cost(
     problem: TrackingProblem, gains: FloatArray
 ) -> tuple[float, FloatArray, FloatArray, FloatArray]:
-    """Return the cost of the full-state feedback u = K q of (7.1), its gradient, poses and inputs.
+    """Return J, dJ/dK (n, 2, 3), poses (n m + 1, 3) and rates (n m, 2) of u = K q, (7.1).
+
+    J of (6.5) is a left Riemann sum; dJ/dK, the integral of the Hamiltonian's gradient (7.20) over
+    each interval, is exact for the Euler steps.
 
     Parameters
     ----------
     problem : The problem.
-    gains : (n, 2, 3) float64 — K of every control interval [rad/s per m, rad/s per rad]; u = K(t_k)
-        q(t) follows q within the interval, cut to the wheels' limits.
-
-    Returns
-    -------
-    cost : float
-        J of (6.5), the integral as a left Riemann sum [-].
-    gradient : (n, 2, 3) float64
-        dJ/dK, the integral of the Hamiltonian's gradient (7.20) over each interval, exact for the
-        Euler steps.
-    poses : (n m + 1, 3) float64
-        x [m], y [m], heading [rad].
-    wheel_rates : (n m, 2) float64
-        Right and left [rad/s].
+    gains : (n, 2, 3) float64 — K of every interval [rad/s per m, rad/s per rad]; u is limited.
     """
     poses = np.empty((problem.desired.steps + 1, 3))
     rates = np.empty((problem.desired.steps, 2))
@@ -147,19 +129,15 @@ def gain_cost(
 class BoundedIlqr:
     """The quickest solver: iterative LQR whose inputs keep within the wheels' limits.
 
+    Differential dynamic programming with the Gauss-Newton Hessian and a box-constrained step
+    (Tassa, Mansard and Todorov, ICRA 2014): tens of iterations of a millisecond. The cost has
+    several valleys when the robot must turn round, hence the five first guesses.
+
     Parameters
     ----------
     iterations : At most so many from each first guess.
     tolerance : Stop when an iteration lowers the cost by less than this share [-].
-    first_rates_rad_per_s : Constant wheel rates from which the search begins, one search for each;
-        the best one counts [rad/s].
-
-    Notes
-    -----
-    Differential dynamic programming with the Gauss-Newton Hessian and a box-constrained step in
-    each interval (Tassa, Mansard and Todorov, ICRA 2014): tens of iterations of a millisecond. The
-    cost has several valleys when the robot must turn round (forwards or backwards, left or right),
-    hence the five first guesses.
+    first_rates_rad_per_s : Constant rates of the searches; the best one counts [rad/s].
     """
 
     iterations: int = 500
@@ -205,16 +183,11 @@ class BoundedIlqr:
 class InputSearch:
     """A general-purpose solver: L-BFGS-B on the inputs with the adjoint gradient.
 
+    Hundreds to thousands of iterations. It checks `BoundedIlqr`: both reach the same cost.
+
     Parameters
     ----------
-    iterations : At most so many from each first guess.
-    first_rates_rad_per_s : Constant wheel rates from which the search begins, one search for each;
-        the best one counts [rad/s].
-
-    Notes
-    -----
-    Hundreds to thousands of iterations; the limits of the wheels are bounds. It checks
-    `BoundedIlqr` by other means: both reach the same cost.
+    iterations, first_rates_rad_per_s : As of `BoundedIlqr` [rad/s].
     """
 
     iterations: int = 3000
@@ -267,14 +240,11 @@ class InputSearch:
 class GainDescent(Descent):
     """The printed solver: gradient descent on the gains K with momentum, thesis 7.2.
 
+    It needs thousands of iterations where `BoundedIlqr` needs tens.
+
     Parameters
     ----------
-    iterations : At most so many.
-    momentum : λ of the update, from 0 to below 1 [-].
-
-    Notes
-    -----
-    It needs thousands of iterations where `BoundedIlqr` needs tens.
+    iterations, momentum : As of `Descent` [-].
     """
 
     iterations: int = 20000

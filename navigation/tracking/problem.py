@@ -54,8 +54,7 @@ class Weights:
     ----------
     state : (3, 3) float64 — Q of the running pose error, or its diagonal [1/m², 1/rad²].
     final : (3, 3) float64 — P(t_f) of the last pose error, or its diagonal [s/m², s/rad²].
-    inputs : (2, 2) float64 — R of the wheel rates' deviation from the nominal, or its diagonal
-        [s²/rad²]; only the neighbouring control has it.
+    inputs : (2, 2) float64 — R of the rates' deviation, for neighbouring control only [s²/rad²].
     """
 
     state: FloatArray

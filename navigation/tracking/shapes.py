@@ -43,7 +43,7 @@ def graph(name: str, along: Graph, *, x_range_m: tuple[float, float], duration_s
     ----------
     name : What it is called.
     along : x (k,) [m] to y [m], dy/dx and d²y/dx² [1/m].
-    x_range_m : (2,) tuple of float — x at the beginning and at the end [m].
+    x_range_m : (2,) tuple of float — First and last x [m].
     duration_s : How long it takes [s].
     """
     first, last = x_range_m
@@ -183,8 +183,7 @@ def u_shape(
 
     Parameters
     ----------
-    legs_m : (3,) tuple of float — Lengths between the corners [m]; the defaults are those of thesis
-        7.6.2.
+    legs_m : (3,) tuple of float — Lengths between the corners [m]; those of thesis 7.6.2.
     corner_radius_m : Radius of the corners [m]; a robot that does not stop cannot take a sharp one.
     duration_s : How long it takes [s].
     """

@@ -50,8 +50,7 @@ class DesiredTrajectory:
     name : What it is called.
     time_s : (k,) float64 — Times, evenly spaced [s].
     poses : (k, 3) float64 — x [m], y [m], heading, unwrapped [rad].
-    speed_m_per_s : (k,) float64 — Forward speed ν [m/s].
-    turn_rate_rad_per_s : (k,) float64 — Turn rate ω [rad/s].
+    speed_m_per_s, turn_rate_rad_per_s : (k,) float64 — Forward speed ν [m/s], turn rate ω [rad/s].
     """
 
     name: str
@@ -96,16 +95,14 @@ class DesiredTrajectory:
 def desired_trajectory(curve: Curve, *, period_s: float) -> DesiredTrajectory:
     """Return a curve in duration / period + 1 samples, with heading, speed and turn rate.
 
+    Thesis (6.31) and below, signs put right: ω = (ÿẋ - ẍẏ)/ν², heading the unwrapped atan2(ẏ, ẋ);
+    the printed tan⁻¹ loses the quadrant, and for the ellipse tan⁻¹(y/x) is the direction of the
+    place. Where the curve stands still its heading is the last one.
+
     Parameters
     ----------
     curve : The way.
     period_s : Sample period T [s]; the duration is a multiple of it.
-
-    Notes
-    -----
-    Thesis (6.31) and below, with the signs put right: ω = (ÿẋ - ẍẏ)/ν², and the heading is the
-    unwrapped atan2(ẏ, ẋ); the printed tan⁻¹ loses the quadrant, and for the ellipse tan⁻¹(y/x) is
-    the direction of the place. Where the curve stands still its heading is the last one.
     """
     steps = round(curve.duration_s / period_s) if period_s > 0.0 else 0
     if steps < 1 or abs(steps * period_s - curve.duration_s) > 1e-9 * curve.duration_s:
