@@ -44,10 +44,9 @@ def bootstrap_rng() -> np.random.Generator:
 def wilson(successes: float, trials: int) -> Interval:
     """Return a share and its 95 % interval after Wilson, within 0 and 1 [-].
 
-    (p + z²/2n ± z sqrt(p(1 - p)/n + z²/4n²)) / (1 + z²/n). Unlike the normal approximation it is
-    right for shares of 0 and 1: 100 of 100 gives 0.963 to 1. E. B. Wilson, J. Am. Stat. Assoc. 22
-    (1927) 209-212; R. G. Newcombe, Stat. Med. 17 (1998) 857-872, method 3; in whole numbers
-    `scipy.stats.binomtest`.
+    (p + z²/2n ± z sqrt(p(1 - p)/n + z²/4n²)) / (1 + z²/n). Right also for shares of 0 and 1: 100 of
+    100 gives 0.963 to 1. E. B. Wilson, J. Am. Stat. Assoc. 22 (1927) 209-212; R. G. Newcombe, Stat.
+    Med. 17 (1998) 857-872, method 3; in whole numbers `scipy.stats.binomtest`.
 
     Parameters
     ----------
@@ -78,8 +77,7 @@ def bootstrap(
 ) -> tuple[Interval, ...]:
     """Return k statistics of a sample and their 95 % intervals by the percentile bootstrap.
 
-    Too narrow below 15 values. B. Efron and R. J. Tibshirani, An Introduction to the Bootstrap
-    (1993), 13.3.
+    Too narrow below 15 values. Efron and Tibshirani, An Introduction to the Bootstrap (1993), 13.3.
 
     Parameters
     ----------

@@ -236,8 +236,8 @@ class LandmarkFilter:
         true one and is too sure far from the landmark. True: an extended filter of all five states.
     estimate_slips : False: slips are taken to be zero, as in the paper's figures 7 to 10.
     gate_probability : Share of true detections that pass the chi-squared gate, in (0, 1) [-].
-    restart_after : Detections rejected in a row after which the next one is believed: the robot was
-        wrong from the start or was carried away.
+    restart_after : Rejected detections in a row after which the next is believed: the robot was
+        lost.
     """
 
     noise: LandmarkNoise = LandmarkNoise()
@@ -286,8 +286,7 @@ class LandmarkFilter:
         Parameters
         ----------
         track : Belief before.
-        twist : (..., 2) array_like — Commanded v [m/s] and ω [rad/s], constant; a robot that is to
-            stand still neither slips nor adds noise.
+        twist : (..., 2) array_like — Commanded v [m/s], ω [rad/s]; at zero no slip and no noise.
         period_s : (...) array_like — Time that passed, any [s].
         """
         command = np.asarray(twist, dtype=np.float64)

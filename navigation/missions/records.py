@@ -146,8 +146,7 @@ class MissionResult:
     targets : (s,) int64 — Index of the tag that was read [-].
     rss_w : (s, n) float64 — The reading [W]; where a tag was reached the next one's, in a completed
         run's last row the last tag's; zeros where the robot has left the room.
-    arrival_times_s, arrival_points_m : (k,), (k, 2) float64 — When and where each was reached, or
-        NaN [s], [m].
+    arrival_times_s, arrival_points_m : (k,), (k, 2) float64 — Of the arrivals [s], [m], or NaN.
     contacts : Periods in which the robot touched something.
     believed_points_m : (s, 2) float64 or None — Where the navigator believed the tag [m], or NaN.
     """

@@ -109,8 +109,7 @@ class PlaceFilter:
     level_db : Standard deviation of the error that all antennas share [dB].
     outlier_share : Probability of a reading apart from the tag's place, in (0, 1) [-].
     trust : Power of the likelihood of a reading, in (0, 1] [-]: nearby readings share their fading.
-    fresh_share : Share of new particles, anywhere in reach, at each drawing [-]; they find lost
-        tags.
+    fresh_share : Share of new particles, anywhere, at each drawing [-]; they find lost tags.
     travel_sd : Standard deviation of odometry's error as a share of way and turn [-].
     heading_sd_rad : The same for the turn of a period, added [rad].
     """

@@ -70,8 +70,7 @@ class ThesisNavigator:
     period_s : Sample period T [s].
     rotation : {"strongest", "vector_sum"} — Bearing of the rotation mode: thesis (5.2), or the sum.
     rerotate_for_s : For so long on a leg the robot rotates again when the strongest antenna is not
-        one of the front three [s]; 0: never, as in the thesis. A reflection would turn it without
-        end.
+        one of the front three [s]; 0: never, as in the thesis. Reflections may turn it endlessly.
     """
 
     arrivals: tuple[ArrivalTest, ...]

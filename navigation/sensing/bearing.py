@@ -136,7 +136,7 @@ def vector_sum_variance(
     """Return the variance of the vector sum's bearing under noise of the readings [rad²].
 
     To first order Σ (z_i sin(δ_i - γ) / R)² s², with the sum's length R and direction γ and s =
-    noise_db ln(10)/10; at most, and where nothing is received, π²/3, that of any direction.
+    noise_db ln(10)/10; π²/3, that of any direction, at most and without signal. No reflections.
 
     Parameters
     ----------

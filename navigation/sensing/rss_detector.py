@@ -36,19 +36,16 @@ def log_normal_rss(
 class ThermalNoise:
     """The thermal noise of a receiver that measures power.
 
+    Each sample of a constant signal of power P has a circular complex Gaussian voltage of power N =
+    k T0 B F, T0 = 290 K. The mean of |sqrt(P) + n|^2 over M samples is N / 2M times a noncentral
+    chi-square of 2 M degrees of freedom and noncentrality 2 M P / N: mean P + N, variance (2 P N +
+    N^2) / M. N is not subtracted. H. T. Friis, Proc. IRE 32, 1944, p. 419; H. Urkowitz, Proc. IEEE
+    55, 1967, p. 523.
+
     Parameters
     ----------
     bandwidth_hz, noise_figure_db : Noise bandwidth B [Hz] and figure F [dB].
     samples : Independent samples M that a reading averages in power.
-
-    Notes
-    -----
-    Each sample of a constant signal of power P has a circular complex Gaussian voltage of power N =
-    k T0 B F, T0 = 290 K. The mean of |sqrt(P) + n|^2 over M samples is N / 2M times a noncentral
-    chi-square of 2 M degrees of freedom and noncentrality 2 M P / N: mean P + N, variance (2 P N +
-    N^2) / M. N is not subtracted. H. T. Friis, Noise figures of radio receivers, Proc. IRE 32,
-    1944, p. 419; H. Urkowitz, Energy detection of unknown deterministic signals, Proc. IEEE 55,
-    1967, p. 523.
     """
 
     bandwidth_hz: float

@@ -181,9 +181,7 @@ class BoundedIlqr:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class InputSearch:
-    """A general-purpose solver: L-BFGS-B on the inputs with the adjoint gradient.
-
-    Hundreds to thousands of iterations. It checks `BoundedIlqr`: both reach the same cost.
+    """A check of `BoundedIlqr`: L-BFGS-B with the adjoint gradient, up to thousands of iterations.
 
     Parameters
     ----------
@@ -238,9 +236,7 @@ class InputSearch:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GainDescent(Descent):
-    """The printed solver: gradient descent on the gains K with momentum, thesis 7.2.
-
-    It needs thousands of iterations where `BoundedIlqr` needs tens.
+    """The printed solver, thesis 7.2: gradient descent on K with momentum, thousands of iterations.
 
     Parameters
     ----------
