@@ -33,17 +33,12 @@ def run_blocks(
 
     Parameters
     ----------
-    work : Fills rows begin to end of its own arrays; must release the interpreter lock to gain from
-        threads, and must not depend on other rows.
+    work : Fills rows begin to end of its own arrays, each by itself, so that block size and threads
+        change no bit; must release the interpreter lock to gain from threads.
     count : Number of rows.
     block_size : Rows per call.
-    executor : Runs the blocks, sharing memory; by default a pool of one thread for each processor,
-        or of as many as ``$OCTANT_THREADS`` says.
+    executor : Runs the blocks, sharing memory; None: ``$OCTANT_THREADS`` or all cores.
     progress : Called after every block.
-
-    Notes
-    -----
-    Each row is computed by itself, so that neither block size nor thread count changes a bit.
     """
     if count <= block_size and executor is None:
         work(0, count)

@@ -137,9 +137,8 @@ class PatternChannels(NamedTuple):
 class ResponseArrays(NamedTuple):
     """Embedded patterns of n antennas at c frequencies on one grid, padded over poles and around.
 
-    A direction's values of all frequencies stand together, since a path comes from one direction
-    whatever its frequency, and so real and imaginary parts can be weighed without multiplying
-    complex numbers.
+    All frequencies of a direction stand together (a path has one direction); real and imaginary
+    parts are weighed apart, without complex products.
     """
 
     table: np.ndarray  # (T + 2 PAD, P + 2 PAD, c n 4): real and imaginary parts of F_theta, F_phi,
@@ -158,12 +157,10 @@ class PathSet:
     source_m : (3,) float64 — Place of the transmitter [m].
     receivers_m : (m, 3) float64 — Places of the receivers [m].
     receiver : (k,) int64 — Receiver of each path.
-    kind : (k, w) int8 — What happens along each path, from the source on [-]: 1 reflection, 2
-        transmission through a sheet, 3 diffraction at an edge, 0 nothing more.
-    element : (k, w) int64 — Facet of a reflection or transmission, wedge of a diffraction; -1 where
-        nothing is.
-    vertices_m : (k, w + 2, 3) float64 — Source, interactions, receiver [m]; short paths repeat the
-        receiver.
+    kind : (k, w) int8 — From the source on [-]: 1 reflection, 2 transmission, 3 diffraction, 0
+        none.
+    element : (k, w) int64 — Facet of a reflection or transmission, wedge of a diffraction, else -1.
+    vertices_m : (k, w + 2, 3) float64 — Source, interactions, receiver [m], the last repeated.
     """
 
     source_m: FloatArray

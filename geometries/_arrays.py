@@ -18,21 +18,16 @@ def frozen_array(
     finite: bool = True,
     error: type[Exception] = GeometryError,
 ) -> npt.NDArray[Any]:
-    """Return a contiguous, read-only copy of an array whose shape and values are checked.
+    """Return a read-only, contiguous copy, once shape and values are checked; else raise ``error``.
 
     Parameters
     ----------
-    value : array_like — What the caller was given, in the unit that ``name`` carries.
+    value : What the caller was given, in the unit that ``name`` carries.
     name : The name that an error message uses.
     shape : Expected length of each axis; None allows any length.
     dtype : Element type of the result.
     finite : Refuse NaN and infinity.
     error : Exception class to raise.
-
-    Raises
-    ------
-    GeometryError
-        Or the given class: when the shape differs, or a value is not finite or not a number.
     """
     wanted = "(" + ", ".join("any" if n is None else str(n) for n in shape) + ")"
     try:

@@ -27,8 +27,8 @@ class EdgeTable:
     Parameters
     ----------
     face : (s,) int64 — Triangle of each side.
-    start, end : (s,) int64 — Vertices that the side runs between, in the triangle's winding.
     edge : (s,) int64 — Edge that the side lies on.
+    start, end : (s,) int64 — Vertices that the side runs between, in the triangle's winding.
     edge_vertices : (e, 2) int64 — Vertices of each edge, the lower number first.
     sides : (e,) int64 — Number of triangle sides on each edge.
     """
@@ -84,11 +84,10 @@ class OpenBorder:
 
     Parameters
     ----------
-    t_junctions : Number of pairs of an open edge and a vertex in its interior.
+    t_junctions : Pairs of an open edge and a vertex in its interior.
     piece_face : (p,) int64 — Triangle of each piece of an open edge.
     piece_vertices : (p, 2) int64 — Vertices of each piece, the lower number first.
-    free : (p,) bool — Whether no other piece lies on the same place, so that the surface really
-        ends there [-].
+    free : (p,) bool — Whether no other piece lies there, so that the surface really ends [-].
     """
 
     t_junctions: int
@@ -98,10 +97,7 @@ class OpenBorder:
 
 
 def open_border(vertices_m: FloatArray, table: EdgeTable, tolerance_m: float) -> OpenBorder:
-    """Return the open edges of a mesh, cut where another one's vertex lies on them.
-
-    Two pieces that meet at a T-junction are not free.
-    """
+    """Return open edges, cut where another's vertex lies on them; T-junctions are not free."""
     side = np.flatnonzero(table.sides[table.edge] == 1)
     ends = table.edge_vertices[table.edge[side]]
     edge, vertex, along = _vertices_on_edges(vertices_m, ends, tolerance_m)
@@ -127,8 +123,7 @@ def _vertices_on_edges(
 ) -> tuple[IntArray, IntArray, FloatArray]:
     """Return edge, vertex and place between 0 and 1 of each end that lies inside another edge.
 
-    Long edges are looked at piece by piece, so that the number of near vertices to test grows with
-    the length of the edges, not with its cube.
+    Long edges go piece by piece: near vertices grow with the edges' length, not its cube.
     """
     from scipy.spatial import cKDTree
 
@@ -197,8 +192,7 @@ class Components:
     ----------
     label : (m,) int64 — Component of each triangle.
     closed : (c,) bool — Whether each component has no free edge [-].
-    volume_m3 : (c,) float64 — Enclosed volume, negative when the normals point inwards [m³]; meant
-        for closed ones.
+    volume_m3 : (c,) float64 — Volume of closed ones [m³], negative when the normals point inwards.
     bounds_m : (c, 2, 3) float64 — Lowest and highest corner of each [m].
     """
 

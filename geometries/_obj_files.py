@@ -20,15 +20,10 @@ _Key = tuple[str, str, str]  # object, group, material
 
 
 def read_obj(path: Path) -> list[Part]:
-    """Return the named parts of an OBJ file, in the file's own unit and in its order.
+    """Return name, vertices [unit of the file] and faces of an OBJ file's parts, in its order.
 
-    Name, vertices [unit of the file] and faces of each part; empty when no face is found.
-
-    Notes
-    -----
-    A part is what stands under one ``o`` and one ``g``; it is called after the object, the group,
-    or ``object.group`` when both are given and differ. Where one such part uses several ``usemtl``,
-    it is split by them and the parts are called ``part.material``.
+    A part is what stands under one ``o`` and one ``g``, called after the object, the group, or
+    ``object.group`` when they differ; with several ``usemtl`` it is split into ``part.material``.
     """
     vertices: list[list[float]] = []
     polygons: dict[_Key, list[tuple[int, list[int]]]] = {}

@@ -30,14 +30,9 @@ def connected_labels(count: int, pairs: IntArray) -> IntArray:
 
 
 def row_numbers(rows: IntArray) -> tuple[IntArray, IntArray, IntArray]:
-    """Return the number of each distinct row of whole numbers >= 0, and which rows have it.
+    """Return (n,) the number of each row of whole numbers >= 0, by value, and which rows have it.
 
-    Returns
-    -------
-    number : (n,) int64
-        Number of each row; equal rows share one, in the order of their values.
-    start, member : (d + 1,) and (n,) int64
-        The rows with number i are ``member[start[i] : start[i + 1]]``, ascending.
+    Equal rows share number i; they are ``member[start[i] : start[i + 1]]``, ascending.
     """
     key, span = np.zeros(len(rows), dtype=np.int64), 1
     for column in rows.T:  # whole numbers sort far quicker than rows
@@ -55,11 +50,10 @@ def row_numbers(rows: IntArray) -> tuple[IntArray, IntArray, IntArray]:
 
 
 def weld(vertices_m: FloatArray, tolerance_m: float) -> IntArray:
-    """Return (n,) index of the representative of each vertex.
+    """Return (n,) index of the first of the vertices that are nearer than ``tolerance_m`` [m].
 
-    Vertices nearer than ``tolerance_m`` [m] to one another share one representative, the first of
-    them; no vertex moves, so exact coordinates stay exact. Only vertices of nearly the same height
-    along an odd direction are compared, in which no two corners of a regular mesh agree.
+    No vertex moves: exact coordinates stay exact. Only vertices of nearly the same height along an
+    odd direction are compared, in which no two corners of a regular mesh agree.
     """
     points = np.ascontiguousarray(vertices_m, dtype=np.float64)
     representative: IntArray = np.arange(len(points), dtype=np.int64)
@@ -79,10 +73,7 @@ def triangle_bounds_m(vertices_m: FloatArray, faces: IntArray) -> FloatArray:
 
 
 def distinct_triangles(faces: IntArray, material: IntArray, room_faces: int) -> IntArray:
-    """Return the triangles of three welded corners; one that is given twice only once.
-
-    Whether it is the room's or an object's stays apart.
-    """
+    """Return distinct triangles of three welded corners, the room's apart from the objects'."""
     corners = np.sort(faces, axis=1)
     real = np.flatnonzero((corners[:, :2] < corners[:, 1:]).all(axis=1))
     keys = np.column_stack((corners, material, np.arange(len(faces)) < room_faces))

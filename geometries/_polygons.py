@@ -91,19 +91,11 @@ def _first_meeting_sides(
 
 
 def triangulate_polygon(points_m: FloatArray, *, name: str = "the polygon") -> IntArray:
-    """Return the triangles that fill a simple polygon, without adding corners.
+    """Return the (k - 2, 3) counter-clockwise triangles that fill a polygon, no corner added.
 
-    Returns
-    -------
-    (k - 2, 3) int64
-        Corner numbers, every triangle counter-clockwise and, in a simple polygon, of positive area.
-        A repeated corner, or a polygon without area, gives triangles without area.
-
-    Notes
-    -----
-    Ear clipping; a simple polygon always has an ear (G. H. Meisters, "Polygons have ears", Amer.
-    Math. Monthly 82, 1975, pp. 648-651). The time grows with k cubed: meant for outlines, not for
-    meshes.
+    A repeated corner, or a polygon without area, gives triangles without area. Ear clipping (G. H.
+    Meisters, "Polygons have ears", Amer. Math. Monthly 82, 1975, pp. 648-651: a simple polygon
+    always has one), in time that grows with k cubed: for outlines, not for meshes.
     """
     ring = list(range(len(points_m)))
     if signed_area_m2(points_m) < 0.0:
@@ -143,12 +135,7 @@ def _find_ear(points_m: FloatArray, ring: list[int], flat_m2: float) -> int | No
 
 
 def triangulate_polygon_3d(points_m: FloatArray, *, name: str) -> IntArray:
-    """Return the (k - 2, 3) triangles that fill a nearly plane polygon, winding as it does.
-
-    Notes
-    -----
-    The mean normal is Newell's: the sum of the cross products of successive corners.
-    """
+    """Return (k - 2, 3) triangles of a nearly plane polygon, wound as it is; normal: Newell's."""
     if len(points_m) == 3:
         return np.array([[0, 1, 2]], dtype=np.int64)
     p = points_m - points_m[0]
@@ -162,15 +149,7 @@ def triangulate_polygon_3d(points_m: FloatArray, *, name: str) -> IntArray:
 
 
 def mesh_of_triangles(triangles_m: FloatArray) -> tuple[FloatArray, IntArray]:
-    """Return vertices and faces in which corners at exactly the same place are one vertex.
-
-    Returns
-    -------
-    vertices_m : (n, 3) float64
-        Distinct corners, in the order of their first use [m].
-    faces : (m, 3) int64
-        Vertex numbers of each triangle.
-    """
+    """Return vertices [m] and faces; corners at exactly one place are one vertex, by first use."""
     corners = triangles_m.reshape(-1, 3) + 0.0  # turns -0.0 into 0.0
     _, first, inverse = np.unique(corners, axis=0, return_index=True, return_inverse=True)
     order = np.argsort(first)

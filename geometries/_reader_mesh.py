@@ -38,10 +38,7 @@ def ground_triangles(
     plate_reaches_m: FloatArray,
     plates_rad: FloatArray,
 ) -> list[FloatArray]:
-    """Return the ground plane's triangles, cut along the plates' feet and through the antennas [m].
-
-    Each is (3, 3), its normal up.
-    """
+    """Return the ground plane's (3, 3) triangles [m], normal up, cut at plates and antennas."""
     spokes = list(zip(elements_rad.tolist(), antenna_radii_m.tolist(), strict=True))
     spokes = sorted(spokes + list(zip(plates_rad.tolist(), plate_reaches_m.tolist(), strict=True)))
     angles = np.array([a for a, _ in spokes])

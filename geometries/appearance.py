@@ -81,9 +81,7 @@ def looks_of(label: str) -> Looks:
 
 
 def gltf_visual(label: str, *, opacity: float | None = None) -> Any:  # noqa: ANN401  trimesh's own
-    """Return the visuals with which trimesh writes a mesh of this material to GLB or GLTF.
-
-    Without texture; both sides are drawn.
+    """Return the visuals, both sides drawn, with which trimesh writes a mesh to GLB or GLTF.
 
     Parameters
     ----------

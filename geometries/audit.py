@@ -1,8 +1,4 @@
-"""What is wrong with a mesh, and what that means for rays.
-
-Octant repairs nothing. Most faults do not stop a calculation; the audit says what each one does to
-it, so that a person can decide whether to go back to the modelling program.
-"""
+"""What is wrong with a mesh, and what that means for rays; Octant repairs nothing."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -47,8 +43,8 @@ class Finding:
 class MeshAudit:
     """The result of looking over a mesh.
 
-    All counts but the first four see the bodies as one mesh whose vertices are joined by position,
-    and leave degenerate and duplicate triangles out.
+    All but the first four counts see the bodies as one mesh whose vertices are joined by position,
+    without degenerate and duplicate triangles.
 
     Parameters
     ----------
@@ -75,7 +71,7 @@ class MeshAudit:
     inward_components : Closed ones whose normals point inwards.
     inside_out_components : Inward ones that stand within another part's surrounding box.
     tolerance_m : Vertices nearer than this were joined [m].
-    findings : What is worth knowing, the most important first; empty when there is nothing.
+    findings : What is worth knowing, the most important first.
     """
 
     source: str
@@ -117,10 +113,7 @@ class MeshAudit:
         return int(self.body_faces.sum())
 
     def lines(self) -> list[str]:
-        """Return the audit as lines of text for a person.
-
-        Facts first [m, m²], then each finding with what it means.
-        """
+        """Return the audit as lines of text: facts [m, m²], then each finding with its meaning."""
         low, high = self.bounds_m
         size = high - low
         shortest, median, longest = self.edge_lengths_m
@@ -159,17 +152,15 @@ def audit_mesh(
 ) -> MeshAudit:
     """Return what is wrong with a mesh, and what that means for rays.
 
+    Surfaces that cross or touch along the inside of a triangle (a cabinet on a floor) are not
+    looked for; the edge of a sheet that rests on another surface counts as free.
+
     Parameters
     ----------
-    mesh : A mesh file, or bodies that exist already.
-    unit : Unit of the file's coordinates; None where the format declares it. Not used for bodies.
-    up : The file's vertical axis; None takes the format's own. Not used for bodies.
+    mesh : A mesh file, or bodies.
+    unit : Unit of a file's coordinates; None where the format declares it.
+    up : A file's vertical axis; None: the format's own.
     tolerance_m : Vertices nearer than this are joined [m].
-
-    Notes
-    -----
-    Surfaces that cross each other, or touch along the inside of a triangle (a cabinet on a floor),
-    are not looked for; the edge of a sheet that rests on another surface counts as free.
     """
     tolerance = positive_number(tolerance_m, name="tolerance_m")
     if isinstance(mesh, str | Path):

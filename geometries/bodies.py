@@ -19,11 +19,9 @@ class Body:
     Parameters
     ----------
     name : What messages, figures and material tables call it.
-    vertices_m : (n, 3) float64 — Corners [m], z up; the same place may appear more than once (STL
-        repeats every corner), since facets are joined by position.
-    faces : (m, 3) int64 — Vertex numbers of each triangle, counter-clockwise seen from the side of
-        its normal [-].
-    material : Label of the material, such as "concrete" or "pec"; `octant.em` says what it means.
+    vertices_m : (n, 3) float64 — Corners [m], z up; places may repeat, as facets join by position.
+    faces : (m, 3) int64 — Vertices of each triangle [-], counter-clockwise seen from its normal.
+    material : Label, such as "concrete" or "pec"; `octant.em` says what it means.
     """
 
     name: str

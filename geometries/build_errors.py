@@ -16,27 +16,23 @@ FloatArray = npt.NDArray[np.float64]
 class BuildErrors:
     """What was built less what was drawn; arrays hold one value for each antenna or plate.
 
+    Plates stay plane, upright and joined at the axis and to the ground plane, which stays plane. A
+    plate that ends on its rim ends there as built, too.
+
     Parameters
     ----------
     radial_m : (n,) float64 — Offset of each antenna away from the axis [m].
     azimuth_rad : (n,) float64 — Offset of each antenna's azimuth [rad]; the antenna turns with it.
-    gap_m : (n,) float64 — Offset of the height of each antenna's lower end [m]; nothing for a
-        monopole that stands on the ground plane.
+    gap_m : (n,) float64 — Offset of each antenna's lower end's height [m]; monopoles: none.
     length_m : (n,) float64 — Offset of each antenna's length [m].
-    tilt_rad : (n,) float64 — Angle between each antenna and the vertical [rad], 0 to less than
-        pi/2. The lower end stays.
-    tilt_azimuth_rad : (n,) float64 — Where each antenna leans [rad]: 0 away from the axis, pi/2
-        towards greater azimuth, as seen from the antenna's own place.
+    tilt_rad : (n,) float64 — Angle to the vertical [rad], 0 to below pi/2; the lower end stays.
+    tilt_azimuth_rad : (n,) float64 — Where each antenna leans [rad], seen from its own place: 0
+        away from the axis, pi/2 towards greater azimuth.
     plate_azimuth_rad : (n,) float64 — Offset of each plate's azimuth [rad]; plate i stands between
         antennas i and i + 1.
-    plate_height_m : (n,) float64 — Offset of each plate's height at its outer end [m]. At the axis,
-        where all plates meet, the height is off by their mean. A height of zero stays zero.
+    plate_height_m : (n,) float64 — Offset of each plate's height at its outer end [m]; at the axis
+        their mean counts. A height of zero stays zero.
     ground_plane_m : Offset of the ground plane's side or diameter [m].
-
-    Notes
-    -----
-    Plates stay plane, upright and joined at the axis and to the ground plane, which stays plane;
-    nothing bends. A plate that ends on the rim of the ground plane ends there as built, too.
     """
 
     radial_m: FloatArray
@@ -92,7 +88,7 @@ class BuildErrors:
 
         Parameters
         ----------
-        other : For the same number of antennas; its slopes add to these.
+        other : For as many antennas; its slopes add to these.
         """
         if other.antennas != self.antennas:
             msg = (
@@ -130,15 +126,12 @@ def common_errors(
 ) -> BuildErrors:
     """Return errors that all antennas and all plates share, as of a wrong jig ([m], [rad]).
 
-    The same value for every antenna and plate; all zero when called without errors.
-
     Parameters
     ----------
     antennas : Number of antennas.
     radial_m, gap_m, length_m : Offsets of r_a, of the gap and of the antennas' length [m].
     azimuth_rad, plate_azimuth_rad : Turn of all antennas, and of all plates [rad].
-    tilt_rad, tilt_azimuth_rad : How much all antennas lean, and where, each as seen from its own
-        place [rad].
+    tilt_rad, tilt_azimuth_rad : How much antennas lean, and where, each seen from its place [rad].
     plate_height_m : Offset of h_p [m].
     ground_plane_m : Offset of the ground plane's side or diameter [m].
     """
@@ -160,8 +153,7 @@ def tilt_of_lean(lean: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
 
     Parameters
     ----------
-    lean : (n, 2) array_like — Tangent of the tilt away from the axis and towards greater azimuth
-        [-].
+    lean : (n, 2) — Tangent [-] of the tilt away from the axis and towards greater azimuth.
     """
     slope = np.asarray(lean, dtype=np.float64)
     return np.arctan(np.hypot(slope[:, 0], slope[:, 1])), np.arctan2(slope[:, 1], slope[:, 0])

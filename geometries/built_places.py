@@ -21,10 +21,10 @@ class BuiltPlaces:
     Parameters
     ----------
     element_azimuths_rad : (n,) float64 — Azimuth of each antenna's foot [rad].
-    element_radii_m : (n,) float64 — Distance of each antenna's foot from the axis [m].
+    element_radii_m : (n,) float64 — Its distance from the axis [m].
     plate_azimuths_rad : (n,) or (0,) float64 — Azimuth of each plate [rad].
-    plate_reaches_m : (n,) or (0,) float64 — Distance of each plate's outer end from the axis [m].
-    plate_rim_heights_m : (n,) or (0,) float64 — Height of each plate at its outer end [m].
+    plate_reaches_m, plate_rim_heights_m : (n,) or (0,) float64 — Each plate's outer end: distance
+        from the axis, height [m].
     plate_axis_height_m : Height of all plates at the axis [m].
     rim_scale : Size of the ground plane over the drawn one [-].
     """
@@ -63,11 +63,10 @@ def built_places(
     Parameters
     ----------
     drawn : The drawing.
-    errors : What is built less what is drawn; None, or errors of zero, return the drawing.
+    errors : What is built less what is drawn; None, or zeros: as drawn.
     rim_m : (k, 2) float64 — Corners of the drawn ground plane's rim, counter-clockwise [m].
     ground_plane_m : Drawn side or diameter of the ground plane [m].
-    is_round : Whether the rim stands for a circle; plates that end on it then keep their distance
-        from the axis, wherever the polygon's corners are.
+    is_round : Whether the rim stands for a circle: plates on it keep their distance from the axis.
     """
     if errors is None:
         return drawn

@@ -29,8 +29,7 @@ class ClosedParts:
     ----------
     solids : Triangles [m] of each part but the shell, neighbours wound alike; the shell, when there
         is one, is numbered after them.
-    shell_corners_m : (s, 3, 3) float64 — Triangles [m] of the part that surrounds the whole room,
-        none when the room is open.
+    shell_corners_m : (s, 3, 3) float64 — Triangles [m] around the whole room; none: it is open.
     part_of_triangle : (t,) int64 — Number of the part of each triangle, -1 for open ones.
     """
 
@@ -47,17 +46,14 @@ def find_closed_parts(
     room_faces: int,
     tolerance_m: float,
 ) -> ClosedParts:
-    """Return the closed parts of a welded mesh; parts are joined over shared edges.
-
-    They are numbered by their first triangle.
+    """Return the closed parts of a welded mesh, joined over edges, by first triangle.
 
     Parameters
     ----------
     vertices_m : (n, 3) float64 — Vertices [m].
     faces : (t, 3) int64 — Triangles as indices of welded vertices; the room's come first.
     has_area : (t,) bool — Whether each triangle has one [-]; the others are of no part.
-    room_faces : Number of the room's triangles; the others are objects, which share no edge with
-        it.
+    room_faces : Number of the room's triangles; objects share no edge with it.
     tolerance_m : Distance [m] within which a corner stands on another triangle's edge.
     """
     triangle, start, end = _cut_edges(vertices_m, faces, has_area, room_faces, tolerance_m)
@@ -99,10 +95,7 @@ def _cut_edges(
     room_faces: int,
     tolerance_m: float,
 ) -> tuple[IntArray, IntArray, IntArray]:
-    """Return triangle, start and end of all edges; open ones are cut where corners stand on them.
-
-    So a part that is closed except for T-junctions counts as closed.
-    """
+    """Return triangle, start, end of edges, cut at T-junctions, which so do not open a part."""
     triangle = np.repeat(np.flatnonzero(has_area), 3)
     start, end = faces[has_area].reshape(-1), np.roll(faces[has_area], -1, axis=1).reshape(-1)
     in_room = triangle < room_faces
@@ -121,10 +114,7 @@ def _cut_edges(
 
 
 def _wound_alike(faces: IntArray, pairs: IntArray, against: npt.NDArray[np.bool_]) -> IntArray:
-    """Return the (t, 3) faces, turned so that no neighbours (k, 2) wind ``against`` each other.
-
-    Winding numbers rely on it; not every mesh has it.
-    """
+    """Return (t, 3) faces, turned if possible so that no neighbours (k, 2) disagree."""
     count = len(faces)
     if not against.any():
         return faces
@@ -145,8 +135,7 @@ def _shell(
 ) -> int:
     """Return the candidate with the largest box, -1 without one, or if it is no room's.
 
-    It holds at least half of the bounds of the room's vertices (n, 3): not all of them where
-    something sticks out through a wall.
+    A room's holds at least half of the bounds of its vertices (n, 3): something may stick out.
     """
     chosen = np.flatnonzero(candidates)
     if len(chosen) == 0:
@@ -161,22 +150,16 @@ def _shell(
 def facet_sides(
     vertices_m: FloatArray, faces: IntArray, facets: Facets, parts: ClosedParts, *, extent_m: float
 ) -> tuple[IntArray, IntArray]:
-    """Return the closed part that each facet bounds, and the side of its plane that is outside.
+    """Return each facet's closed part, -1 for sheets and mixed ones, and its outer side.
+
+    The side is +1 where the plane's normal points out of the part, -1 into it, 0 without one.
 
     Parameters
     ----------
     vertices_m : (n, 3) float64 — Vertices [m].
     faces : (t, 3) int64 — Triangles that the facets were built from, as indices of vertices.
-    facets : Facets.
-    parts : Closed parts of the same triangles.
+    facets, parts : Facets and closed parts of these triangles.
     extent_m : Size of the scene [m].
-
-    Returns
-    -------
-    part : (f,) int64
-        Number of the part; -1 for sheets and for facets of triangles that do not agree.
-    side : (f,) int64
-        +1 when the plane's normal points out of the part, -1 when it points into it, 0 without one.
     """
     count = len(facets.facet_plane)
     facet, part = facets.triangle_facet, parts.part_of_triangle
@@ -203,9 +186,7 @@ def facet_sides(
 
 
 def inside_parts(point_m: FloatArray, parts: tuple[FloatArray, ...]) -> npt.NDArray[np.bool_]:
-    """Return (k,) bool, whether a point is inside each closed part [-].
-
-    Inside is where a ray crosses the part an odd number of times: where its winding number is odd.
+    """Return (k,) bool, whether a point is inside each closed part (its winding number odd) [-].
 
     Parameters
     ----------

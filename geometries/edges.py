@@ -21,12 +21,11 @@ class Edges:
     Parameters
     ----------
     ends_m : (e, 2, 3) float64 — End points [m].
-    facet_start : (e + 1,) int64 — Facets of edge i are ``facet[facet_start[i]]`` up to
-        ``facet[facet_start[i + 1]]``.
+    facet_start : (e + 1,) int64 — Where the facets of each edge start in ``facet``.
     facet : (k,) int64 — Facets that end along each edge: one for a free edge, two for a wedge or a
         bent sheet, three and more for a junction of sheets.
-    opening_rad : (e,) float64 — Smallest angle [rad] between two facets of the edge, seen along it:
-        0 for a free edge, pi for the seam of two materials in one plane.
+    opening_rad : (e,) float64 — Smallest angle [rad] between two facets, seen along the edge: 0 for
+        a free edge, pi for the seam of two materials in one plane.
     """
 
     ends_m: FloatArray
@@ -53,10 +52,9 @@ class Edges:
 
 
 def find_edges(facets: Facets, *, tolerance_m: float) -> Edges:
-    """Return the true edges of a set of facets.
+    """Return the true edges of a set of facets, ordered by the facets that own them.
 
-    Ordered by the facets that own them. An edge of one body that rests in the middle of another
-    body's facet (a cabinet's foot on the floor) counts with its own facets only.
+    An edge that rests in the middle of another body's facet counts with its own facets only.
 
     Parameters
     ----------

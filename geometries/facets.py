@@ -1,11 +1,9 @@
 """Facets: maximal coplanar connected polygons of one material, whatever mesh they came from.
 
-Triangles are only the way a surface was written down. Rays see facets, so that remeshing a wall,
-a T-junction between unevenly meshed panels or a doubled triangle never changes a path.
-
-The stages are: weld vertices by position, gather triangles into planes, split each plane by
-material and connection, and reduce every piece to its directed outline. A point belongs to a facet
-when the outline winds around it or passes within the tolerance.
+Rays see facets, so that remeshing a wall, a T-junction between unevenly meshed panels or a doubled
+triangle never changes a path. Vertices are welded by position, triangles gathered into planes,
+planes split by material and connection, and pieces reduced to directed outlines. A point belongs to
+a facet when the outline winds around it or passes within the tolerance.
 """
 
 from dataclasses import dataclass
@@ -33,18 +31,13 @@ class Facets:
     ----------
     plane_normal : (p, 3) float64 — Unit normal of each plane [-].
     plane_offset_m : (p,) float64 — Plane equation: normal . x = offset [m].
-    plane_u, plane_v : (p, 3) float64 — Orthonormal axes [-] within each plane; u runs along the
-        plane's longest outline edge.
-    plane_facet_start : (p + 1,) int64 — Facets of plane k are ``plane_facet_start[k]`` up to
-        ``plane_facet_start[k + 1]``.
+    plane_u, plane_v : (p, 3) float64 — Axes [-] in each plane; u along its longest outline edge.
+    plane_facet_start : (p + 1,) int64 — Where the facets of each plane start.
     facet_plane : (f,) int64 — Plane of each facet, ascending.
     facet_material : (f,) int64 — Index of the material label.
-    facet_bounds_m : (f, 4) float64 — Least u, least v, greatest u, greatest v [m] in the plane's
-        axes.
-    facet_is_rectangle : (f,) bool — Whether the facet fills its bounds [-], so that the bounds
-        alone decide containment.
-    outline_start : (f + 1,) int64 — Outline edges of facet i are ``outline_start[i]`` up to
-        ``outline_start[i + 1]``.
+    facet_bounds_m : (f, 4) float64 — Least u, least v, greatest u, greatest v [m].
+    facet_is_rectangle : (f,) bool — Whether the facet fills its bounds, which then suffice [-].
+    outline_start : (f + 1,) int64 — Where the outline edges of each facet start.
     outline_m : (e, 4) float64 — Directed edges u0, v0, u1, v1 [m]; the facet lies to their left.
     triangle_facet : (t,) int64 — Facet of each input triangle; -1 for a triangle without area.
     """
@@ -83,16 +76,11 @@ class Facets:
             object.__setattr__(self, name, value)
 
     def outline_room_m(self, facet: int) -> FloatArray:
-        """Return the (k, 2, 3) end points [m] of a facet's outline edges, in the room's frame.
+        """Return the (k, 2, 3) start and end [m] of a facet's directed edges, in the room's frame.
 
         Parameters
         ----------
         facet : Index of the facet.
-
-        Returns
-        -------
-        (k, 2, 3) float64
-            Start and end of each directed edge [m].
         """
         plane = self.facet_plane[facet]
         uv = self.outline_m[self.outline_start[facet] : self.outline_start[facet + 1]]
@@ -122,9 +110,7 @@ def build_facets(
     tolerance_m: float,
     rounding_m: FloatArray | float | None = None,
 ) -> Facets:
-    """Return the facets of a welded triangle mesh.
-
-    Ordered by plane, material and first triangle, so that the order of the mesh decides ties.
+    """Return the facets of a welded mesh, ordered by plane, material and first triangle.
 
     Parameters
     ----------
@@ -132,8 +118,7 @@ def build_facets(
     faces : (t, 3) int64 — Triangles as indices of welded vertices.
     material : (t,) int64 — Material index of each triangle.
     tolerance_m : T-junction tolerance [m]: how near a corner stands to an edge that it lies on.
-    rounding_m : (n,) float64, float or None — How far [m] rounding may have moved each vertex off
-        its plane; None takes ``tolerance_m``.
+    rounding_m : (n,) — How far [m] rounding may have moved vertices; None: the tolerance.
     """
     rounding = tolerance_m if rounding_m is None else rounding_m
     label = group_planes(vertices_m, faces, rounding)
@@ -199,10 +184,8 @@ def _outlines(
 ) -> tuple[IntArray, FloatArray, IntArray]:
     """Return piece and ends (k, 2, 3) [m] of outline edges, and the (t,) piece of each triangle.
 
-    Pieces are the connected parts of a group, numbered by their first triangle. Directed edges that
-    run in opposite senses cancel. Where a corner of one triangle stands on the side of another (a
-    T-junction) the side is split there first, so that seams cancel as well. What is covered twice
-    is covered once.
+    Pieces are the connected parts of a group, by first triangle. Sides are split where other
+    corners stand on them (T-junctions); opposite edges cancel. Layers count once.
     """
     start, end = faces.reshape(-1), np.roll(faces, -1, axis=1).reshape(-1)
     group, start, end = _net_edges(np.repeat(group_of, 3), start, end)

@@ -29,16 +29,11 @@ def refuse_overwrite(*paths: Path, force: bool) -> None:
 
 @contextmanager
 def whole_file(path: Path) -> Iterator[Path]:
-    """Yield a temporary file that takes the place of ``path`` at the end, if nothing fails.
+    """Yield a file, same folder and suffix, that replaces ``path`` at the end if nothing fails.
 
     Parameters
     ----------
     path : The file to write; its folder is made where it is missing.
-
-    Yields
-    ------
-    Path
-        Where to write; same folder, same suffix.
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -59,12 +54,12 @@ def whole_file(path: Path) -> Iterator[Path]:
 
 
 def write_text(path: Path, text: str, *, force: bool = True) -> None:
-    """Write a text file whole.
+    """Write a text file whole, in UTF-8.
 
     Parameters
     ----------
     path : The file.
-    text : Its content, written as UTF-8.
+    text : Its content.
     force : False: refuse when the file exists.
     """
     refuse_overwrite(path, force=force)

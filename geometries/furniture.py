@@ -1,8 +1,4 @@
-"""Furniture: closed solids put in their place.
-
-Normals point outwards. An object is drawn in its own frame and placed there: its yaw turns it about
-the vertical through ``position_m``.
-"""
+"""Furniture: closed solids, normals outwards, drawn in their own frame and put in their place."""
 
 import math
 from collections.abc import Sequence
@@ -29,17 +25,14 @@ def box(
     yaw_deg: float = 0.0,
     name: str = "box",
 ) -> Body:
-    """Return a closed box.
-
-    12 triangles, normals outwards.
+    """Return a closed box of 12 triangles, normals outwards.
 
     Parameters
     ----------
-    size_m : (3,) sequence of float — Length in x, y and z before the turn [m].
+    size_m : (3,) — Length in x, y and z before the turn [m].
     material : Label of the material.
-    position_m : (3,) sequence of float — Where the lowest corner (least x, y and z before the turn)
-        stands [m].
-    yaw_deg : Turn about the vertical through `position_m`, from +x towards +y [deg].
+    position_m : (3,) — Where the lowest corner (least x, y and z before the turn) stands [m].
+    yaw_deg : Turn about the vertical through it, from +x towards +y [deg].
     name : Name of the body.
     """
     size = frozen_array(size_m, name=f"size_m of {name!r}", shape=(3,))
@@ -57,24 +50,18 @@ def cabinet(
     yaw_deg: float = 0.0,
     name: str = "cabinet",
 ) -> Body:
-    """Return a closed file cabinet: a box, of metal unless another material is given.
+    """Return a closed file cabinet: a metal box without drawers, feet and gaps.
 
-    12 triangles, normals outwards; drawers, feet and gaps are left out.
+    Thesis, section 5.4.2: "a large 1.5 x 1 x 0.35 m metal file cabinet"; that 1 m is its height is
+    our reading.
 
     Parameters
     ----------
-    size_m : (3,) sequence of float — Length in x, y and z before the turn [m]; the thesis' cabinet
-        lies 1.5 x 0.35 and 1 m high.
+    size_m : (3,) — Length in x, y and z before the turn [m].
     material : Label of the material.
-    position_m : (3,) sequence of float — Where the lowest corner (least x, y and z before the turn)
-        stands [m].
-    yaw_deg : Turn about the vertical through `position_m`, from +x towards +y [deg].
+    position_m : (3,) — Where the lowest corner (least x, y and z before the turn) stands [m].
+    yaw_deg : Turn about the vertical through it, from +x towards +y [deg].
     name : Name of the body.
-
-    References
-    ----------
-    Thesis, section 5.4.2: "a large 1.5 x 1 x 0.35 m metal file cabinet"; that 1 m is its height is
-    our reading.
     """
     return box(size_m, material=material, position_m=position_m, yaw_deg=yaw_deg, name=name)
 
@@ -89,9 +76,13 @@ def cylinder(
     yaw_deg: float = 0.0,
     name: str = "cylinder",
 ) -> Body:
-    """Return a closed upright cylinder, as a prism with flat sides.
+    """Return a closed upright cylinder as a prism of 4 (sides - 1) triangles, normals outwards.
 
-    4 (sides - 1) triangles, normals outwards. Bottom and top are one facet each.
+    Its sides are nearer to the axis by radius (1 - cos(pi / sides)), 0.9 % at 24 sides. Rays see
+    flat panels: the power that a smooth cylinder spreads over all directions comes back in as many
+    narrow, strong glints as there are sides. The mean over several glints is that of the smooth
+    cylinder; the value at a place, and coherent sums with other paths, are not, however many sides
+    there are. docs/curved.md says how well the mean holds.
 
     Parameters
     ----------
@@ -99,18 +90,9 @@ def cylinder(
     height_m : Height [m].
     material : Label of the material.
     sides : Number of flat sides, at least 3.
-    position_m : (3,) sequence of float — Centre of the base [m].
+    position_m : (3,) — Centre of the base [m].
     yaw_deg : Turn about the axis, from +x towards +y [deg]; at zero an edge points to +x.
     name : Name of the body.
-
-    Notes
-    -----
-    The prism lies inside the cylinder: its sides are nearer to the axis by
-    radius (1 - cos(pi / sides)), 0.9 % at 24 sides. Rays see flat panels: the power that a smooth
-    cylinder spreads over all directions comes back in as many narrow, strong glints as there are
-    sides. Its mean over angle, taken over several glints, is that of the smooth cylinder; its value
-    at a place, and every coherent sum with other paths, is not, however many sides there are.
-    docs/curved.md says how well the mean holds.
     """
     radius = positive_number(radius_m, name=f"radius_m of {name!r}")
     height = positive_number(height_m, name=f"height_m of {name!r}")
@@ -145,23 +127,18 @@ def sphere(
     yaw_deg: float = 0.0,
     name: str = "sphere",
 ) -> Body:
-    """Return a closed sphere, as a polyhedron of triangles of nearly one size.
+    """Return a closed sphere of 20 x 4^subdivisions triangles of nearly one size, normals outwards.
 
-    20 x 4^subdivisions triangles, each a facet of its own, normals outwards.
+    Each is a flat panel to the rays, as in `cylinder`: right in the mean over angles only.
 
     Parameters
     ----------
     radius_m : Radius of the sphere that the corners lie on [m].
     material : Label of the material.
     subdivisions : How often the 20 faces of an icosahedron are cut into four, 0 to 6.
-    position_m : (3,) sequence of float — Centre [m].
+    position_m : (3,) — Centre [m].
     yaw_deg : Turn about the vertical through the centre, from +x towards +y [deg].
     name : Name of the body.
-
-    Notes
-    -----
-    As with `cylinder`, each triangle is a flat panel to the rays: the power is that of the smooth
-    sphere in the mean over angles only, and the coherent value is not.
     """
     radius = positive_number(radius_m, name=f"radius_m of {name!r}")
     if not isinstance(subdivisions, int) or not 0 <= subdivisions <= 6:

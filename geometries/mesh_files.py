@@ -1,8 +1,4 @@
-"""Mesh files: where bodies come from and go to.
-
-Every file that trimesh reads can be loaded; what the file does not say (the unit, the materials)
-has to be given.
-"""
+"""Mesh files: what trimesh reads, with the unit and the materials given where the file has none."""
 
 import json
 import math
@@ -106,47 +102,27 @@ def load_bodies(
 ) -> tuple[Body, ...]:
     """Return the bodies of a mesh file, in metres and z up, exactly as meshed in the file.
 
+    One for each object, its placing applied, named by node (GLB, GLTF), object (OBJ ``o`` and
+    ``g``, 3MF), solid (ASCII STL), or else the file; several materials in one (GLB, OBJ) give
+    ``object.material`` each. Files that are unreadable, empty or not finite are refused, and units
+    or materials that are missing or contradict the file.
+
+    Nothing is merged, repaired or left out but points and lines; see `octant.geometries.audit`.
+    Concave polygons are right in OBJ; trimesh cuts those of PLY and OFF into fans, right for convex
+    ones only (the audit reports folded triangles). GLB, GLTF, binary STL and most PLY files hold
+    float32: 0.5 µm at 5 m. Units and axes: Khronos Group, glTF 2.0 Specification, section 3.4; 3MF
+    Core Specification 1.3, section 3.4.
+
     Parameters
     ----------
-    path : Any file that trimesh reads: STL, OBJ, PLY, OFF, GLB, GLTF, 3MF and more; or a scene of
-        Mitsuba or Sionna RT, XML (`octant.geometries.mitsuba_scene`).
-    unit : Unit of the file's coordinates, such as "m" or "mm". It may be left out for GLB and GLTF,
-        which are in metres by specification, for 3MF, which declares its unit, and for XML scenes,
-        which are in metres unless a unit is given.
-    material : Label for every body that `materials_by_name` does not name. Without it, GLB, GLTF
-        and XML scenes keep the names of materials that they hold themselves.
+    path : Any file that trimesh reads: STL, OBJ, PLY, OFF, GLB, GLTF, 3MF and more; or XML of
+        Mitsuba or Sionna RT (`octant.geometries.mitsuba_scene`).
+    unit : Unit of the coordinates, such as "m" or "mm"; may be left out for GLB, GLTF and XML, in
+        metres, and for 3MF, which declares it.
+    material : Label of bodies that `materials_by_name` lacks; GLB, GLTF and XML may have their own.
     materials_by_name : Label of each body by its exact name.
-    up : The file's vertical axis. None takes "y" for GLB and GLTF, as their specification says and
-        as modelling programs write them, and "z" for everything else. Give "z" for a GLB that was
-        written without the conversion (trimesh's own export, for one).
-
-    Returns
-    -------
-    tuple of Body
-        One body for each object of the file with its placing applied. The names are those of the
-        nodes (GLB, GLTF), objects (OBJ ``o`` and ``g``, 3MF), solids (ASCII STL), or else the
-        file's name without its extension. An object that carries several materials inside the file
-        (GLB, OBJ) gives one body for each, named ``object.material``.
-
-    Raises
-    ------
-    GeometryError
-        When the file is missing, of an unknown kind, unreadable, empty or not finite; when the unit
-        is missing, unknown or contradicts a 3MF file; when a body has no material, or a material is
-        given for a body that does not exist.
-
-    Notes
-    -----
-    Nothing is merged, repaired or left out, except points and lines, which have no surface; see
-    `octant.geometries.audit` for what is wrong with a mesh. OBJ polygons are cut into triangles
-    correctly even when they are concave; trimesh cuts those of PLY and OFF files into fans, which
-    is right for convex polygons only (the audit reports triangles folded over each other). GLB,
-    GLTF, binary STL and most PLY files hold float32: about 0.5 µm at 5 m.
-
-    References
-    ----------
-    Khronos Group, glTF 2.0 Specification, section 3.4 "Coordinate System and Units"; 3MF
-    Consortium, 3MF Core Specification 1.3, section 3.4 (attribute ``unit``).
+    up : The vertical axis; None: "y" for GLB and GLTF by specification, else "z". Give "z" for a
+        GLB written without the conversion (trimesh's own export, for one).
     """
     file = Path(path)
     kind = _kind_of(file)
@@ -200,13 +176,12 @@ def mesh_object(
     ----------
     path : Any file that `load_bodies` reads.
     unit : Unit of the file's coordinates; None where the format declares it.
+    up : The file's vertical axis; None: the format's own.
     material : Label for every body that `materials_by_name` does not name.
     materials_by_name : Label of each body by its exact name in the file.
-    up : The file's vertical axis; None takes the format's own.
-    position_m : (3,) sequence of float — Where the origin of the file's frame comes to stand [m].
-    yaw_deg : Turn about the vertical through `position_m`, from +x towards +y [deg].
-    name : What to call the object: a single body takes the name, several become ``name.body``. None
-        keeps the file's names.
+    position_m : (3,) — Where the origin of the file's frame comes to stand [m].
+    yaw_deg : Turn about the vertical through it, from +x towards +y [deg].
+    name : Name of a single body; several become ``name.body``. None: the file's names.
     """
     bodies = load_bodies(
         path, unit=unit, material=material, materials_by_name=materials_by_name, up=up
@@ -338,10 +313,9 @@ def _body_name(
 
 
 def _gltf_node_names(path: Path) -> frozenset[str]:
-    """Return the names that a GLB or GLTF file gives to its nodes.
+    """Return the nodes' names in a GLB or GLTF file; refuse geometry that trimesh does not decode.
 
-    A file that is not glTF 2, or that holds geometry that trimesh does not decode (compressed
-    meshes, normalised integer positions, sparse positions, triangle fans), is refused.
+    Refused: not glTF 2, compressed meshes, normalised integer or sparse positions, triangle fans.
     """
     header = _read_header(path)
     for extension in header.get("extensionsRequired", []):
@@ -395,18 +369,14 @@ def save_bodies(
 ) -> None:
     """Write bodies to a mesh file that `load_bodies` reads back to the same place.
 
+    OBJ, OFF and 3MF keep all the digits that matter; GLB, GLTF, STL and PLY keep float32.
+
     Parameters
     ----------
-    bodies : What to write, in metres and z up. Names must differ. Material labels are written to
-        GLB and GLTF only, with colours to look at.
-    path : GLB or GLTF (metres, turned to y up as their specification asks), 3MF (written in
-        millimetres, as trimesh declares), OBJ (metres), or STL, PLY, OFF (metres; these hold no
-        names, so that all bodies become one). An existing file is overwritten.
+    bodies : In metres and z up, of different names. Only GLB and GLTF keep materials.
+    path : GLB or GLTF (metres, y up), 3MF (millimetres), OBJ (metres), or STL, PLY, OFF (metres, no
+        names: all bodies become one). An existing file is overwritten.
     opacity : Opacity of bodies by name in GLB and GLTF [-], where it is not the material's own.
-
-    Notes
-    -----
-    OBJ, OFF and 3MF keep all the digits that matter; GLB, GLTF, STL and PLY keep float32.
     """
     file = Path(path)
     kind = file.suffix.lower().removeprefix(".")

@@ -1,7 +1,6 @@
 """Scenes of Mitsuba and Sionna RT (XML with PLY or OBJ meshes and simple shapes) as meshes.
 
-What is drawn counts: shapes, their places and their materials. Cameras, lights and integrators are
-left out.
+Shapes, their places and materials count; cameras, lights and integrators are left out.
 """
 
 import math
@@ -112,24 +111,18 @@ class _Document:
 def read_mitsuba(path: Path, load_mesh: MeshReader) -> list[MitsubaShape]:
     """Return the shapes of a Mitsuba or Sionna RT scene in their places, in its order.
 
+    ``ply``, ``obj``, ``rectangle``, ``cube``, ``disk``, ``cylinder`` and ``sphere`` are read;
+    circles become polygons of ``CIRCLE_SIDES`` sides, spheres 320 triangles. Materials:
+    ``itu-radio-material`` (type, thickness), ``radio-material`` (permittivity, conductivity,
+    thickness), and any other BSDF, also inside another, by an id such as ``mat-itu_concrete``.
+    Without a thickness a wall is a half-space, where Sionna RT takes 0.1 m. An axis of rotation may
+    have any length; Mitsuba asks for 1. Sources: W. Jakob et al., Mitsuba 3 documentation, "Scene
+    XML file format" and "Shapes"; Sionna RT 1.2, ``scene_utils.process_xml`` and "Radio Materials".
+
     Parameters
     ----------
     path : The XML file; its meshes are looked for beside it.
     load_mesh : Reads a mesh file of a shape; it gets the path, ``unit`` and ``material``.
-
-    Notes
-    -----
-    ``ply``, ``obj``, ``rectangle``, ``cube``, ``disk``, ``cylinder`` and ``sphere`` are read;
-    circles become polygons of ``CIRCLE_SIDES`` sides, spheres 320 triangles. Materials:
-    ``itu-radio-material`` (type, thickness), ``radio-material`` (permittivity, conductivity,
-    thickness), and any other BSDF, also inside another, by an id such as ``mat-itu_concrete``. A
-    thickness makes a slab; without one a wall is a half-space, where Sionna RT takes 0.1 m. An axis
-    of rotation of any length counts as a direction; Mitsuba asks for unit length.
-
-    References
-    ----------
-    .. [1] W. Jakob et al., Mitsuba 3 documentation, "Scene XML file format" and "Shapes".
-    .. [2] Sionna RT 1.2, ``scene_utils.process_xml`` and "Radio Materials".
     """
     document = _parsed(path, load_mesh)
     used: set[str] = set()
@@ -344,13 +337,7 @@ def _label(document: _Document, bsdf: Element) -> str | None:
 
 
 def _numbers_of(text: str, *, where: str) -> list[float]:
-    """Return the finite numbers of a text, separated by spaces or commas [-].
-
-    Parameters
-    ----------
-    text : For example ``1, 2, 3``.
-    where : File, line and element, for messages.
-    """
+    """Return the finite numbers [-] of a text such as ``1, 2, 3``, split at spaces or commas."""
     try:
         found = [float(word) for word in text.replace(",", " ").split()]
     except ValueError:
@@ -368,15 +355,7 @@ def _vector_of(
     where: str,
     default: float,
 ) -> FloatArray:
-    """Return the vector of ``value="x y z"`` (one number for all three) or of x, y and z [-].
-
-    Parameters
-    ----------
-    element : E.g. ``<translate x="1"/>``.
-    attribute : Reads an attribute.
-    where : File, line and element, for messages.
-    default : What a coordinate is that is not given [-].
-    """
+    """Return the vector of ``value="x y z"`` (one number for all three) or of x, y and z [-]."""
     value = attribute(element, "value")
     if value is None:
         given = [attribute(element, axis) for axis in _AXES]
@@ -397,18 +376,7 @@ def _transform_matrix(
     *,
     where: str,
 ) -> FloatArray:
-    """Return the matrix of a ``<transform>``; what stands first in it is done first [-].
-
-    Parameters
-    ----------
-    element : The transform; None leaves everything in its place.
-    attribute : Reads an attribute.
-    where : File and shape, for messages.
-
-    References
-    ----------
-    .. [1] W. Jakob et al., Mitsuba 3 documentation, "Scene XML file format", transformations.
-    """
+    """Return the matrix [-] of a ``<transform>``, its first step done first; None: the identity."""
     total = np.eye(4)
     for step in () if element is None else element:
         kind = str(step.tag)

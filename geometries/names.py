@@ -5,16 +5,13 @@ from collections.abc import Iterable
 
 
 def nearest_name(given: str, allowed: Iterable[str], *, least_likeness: float = 0.0) -> str | None:
-    """Return the allowed name that looks most like a mistyped one; case does not count.
-
-    None where no name is that similar.
+    """Return the allowed name most like a mistyped one, or None; case does not count.
 
     Parameters
     ----------
     given : The name that was not found.
     allowed : The names that exist.
-    least_likeness : Likeness from 0 to 1 that the nearest name must reach [-]; with 0 every name is
-        near enough.
+    least_likeness : Likeness from 0 to 1 [-] that it must reach; with 0 every name is near enough.
     """
     folded = {name.casefold(): name for name in allowed}
     hits = difflib.get_close_matches(given.casefold(), folded, n=1, cutoff=least_likeness)

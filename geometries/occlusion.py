@@ -54,8 +54,7 @@ def segments_blocked(
     ----------
     bvh : Hierarchy of `build_bvh`.
     starts_m, ends_m : (n, 3) float64 — Ends of the segments [m].
-    start_planes, end_planes : (n,) int or int — Planes whose triangles are ignored [-]; -1 for
-        none.
+    start_planes, end_planes : (n,) int or int — Planes to ignore [-]; -1: none.
     """
     starts: npt.NDArray[Any] = np.ascontiguousarray(starts_m, dtype=np.float64).reshape(-1, 3)
     ends = np.ascontiguousarray(ends_m, dtype=np.float64).reshape(-1, 3)
@@ -73,10 +72,10 @@ def segments_blocked(
 
 
 def winding_numbers(points_m: npt.ArrayLike, corners_m: FloatArray) -> FloatArray:
-    """Return (n,) winding numbers [-] of points about a triangle mesh.
+    """Return (n,) winding numbers [-] of points: closed meshes give +1 or -1 inside, 0 outside.
 
-    A closed mesh gives +1 or -1 inside (by its orientation) and 0 outside; an open one gives the
-    share of the full solid angle that it covers (Jacobson, Kavan and Sorkine, 2013, equation 5).
+    The sign is the orientation; open ones give the share of the full solid angle that they cover
+    (Jacobson, Kavan and Sorkine, 2013, equation 5).
 
     Parameters
     ----------

@@ -31,23 +31,17 @@ def outer_outlines(
     normal_of_piece: FloatArray,
     tolerance_m: float,
 ) -> tuple[IntArray, IntArray, IntArray, FloatArray]:
-    """Return outlines without the edges at which layers of one piece end on one another.
+    """Return outlines (m,) without edges at which a piece's layers end on one another; corners [m].
+
+    Corners are (n + c, 3): those where edges cross are added.
 
     Parameters
     ----------
     piece : (k,) int64 — Piece of each directed edge, in any order.
-    start, end : (k,) int64 — Corners of the edges, apart for every piece; the piece lies to their
-        left.
+    start, end : (k,) int64 — Corners of the edges, apart for every piece, which lies to their left.
     places_m : (n, 3) float64 — Corners [m].
     normal_of_piece : (p, 3) float64 — Normal [-] about which each piece is wound.
     tolerance_m : Distance [m] within which corners and edges coincide.
-
-    Returns
-    -------
-    piece, start, end : (m,) int64
-        The edges that are left [-].
-    places_m : (n + c, 3) float64
-        Corners [m], with those at which edges cross.
     """
     chosen = _may_overlap(piece, start, end, places_m, normal_of_piece)
     if not chosen.any():

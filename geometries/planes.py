@@ -1,9 +1,8 @@
 """Which triangles lie in one plane, as far as the rounding of their stored corners lets one tell.
 
-Mesh files hold float32: a flat wall that is cut into triangles, turned and stored comes back as
-triangles that are flat to some ten nanometres only, and rays would find edges where there are none.
-The rule here is local: what counts is the rounding of the corners in question, not the size of the
-scene, so that a small curved thing in a large hall keeps its facets.
+Files hold float32: a flat wall that is meshed, turned and stored comes back flat to some ten
+nanometres only, and rays would find edges where there are none. What counts is the rounding of the
+corners in question, not the scene's size: a small curved thing in a large hall keeps its facets.
 """
 
 import numpy as np
@@ -27,19 +26,16 @@ SLIVER_ASPECT = 1e-4
 def rounding_m(vertices_m: FloatArray, *, coordinate_bits: int, extent_m: float) -> FloatArray:
     """Return (n,) how far [m] rounding may have moved each vertex off the plane it was drawn in.
 
+    Rounding moves a coordinate c by at most 2^-bits |c|, and a corner at x off its plane by at most
+    2^-bits |x| (Cauchy's inequality). Corner and plane are both rounded, and files turned, moved
+    and scaled afterwards: four times that is allowed. Near the origin it is 2^-(bits - 1) of the
+    extent, but never more than ``LENGTHS.place_m``, and always what arithmetic in float64 adds.
+
     Parameters
     ----------
     vertices_m : (n, 3) float64 — Vertices [m].
     coordinate_bits : Significant bits of the stored coordinates: 24 for float32, 53 for float64.
     extent_m : Size of the scene [m].
-
-    Notes
-    -----
-    Rounding moves a coordinate c by at most 2^-bits |c|, and a corner at x off its plane by at most
-    2^-bits |x| (Cauchy's inequality). Both the corner and the plane that it is held against are
-    rounded, and files are turned, moved and scaled after they were rounded: four times that is
-    allowed. Near the origin, where this vanishes, 2^-(bits - 1) of the extent is allowed, but never
-    more than ``LENGTHS.place_m``, and always what arithmetic in float64 adds.
     """
     unit = 0.5**coordinate_bits
     floor = min(LENGTHS.place_m, 2.0 * unit * extent_m) + 0.5**50 * extent_m
@@ -52,25 +48,21 @@ def group_planes(
 ) -> IntArray:
     """Return the (t,) plane label of each triangle, by size of its largest one; -1 without area.
 
+    From the largest triangle on, a plane grows over shared edges, fitted by least squares. A corner
+    belongs when it is off the plane by at most its tolerance, times 1 at the plane's centre and 1
+    more for every half width further out (a rounded triangle fixes a plane that much worse there),
+    eight times at most; afterwards the same holds for every triangle against the final plane. So
+    facets deviate from their triangles, and tilt, by what rounding explains only: a gently curved
+    surface is not followed, however small its triangles. Separate pieces share a plane when the
+    wider one's holds the other, three times the tolerance at most, and the other's own plane
+    differs by no more than rounding; of dozens of nearly equal planes some may stay apart, which
+    costs time but loses no path.
+
     Parameters
     ----------
     vertices_m : (n, 3) float64 — Vertices [m].
     faces : (t, 3) int64 — Triangles as indices of welded vertices.
-    tolerance_m : (n,) float64 or float — How far [m] rounding may have moved each vertex off its
-        plane.
-
-    Notes
-    -----
-    From the largest triangle on, a plane grows over shared edges and is fitted to all that it holds
-    by least squares. A corner belongs when it is off the plane by no more than its tolerance, times
-    1 at the plane's centre and 1 more for every half width of the plane that it lies further out,
-    since a rounded triangle fixes a plane that much worse there; eight times at most. Afterwards
-    the same holds for every triangle against the final plane. So a facet deviates from its
-    triangles, and is tilted against them, by what rounding explains and by nothing else: a gently
-    curved surface is not followed, however small its triangles. Separate pieces share a plane
-    when the wider one's holds the other piece, three times the tolerance at most, and the other's
-    own plane differs by no more than its rounding explains; of more than a few dozen nearly equal
-    planes some may stay apart, which costs time but loses no path.
+    tolerance_m : (n,) or one — How far [m] rounding may have moved vertices off their planes.
     """
     tolerance = np.broadcast_to(np.asarray(tolerance_m, dtype=np.float64), (len(vertices_m),))
     tolerance = np.ascontiguousarray(tolerance)

@@ -1,8 +1,7 @@
-"""The reader's body: ground plane, plates and element places, as one mesh.
+"""The reader's body: ground plane, plates and element places, as one mesh of sheets.
 
 Reader frame: origin at the centre of the ground plane's upper side, z up, antenna i = 1 ... n at
-azimuth (i - 1) 2 pi / n from +x towards +y. The plates stand half-way between neighbours. All
-sheets have zero thickness.
+azimuth (i - 1) 2 pi / n from +x towards +y; plates half-way between. Sheets have no thickness.
 """
 
 import math
@@ -46,22 +45,16 @@ class ReaderBody:
     ----------
     antennas : Number of antennas n, at least 3.
     antenna_radius_m : Distance of the antennas from the axis, r_a [m].
-    plate_height_m : Height of the plates at their outer end, h_p [m].
-    plate_height_axis_m : Height of the plates at the axis [m].
+    plate_height_m, plate_height_axis_m : Height of the plates at outer end, h_p, and axis [m].
     plate_outer_radius_m : Distance of the plates' outer end from the axis [m].
-    ground_plane_m : Side of a square, diameter of a round, width across flats of an octagonal plane
-        [m].
+    ground_plane_m : Side of a square, diameter of a round, flats of an octagonal plane [m].
     ground_plane_shape : "square", "round" or "octagon".
     monopole_plane_m : Wanted side of the square plane under each monopole [m]; 0: none of its own.
-    element_azimuths_rad : (n,) float64 — Azimuth of each antenna [rad], as drawn.
-    plate_azimuths_rad : (n,) float64 — Azimuth of each plate [rad], as drawn; empty when there are
-        none.
+    element_azimuths_rad, plate_azimuths_rad : (n,) float64 — Azimuths as drawn [rad]; (0,): none.
     body : The sheets as one mesh [m], in the reader frame. Plates share vertices with the ground
-        plane along their feet, and with each other along the axis; the antennas' feet are vertices
-        too.
+        plane and with each other; the antennas' feet are vertices too.
     built : Azimuths [rad], distances and heights [m] of antennas and plates as built.
-    errors : What was built less what was drawn: in ``built``, ``body`` and ``element_feet_m``,
-        while all other fields are the drawing's. None: as drawn.
+    errors : Built less drawn, in ``built``, ``body`` and ``element_feet_m`` only. None: as drawn.
     """
 
     antennas: int
@@ -128,35 +121,23 @@ def reader_body(
     name: str = "reader",
     errors: BuildErrors | None = None,
 ) -> ReaderBody:
-    """Return the body of a reader; the defaults are the thesis' choice.
+    """Return the body of a reader; the defaults are the thesis' choice (section 5.3, figure 5.1).
 
     Parameters
     ----------
-    antenna_radius_m : Distance of the antennas from the axis, r_a [m]; each must stand on the
-        ground plane, its edge included.
+    antenna_radius_m : Distance of antennas from the axis, r_a [m], on the plane or its edge.
     plate_height_m : Height of the plates at their outer end, h_p [m].
-    plate_height_axis_m : Height of the plates at the axis [m]; None takes `plate_height_m`. Both
-        zero: no plates.
-    plate_outer_radius_m : Distance of the plates' outer end from the axis [m]; None takes half of
-        `ground_plane_m` in every direction, as in the thesis.
-    ground_plane_m : Side of a square, diameter of a round, width across flats of an octagonal plane
-        [m].
+    plate_height_axis_m : Height at the axis [m]; None: `plate_height_m`. Both 0: no plates.
+    plate_outer_radius_m : Their outer end's distance from the axis [m]; None: `ground_plane_m` / 2.
+    ground_plane_m : Side of a square, diameter of a round, flats of an octagonal plane [m].
     ground_plane_shape : "square": sides along x' and y'. "octagon": flats face antennas 1, 3, 5, 7
-        of 8 and those half-way. "round": a regular polygon inscribed in the circle, of at least 32
-        sides and a multiple of twice the antennas, so that antennas and plates point at corners and
-        a turn from one antenna to the next maps it onto itself; at 32 sides it has 99.4 % of the
-        circle's area.
+        of 8 and half-way. "round": regular polygon inscribed in the circle, of at least 32 sides
+        (99.4 % of its area), a multiple of 2 n: a turn by an antenna maps it onto itself.
     antennas : Number of antennas, at least 3.
-    monopole_plane_m : Side of the square plane under each monopole [m]; 0 when the monopoles have
-        none of their own. It is not part of the mesh.
+    monopole_plane_m : Side of the square plane under each monopole [m], not in the mesh; 0: none.
     material : Label of the sheets' material.
     name : Name of the body.
-    errors : What is built less what is drawn; None, or errors of zero: as drawn. With errors a
-        dipole may stand beyond the rim, as it touches nothing.
-
-    References
-    ----------
-    Thesis, section 5.3 and figure 5.1: ground plane 0.2 x 0.2 m, plates l_p x h_p.
+    errors : Built less drawn; None: as drawn. With errors a dipole may stand beyond the rim.
     """
     if not isinstance(antennas, int) or antennas < 3:
         msg = f"antennas is {antennas!r}, but a reader needs a whole number of at least 3."
@@ -243,8 +224,7 @@ def ground_plane_outline_m(
 
     Parameters
     ----------
-    ground_plane_m : Side of a square, diameter of a round, width across flats of an octagonal plane
-        [m].
+    ground_plane_m : Side of a square, diameter of a round, flats of an octagonal plane [m].
     shape : "square", "round" or "octagon".
     antennas : Number of antennas, which sets the number of sides of a round plane.
     """
@@ -268,12 +248,13 @@ def fitted_monopole_plane_m(
     antennas: int = 8,
     margin_m: float = MONOPOLE_PLANE_MARGIN_M,
 ) -> float:
-    """Return the side of the square plane that fits under each monopole [m].
+    """Return the side of the square plane under each monopole [m]: as wanted, or what fits.
 
-    It is the given side, or the largest that fits if that is smaller. The plane is centred under
-    its monopole, with two sides along the radius. Made larger by the margin on all sides, it must
-    not cross the half-planes half-way between neighbouring antennas, where the plates stand;
-    without plates it would otherwise cross the neighbour's plane there.
+    Centred there, two sides along the radius, and larger by the margin on all sides, it must not
+    cross the half-planes half-way between neighbours, where the plates stand (or the neighbour's
+    plane). With alpha = pi / n, a growing square first touches one at its inner corner, when half
+    its side is r_a sin(alpha) / (sin(alpha) + cos(alpha)): 14.6 mm for r_a = 50 mm and n = 8, so
+    that the thesis' planes of 40 mm cannot stand there.
 
     Parameters
     ----------
@@ -281,12 +262,6 @@ def fitted_monopole_plane_m(
     antenna_radius_m : Distance of the antennas from the axis, r_a [m].
     antennas : Number of antennas n, at least 3.
     margin_m : Clearance to keep on all sides [m].
-
-    Notes
-    -----
-    With alpha = pi / n, the half-plane at alpha first touches a growing square at its inner corner,
-    when half its side is r_a sin(alpha) / (sin(alpha) + cos(alpha)): 14.6 mm for r_a = 50 mm and
-    n = 8, so that the thesis' planes of 40 mm cannot stand at r_a = 50 mm.
     """
     asked = positive_number(monopole_plane_m, name="monopole_plane_m", allow_zero=True)
     radius = positive_number(antenna_radius_m, name="antenna_radius_m")

@@ -1,7 +1,6 @@
 """Rooms: closed shells over any outline, with doorways where wanted.
 
-Every room comes as three bodies, "walls", "floor" and "ceiling", so that each may have its own
-material. Normals point into the room. The meshes of the three fit corner to corner.
+Bodies "walls", "floor" and "ceiling", normals into the room, fit corner to corner.
 """
 
 from collections.abc import Mapping, Sequence
@@ -60,24 +59,18 @@ def prism_room(
     materials: Mapping[str, str] | None = None,
     doorways: Sequence[Doorway] = (),
 ) -> tuple[Body, ...]:
-    """Return a room with upright walls over any simple outline.
+    """Return "walls", "floor", "ceiling" of a room with upright walls over any simple outline.
 
-    "walls", "floor", "ceiling"; normals point into the room.
+    Walls have few triangles; doorways' feet are corners of the floor: no T-junctions.
 
     Parameters
     ----------
-    outline_xy_m : (k, 2) array_like — Corners of the floor in order, either way round, the first
-        not repeated [m].
+    outline_xy_m : (k, 2) — Corners of the floor in order, either way round, none repeated [m].
     height_m : Height of the room [m].
-    origin_m : (3,) sequence of float — Added to every corner; its z is the height of the floor [m].
+    origin_m : (3,) — Added to every corner; its z is the height of the floor [m].
     material : Label of every part that `materials` does not name.
     materials : Labels of "walls", "floor" and "ceiling".
     doorways : Openings; without any the room is closed.
-
-    Notes
-    -----
-    Each wall is cut into as few triangles as its corners ask for; the feet of a doorway are corners
-    of the floor too, so that the mesh has no T-junction.
     """
     outline = np.array(frozen_array(outline_xy_m, name="outline_xy_m", shape=(None, 2)))
     origin = frozen_array(origin_m, name="origin_m", shape=(3,))
@@ -171,18 +164,15 @@ def box_room(
     materials: Mapping[str, str] | None = None,
     doorways: Sequence[Doorway] = (),
 ) -> tuple[Body, ...]:
-    """Return a rectangular room.
-
-    "walls", "floor", "ceiling"; normals point into the room.
+    """Return "walls", "floor", "ceiling" of a rectangular room.
 
     Parameters
     ----------
-    size_m : (3,) sequence of float — Length in x, y and z [m].
-    origin_m : (3,) sequence of float — Lowest corner [m].
+    size_m : (3,) — Length in x, y and z [m].
+    origin_m : (3,) — Lowest corner [m].
     material : Label of every part that `materials` does not name.
     materials : Labels of "walls", "floor" and "ceiling".
-    doorways : Openings; wall 0 is at the lowest y and runs towards +x, and 1, 2, 3 follow
-        counter-clockwise seen from above.
+    doorways : Openings; wall 0 is at the lowest y towards +x, 1, 2, 3 counter-clockwise from above.
     """
     lx, ly, lz = _lengths(size_m, names=("x", "y", "z"), of="the room's size_m")
     return prism_room(

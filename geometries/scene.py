@@ -32,9 +32,7 @@ MOST_PLANES = 6
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Scene:
-    """A room and its objects as the rays see them.
-
-    Both sides of every facet reflect. Facets are sheets unless they belong to a closed solid.
+    """A room and its objects as the rays see them; both sides of every facet reflect.
 
     Parameters
     ----------
@@ -43,24 +41,20 @@ class Scene:
     facets : Planes and polygons.
     triangle_corners_m : (t, 3, 3) float64 — Corners [m] of the triangles that have an area.
     triangle_facet : (t,) int64 — Facet of each of them.
-    facet_front : (f,) bool — Whether the outward side of each facet's triangles, by the order of
-        their corners, is the one that its plane's normal points to [-].
-    supporting_side : (p,) int64 — +1 or -1 when the whole scene lies on that side of the plane (the
-        side that the normal points to, or the other), 0 when the plane cuts through the scene.
+    facet_front : (f,) bool — Whether its triangles' outward side is the plane normal's [-].
+    supporting_side : (p,) int64 — +1 or -1: the whole scene lies on the plane's side that the
+        normal points to, or the other; 0: on both.
     bvh : Hierarchy over all triangles.
-    inner_bvh : Hierarchy without the triangles of supporting planes: between two points on the
-        inner side of those planes they can block nothing.
-    shell_corners_m : (s, 3, 3) float64 — Triangles [m] of the closed room, none when the room is
-        open or absent.
+    inner_bvh : Hierarchy without supporting planes, which block nothing between points inside them.
+    shell_corners_m : (s, 3, 3) float64 — Triangles [m] of the closed room; none: open or absent.
     solids : Triangles [m] of each closed object.
     bounds_m : (2, 3) float64 — Least and greatest corner [m]; zeros without any body.
     has_room : Whether there is a room to be inside of.
-    facet_part : (f,) int64 — Closed part that each facet bounds: the number of the solid,
-        ``len(solids)`` for the closed room, -1 for a sheet.
-    triangle_part : (t,) int64 — Closed part of each triangle, as ``facets.triangle_facet`` counts
-        them; -1 for none.
-    facet_outer_side : (f,) int64 — +1 when the plane's normal points out of that part, -1 when it
-        points into it, 0 for a sheet.
+    facet_part : (f,) int64 — Closed part of each facet: a solid's number, ``len(solids)`` for the
+        closed room, -1 for a sheet.
+    triangle_part : (t,) int64 — The same by triangle, as ``facets.triangle_facet`` counts them.
+    facet_outer_side : (f,) int64 — +1: the plane's normal points out of that part, -1: into it, 0:
+        a sheet.
     """
 
     bodies: tuple[Body, ...]
@@ -121,9 +115,8 @@ class Scene:
     def inside_room(self, points_m: npt.ArrayLike) -> npt.NDArray[np.bool_]:
         """Return (n,) bool, whether each point lies in the room [-], objects or not.
 
-        For a closed room this is exact. An open one (a doorway, a missing ceiling) has no inside in
-        the strict sense: there a point within the bounds that has floor below it or ceiling above
-        it counts. Without a room every point is inside.
+        Exact for a closed room. In an open one (a doorway, no ceiling) a point within the bounds
+        counts if it has floor below or ceiling above; without a room every point does.
 
         Parameters
         ----------
@@ -150,22 +143,14 @@ class Scene:
     def distance_to_facets_m(
         self, points_m: npt.ArrayLike, *, within_m: float = math.inf
     ) -> tuple[FloatArray, IntArray]:
-        """Return (n,) distances [m] of points to the nearest facet below them, and its plane [-].
+        """Return (n,) distances [m] to the nearest facet, infinity without one, and planes, -1 [-].
 
         Only facets onto which a point projects perpendicularly count.
 
         Parameters
         ----------
         points_m : (n, 3) float64 — Points [m].
-        within_m : Distance [m] beyond which no facet is looked for; a small one is quick in dense
-            meshes.
-
-        Returns
-        -------
-        (n,) float64
-            Distance [m]; infinity when no facet lies perpendicularly below the point.
-        (n,) int64
-            Plane [-]; -1 when there is none.
+        within_m : Distance [m] beyond which no facet is looked for; small is quick in dense meshes.
         """
         points = np.ascontiguousarray(points_m, dtype=np.float64).reshape(-1, 3)
         nearest = np.full(len(points), float(within_m))
@@ -187,22 +172,14 @@ class Scene:
     def stand_off(
         self, points_m: npt.ArrayLike, standoff_m: float
     ) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
-        """Return points moved off the walls they are mounted on, and which of them moved.
+        """Return points [m] moved off the walls they are mounted on, and which of them moved.
 
-        A point on a facet is moved along its normal by the stand-off, into the room (or away from
-        the solid); in a corner it leaves every facet that it lies on.
+        Along a facet's normal, into the room or off the solid; in a corner off every facet.
 
         Parameters
         ----------
         points_m : (n, 3) float64 — Points [m].
         standoff_m : Distance [m] to keep, > 0.
-
-        Returns
-        -------
-        (n, 3) float64
-            Points [m].
-        (n,) bool
-            Whether each point was moved [-].
         """
         points = np.array(points_m, dtype=np.float64).reshape(-1, 3)
         slack = LENGTHS.plane_per_extent * self.extent_m
@@ -256,13 +233,12 @@ def build_scene(
 
     Parameters
     ----------
-    bodies : The room. Its closed parts inside the outermost one are solids; the outermost, when
-        closed, is the shell that antennas must be inside of.
+    bodies : The room. Closed parts inside the outermost are solids; the outermost, when closed, is
+        the shell that antennas must be inside of.
     objects : Furniture; the closed ones are solids.
-    coordinate_bits : Significant bits of the stored coordinates, 1 to 53: what their rounding
-        explains does not keep triangles out of one plane. 24, float32, suits files; 53 takes every
-        triangle as it is stored, so that a flat wall which a float32 file has made uneven becomes
-        many planes.
+    coordinate_bits : Significant bits of coordinates, 1 to 53, whose rounding does not keep
+        triangles out of one plane: 24 (float32) suits files; with 53 a wall made uneven by float32
+        becomes many planes.
     """
     if not 1 <= coordinate_bits <= 53:
         msg = f"coordinate_bits = {coordinate_bits} is not a number of bits from 1 to 53."

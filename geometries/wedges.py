@@ -1,8 +1,7 @@
 """Wedges: the sectors of air between the facets that meet along an edge, which diffract.
 
-An edge with one facet (the rim of a sheet) has one sector of 360 degrees, the edge of a cabinet one
-of 270, a fold of a sheet two, a junction of k sheets k. Facets that an edge merely rests on (the
-floor under a cabinet) bound sectors too.
+The rim of a sheet has one of 360 degrees, a cabinet's edge one of 270, a fold of a sheet two, a
+junction of k sheets k. Facets that an edge rests on (the floor under a cabinet) bound sectors too.
 """
 
 import math
@@ -34,11 +33,9 @@ class Wedges:
     edge : (w,) int64 — Edge that each wedge lies along; wedges of one edge share its place.
     origin_m : (w, 3) float64 — Start of the edge [m].
     length_m : (w,) float64 — Length of the edge [m].
-    axis : (w, 3) float64 — Unit vector [-] along the edge, away from the origin.
-    tangent : (w, 3) float64 — Unit vector [-] from the edge into face 0, perpendicular to the axis.
-    normal : (w, 3) float64 — Unit normal [-] of face 0 that points into the air.
-    exterior_rad : (w,) float64 — Angle [rad] of the air from face 0 to face n, n pi in the usual
-        notation: 2 pi for the rim of a sheet, 3 pi / 2 for a box seen from outside.
+    axis, tangent, normal : (w, 3) float64 — Unit vectors [-]: along the edge; into face 0, across
+        it; face 0's normal into the air.
+    exterior_rad : (w,) float64 — Angle [rad] of the air, face 0 to face n, n pi: 2 pi at a rim.
     facets : (w, 2) int64 — Facets that are face 0 and face n; twice the same one for a rim.
     """
 
@@ -82,18 +79,13 @@ def find_wedges(scene: Scene) -> Wedges:
     """Return the wedges of a scene that diffract.
 
     Left out are edges inside solids, seams of one material in one plane, and corners of pi / m, m =
-    2, 3 ... (a room's own edges and corners): there reflections alone make the exact field of
-    perfectly conducting faces. Where such a corner's faces differ in material, what remains is the
-    small difference between the orders in which they reflect.
+    2, 3 ... (a room's own): there reflections alone are exact for perfect conductors; with two
+    materials the small difference between the orders of reflection remains. Where two bodies cut
+    through one another the mesh has no edge to diffract: `octant audit` finds such places.
 
     Parameters
     ----------
     scene : Geometry.
-
-    Notes
-    -----
-    Where two bodies cut through one another there is no edge in the mesh, so nothing diffracts
-    there: `octant audit` finds such places.
     """
     tolerance_m = _edge_tolerance_m(scene)
     edges = find_edges(scene.facets, tolerance_m=tolerance_m)

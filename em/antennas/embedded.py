@@ -17,8 +17,7 @@ from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import AntennaError
 
 GRID_STEP_DEG = 1.5
-"""Step [deg] of the pattern tables: divides 45 degrees, and keeps cubic interpolation of a
-reader of a wavelength within 1e-4 of its maximum."""
+"""Step [deg] of the tables: divides 45; cubic interpolation stays within 1e-4 of the maximum."""
 
 
 GRID_SHAPE = (round(180.0 / GRID_STEP_DEG) + 1, round(360.0 / GRID_STEP_DEG))
@@ -34,11 +33,9 @@ class ReaderResponse:
     model : What made it: ``rays``, ``isolated``, or another name.
     frequency_hz : Frequency [Hz].
     azimuths_rad : (n,) float64 — Azimuth of each antenna [rad], antenna 1 at 0.
-    phase_centres_m : (n, 3) float64 — Point [m] that each antenna's table refers its phase to,
-        which keeps the table smooth.
-    pattern : (n, 2, T, P) complex128 — F_theta and F_phi [-] on the grid, phase at the antenna's
-        own phase centre; |F|^2 is the gain. theta runs over T values from 0 to pi, phi over P
-        values from 0 up to, not including, 2 pi, both uniform; P is even.
+    phase_centres_m : (n, 3) float64 — Point [m] that each antenna's phase is referred to.
+    pattern : (n, 2, T, P) complex128 — F_theta and F_phi [-], |F|^2 = gain, on a uniform grid: T
+        values of theta from 0 to pi, P of phi from 0 to below 2 pi; P is even.
     warnings : Where the model is known not to hold.
     """
 
@@ -89,8 +86,7 @@ class ReaderResponse:
 
         Parameters
         ----------
-        pattern : (n, 2, T, P) complex128 — F_theta and F_phi [-] on the grid, phase at the reader's
-            centre.
+        pattern : (n, 2, T, P) complex128 — F_theta and F_phi [-] with that phase.
         model : What made it.
         frequency_hz : Frequency [Hz].
         azimuths_rad : (n,) float64 — Azimuth of each antenna [rad].
@@ -141,18 +137,13 @@ class ReaderResponse:
     def far_field(
         self, theta_rad: npt.ArrayLike, phi_rad: npt.ArrayLike
     ) -> npt.NDArray[np.complex128]:
-        """Return the far fields of all antennas towards directions of the reader's frame.
+        """Return (n, ..., 2) F_theta, F_phi [-] of all antennas, phase at the reader's centre.
+
+        Between the grid's points by cubic Lagrange interpolation.
 
         Parameters
         ----------
-        theta_rad, phi_rad : array_like — Directions [rad], broadcast against each other; 0 <= theta
-            <= pi.
-
-        Returns
-        -------
-        (n, ..., 2) complex128
-            F_theta and F_phi [-], |F|^2 = gain, phase referred to the reader's centre. Between the
-            grid's points by cubic Lagrange interpolation.
+        theta_rad, phi_rad : Directions [rad] in the reader's frame, broadcast; 0 <= theta <= pi.
         """
         theta, phi = np.broadcast_arrays(
             np.asarray(theta_rad, dtype=np.float64), np.asarray(phi_rad, dtype=np.float64)

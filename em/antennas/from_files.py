@@ -38,35 +38,23 @@ def reader_from_pattern_files(
     step_deg: float = GRID_STEP_DEG,
     outside: Outside = "error",
 ) -> ReaderResponse:
-    """Return a reader's response that is given entirely by pattern files.
+    """Return a reader's response that is given entirely by pattern files (model ``files``).
 
-    Model ``files``; its warnings say what the files left open.
+    Files that are malformed, leave directions open or miss the frequency are refused. What they
+    leave open (phase, realised gain, more power out than in) is warned of and kept in its warnings.
 
     Parameters
     ----------
-    paths : One file an antenna, in the order of the antennas; each in the reader's frame, with its
-        phase at the reader's centre (or at the origin that the file names).
+    paths : A file each, in order, in the reader's frame, phase at its centre or the file's origin.
     azimuths_rad : (n,) float — Azimuth [rad] of each antenna, antenna 1 at 0.
-    frequency_hz : Frequency [Hz] to use: a file's table within 0.1 %, or the two nearest tables of
-        one file around it, not farther than 5 % apart, interpolated linearly.
-    phase_centres_m : (n, 3) float, optional — Where each antenna stands [m]. The tables' phase is
-        moved there, which keeps them smooth; patterns without phase are centred there. The reader's
-        centre where it is left out.
-    load_ohm : Load [ohm], which turns gain into realised gain where a file gives the input
-        impedance.
+    frequency_hz : Frequency [Hz]: a file's table within 0.1 %, or its two nearest, at most 5 %
+        apart around it, interpolated linearly.
+    phase_centres_m : (n, 3) float — Where each antenna stands [m]: the phase is moved there, which
+        keeps tables smooth; patterns without phase are centred there. None: the reader's centre.
+    load_ohm : Load [ohm] of realised gain where a file gives the input impedance.
     incident_power_w : Power [W] behind files that do not tell it; see `read_pattern`.
     step_deg : Step [deg] of the response's grid; must divide 180 deg.
     outside : {"error", "zero"} — What to do where a file does not cover theta down to a pole.
-
-    Raises
-    ------
-    PatternFileError
-        When files are malformed, do not cover the directions, or miss the frequency.
-
-    Warns
-    -----
-    PhysicsWarning
-        When a file holds no phase, is not realised gain, or radiates more than it takes in.
     """
     azimuths = frozen_array(
         azimuths_rad, name="azimuths_rad", shape=(None,), error=PatternFileError
@@ -124,30 +112,15 @@ def antenna_from_pattern_file(
 ) -> Antenna:
     """Return the antenna of a pattern file, put into the room's frame.
 
+    Of kind ``pattern``: gain as the file holds it (realised, into 50 ohm, where it gives the
+    impedance), phase at the file's origin. What the file leaves open is warned of.
+
     Parameters
     ----------
     path : FEKO .ffe, HFSS .ffd, CST .ffs, NEC output, MSI/Planet or CSV, over the full sphere.
     frequency_hz : Frequency [Hz]: a table within 0.1 %, or two tables at most 5 % apart around it.
     axis : (3,) float — Where the file's z axis points in the room [-].
     azimuth_rad : Turn of the file's x axis about it [rad], see `octant.em.antennas.kinds.Antenna`.
-
-    Returns
-    -------
-    Antenna
-        Of kind ``pattern``, |F|^2 = gain of the kind that the file holds (realised gain into 50 ohm
-        where it gives the impedance), phase referred to the origin that the file names.
-
-    Raises
-    ------
-    PatternFileError
-        When the file is malformed, leaves directions open, or misses the frequency.
-    AntennaError
-        When the axis has no direction.
-
-    Warns
-    -----
-    PhysicsWarning
-        When the file holds no phase, is not realised gain, or radiates more than it takes in.
     """
     table = reader_from_pattern_files([path], azimuths_rad=[0.0], frequency_hz=frequency_hz)
     return Antenna(
@@ -228,15 +201,12 @@ def _check_power(path: Path, pattern: npt.NDArray[np.complex128], notes: dict[st
 def pattern_tables(
     response: ReaderResponse, *, step_deg: float | None = None
 ) -> tuple[PatternTable, ...]:
-    """Return the embedded patterns of a reader as tables, to be written to files.
-
-    One table an antenna, of realised gain, phase at the reader's centre.
+    """Return a reader's patterns as tables for files: one an antenna, phase at the reader's centre.
 
     Parameters
     ----------
     response : The reader.
-    step_deg : Step [deg] of theta and phi, a divisor of 180; the response's own grid where left
-        out.
+    step_deg : Step [deg] of theta and phi, a divisor of 180; None: the response's own grid.
     """
     theta_rad, phi_rad = response.theta_rad, response.phi_rad
     if step_deg is not None:

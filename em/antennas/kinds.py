@@ -41,22 +41,17 @@ class Antenna:
 
     Parameters
     ----------
-    kind : {"dipole", "monopole", "patch", "conical_patch", "isotropic_theta", "pattern"} — A
-        centre-fed thin dipole with sinusoidal current; half of it on an infinite perfectly
-        conducting plane, which gives nothing below the plane; a square microstrip patch on such a
-        plane; a centre-fed disc there, whose cone-shaped beam is polarised along theta; unit gain
-        everywhere, polarised along theta; or a table.
-    length_m : Tip to tip for the dipole, height for the monopole, side of the patch, diameter of
-        the disc [m]; 0 for the others.
+    kind : ``dipole``: centre-fed and thin, sinusoidal current; ``monopole``: half of it on an
+        infinite conducting plane, nothing below; ``patch``: square microstrip on such a plane;
+        ``conical_patch``: centre-fed disc there, cone-shaped beam along theta; ``isotropic_theta``:
+        unit gain along theta; ``pattern``: a table.
+    length_m : Dipole's tip to tip, monopole's height, patch's side, disc's diameter [m]; else 0.
     frequency_hz : Frequency [Hz].
-    axis : (3,) float64 — Unit vector [-] in the room's frame: along the wire, the direction that
-        the patch faces, the z axis of the table.
-    azimuth_rad : Turn about the axis [rad]. At 0 azimuth counts from +x, as far as that is across
-        the axis (from +y where the axis is along x): there the patch's resonant side points, and
-        the table's x axis. Wires and ``isotropic_theta`` do not change with it.
+    axis : (3,) float64 — Unit vector [-] in the room: wire, patch's facing, table's z axis.
+    azimuth_rad : Turn about the axis [rad] of the patch's resonant side or the table's x axis, from
+        +x as far as it is across the axis (+y where the axis is along x).
     pattern : (2, T, P) complex128 or None — F_theta and F_phi [-] of a table, |F|^2 = gain: theta
-        over T values from 0 to pi, phi over P values, an even number, from 0 up to, not including,
-        2 pi.
+        over T values from 0 to pi, phi over P, an even number, from 0 to below 2 pi.
     """
 
     kind: str
@@ -132,32 +127,22 @@ class Antenna:
     def far_field(
         self, theta_rad: npt.ArrayLike, phi_rad: npt.ArrayLike
     ) -> npt.NDArray[np.complex128]:
-        """Return the far field (F_theta, F_phi) [-] towards directions; |F|^2 is the gain.
+        """Return (..., 2) F_theta, F_phi [-] towards directions; |F|^2 is the gain.
+
+        Phase is that of the dipole's or patch's centre, the monopole's foot, the table's origin.
+        Between the points of a table by cubic Lagrange interpolation.
+
+        The patch is the cavity model's dominant mode on thin air over an infinite plane: two
+        in-phase magnetic currents of its width, its length apart; on a dielectric a real one is
+        smaller, its beam wider, its gain lower. The conical patch is a disc in mode TM02 on air: a
+        ring of magnetic current, F_theta ~ J1(k a sin) over the angle to its axis. At resonance (k
+        a = 3.83) it is silent on the axis and the horizon and strongest 29 degrees off the axis.
+        Sources: C. A. Balanis, Antenna Theory, 3rd ed. (2005), equations 4-62, 4-68, 14-43 with
+        14-44 for a substrate of height zero, 14-72 with n = 0 for the disc.
 
         Parameters
         ----------
-        theta_rad, phi_rad : array_like — Angle from +z and azimuth from +x [rad], broadcast against
-            each other.
-
-        Returns
-        -------
-        (..., 2) complex128
-            F_theta and F_phi [-], phase referred to the dipole's or the patch's centre, the
-            monopole's foot, the origin of the table.
-
-        Notes
-        -----
-        The patch is the cavity model's dominant mode on a thin substrate of air and an infinite
-        ground plane: two in-phase magnetic currents of its width, its length apart. A real one on
-        a dielectric is smaller, its beam wider, its gain lower. The conical patch is a disc in its
-        mode TM02 on air: a ring of magnetic current, F_theta ~ J1(k a sin) over the angle to its
-        axis. At resonance, k a = 3.83, it is silent on the axis and on the horizon, and strongest
-        29 degrees off the axis. Between the points of a table by cubic Lagrange interpolation.
-
-        References
-        ----------
-        .. [1] C. A. Balanis, Antenna Theory, 3rd ed. (2005), equations 4-62, 4-68, and 14-43 with
-           14-44 for a substrate of height zero; 14-72 with n = 0 for the disc.
+        theta_rad, phi_rad : Angle from +z and azimuth from +x [rad], broadcast.
         """
         theta, phi = np.broadcast_arrays(
             np.asarray(theta_rad, dtype=np.float64), np.asarray(phi_rad, dtype=np.float64)
@@ -191,8 +176,7 @@ def antenna_channels(antennas: Sequence[Antenna]) -> AntennaChannels | PatternCh
 def _radiation_integral(half_length_rad: float) -> float:
     """Return the integral of (cos(h cos t) - cos h)^2 / sin t over t from 0 to pi.
 
-    Gauss-Legendre in cos t, where the integrand is entire; equal to Balanis 4-68, whose sine and
-    cosine integrals cancel for short antennas.
+    Gauss-Legendre in cos t: Balanis 4-68, whose integrals cancel for short antennas.
     """
     nodes, weights = np.polynomial.legendre.leggauss(40 + math.ceil(2.0 * half_length_rad))
     plus = np.sin(0.5 * half_length_rad * (1.0 + nodes))
@@ -201,10 +185,9 @@ def _radiation_integral(half_length_rad: float) -> float:
 
 
 def _patch_amplitude(half_length_rad: float, half_width_rad: float) -> float:
-    """Return what makes the patch's gain average 1 over the sphere, by quadrature.
+    """Return what makes the patch's gain average 1 over the sphere.
 
-    Gauss-Legendre in the cosine to the axis and the trapezoidal rule around it: both converge
-    faster than any power, the pattern being entire.
+    Gauss-Legendre in the cosine to the axis, trapezoidal around it: both converge fast.
     """
     cosine, weights = np.polynomial.legendre.leggauss(32)
     cosine, weights = 0.5 * (cosine + 1.0)[:, None], 0.5 * weights
@@ -253,12 +236,10 @@ def make_antenna(
 
     Parameters
     ----------
-    kind : ``dipole``, ``monopole``, ``patch``, ``conical_patch`` or ``isotropic_theta``.
+    kind : Any kind but ``pattern``.
     frequency_hz : Frequency [Hz].
-    length_m : Length, or diameter of a conical patch [m], > 0; by default half a wavelength, a
-        quarter of one for the monopole, 1.22 of one for the conical patch.
-    axis : (3,) float, optional — Direction of the antenna [-], of any length; by default up,
-        patches down.
+    length_m : Length, or a disc's diameter [m], > 0; None: resonant (the disc 1.22 wavelengths).
+    axis : (3,) float — Direction of the antenna [-], of any length; None: up, patches down.
     azimuth_rad : Turn about the axis [rad], see `Antenna`.
     """
     if kind not in get_args(AntennaKind):
@@ -295,18 +276,13 @@ def make_antenna(
 
 
 def padded_table(pattern: npt.NDArray[np.complex128]) -> npt.NDArray[np.complex128]:
-    """Return the padded table of patterns on a uniform grid.
+    """Return the (T + 2 PAD, P + 2 PAD, n, 2) padded table of patterns on a uniform grid.
+
+    Beyond a pole the grid goes on at the opposite azimuth, where both unit vectors are reversed.
 
     Parameters
     ----------
-    pattern : (n, 2, T, P) complex128 — F_theta and F_phi [-]; theta from 0 to pi, phi from 0 up to,
-        not including, 2 pi, P even.
-
-    Returns
-    -------
-    (T + 2 PAD, P + 2 PAD, n, 2) complex128
-        Contiguous. Beyond a pole the grid goes on at the opposite azimuth, where both unit vectors
-        point the other way.
+    pattern : (n, 2, T, P) complex128 — F_theta and F_phi [-], as in `Antenna`.
     """
     table = np.ascontiguousarray(np.moveaxis(pattern, (0, 1), (2, 3)))
     half = table.shape[1] // 2

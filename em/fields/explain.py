@@ -1,7 +1,6 @@
 """One path's budget in decibels, interaction by interaction, as a chain that adds up to its gain.
 
-The vector field is carried along the path as in `octant.em.fields.gains.path_gains`, but step by
-step in plain arrays; what each step does to the field's magnitude is one line.
+As `octant.em.fields.gains.path_gains`, but step by step in plain arrays, one line a step.
 """
 
 import math
@@ -63,8 +62,7 @@ class PathBudget:
 
     Parameters
     ----------
-    lines : From the transmitter to the receiver, along the path; the polarisation's mismatch stands
-        before the receiver.
+    lines : From transmitter to receiver; the polarisation's mismatch stands before the receiver.
     gain : Complex gain of the path [-], free-space loss and phase included.
     length_m : Length [m].
     vertices_m : (n, 3) float64 — Source, places of the interactions, receiver [m].
@@ -98,21 +96,18 @@ def explain_path(
 ) -> PathBudget:
     """Return the budget of one path between two antennas [dB].
 
+    Transmitter and receiver: |F|^2 in the path's direction. Free space: (lambda / 4 pi L)^2 over
+    the unfolded length L. An interaction: (|E after| / |E before|)^2 of the field as polarised
+    there, between the losses of TE and TM; a diffraction with its own spreading against the
+    spherical wave's, two edges in a row as one line. Polarisation: |F_r . E|^2 / (|F_r| |E|)^2.
+    Where a field vanishes its line is minus infinity and later ones, which would be 0/0, are 0 dB.
+
     Parameters
     ----------
     radio : Scene that the paths were traced in.
     paths : Paths.
     path : Row of the path.
     transmitter, receiver : Antennas at the two ends, in the room's frame.
-
-    Notes
-    -----
-    Transmitter and receiver: |F|^2 in the path's direction. Free space: (lambda / 4 pi L)^2 over
-    the unfolded length L. An interaction: (|E after| / |E before|)^2, the loss of the field as it
-    is polarised there, between the losses of TE and TM. A diffraction: the same, its own spreading
-    against that of the spherical wave included; two edges one after the other are one line.
-    Polarisation: |F_r . E|^2 / (|F_r| |E|)^2. Where a field vanishes its line is minus infinity and
-    later ones, which would be 0/0, are 0 dB.
     """
     if not 0 <= path < len(paths):
         msg = f"path {path} does not exist; the paths are numbered 0 to {len(paths) - 1}."
@@ -353,8 +348,7 @@ _STEPS: dict[int, _Step] = {
 }
 """One function for each kind of interaction: the wave before it gives the wave after and a line.
 
-The field has its spreading taken out, that of a spherical wave over the whole unfolded length; what
-an edge spreads otherwise is in its own line.
+Spreading of a spherical wave over the whole length is taken out; an edge's own is in its line.
 """
 
 

@@ -21,11 +21,9 @@ class PathGains:
 
     Parameters
     ----------
-    gain : (k,) complex128 — Complex gain [-] between the two antennas, free-space loss and phase
-        included.
+    gain : (k,) complex128 — Complex gain [-], free-space loss and phase included.
     length_m : (k,) float64 — Length [m].
-    departure, arrival : (k, 3) float64 — Unit vectors [-] in which the wave leaves the source, and
-        from the receiver towards where it comes from.
+    departure, arrival : (k, 3) float64 — Unit vectors [-] along the path, from source and receiver.
     """
 
     gain: npt.NDArray[np.complex128]
@@ -42,24 +40,16 @@ class PathGains:
 def path_gains(
     radio: RadioScene, paths: PathSet, *, transmitter: Antenna, receiver: Antenna
 ) -> PathGains:
-    """Return the complex gain of each path between two antennas.
+    """Return each path's gain F_r . T . F_t lambda / (4 pi L) e^{-jkL} [-] between two antennas.
+
+    T carries the polarisation through every interaction; over edges 1 / L becomes 1 / sqrt(s' s (s'
+    + s)). Far field: antennas and interactions should be more than a wavelength apart.
 
     Parameters
     ----------
     radio : Scene that the paths were traced in.
     paths : Paths.
-    transmitter, receiver : Antennas at the two ends, in the room's frame, with patterns |F|^2 =
-        gain.
-
-    Returns
-    -------
-    PathGains
-        Gain F_r . T . F_t lambda / (4 pi L) e^{-jkL}; T carries the polarisation through every
-        interaction, and over edges 1 / L becomes 1 / sqrt(s' s (s' + s)).
-
-    Notes
-    -----
-    Far field: antennas and interactions should be more than a wavelength apart.
+    transmitter, receiver : Antennas at the two ends, in the room's frame; |F|^2 = gain.
     """
     k = len(paths)
     codes = np.select(

@@ -17,6 +17,8 @@ from octant.geometries.names import nearest_name
 class Material:
     """Electrical properties of a wall: relative permittivity a f^b, conductivity c f^d, f in GHz.
 
+    After ITU-R P.2040-4 (2025), equations 57, 58 and Table 3.
+
     Parameters
     ----------
     name : Name in the table, ``"pec"``, or one that describes a material of one's own.
@@ -24,15 +26,9 @@ class Material:
     sigma_c_s_per_m, sigma_d : Conductivity c f^d [S/m].
     frequency_range_hz : Frequencies [Hz] for which the model was fitted.
     thickness_m : Thickness [m] of a finite slab; None for a half-space.
-    is_pec : Whether the material is a perfect electric conductor; the numbers above then do not
-        count.
-    layers : Layers of a wall from its front to its back: two or more, each with a thickness but for
-        the last, which may fill all that lies behind; the numbers above then do not count. Empty
-        for a wall of one material. The front is the side that the mesh's outward normal points to.
-
-    References
-    ----------
-    .. [1] ITU-R P.2040-4 (2025), equations 57, 58 and Table 3.
+    is_pec : Whether it is a perfect conductor; the numbers above then do not count.
+    layers : Two or more layers of a wall, from the front, which the mesh's normal points to; all
+        but the last have a thickness, and the numbers above do not count. Empty: one material.
     """
 
     name: str
@@ -91,19 +87,13 @@ class Material:
     def layer_stack(
         self, frequency_hz: float
     ) -> tuple[npt.NDArray[np.complex128], npt.NDArray[np.float64]]:
-        """Return the permittivity [-] and thickness [m] of each layer, front first.
+        """Return permittivity [-] (as `relative_permittivity`) and thickness [m] of each layer.
+
+        From the front; infinitely thick where a layer fills all that lies behind.
 
         Parameters
         ----------
         frequency_hz : Frequency [Hz] within the range of every layer.
-
-        Returns
-        -------
-        permittivity : (l,) complex128
-            Relative permittivity [-], as :meth:`relative_permittivity` gives it; one layer for a
-            wall of one material.
-        thickness_m : (l,) float64
-            Thickness [m]; infinity where the material fills all that lies behind.
         """
         layers = self.layers or (self,)
         permittivity = np.array([m.relative_permittivity(frequency_hz) for m in layers])
@@ -113,19 +103,11 @@ class Material:
     def relative_permittivity(self, frequency_hz: float) -> complex:
         """Return the complex relative permittivity eps' - j sigma / (omega eps_0) [-].
 
+        For e^{+j omega t}; a conductor: 1 - j inf. ITU-R P.2040-4 (2025), equations 9, 57 and 58.
+
         Parameters
         ----------
         frequency_hz : Frequency [Hz] within the material's range.
-
-        Returns
-        -------
-        complex
-            Relative permittivity [-] for the time convention e^{+j omega t}; infinite (1 - j inf)
-            for a perfect conductor.
-
-        References
-        ----------
-        .. [1] ITU-R P.2040-4 (2025), equations 9, 57 and 58.
         """
         if self.layers:
             msg = (
@@ -185,13 +167,7 @@ _TABLE = (
 
 
 def material_table() -> tuple[Material, ...]:
-    """Return every material known by name, ITU-R P.2040-4 Table 3 first, then ``pec``.
-
-    Returns
-    -------
-    tuple of Material
-        Half-spaces; :func:`material` gives them a thickness.
-    """
+    """Return all known materials as half-spaces, ITU-R P.2040-4 Table 3 first, then ``pec``."""
     return _TABLE
 
 
@@ -200,11 +176,10 @@ def material(spec: str | Mapping[str, Any]) -> Material:
 
     Parameters
     ----------
-    spec : A name of :func:`material_table` (``itu_`` before it is allowed), or such a table written
-        as text, ``"name = concrete, thickness_m = 0.1"``, as bodies carry it; or ``{name=,
-        thickness_m=}``; or ``{eps_r=, sigma_s_per_m=, thickness_m=}``, thickness [m] and
-        conductivity [S/m] optional; or ``{layers=[...]}`` of such mappings from front to back,
-        where ``material=`` may stand for ``name=``.
+    spec : A name of :func:`material_table` (``itu_`` before it is allowed); ``{name=,
+        thickness_m=}``; ``{eps_r=, sigma_s_per_m=, thickness_m=}``, the last two optional [S/m, m];
+        ``{layers=[...]}`` of such, front first, ``material=`` or ``name=``; or a table as text, as
+        bodies carry it: ``"name = concrete, thickness_m = 0.1"``.
     """
     if isinstance(spec, str):
         return material(_table_of(spec)) if "=" in spec else _by_name(spec)

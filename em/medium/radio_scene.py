@@ -16,8 +16,7 @@ from octant.geometries.scene import Scene
 from octant.geometries.wedges import Wedges, no_wedges
 
 OPAQUE_TRANSMISSION = 1e-10
-"""Transmission at normal incidence [-] up to which a sheet counts as opaque (-200 dB): metal with
-a thickness carries no paths."""
+"""Transmission [-] at normal incidence of a sheet that counts as opaque (-200 dB): thick metal."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -29,16 +28,14 @@ class RadioScene:
     scene : Geometry.
     materials : One for each of ``scene.material_names``.
     frequency_hz : Frequency [Hz].
-    layer_permittivity : (l,) complex128 — Complex relative permittivity [-] of every layer of every
-        material; imaginary part -inf for PEC.
-    layer_thickness_m : (l,) float64 — Thickness [m] of every layer; infinity where it fills all
-        that lies behind.
-    facet_layers : (f, 2) int64 — Layers of facet i are ``facet_layers[i, 0]`` up to
-        ``facet_layers[i, 1]`` [-], from the side that its outward normal points to.
+    layer_permittivity : (l,) complex128 — Relative permittivity [-] of all layers; PEC: - j inf.
+    layer_thickness_m : (l,) float64 — Thickness [m] of all layers; infinity: all that lies behind.
+    facet_layers : (f, 2) int64 — First layer of each facet and the one after its last, from the
+        side that its normal points to.
     facet_transmits : (f,) bool — Whether waves pass straight through the facet [-].
     wedges : Edges that diffract; none when diffraction is left out.
-    opaque_bvh, opaque_inner_bvh : Hierarchies of what blocks: all triangles and those off the
-        supporting planes, without the facets that transmit.
+    opaque_bvh, opaque_inner_bvh : Hierarchies of what blocks: all triangles, and those off the
+        supporting planes.
     sheet_bvh : Hierarchy of the facets that transmit, its triangles numbered by facet.
     """
 
@@ -102,6 +99,10 @@ def radio_scene(
 ) -> RadioScene:
     """Return the scene with its material labels resolved at a frequency.
 
+    A sheet is where its mesh is: waves go straight on, without the sideways shift of a thick slab,
+    and get the slab's phase in place of the air's along the normal. Good for walls thin against the
+    distances.
+
     Parameters
     ----------
     scene : Geometry with material labels.
@@ -109,12 +110,6 @@ def radio_scene(
     materials : Meaning of labels; the others are looked up in the P.2040 table.
     transmission : Whether sheets with a thickness let waves through; otherwise they only reflect.
     wedges : Edges that diffract, from :func:`octant.geometries.wedges.find_wedges`. Default: none.
-
-    Notes
-    -----
-    A sheet is where its mesh is: what passes through goes straight on, without the small sideways
-    shift of a thick slab, and the phase is that of the slab in place of the air along the sheet's
-    normal. Good for walls thin against the distances.
     """
     given = materials or {}
     resolved = tuple(

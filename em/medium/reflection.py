@@ -13,10 +13,9 @@ ComplexArray = npt.NDArray[np.complex128]
 
 
 class WallCoefficients(NamedTuple):
-    """Field coefficients of a wall, each (n,) complex128 [-].
+    """Field coefficients of a wall, each (n,) complex128 [-]; TE is across the plane of incidence.
 
-    TE is perpendicular to the plane of incidence. The TM reference directions turn with the wave,
-    so that a perfect conductor has -1 for TE and +1 for TM.
+    TM's reference directions turn with the wave: a perfect conductor has TE -1, TM +1.
     """
 
     reflection_te: ComplexArray
@@ -28,22 +27,15 @@ class WallCoefficients(NamedTuple):
 def half_space_reflection(
     material: Material, frequency_hz: float, incidence_rad: npt.ArrayLike
 ) -> tuple[ComplexArray, ComplexArray]:
-    """Return the TE and TM reflection coefficients [-] of a half-space.
+    """Return the (n,) TE and TM reflection coefficients [-] of a half-space in air.
+
+    After ITU-R P.2040-4 (2025), section 2.2.1.
 
     Parameters
     ----------
     material : The wall; its thickness does not count here.
     frequency_hz : Frequency [Hz].
     incidence_rad : (n,) float64 — Angle from the wall's normal [rad], 0 to pi/2.
-
-    Returns
-    -------
-    tuple of (n,) complex128
-        TE and TM coefficients [-].
-
-    References
-    ----------
-    .. [1] ITU-R P.2040-4 (2025), section 2.2.1, with air on the near side.
     """
     cosine = _cosine(incidence_rad)
     te, tm = np.empty(len(cosine), np.complex128), np.empty(len(cosine), np.complex128)
@@ -59,34 +51,22 @@ def wall_coefficients(
     *,
     from_front: bool = True,
 ) -> WallCoefficients:
-    """Return what a wall reflects and lets through, as its material says.
+    """Return what a wall reflects and lets through, multiple reflections between faces included.
+
+    Transmission carries the phase of the wall in place of the air, from face to face along the
+    normal. Each layer is put before what stands behind it: with r the Fresnel coefficient of its
+    face, and R, T what a wave meets just inside, (r + R) / (1 + r R) and (1 + r) T / (1 + r R).
+    This equals the recursion and the ABCD matrices of ITU-R P.2040-4 (2025), section 2.2.2
+    (equations 43, 44 for one layer) and Attachment 1 to Annex 1, and never overflows. For plane
+    faces much wider than a wavelength; the wave is not moved along the wall.
 
     Parameters
     ----------
-    material : The wall: half-space, slab, or layers. One that fills all that lies behind lets
-        nothing through.
+    material : Half-space, slab or layers; what fills all that lies behind lets nothing through.
     frequency_hz : Frequency [Hz].
     incidence_rad : (n,) float64 — Angle from the wall's normal [rad], 0 to pi/2.
-    from_front : Whether the wave comes from the side of the first layer. A wall whose last layer
-        fills all that lies behind is seen from its front in either case.
-
-    Returns
-    -------
-    WallCoefficients
-        All multiple reflections between the layers' faces included; the transmission carries the
-        phase of the wall in place of the air that it displaces, from face to face along the normal.
-
-    Notes
-    -----
-    Each layer is put before what stands behind it: with r the Fresnel coefficient of its face, and
-    R, T what a wave meets just inside, (r + R) / (1 + r R) and (1 + r) T / (1 + r R). This equals
-    the recommendation's recursion and its ABCD matrices, and never overflows. It holds for plane
-    faces much wider than a wavelength, and does not move the wave along the wall.
-
-    References
-    ----------
-    .. [1] ITU-R P.2040-4 (2025), section 2.2.2 (equations 43 and 44 for one layer) and Attachment 1
-       to Annex 1.
+    from_front : Whether the wave comes from the first layer's side; always so where the last layer
+        fills all that lies behind.
     """
     cosine = _cosine(incidence_rad)
     out = np.empty((4, len(cosine)), np.complex128)

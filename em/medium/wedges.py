@@ -22,10 +22,8 @@ class WedgeFaces(NamedTuple):
 
     Parameters
     ----------
-    permittivity : Relative permittivity [-], of a layered face that of each layer from the air
-        inwards.
-    thickness_wavelengths : Thickness [wavelengths] of the same layers; infinity: all that lies
-        behind.
+    permittivity : Relative permittivity [-] of each face's layers, from the air inwards.
+    thickness_wavelengths : Their thickness [wavelengths]; infinity: all that lies behind.
     transparent : Whether faces of finite thickness let waves through.
     """
 
@@ -55,26 +53,16 @@ class WedgeFaces(NamedTuple):
 def transition_function(x: npt.ArrayLike) -> ComplexArray:
     r"""Return the transition function F(x) [-] of the uniform theory of diffraction.
 
+    :math:`F(x) = 2j\sqrt{x}\,e^{jx}\int_{\sqrt x}^\infty e^{-jt^2}dt
+    = \sqrt{\pi x}\,e^{j\pi/4}\,w(j e^{j\pi/4}\sqrt x)` for time e^{+jwt}:
+    0 at 0, towards 1 at infinity, relative error below 1e-13 up to 1e14. w is the Faddeeva function
+    by the midpoint rule of M. Al Azah et al., Numer. Math. 128 (2014); from x = 100 on, 12 terms of
+    the asymptotic series. R. Kouyoumjian and P. Pathak, Proc. IEEE 62 (1974), equation 26; the
+    first row of their table (x = 0.3), which many books copy, is off by 5e-3.
+
     Parameters
     ----------
-    x : array_like of float — Argument k L a [-], 0 or more.
-
-    Returns
-    -------
-    complex128 of x's shape
-        F(x) [-]: 0 at 0, towards 1 at infinity, relative error below 1e-13 from 0 to 1e14.
-
-    Notes
-    -----
-    :math:`F(x) = 2j\sqrt{x}\,e^{jx}\int_{\sqrt x}^\infty e^{-jt^2}dt
-    = \sqrt{\pi x}\,e^{j\pi/4}\,w(j e^{j\pi/4}\sqrt x)` for time dependence e^{+jwt}, with w the
-    Faddeeva function by the midpoint rule of [2]_, and 12 terms of the asymptotic series from
-    x = 100. The first row of the table in [1]_ that many books copy (x = 0.3) is off by 5e-3.
-
-    References
-    ----------
-    .. [1] R. Kouyoumjian and P. Pathak, Proc. IEEE 62 (1974), equation 26.
-    .. [2] M. Al Azah, S. Chandler-Wilde and S. La Porte, Numer. Math. 128 (2014).
+    x : Argument k L a [-], 0 or more.
     """
     values = np.asarray(x, dtype=np.float64)
     if not (values >= 0.0).all():
@@ -98,42 +86,31 @@ def wedge_coefficients(
     skew_rad: float = np.pi / 2.0,
     faces: WedgeFaces | None = None,
 ) -> ComplexArray:
-    r"""Return the diffraction dyads [sqrt(m)] of one straight wedge.
+    r"""Return the (..., 2, 2) diffraction dyads [sqrt(m)] of one straight wedge.
+
+    Diffracted over incident components along b (E along the edge, ``[0, 0]``: a conductor's soft
+    coefficient) and h (H along the edge, ``[1, 1]``: hard). With the edge's axis a = t0 x n0 and a
+    ray d, b = (a - (a.d) d) / sin(skew) and h = (a x d) / sin(skew).
+
+    Four terms cot(x/2n) F(X) and their next order in 1/kL, each the boundary x = 0 of one image, X
+    its detour over the edge times k (2kL sin^2(x/2) for a plane wave), weighted with the image's
+    dyad of reflections (or of one minus the transmission); see docs/diffraction.md. Exactly on a
+    boundary an image of reflections counts as lit and the source itself as hidden, as in the search
+    for paths. The formula is asymptotic: finite and smooth at any distance, a solution of the wave
+    equation only for k L well above 1. Sources: R. Kouyoumjian and P. Pathak, Proc. IEEE 62 (1974),
+    equations 25 to 30; R. Luebbers, IEEE Trans. Antennas Propag. 32 (1984), pages 70 to 76; P.
+    Holm, ibid. 48 (2000), pages 1211 to 1219.
 
     Parameters
     ----------
-    incidence_rad, observation_rad : array_like of float — Azimuths phi' of the source and phi of
-        the observer about the edge [rad], from face 0 through the air; 0 to air_angle_rad. They
-        broadcast together with the distances.
+    incidence_rad, observation_rad : Azimuths phi' of the source and phi of the observer about the
+        edge [rad], from face 0 through the air, 0 to air_angle_rad; broadcast with the distances.
     air_angle_rad : Angle that the air fills [rad]: n pi, above 0 and up to 2 pi (a half-plane).
     wavenumber_rad_per_m : Wavenumber k in air [rad/m].
-    before_m, after_m : array_like of float — Lengths s' from the source to the edge and s from
-        there on [m], along the unfolded ray; above 0, and infinite for a plane wave.
+    before_m, after_m : Lengths s' before and s after the edge [m] along the unfolded ray, above 0;
+        infinite for a plane wave.
     skew_rad : Angle beta_0 between the incident ray and the edge [rad], above 0 and below pi.
     faces : Materials; perfect conductors if left out.
-
-    Returns
-    -------
-    (..., 2, 2) complex128
-        Diffracted over incident components [sqrt(m)], along b (E along the edge: ``[0, 0]`` is the
-        soft coefficient of a conductor) and h (H along the edge: ``[1, 1]``, hard). With the edge's
-        axis a = t0 x n0 and a ray d, b = (a - (a.d) d) / sin(skew) and h = (a x d) / sin(skew).
-
-    Notes
-    -----
-    Four terms cot(x/2n) F(X) and their next order in 1/kL, each the boundary x = 0 of one image,
-    X its detour over the edge times k (2kL sin^2(x/2) for a plane wave), and weighted with
-    the dyad of reflections (or of one minus the transmission) that this image carries; see
-    docs/diffraction.md. Exactly on a boundary an image of reflections counts
-    as lit and the source itself as hidden, as in the search for paths. The formula
-    is asymptotic: it stays finite and smooth at any distance, but is a solution of the wave
-    equation only for k L well above 1.
-
-    References
-    ----------
-    .. [1] R. Kouyoumjian and P. Pathak, Proc. IEEE 62 (1974), equations 25 to 30.
-    .. [2] R. Luebbers, IEEE Trans. Antennas Propag. 32 (1984), pages 70 to 76.
-    .. [3] P. Holm, IEEE Trans. Antennas Propag. 48 (2000), pages 1211 to 1219.
     """
     n = air_angle_rad / np.pi
     given = faces or WedgeFaces()

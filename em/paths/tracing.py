@@ -146,29 +146,22 @@ def trace_paths(
     candidates: Candidates,
     receivers_m: npt.ArrayLike,
 ) -> PathSet:
-    """Return every path to each receiver: over walls, through sheets, over edges.
+    """Return every path to each receiver, over walls, through sheets, over edges; none is a result.
+
+    Reflection points lie inside their facets (rims included) with nothing in the way but facets
+    that let waves through. A path exactly through the shared edge of two facets counts once. Paths
+    through more than 128 sheets are left out.
+
+    A receiver on a wall has the paths of one just before it, on the source's side: the last leg of
+    the wall's own reflection has no length. On a rim or edge no path is diffracted by that edge,
+    and on a sheet rounding decides which side's diffracted field is taken; ``Scene.stand_off``
+    moves receivers off. A source on a surface is refused by the search.
 
     Parameters
     ----------
     radio : Scene that the candidates were searched in.
     candidates : Of one source.
     receivers_m : (m, 3) float — Places of the receivers [m].
-
-    Returns
-    -------
-    PathSet
-        Possibly without any row: no path is a result.
-
-    Notes
-    -----
-    Reflection points lie inside their facets (rims included) and no other facet stands in the way,
-    but those that let waves through. A path that runs exactly through the shared edge of two facets
-    is counted once. Paths that would pass through more than 128 sheets are left out.
-
-    A receiver on a wall has the paths of one just before it, on the source's side: the last leg of
-    the wall's own reflection has no length. On a rim or an edge itself no path is diffracted by
-    that edge, and on a sheet rounding decides which side's diffracted field is taken;
-    ``Scene.stand_off`` moves receivers off. A source on a surface is refused by the search.
     """
     tree = candidates.images
     receivers = checked_receivers(tree, receivers_m)

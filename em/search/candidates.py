@@ -24,14 +24,11 @@ class SolverSettings:
 
     Parameters
     ----------
-    max_reflections : Greatest number of bends of a path: reflections, and diffractions where there
-        are any.
+    max_reflections : Greatest number of bends of a path, reflections and diffractions.
     diffraction : Whether edges diffract.
-    max_diffractions : Diffractions of a path: 1, or 2 for those over both edges of one face as
-        well.
+    max_diffractions : Diffractions of a path: 1, or 2: over both edges of one face as well.
     transmission : Whether sheets with a thickness let waves through.
-    search : ``complete`` finds every path; ``rays`` launches rays, for meshes of very many
-        triangles.
+    search : ``complete``, or ``rays`` for meshes of very many triangles.
     rays : Rays launched by ``rays``.
     """
 

@@ -40,20 +40,15 @@ class EdgeTree:
     Parameters
     ----------
     wedge : (k,) int64 — Wedge that diffracts last, of each edge image.
-    frame : (k, 12) float64 — Origin [m], axis, tangent and normal [-] of the wedge, mirrored to
-        where the receiver sees it.
-    plane_start : (k + 1,) int64 — Planes of edge image i are ``plane[plane_start[i]]`` up to
-        ``plane[plane_start[i + 1]]``.
+    frame : (k, 12) float64 — Its origin [m], axis, tangent, normal [-], mirrored.
+    plane_start : (k + 1,) int64 — Where in ``plane`` those of each edge image start.
     plane : (s,) int64 — Planes that reflect between edge and receiver, in that order.
-    node_start : (k + 1,) int64 — Source images that light edge image i are those from
-        ``node_start[i]``.
+    node_start : (k + 1,) int64 — Where the source images that light each edge image start.
     leaf : (n,) int64 — Image of the source.
     first : (n,) int64 — Wedge that diffracts before the last one, or -1.
-    source_m : (n, 2) float64 — Distance of the source's image from the first edge's line, and its
-        place along it [m].
+    source_m : (n, 2) float64 — Source image's distance from the first edge, and place along it [m].
     reach_m : (n, 2) float64 — Part of the last edge that can be lit, from and to [m].
-    considered, kept : Combinations of source image, wedges and planes that were looked at, and
-        left.
+    considered, kept : Combinations of source image, wedges and planes looked at, and left.
     max_order : Greatest number of interactions of a path over the edges.
     """
 
@@ -137,19 +132,16 @@ def search_edges(
 ) -> EdgeTree:
     """Return every route from a source over the edges of a scene that a path can use.
 
+    Their number grows with images x wedges x planes per order: for rooms with furniture, not for
+    scanned meshes of thousands of edges.
+
     Parameters
     ----------
     scene : Geometry.
     wedges : Its wedges, or those of them that shall diffract.
-    tree : Images of the source; its order bounds the interactions of a path, diffractions included
-        (but one or two diffractions alone are always allowed).
-    max_diffractions : Diffractions of a path: 1, or 2 for those one after the other over two edges
-        of one facet as well (the top of a cabinet, both rims of a plate).
-
-    Notes
-    -----
-    Their number grows with images x wedges x planes per order: for rooms with furniture, not for
-    scanned meshes of thousands of edges.
+    tree : Images of the source; its order bounds a path's interactions, but for diffractions alone.
+    max_diffractions : Diffractions of a path: 1, or 2 for those over two edges of one facet as well
+        (the top of a cabinet, both rims of a plate).
     """
     if max_diffractions not in (1, 2):
         msg = f"max_diffractions = {max_diffractions} is not available; give 1 or 2."

@@ -25,18 +25,15 @@ class SearchFacets:
 
     Parameters
     ----------
-    side : (f,) int64 — +1 or -1 when a facet reflects on that side of its plane only, 0 for both.
-    occluder_area_m2 : (f,) float64 — Area [m^2] of facets that are opaque and fill their convex
-        hull; 0 for others.
-    hull_start : (f + 1,) int64 — Corners of facet i's convex hull are ``hull_start[i]`` up to
-        ``hull_start[i + 1]``.
+    side : (f,) int64 — +1 or -1: the only side on which a facet reflects; 0: both.
+    occluder_area_m2 : (f,) float64 — Area [m^2] of opaque facets that fill their hull; others 0.
+    hull_start : (f + 1,) int64 — Where the corners of each facet's convex hull start.
     hulls_m : (v, 3) float64 — Corners [m], counter-clockwise about the plane's normal.
-    boxes : (n, 6) float64 — Boxes [m] of the hierarchy over the hulls of facets that a path can
-        use.
+    boxes : (n, 6) float64 — Boxes [m] of the hierarchy over the hulls of usable facets.
     links : (n, 3) int64 — Links of the hierarchy, as in `octant.geometries.occlusion`.
     order : (k,) int64 — Facets in the order of the hierarchy.
     margin_m : Distance [m] by which a target must lie behind a facet, and within its outline, to be
-        hidden by it: more than facets deviate from their triangles.
+        hidden: more than facets deviate from their triangles.
     """
 
     side: IntArray

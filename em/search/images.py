@@ -3,19 +3,16 @@
 Images are built per plane, order by order. A sequence is dropped only when no path can use it:
 
 * the plane was the last one reflected by, or the image lies on it;
-* every body, the source and all receivers lie on one side of the plane (a wall of the room), and
-  the image is on the other: the reflection would come from outside;
-* the facet belongs to a closed opaque part of the scene, and its reflection would run on the side
-  of that part on which the source is not;
-* the beam from the image through the part of the last facets that it can reach misses every facet
-  of the plane. Beams are cut by convex hulls and never too tightly;
+* all bodies, the source and all receivers lie on one side of the plane (a wall of the room) and the
+  image on the other: the reflection would come from outside;
+* the facet is of a closed opaque part, and would reflect on the side where the source is not;
+* the beam from the image through what it reaches of the last facets misses every facet of the
+  plane; beams are cut by convex hulls and never too tightly;
 * all of the facet that the beam reaches is hidden behind one convex opaque facet.
 
-docs/completeness.md proves that nothing else is lost.
-
-Sequences of one order that lead to the same point (two walls at right angles, in either order) are
-one image with several branches. For a receiver at most one branch carries a path, because all of
-them leave the receiver in the same direction, where the first facet met decides.
+docs/completeness.md proves that nothing else is lost. Sequences of one order that lead to one point
+(two walls at right angles, in either order) are one image with several branches, of which at most
+one carries a path to a receiver: all leave it in one direction, where the first facet met decides.
 """
 
 import math
@@ -54,15 +51,12 @@ class ImageTree:
     source_m : (3,) float64 — The source [m]; it is image 0, of order 0.
     image_m : (n, 3) float64 — Position of each image [m], by ascending order.
     order : (n,) int64 — Number of reflections.
-    branch_start : (n + 1,) int64 — Branches of image i are ``branch_start[i]`` up to
-        ``branch_start[i + 1]``, by ascending plane.
+    branch_start : (n + 1,) int64 — Where each image's branches start, by ascending plane.
     branch_plane : (b,) int64 — Plane of a branch's last reflection.
     branch_parent : (b,) int64 — Image before that reflection.
-    considered, pruned, merged, kept : (orders + 1,) int64 — Per order: sequences looked at, dropped
-        because no path can use them, found to lead to the same point as another, and images left.
-        considered = pruned + merged + kept.
-    region_m : (2, 3) float64 — Box [m] that receivers must lie in; infinite when they may be
-        anywhere.
+    considered, pruned, merged, kept : (orders + 1,) int64 — Sequences looked at, of no use to a
+        path, at another's point, and left: considered = pruned + merged + kept.
+    region_m : (2, 3) float64 — Box [m] that receivers must lie in; infinite: anywhere.
     opaque_facets : (f,) bool — Facets that the search took to let nothing through.
     """
 
@@ -132,7 +126,7 @@ class TreeBuilder:
         Parameters
         ----------
         children : (c, 2) int64 — Image of the last level and plane of each child, no pair twice.
-        considered, pruned : Sequences that were looked at to find them, and that no path can use.
+        considered, pruned : Sequences looked at to find them, and those that no path can use.
         """
         p = self._planes
         normal, offset = p.plane_normal[children[:, 1]], p.plane_offset_m[children[:, 1]]
@@ -198,27 +192,20 @@ def search_images(
 ) -> ImageTree:
     """Return every image of a source that a path of up to so many reflections can use.
 
+    Each image asks a hierarchy of facets what its beam reaches: cost grows with the images, not
+    with images times planes. For meshes of thousands of planes only low orders stay tractable.
+
     Parameters
     ----------
     scene : Geometry.
     source_m : (3,) float — Place of the antenna [m], off every facet.
     max_reflections : Greatest order, >= 0.
-    region_m : (2, 3) float, optional — Least and greatest corner [m] of the box that all receivers
-        lie in. Default: the scene's bounds when the source is in a room, else everywhere. A smaller
-        region prunes more; the images of a box seen from inside are 1, 6, 18, 38, 66, 102 ... (4
-        n^2 + 2).
-    opaque_facets : (f,) bool, optional — Facets that let nothing through [-]. Default: all. Only
-        those hide others, and only a closed part whose facets are all opaque reflects on one side
-        alone.
-    executor : Runs the blocks of images, sharing memory; by default one thread per core. The images
-        are the same, bit by bit, whatever runs them.
+    region_m : (2, 3) float — Box [m] of all receivers; None: the scene's bounds if the source is in
+        a room, else everywhere. Smaller prunes more; a box has 1, 6, 18, 38 ... (4 n^2 + 2) images.
+    opaque_facets : (f,) bool — Facets that let nothing through [-]; None: all. Only they hide
+        others, and only closed parts wholly of them reflect on one side alone.
+    executor : Runs blocks of images, sharing memory; None: a thread per core. Same bits with any.
     progress : Called with (images done, images in all) for each order.
-
-    Notes
-    -----
-    Each image asks a hierarchy of facets what its beam reaches, so that cost grows with the number
-    of images, not with the product of images and planes. For meshes of thousands of planes low
-    orders stay tractable; high ones do not.
     """
     source = checked_source(scene, source_m, max_reflections)
     region = _region(scene, source, region_m)

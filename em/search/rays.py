@@ -1,9 +1,8 @@
 """Images found by launched rays: for dense meshes, where a complete search is out of reach.
 
-Rays leave the source in all directions and are mirrored where they meet a facet. Each sequence of
-planes that some ray has followed becomes an image, with all that led to it; the exact path stage
-then takes the tree as it takes any other, so that a path found this way is exact. What no ray has
-met is missing. Two independent sets of rays say how much that may be.
+Rays are mirrored where they meet a facet. Each sequence of planes that some ray followed becomes an
+image, with all that led to it, and the exact path stage takes the tree as any other: its paths are
+exact, but what no ray met is missing. Two independent sets of rays say how much that may be.
 """
 
 import math
@@ -42,11 +41,9 @@ class RaySearch:
     ----------
     tree : Images; complete for no receiver.
     rays : Rays launched, half of them in each of two independent sets.
-    found : (orders + 1,) int64 — Sequences that the rays followed, per order.
+    found, found_by_both : (orders + 1,) int64 — Sequences that rays, and both halves, followed.
     found_by_half : (orders + 1, 2) int64 — Sequences that each half of the rays followed.
-    found_by_both : (orders + 1,) int64 — Sequences that both halves followed.
-    met_once, met_twice : (orders + 1,) int64 — Sequences that one ray, or two, of all have
-        followed.
+    met_once, met_twice : (orders + 1,) int64 — Sequences that one ray, or two, of all followed.
     """
 
     tree: ImageTree
@@ -66,9 +63,8 @@ class RaySearch:
     def estimated_total(self) -> FloatArray:
         """Least number of sequences that there are per order, (orders + 1,) [-].
 
-        The greater of two estimates, each of which falls short where sequences differ in how easily
-        they are met: Chapman's (1951) of capture and recapture by the two halves, and Chao's (1984)
-        from the sequences met once and twice.
+        The greater of Chapman's (1951) estimate by capture and recapture and Chao's (1984) by
+        sequences met once and twice; both fall short where some are met more easily.
         """
         a, b = self.found_by_half.T.astype(np.float64)
         recapture = (a + 1.0) * (b + 1.0) / (self.found_by_both + 1.0) - 1.0
@@ -81,8 +77,8 @@ class RaySearch:
     def unseen_share(self) -> FloatArray:
         """Share of all launch directions that belong to sequences not found, (orders + 1,) [-].
 
-        Good's (1953) estimate: the sequences met by a single ray, per ray. Sequences that are not
-        found are narrow: a receiver meets one of their paths about as seldom as a ray did.
+        Good's (1953) estimate: the sequences met by one ray, per ray. A receiver meets a path of
+        those not found about as seldom.
         """
         share: FloatArray = self.met_once / float(self.rays)
         return share
@@ -100,30 +96,23 @@ def ray_search(
 ) -> RaySearch:
     """Return the images of a source that launched rays find. They are not complete.
 
+    Directions are two spherical Fibonacci lattices (Swinbank and Purser, 2006), one turned. A
+    sequence is sure to be met only when its beam is wider than the rays' spacing, sqrt(4 pi / rays)
+    rad, at its narrowest; small far facets and high orders over curved meshes are met by chance.
+    The tree serves all receivers. Time grows with rays times orders, memory with the sequences
+    found. Estimates: D. G. Chapman, Univ. California Publ. Stat. 1, 1951, p. 131; A. Chao, Scand.
+    J. Statist. 11, 1984, p. 265; I. J. Good, Biometrika 40, 1953, p. 237, equation 9.
+
     Parameters
     ----------
     scene : Geometry, of any number of triangles.
     source_m : (3,) float — Place of the antenna [m], off every facet.
     max_reflections : Greatest order, >= 0.
     rays : Rays to launch, >= 2; an odd number is rounded down.
-    opaque_facets : (f,) bool, optional — Facets that let nothing through [-]; rays both pass and
-        are reflected by the others. Default: all.
-    executor : Runs the blocks of rays, sharing memory; by default one thread per core. The result
-        is the same, bit by bit, whatever runs them.
+    opaque_facets : (f,) bool — Facets that let nothing through [-]; rays both pass and are
+        reflected by the others. None: all.
+    executor : Runs blocks of rays, sharing memory; None: a thread per core. The same bits with any.
     progress : Called with (rays done, rays in all).
-
-    Notes
-    -----
-    Directions are two spherical Fibonacci lattices (Swinbank and Purser, 2006), one turned against
-    the other. A sequence is sure to be met only when its beam is wider than the spacing of the
-    rays, sqrt(4 pi / rays) rad, at its narrowest; small facets seen from afar and high orders over
-    curved meshes are met by chance. No receiver plays a part, so the tree serves all of them. Time
-    grows with the rays times the orders, memory with the sequences that are found.
-
-    References
-    ----------
-    D. G. Chapman, Univ. California Publ. Stat. 1, 1951, p. 131; A. Chao, Scand. J. Statist. 11,
-    1984, p. 265; I. J. Good, Biometrika 40, 1953, p. 237, equation 9.
     """
     source = checked_source(scene, source_m, max_reflections)
     if rays < 2:

@@ -21,18 +21,9 @@ SEAM_TOLERANCE = 0.05
 def loop_grid(
     path: Path, rows: Sequence[Row], *, theta_column: int = 0, phi_column: int = 1
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the two axes and the values of rows that run through a grid in loop order.
+    """Return theta (T,) and phi (P,) [deg] and all columns (C, T, P) of rows in loop order.
 
     Either angle may vary faster, up or down, in equal steps.
-
-    Returns
-    -------
-    theta_deg : (T,) float64
-        Values of theta [deg] as the file has them.
-    phi_deg : (P,) float64
-        Values of phi [deg] as the file has them.
-    values : (C, T, P) float64
-        All columns, in the file's units.
     """
     if len(rows) < 2:
         line = rows[0].line if rows else 1
@@ -105,16 +96,11 @@ def fold(
     *,
     signed: bool = True,
 ) -> tuple[FloatArray, FloatArray, ComplexArray]:
-    """Return axes [rad] and field on theta 0..pi, phi 0..2 pi, each direction once.
+    """Return ascending axes [rad] and field on theta 0..pi, phi 0..2 pi, each direction once.
 
-    A direction beyond a pole, theta < 0 or > 180 deg, is the one at the opposite azimuth, where
-    both unit vectors point the other way: F(theta, phi + 180 deg) = -F(-theta, phi). Amplitudes
-    (``signed`` false) keep their sign. |theta| <= 360 deg, |phi| <= 720 deg.
-
-    Returns
-    -------
-    theta_rad, phi_rad, field
-        Ascending axes [rad] and the (2, T', P') field [-].
+    Beyond a pole (theta < 0 or > 180 deg) both unit vectors are reversed at the opposite azimuth:
+    F(theta, phi + 180 deg) = -F(-theta, phi). Amplitudes (``signed`` false) keep their sign.
+    |theta| <= 360 deg, |phi| <= 720 deg.
     """
     if np.abs(theta_deg).max() > 360.0 + 1e-6 or np.abs(phi_deg).max() > 720.0 + 1e-6:
         what = "theta beyond 360 deg or phi beyond 720 deg is not a direction; correct the angles."

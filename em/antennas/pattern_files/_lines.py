@@ -22,13 +22,7 @@ _MOST_SAMPLES = 20_000_000
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Row:
-    """Numbers of one line of a file, with the line's number for messages.
-
-    Parameters
-    ----------
-    line : Line number, from 1.
-    values : The numbers [-], in the file's own units.
-    """
+    """Numbers of one line of a file, in its own units, with the line's number from 1."""
 
     line: int
     values: tuple[float, ...]

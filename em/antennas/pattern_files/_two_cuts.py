@@ -21,40 +21,19 @@ TWO_CUTS_WARNING = (
 def spread_two_cuts(
     horizontal_db: FloatArray, vertical_db: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return a grid of directions and the level there, from the levels in two cuts.
+    """Return theta (181,) and phi (360,) [rad] and the levels (181, 360) [dB] from two cuts [dB].
 
-    The horizontal cut holds the level [dB] at azimuth 0, 1 .. 359 deg, at the horizon; the vertical
-    one that on the great circle through the main direction at elevation 0, 1 .. 359 deg, upwards
-    positive: 90 is the zenith, 180 the horizon behind.
+    The horizontal cut is at azimuth 0, 1 .. 359 deg on the horizon; the vertical one on the great
+    circle through the main direction at elevation 0 .. 359 deg: 90 is the zenith, 180 behind.
 
-    Returns
-    -------
-    theta_rad : (181,) float64
-        Angles from +z [rad].
-    phi_rad : (360,) float64
-        Azimuths [rad].
-    level_db : (181, 360) float64
-        Levels [dB].
-
-    Notes
-    -----
-    The summing method adds the two cuts in dB, L = H(phi) + V(el); it knows nothing of the vertical
-    cut's back. Here, as in weighted summing, the vertical cut's departure from the horizon is
-    weighted between front and back by the azimuth's distance, w = |phi| / 180 deg:
+    The summing method, L = H(phi) + V(el), knows nothing of the vertical cut's back. Here, as in
+    weighted summing, its departure from the horizon is weighted front to back, w = |phi| / 180 deg:
 
     L = H(phi) + (1 - w) (V(el) - V(0)) + w (V(180 deg - el) - V(180 deg)).
 
-    Both cuts come out as they went in where they agree at their crossings, a body of revolution
-    comes out exactly, and the summing method is what remains where front and back are alike.
-
-    References
-    ----------
-    .. [1] F. Gil, A. R. Claro, J. M. Ferreira, C. Pardelinha, L. M. Correia, A 3D interpolation
-       method for base-station-antenna radiation patterns, IEEE Antennas Propag. Mag. 43 (2001)
-       132-137.
-    .. [2] T. G. Vasiliadis, A. G. Dimitriou, G. D. Sergiadis, A novel technique for the
-       approximation of 3-D antenna radiation patterns, IEEE Trans. Antennas Propag. 53 (2005)
-       2212-2219 (compares the methods).
+    Cuts that agree at their crossings and bodies of revolution come out exactly; where front and
+    back are alike it is the summing method. Sources: F. Gil et al., IEEE Antennas Propag. Mag. 43
+    (2001) 132-137; T. G. Vasiliadis et al., IEEE Trans. Antennas Propag. 53 (2005) 2212-2219.
     """
     theta_deg = np.arange(0.0, 180.0 + STEP_DEG, STEP_DEG)
     phi_deg = np.arange(0.0, 360.0, STEP_DEG)
@@ -69,10 +48,7 @@ def spread_two_cuts(
 
 
 def closed_cut(path: Path, line: int, angle_deg: FloatArray, level_db: FloatArray) -> FloatArray:
-    """Return a cut [dB] at 0, 1 .. 359 deg by linear interpolation in dB around the circle.
-
-    The file's angles are of any turn, ascending.
-    """
+    """Return a cut [dB] at 0, 1 .. 359 deg, linear in dB, from ascending angles of any turn."""
     step = np.diff(angle_deg)
     if len(angle_deg) < 2 or (step <= 0.0).any() or angle_deg[-1] - angle_deg[0] > 360.0 + 1e-6:
         what = "the cut's angles must ascend once around, each given once; sort them."

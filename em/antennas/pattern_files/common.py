@@ -40,10 +40,9 @@ class PatternTable:
     ----------
     frequency_hz : Frequency [Hz]; None where the file names none.
     theta_rad : (T,) float64 — Angles from +z [rad], ascending within 0..pi.
-    phi_rad : (P,) float64 — Azimuths from +x towards +y [rad], ascending within 0 (included) .. 2
-        pi (not included).
-    field : (2, T, P) complex128 — F_theta and F_phi [-] with |F|^2 = gain over isotropic of the
-        stated kind; time e^{+j w t}, wave e^{-j k r} / r taken out.
+    phi_rad : (P,) float64 — Azimuths from +x towards +y [rad], ascending from 0 to below 2 pi.
+    field : (2, T, P) complex128 — F_theta and F_phi [-], |F|^2 = gain over isotropic of the stated
+        kind; time e^{+j w t}, wave e^{-j k r} / r taken out.
     kind : {"directivity", "gain", "realised_gain"} — What |F|^2 is.
     phase_known : False: amplitudes only, real and not negative.
     name : Name of the antenna, the request or the file.
@@ -126,8 +125,7 @@ def mean_over_sphere(
 ) -> float:
     """Return the mean of a quantity over all directions, in the quantity's unit [-].
 
-    The mean. Exact for band-limited patterns on a uniform grid with both poles, else by the
-    trapezoidal rule.
+    Exact for band-limited patterns on a uniform grid with both poles, else trapezoidal.
 
     Parameters
     ----------

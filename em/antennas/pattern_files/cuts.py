@@ -233,8 +233,7 @@ def write_csv(path: str | Path, tables: Sequence[PatternTable]) -> None:
     Parameters
     ----------
     path : The file; replaced where it exists.
-    tables : All with phase (complex grid) or all without (grid of gains); all with a frequency or
-        none.
+    tables : All with phase (complex grid) or all without (gains); all with a frequency or none.
     """
     path = Path(path)
     known = {(table.phase_known, table.frequency_hz is None) for table in tables}

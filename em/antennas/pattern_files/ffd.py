@@ -1,13 +1,9 @@
 """HFSS far fields (``.ffd``): complex r E on a grid that two header lines define.
 
-HFSS uses e^{+j w t} and peak values, r E in volts with e^{-jkr} taken out and the phase referred
-to the coordinate system's origin. The file says nothing of power: F is r E over that of an
-isotropic source fed with the incident power, |F|^2 = 2 pi |rE|^2 / (eta P). HFSS drives a port
-with 1 W unless another power is set, so F is realised gain.
-
-References
-----------
-.. [1] Ansys HFSS online help, "Far Field Data file format (.ffd)".
+HFSS uses e^{+j w t} and peak values [V], e^{-jkr} taken out, phase at the coordinate system's
+origin. Power is not in the file: |F|^2 = 2 pi |rE|^2 / (eta P), with P the incident power, 1 W
+unless set otherwise, so that F is realised gain. Source: Ansys HFSS online help, "Far Field Data
+file format (.ffd)".
 """
 
 import math
@@ -32,9 +28,7 @@ from octant.geometries.errors import PatternFileError
 
 
 def read_ffd(path: Path, *, incident_power_w: float = 1.0) -> tuple[PatternTable, ...]:
-    """Return the far fields of an HFSS ``.ffd`` file, one table a frequency.
-
-    Realised gain; the frequency is None where the file names none.
+    """Return the realised gains of an HFSS ``.ffd`` file, one table a frequency, which may be None.
 
     Parameters
     ----------

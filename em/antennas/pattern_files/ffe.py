@@ -1,12 +1,8 @@
 """FEKO far fields (``.ffe``): blocks of complex field and gain, one block a request and frequency.
 
-FEKO's time convention is e^{+j w t} and its fields are peak values of r E [V], phase referred to
-the block's origin. The gain columns [dB] give the absolute level; the field gives the phase. Where
-a block has fields but no gain columns, the incident power must be given.
-
-References
-----------
-.. [1] Altair Feko 2021 User Guide, appendix "Far Fields (.FFE)" and "General File Format".
+FEKO uses e^{+j w t} and peak values of r E [V], phase at the block's origin. Gain columns [dB] give
+the level; a block of fields without them needs the incident power. Source: Altair Feko 2021 User
+Guide, appendix "Far Fields (.FFE)" and "General File Format".
 """
 
 import math
@@ -293,9 +289,8 @@ def write_ffe(path: str | Path, tables: Sequence[PatternTable]) -> None:
     Parameters
     ----------
     path : The file; replaced where it exists.
-    tables : Each with a frequency. The field is written for 1 W (incident, accepted or radiated, as
-        the table's kind says), peak volts; without phase it is written as zero, with the gain
-        alone.
+    tables : Each with a frequency. The field [V peak] is that for 1 W of the table's kind
+        (incident, accepted, radiated); zero without phase, with the gain alone.
     """
     path = Path(path)
     if not tables:

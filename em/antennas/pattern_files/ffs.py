@@ -1,13 +1,9 @@
 """CST far-field sources (``.ffs``, version 3): complex r E with the powers it belongs to.
 
-CST uses e^{+j w t} and peak values, r E in volts, phase referred to the file's position. The header
-gives radiated, accepted and stimulated (incident) mean power per frequency; the last one makes F
-realised gain, |F|^2 = 2 pi |rE|^2 / (eta P_stimulated). Where powers are not known the file may
-hold -1 (the radiated power then follows by integration) or efficiencies with a minus sign.
-
-References
-----------
-.. [1] CST Studio Suite online help, "Farfield Source File Format".
+CST uses e^{+j w t} and peak values [V], phase at the file's position. The header gives radiated,
+accepted and stimulated (incident) mean power per frequency; F is realised gain, |F|^2 = 2 pi |rE|^2
+/ (eta P_stimulated). Unknown powers may be -1 (the radiated one then follows by integration) or
+efficiencies with a minus sign. Source: CST Studio Suite online help, "Farfield Source File Format".
 """
 
 from collections.abc import Iterator, Sequence
@@ -28,9 +24,7 @@ _COLUMNS = 6  # phi, theta, Re(E_theta), Im(E_theta), Re(E_phi), Im(E_phi)
 
 
 def read_ffs(path: Path) -> tuple[PatternTable, ...]:
-    """Return the far fields of a CST ``.ffs`` file, one table a frequency.
-
-    Realised gain; phase referred to the file's position.
+    """Return a CST ``.ffs`` file's realised gains, one table a frequency, phase at its position.
 
     Parameters
     ----------

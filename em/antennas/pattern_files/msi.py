@@ -1,12 +1,8 @@
 """MSI/Planet antenna files (``.msi``, ``.pln``): two cuts of attenuation below the maximum gain.
 
-No phase and one polarisation for the whole antenna. GAIN is in dBd unless ``dBi`` follows it.
-HORIZONTAL runs clockwise seen from above, 0 at the main direction (+x here, so phi = -angle);
-VERTICAL runs from the horizon in the main direction downwards: 90 is straight down, 180 behind.
-
-References
-----------
-.. [1] Radio Mobile, "Definitions: MSI" (the Planet antenna file's fields and units).
+No phase and one polarisation. GAIN is in dBd unless ``dBi`` follows it. HORIZONTAL runs clockwise
+seen from above, 0 at the main direction (+x here, so phi = -angle); VERTICAL from the horizon there
+downwards: 90 is straight down, 180 behind. Source: Radio Mobile, "Definitions: MSI".
 """
 
 import re
@@ -42,9 +38,7 @@ class _File:
 
 
 def read_msi(path: Path) -> tuple[PatternTable, ...]:
-    """Return the pattern of an MSI/Planet file, spread from its two cuts.
-
-    One table of gain, amplitudes only, main direction along +x.
+    """Return the pattern of an MSI/Planet file: one table of gain, no phase, main direction +x.
 
     Parameters
     ----------

@@ -1,14 +1,10 @@
 """NEC output: the RADIATION PATTERNS tables of NEC-2, nec2c, nec2++ and NEC-4 listings.
 
-NEC uses e^{+j w t} and peak values, r E in volts at phase origin 0; with a range on the RP card
-the fields carry e^{-jkr}/r, printed above the table, which is taken out again. The level comes
-from the input power of the POWER BUDGET (gain, not realised gain: the mismatch to a load is left
-to the reader); without one, from the total-gain column, which is printed to 0.01 dB.
-
-References
-----------
-.. [1] G. J. Burke, A. J. Poggio, Numerical Electromagnetics Code (NEC), Part III: User's Guide,
-   Lawrence Livermore Laboratory (1981), RP card and "NEC output".
+NEC uses e^{+j w t} and peak values [V], phase at the origin; an RP card's range puts e^{-jkr}/r
+into the fields, taken out again. The level comes from the POWER BUDGET's input power (gain, not
+realised gain: the mismatch is left to the reader), else from the total-gain column, printed to 0.01
+dB. Source: G. J. Burke, A. J. Poggio, NEC, Part III: User's Guide, Lawrence Livermore Laboratory
+(1981), RP card and "NEC output".
 """
 
 import cmath
@@ -65,10 +61,9 @@ class _Table:
 
 
 def read_nec(path: Path) -> tuple[PatternTable, ...]:
-    """Return the radiation patterns of a NEC listing, one table an RP card and frequency.
+    """Return the patterns of a NEC listing, one table an RP card and frequency.
 
-    Gain (or directivity, as the listing says), with the input impedance where one source fed the
-    structure.
+    Gain or directivity, as it says; the input impedance where one source fed the structure.
 
     Parameters
     ----------

@@ -45,23 +45,15 @@ def read_pattern(
 ) -> tuple[PatternTable, ...]:
     """Return the patterns of a file in its order, one table an antenna and frequency.
 
+    An unknown format or malformed file is refused with file and line. Doubts about the content,
+    above all a format without phase, are warned of.
+
     Parameters
     ----------
     path : The file.
-    format : ``ffe``, ``ffd``, ``ffs``, ``nec``, ``msi`` or ``csv``; found by suffix, else by
-        content.
+    format : ``ffe``, ``ffd``, ``ffs``, ``nec``, ``msi`` or ``csv``; None: by suffix or content.
     incident_power_w : Power [W] incident on the port where the file does not tell: ``.ffd`` (1 W
         unless given) and ``.ffe`` without gain columns.
-
-    Raises
-    ------
-    PatternFileError
-        For an unknown format or a malformed file, naming file and line.
-
-    Warns
-    -----
-    PhysicsWarning
-        For every doubt about the content, above all where the format holds no phase.
     """
     path = Path(path)
     if incident_power_w is not None and not 0.0 < incident_power_w < float("inf"):

@@ -37,10 +37,9 @@ def half_turn_steps(step_deg: float) -> int:
 def move_phase(
     table: PatternTable, frequency_hz: float, centre_m: npt.ArrayLike = (0.0, 0.0, 0.0)
 ) -> ComplexArray:
-    """Return the field of a table with its phase referred to another point [-].
+    """Return F_theta, F_phi [-] times e^{j k (origin - centre) . u}: phase at another point.
 
-    F_theta and F_phi [-]: F times e^{j k (origin - centre) . u}. Amplitudes without phase stay as
-    they are: they count as real about the new centre.
+    Amplitudes without phase stay as they are: they count as real about the new centre.
 
     Parameters
     ----------
@@ -66,8 +65,7 @@ def check_coverage(table: PatternTable, *, outside: Outside = "error") -> None:
     Parameters
     ----------
     table : The pattern.
-    outside : {"error", "zero"} — ``zero`` lets theta end short of a pole (a half-space over a
-        ground plane).
+    outside : {"error", "zero"} — ``zero`` lets theta end short of a pole (above a ground plane).
     """
     if outside not in get_args(Outside):
         msg = f"outside = {outside!r} is unknown; allowed are {', '.join(get_args(Outside))}."
@@ -103,24 +101,18 @@ def resample(
     *,
     outside: Outside = "error",
 ) -> ComplexArray:
-    """Return the field of a table on another grid of directions.
+    """Return F_theta, F_phi [-] of a table on another grid, phase at the table's own origin.
 
-    F_theta and F_phi [-], phase referred to the table's own origin.
+    Periodic cubic splines around phi, then along great circles through both poles, beyond which
+    both components change sign; the table's own values come back. The phase turns by k r between
+    neighbouring directions of an antenna r off the origin: move it there first
+    (`reader_from_pattern_files` does). Amplitudes without phase never fall below 0.
 
     Parameters
     ----------
     table : The pattern, covering the sphere.
-    theta_rad : (T,) float — Angles from +z [rad], 0..pi.
-    phi_rad : (P,) float — Azimuths [rad], any turn.
+    theta_rad, phi_rad : (T,), (P,) float — Angles from +z, 0..pi, and azimuths of any turn [rad].
     outside : {"error", "zero"} — What to do where theta is not covered.
-
-    Notes
-    -----
-    Periodic cubic splines, first around phi, then along great circles through both poles, beyond
-    which both components change sign. On the table's own directions its values come back. The
-    phase turns by k r between neighbouring directions of an antenna r away from the origin: move
-    it to the antenna first (`reader_from_pattern_files` does). Amplitudes without phase do not
-    change sign and are kept from going below zero.
     """
     return _resampled(
         table,
@@ -178,18 +170,14 @@ def response_pattern(
     columns: int,
     outside: Outside = "error",
 ) -> ComplexArray:
-    """Return a table on the uniform grid of a `ReaderResponse`.
-
-    F_theta and F_phi [-], phase referred to ``phase_centre_m``.
+    """Return F_theta, F_phi [-] of a table on the uniform grid of a `ReaderResponse`.
 
     Parameters
     ----------
     table : The pattern, in the reader's frame.
     frequency_hz : Frequency [Hz] for the phase.
-    phase_centre_m : (3,) float — Point [m] of the reader's frame that the result's phase is
-        referred to.
-    rows : Values of theta from 0 to pi.
-    columns : Values of phi from 0 to, not including, 2 pi.
+    phase_centre_m : (3,) float — Point [m] of the reader's frame that the phase is referred to.
+    rows, columns : Values of theta from 0 to pi, and of phi from 0 to below 2 pi.
     outside : {"error", "zero"} — What to do where theta is not covered.
     """
     return _resampled(

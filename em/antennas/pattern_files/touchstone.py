@@ -1,11 +1,7 @@
 """Touchstone files, version 1 (``.sNp``): S-matrices over frequency.
 
-The two-port's columns run S11 S21 S12 S22; from three ports on, rows of the matrix start a line
-and hold at most four pairs a line.
-
-References
-----------
-.. [1] EIA/IBIS Open Forum, Touchstone File Format Specification, Rev. 1.1 (2002).
+The two-port's columns run S11 S21 S12 S22; from three ports on, a row starts a line, four pairs at
+most a line. Source: EIA/IBIS Open Forum, Touchstone File Format Specification, Rev. 1.1 (2002).
 """
 
 import math
@@ -128,9 +124,7 @@ def _pair(value: complex, form: str) -> str:
 
 
 def read_touchstone(path: str | Path) -> SMatrices:
-    """Return the S-matrices of a Touchstone file, version 1.
-
-    Frequencies, matrices and reference impedance; a two-port's noise table is left out.
+    """Return the S-matrices of a Touchstone file, version 1, without a two-port's noise table.
 
     Parameters
     ----------
