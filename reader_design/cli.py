@@ -86,17 +86,12 @@ class VerbGroup(click.Group):
         return list(VERBS)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """Return a verb, imported now; refuse an unknown one with the nearest name.
+        """Return a verb, imported now; refuse an unknown one (exit code 2) with the nearest name.
 
         Parameters
         ----------
         ctx : Of the call.
         cmd_name : What was typed.
-
-        Raises
-        ------
-        click.UsageError
-            When there is no such verb; exit code 2.
         """
         if cmd_name.startswith("-"):
             return None
@@ -132,8 +127,7 @@ class VerbGroup(click.Group):
 
         Parameters
         ----------
-        ctx : Of the call.
-        formatter : Where the help page is built.
+        ctx, formatter : Of the call, and where the help page is built.
         """
         del ctx
         with formatter.section("Verbs"):
@@ -217,7 +211,6 @@ _EXPECTED = (
 
 
 def _ending(exc: BaseException) -> tuple[str, int]:
-    """Return the line for an expected error, and the exit code."""
     if isinstance(exc, InterruptedRunError):
         return f"interrupted: {exc}", 130
     if isinstance(exc, click.Abort | KeyboardInterrupt):

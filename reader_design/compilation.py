@@ -1,8 +1,7 @@
 """What the compiler of the kernels does: said to the person who waits, and counted for warm-up.
 
 Kernels are compiled when they are first called and kept on disk: beside the package, or in the
-user's cache folder where the package's cannot be written, or in NUMBA_CACHE_DIR. Only this module
-and the kernels themselves know numba.
+user's cache folder where the package's cannot be written, or in NUMBA_CACHE_DIR.
 """
 
 import time
@@ -15,7 +14,6 @@ FIRST_USE = (
     "First use on this machine: compiling kernels, once; this takes up to a minute or two in all "
     "('octant warm-up' does it ahead of time)."
 )
-"""Said when a command has to compile."""
 
 NO_PLACE_FOR_KERNELS = "cannot cache function"
 """How numba's own message begins when compiled kernels can be kept nowhere."""
@@ -25,7 +23,6 @@ HOW_TO_GIVE_A_PLACE = (
     "folder, because neither can be written; set the environment variable NUMBA_CACHE_DIR to a "
     "folder that can."
 )
-"""What a person can do about it."""
 
 
 @dataclass(slots=True, kw_only=True)
@@ -34,8 +31,7 @@ class CompilationRecord:
 
     Parameters
     ----------
-    kernels : Names of the functions that were compiled.
-    folders : Where they are kept.
+    kernels, folders : Names of the functions that were compiled, and where they are kept.
     seconds : Time that took [s].
     """
 

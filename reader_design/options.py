@@ -64,14 +64,12 @@ def common_options(command: Decorated) -> Decorated:
 class RunOptions:
     """What every experiment is asked for on the command line, besides its study.
 
-    Attributes
+    Parameters
     ----------
-    out : Folder of the results.
-    force : Replace the results of another study.
+    out, force : Folder of the results; whether they replace those of another study.
     workers : Processes of this machine; None: one for each core.
     cluster : Address of a dask scheduler, or ``local:N``; in place of ``workers``.
-    dry_run : Only say what would be computed.
-    quiet : No progress and no messages.
+    dry_run, quiet : Only say what would be computed; no progress and no messages.
     """
 
     out: Path
@@ -91,10 +89,9 @@ class RunOptions:
 class Ended:
     """How an experiment ended.
 
-    Attributes
+    Parameters
     ----------
-    lines : What a person wants to read at the end.
-    failed : Whether some cases have no result; the exit code is then 3.
+    lines, failed : What a person wants to read; whether some cases have no result.
     """
 
     lines: tuple[str, ...]
@@ -106,15 +103,12 @@ def experiment(
 ) -> Callable[[Callable[..., Ended]], Callable[..., None]]:
     """Return a decorator that makes a function the verb of an experiment.
 
-    The function receives ``study`` (a path, or None), ``options`` (`RunOptions`) and the options of
-    its own, and returns how it ended. The verb takes STUDY, ``--out``, ``--workers``,
-    ``--cluster``, ``--dry-run``, ``--force`` and ``--quiet``; prints the lines; exits with 3 when
-    cases failed and with 130 after Ctrl-C.
+    The function takes ``study`` (a path, or None), ``options`` (`RunOptions`) and its own options.
+    The verb prints the lines of what it returns; exits with 3 when cases failed, 130 after Ctrl-C.
 
     Parameters
     ----------
-    out : Default of ``--out``; None: it must be given.
-    study : Whether STUDY must be given.
+    out, study : Default of ``--out`` (None: it must be given); whether STUDY must be given.
     """
 
     def decorated(verb: Callable[..., Ended]) -> Callable[..., None]:

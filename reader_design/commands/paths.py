@@ -64,7 +64,6 @@ def path_options(command: Decorated) -> Decorated:
 
 
 def _end(end: str, given: dict[str, Any]) -> "End":
-    """Return one end's antenna, taken out of the options that were given."""
     from octant.reader_design.face.paths import End
 
     name, axis, azimuth_deg = (
@@ -95,10 +94,8 @@ def command_link(
 
     Parameters
     ----------
-    study : The study file.
-    tx : (3,) tuple of float — Transmitter [m].
-    receivers : (m, 3) array_like — Receivers [m].
-    antennas : Transmitting and receiving.
+    study, antennas : The study file; transmitting and receiving antenna.
+    tx, receivers : (3,) and (m, 3) array_like — Transmitter and receivers [m].
     max_reflections : Highest order; None: the study's.
     progress : Says which antennas were moved off a surface.
     """

@@ -110,7 +110,6 @@ def _write_inputs(folder: Path) -> None:
 
 
 def _run(model: str, call: str, folder: Path) -> None:
-    """Run one call with what it prints and keeps in ``folder``."""
     places = {"STUDY": f"{model}.toml", "POSES": "poses.csv"}
     words = [places.get(word, word) for word in f"{call} --quiet".split()]
     said = io.StringIO()
@@ -128,7 +127,6 @@ def _run(model: str, call: str, folder: Path) -> None:
 
 @contextlib.contextmanager
 def _environment(name: str, value: str) -> Iterator[None]:
-    """Run a block with an environment variable set, and put back what it was."""
     before = os.environ.get(name)
     os.environ[name] = value
     try:

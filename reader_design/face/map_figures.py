@@ -35,9 +35,7 @@ PAGES = (
     "azimuth_spread.png",
     "direction_spread.png",
 )
-"""Files that `map_pages` may name."""
 MOST_TAGS = 4
-"""Tags that one page shows [-]."""
 FEW_COUNTS = 12
 """Different numbers of paths [-] up to which each gets a colour of its own."""
 
@@ -54,17 +52,14 @@ _SPREADS = (
 
 
 def map_pages(data: "xr.Dataset", built: Setting) -> "Iterator[tuple[str, Figure]]":
-    """Yield a file name of `PAGES` and a figure for each layer of a map.
+    """Yield a file name of `PAGES` and a figure for each layer of a map, at most four tags a page.
+
+    Grey is outside the room and inside objects.
 
     Parameters
     ----------
     data : From `octant.reader_design.face.rss_map.map_dataset`.
     built : The room.
-
-    Yields
-    ------
-    (str, Figure)
-        At most four tags a page; grey is outside the room and inside objects.
     """
     pages = _Pages(data, built)
     yield "power.png", pages.power()
@@ -176,21 +171,14 @@ def category_figure(
     title: str,
     legend_title: str,
 ) -> "Figure":
-    """Return plan views of numbered categories with one colour each, axes in [m].
+    """Return plan views of numbered categories with one colour each, two in a row, axes in [m].
 
     Parameters
     ----------
     x_m, y_m : (nx,), (ny,) float64 — Grid [m].
-    panels : Numbers from 1; NaN is grey.
+    panels, names : Numbers from 1 (NaN is grey), and what they mean.
     plan : Walls and objects.
-    names : What the numbers mean, from 1 on.
-    title : Above the figure.
-    legend_title : Above the legend.
-
-    Returns
-    -------
-    Figure
-        At most two panels in a row, the legend beside them.
+    title, legend_title : Above the figure and its legend.
     """
     from matplotlib.colors import ListedColormap
     from matplotlib.patches import Patch

@@ -20,15 +20,11 @@ if TYPE_CHECKING:
 def materials(*, frequency_hz: float = 2.4e9) -> "xr.Dataset":
     """Return the materials that a room can name: permittivity, conductivity [S/m], range [Hz].
 
+    After ITU-R P.2040-4; NaN where it gives no value; infinite conductivity: a perfect conductor.
+
     Parameters
     ----------
     frequency_hz : Where they are evaluated [Hz].
-
-    Returns
-    -------
-    xarray.Dataset
-        After ITU-R P.2040-4; NaN where it gives no value at this frequency, and an infinite
-        conductivity for a perfect conductor.
 
     Examples
     --------
@@ -71,12 +67,7 @@ def materials(*, frequency_hz: float = 2.4e9) -> "xr.Dataset":
 
 
 class Audit:
-    """What is wrong with a mesh file, and what it means for rays.
-
-    Attributes
-    ----------
-    found : Every finding with its numbers.
-    """
+    """What is wrong with a mesh file, and what it means for rays; ``found`` has the numbers."""
 
     __slots__ = ("found",)
 
@@ -99,8 +90,7 @@ def audit(mesh: str | Path, *, unit: str | None = None) -> Audit:
 
     Parameters
     ----------
-    mesh : The file, of any format that trimesh reads.
-    unit : Length unit of the file (m, cm, mm, in ...), if it declares none.
+    mesh, unit : The file, in any format of trimesh; its length unit, if it declares none.
 
     Examples
     --------

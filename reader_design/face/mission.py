@@ -45,20 +45,14 @@ class Mission:
 
     Parameters
     ----------
-    room : The room.
-    tags : The tags that hang in it.
+    room, tags : The room and the tags that hang in it.
     reader : The reader; by default that of the thesis.
-    start : (2,) or (3,) sequence of float — Where the robot starts: x, y [m] and heading [deg], by
-        default 90.
-    frequency_hz : Carrier [Hz].
-    channels_hz : Hopping frequencies [Hz].
+    start : (2,) or (3,) — Where the robot starts: x, y [m] and heading [deg], by default 90.
+    frequency_hz, channels_hz : Carrier and hopping frequencies [Hz].
     sensor, solver : Keys of the tables ``[sensor]`` and ``[solver]`` of a study file.
     name : In titles.
-    **keys
-        Keys of the table ``[mission]``: ``navigator``, ``controller``, ``noise_db``,
-        ``arrival_radius_m`` and so on. ``tags`` by name is not needed: the tags are visited in the
-        order given, unless ``order`` names others.
-    order : Names of the tags to visit, in this order.
+    **keys : Of the table ``[mission]``: ``navigator``, ``controller``, ``noise_db`` and so on.
+    order : Names of the tags to visit, in this order; by default all, as given.
 
     Examples
     --------
@@ -130,19 +124,12 @@ class Mission:
         noise_db: float | None = None,
         progress: bool | Progress = True,
     ) -> "MissionRuns":
-        """Return the runs of the mission.
+        """Return the runs of the mission; refuse one that cannot be driven with this reader.
 
         Parameters
         ----------
-        runs : Number of runs; by default the mission's.
-        seed : Seed of every random number; by default the study's.
-        noise_db : Noise of each reading [dB]; by default the mission's.
+        runs, seed, noise_db : Number, seed, and noise of each reading [dB]; by default the study's.
         progress : False silences it.
-
-        Raises
-        ------
-        NavigationError
-            When the mission cannot be driven with this reader.
         """
         study = self.study if seed is None else msgspec.structs.replace(self.study, seed=seed)
         table = mission_table(study)
@@ -178,10 +165,8 @@ class MissionRuns:
 
     Parameters
     ----------
-    study : What was driven.
-    built : The room; with random placements that of run 0.
-    responses : The reader's.
-    results : Every run.
+    study, built : What was driven, and its room; with random placements that of run 0.
+    responses, results : The reader's, one a frequency; every run.
     """
 
     study: Study
@@ -353,8 +338,7 @@ class Animation:
 
     Parameters
     ----------
-    content : A GIF file.
-    frames : Number of its frames.
+    content, frames : A GIF file and the number of its frames.
     """
 
     content: bytes

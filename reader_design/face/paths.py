@@ -59,7 +59,6 @@ PATH_COLUMNS = (
     "phase_deg",
     "vertices",
 )
-"""Columns of a table of paths, one row a path."""
 BUDGET_COLUMNS = (
     "step",
     "change_db",
@@ -77,7 +76,6 @@ BUDGET_COLUMNS = (
     "z_m",
     "detail",
 )
-"""Columns of a table of one path's budget, one row a step."""
 NANOSECONDS_PER_SECOND = 1e9
 RECEIVERS_PER_BLOCK = 512
 
@@ -90,8 +88,7 @@ class End:
     ----------
     place_key, antenna_key : The arguments that give place and antenna, for messages.
     antenna : A kind of antenna or a pattern file.
-    axis : (3,) tuple of float or None — Its direction; None: up, a patch down.
-    azimuth_deg : Turn about the axis [deg].
+    axis, azimuth_deg : Its direction (None: up, a patch down), and the turn about it [deg].
     """
 
     place_key: str
@@ -122,8 +119,7 @@ class PathLink:
 
     Parameters
     ----------
-    built : The room with its tags.
-    radio : Scene and materials at the frequency.
+    built, radio : The room with its tags; scene and materials at the frequency.
     candidates : Of the transmitter.
     receivers_m : (m, 3) float64 — Places of the receivers, after the stand-off [m].
     transmitter, receiver : Antennas in the room's frame.
@@ -153,8 +149,7 @@ class PathLink:
 
         Parameters
         ----------
-        found : Paths of a block.
-        path : Row of the path.
+        found, path : Paths of a block, and the row of one of them.
         """
         return explain_path(
             self.radio, found, path, transmitter=self.transmitter, receiver=self.receiver
@@ -170,20 +165,14 @@ def path_link(
     rx: End,
     max_reflections: int | None = None,
 ) -> PathLink:
-    """Return the link between two ends in the room of a study, ready to be traced.
+    """Return the link between two ends in a study's room; refuse an end in the wrong place.
 
     Parameters
     ----------
     study : Its room, carrier and solver.
-    tx_m : (3,) array_like — Transmitter [m].
-    receivers_m : (m, 3) array_like — Receivers [m].
+    tx_m, receivers_m : (3,) and (m, 3) array_like — Transmitter and receivers [m].
     tx, rx : Transmitting and receiving antenna.
     max_reflections : Highest order; None: the study's.
-
-    Raises
-    ------
-    ConfigError
-        When an end is in the wrong place, or there is no such antenna.
     """
     built = build_setting(study)
     standoff_m = study.solver.standoff_m
@@ -336,8 +325,7 @@ class Paths:
 
     Parameters
     ----------
-    link : Room, ends and antennas.
-    blocks : Paths and gains, some hundred receivers at a time.
+    link, blocks : What is traced; paths and gains, some hundred receivers at a time.
     """
 
     link: PathLink
@@ -415,8 +403,7 @@ class Paths:
 
         Parameters
         ----------
-        path : The file.
-        force : Replace a file that exists.
+        path, force : The file; whether one that exists is replaced.
         """
         rows = (row for block in self.blocks for row in path_rows(block))
         put_table(str(path), PATH_COLUMNS, rows, force=force)
@@ -427,11 +414,6 @@ class Paths:
         Parameters
         ----------
         path : Row of the path in `to_dataframe`; None: the strongest.
-
-        Raises
-        ------
-        ConfigError
-            When there is no such path.
         """
         gain = np.concatenate([gains.gain for _, _, gains in self.blocks])
         if path is None and len(gain):
@@ -485,8 +467,7 @@ class Paths:
         Parameters
         ----------
         most : Draw at most so many paths.
-        colour_by : {"gain", "order"} — What the colour of a path shows.
-        view : From where it is seen.
+        colour_by, view : Their colour shows "gain" or "order"; from where the room is seen.
         """
         built, drawn = self.link.built, self.strongest(most)
         return scene_figure(
@@ -517,9 +498,7 @@ def paths_title(built: Setting, paths: DrawnPaths, *, frequency_hz: float) -> st
 
     Parameters
     ----------
-    built : The room.
-    paths : What is drawn.
-    frequency_hz : Frequency [Hz].
+    built, paths, frequency_hz : The room, what is drawn, and the frequency [Hz].
     """
     shown = len(paths.order)
     what = f"all {shown} paths" if shown == paths.of else f"{shown} strongest of {paths.of} paths"
@@ -533,9 +512,7 @@ class Explanation:
     Parameters
     ----------
     link : Room, ends and antennas.
-    found : The path and its neighbours.
-    gains : Their gains.
-    path : Row of the path among them.
+    found, gains, path : The path and its neighbours, their gains, and its row among them.
     budget : Its lines add up to the path's gain [dB].
     """
 

@@ -49,11 +49,9 @@ FloatArray = npt.NDArray[np.float64]
 ComplexArray = npt.NDArray[np.complex128]
 
 ELEVATIONS_DEG = (0.0, 30.0, 45.0, 60.0)
-"""Elevations of the polar cuts [deg]."""
 DENSITIES = (8.0, 10.0, 14.0)
 """Elements per wavelength that a convergence study solves with [-]."""
 FIGURE_STEP_DEG = 3.0
-"""Step of the grid for solids of gain [deg]."""
 
 
 @with_keys_of(ReaderTable)
@@ -85,18 +83,13 @@ class Reader(StudyTable):
         step_deg: float = 2.0,
         progress: bool | Progress = True,
     ) -> "SolvedReader":
-        """Return the reader's ports and embedded patterns at some frequencies.
+        """Return the reader's ports and patterns; a PhysicsWarning tells the limits of its model.
 
         Parameters
         ----------
         frequencies_hz : Frequencies [Hz]; antennas without a length are resonant at the first.
         step_deg : Step of the patterns over theta and phi [deg]; it must divide 180.
         progress : False silences it.
-
-        Warns
-        -----
-        PhysicsWarning
-            For what the reader's model is known not to hold.
         """
         given = np.atleast_1d(np.asarray(frequencies_hz, dtype=np.float64)).tolist()
         if not given:
@@ -123,17 +116,11 @@ class Reader(StudyTable):
 
 
 def check_step(step_deg: float, *, name: str) -> None:
-    """Raise when a step does not divide half a turn.
+    """Refuse a step that does not divide half a turn.
 
     Parameters
     ----------
-    step_deg : The step [deg].
-    name : Of the argument.
-
-    Raises
-    ------
-    ConfigError
-        When it does not.
+    step_deg, name : The step [deg] and the name of the argument.
     """
     steps = 180.0 / step_deg if step_deg > 0.0 else math.nan
     if not abs(steps - round(steps) if math.isfinite(steps) else math.nan) <= 1e-9:
@@ -153,9 +140,7 @@ def solve_reader_of(
     Parameters
     ----------
     study : The study.
-    frequencies_hz : Frequencies [Hz]; antennas without a length are resonant at the first.
-    step_deg : Step of the patterns over theta and phi [deg].
-    progress : Shows what is done.
+    frequencies_hz, step_deg, progress : As in `Reader.solve` [Hz], [deg].
     """
     check_step(step_deg, name="step_deg")
     design = study.reader
@@ -180,7 +165,6 @@ def solve_reader_of(
 def _solved(
     study: Study, design: ReaderTable, frequency_hz: float
 ) -> tuple[ReaderResponse, FullwaveResult | None]:
-    """Return the reader's response, and the solution behind it where the model has one."""
     if study.reader.response != "fullwave":
         return response_at(design, frequency_hz), None
     return fullwave_response(
@@ -197,10 +181,8 @@ class SolvedReader:
 
     Parameters
     ----------
-    study : What was solved.
-    design : The reader.
-    responses : Embedded patterns, one a frequency.
-    results : The solutions behind them; empty for models that give patterns only.
+    study, design : What was solved, and its reader.
+    responses, results : Patterns, one a frequency, and the solutions behind them, if any.
     step_deg : Step of the patterns over theta and phi [deg].
     """
 
@@ -216,16 +198,11 @@ class SolvedReader:
         return tuple(response.frequency_hz for response in self.responses)
 
     def result(self, number: int = 0) -> FullwaveResult:
-        """Return the full-wave solution at one frequency.
+        """Return the full-wave solution at one frequency; refuse a model that gives patterns only.
 
         Parameters
         ----------
         number : Of the frequency.
-
-        Raises
-        ------
-        ConfigError
-            When the model gives patterns only.
         """
         if not self.results:
             msg = (
@@ -240,8 +217,7 @@ class SolvedReader:
 
         Parameters
         ----------
-        number : Of the frequency.
-        step_deg : Step over theta and phi [deg].
+        number, step_deg : Number of the frequency; step over theta and phi [deg].
         """
         rows, columns = round(180.0 / step_deg) + 1, round(360.0 / step_deg)
         theta = np.linspace(0.0, math.pi, rows)
@@ -369,8 +345,7 @@ class SolvedReader:
 
         Parameters
         ----------
-        path : The file.
-        number : Of the frequency.
+        path, number : The file and the number of the frequency.
         force : Replace a file that exists.
         """
         write_dataset(self.dataset(number), Path(path), force=force)
@@ -558,18 +533,12 @@ def port_lines(
     azimuths_rad: npt.NDArray[np.float64],
     peak_gain_dbi: npt.NDArray[np.float64],
 ) -> Iterator[str]:
-    """Yield one line for each antenna: impedance [ohm], reflection [dB], power [%], gain [dBi].
+    """Yield a heading and one line an antenna: impedance, reflection, power, gain.
 
     Parameters
     ----------
     result : Solution.
-    azimuths_rad : (n,) float64 — Azimuths of the antennas [rad].
-    peak_gain_dbi : (n,) float64 — Greatest realised gain of each antenna [dBi].
-
-    Yields
-    ------
-    str
-        A heading, then one line an antenna.
+    azimuths_rad, peak_gain_dbi : (n,) float64 — Azimuths [rad], greatest realised gains [dBi].
     """
     yield (
         "antenna  azimuth [°]  input impedance [ohm]  reflection [dB]  radiated [%]  "
@@ -589,16 +558,11 @@ def port_lines(
 
 
 def s_matrix_lines(s_matrix: npt.NDArray[np.complex128]) -> Iterator[str]:
-    """Yield the magnitudes of a scattering matrix [dB], a line for each receiving antenna.
+    """Yield a scattering matrix's magnitudes [dB]: driven antennas above, a row a receiving one.
 
     Parameters
     ----------
     s_matrix : (n, n) complex128 — Scattering matrix [-].
-
-    Yields
-    ------
-    str
-        A heading with the driven antennas, then the rows.
     """
     level = 20.0 * np.log10(np.maximum(np.abs(s_matrix), 1e-10))
     numbers = "".join(f"{i + 1:>8}" for i in range(len(level)))
@@ -608,16 +572,11 @@ def s_matrix_lines(s_matrix: npt.NDArray[np.complex128]) -> Iterator[str]:
 
 
 def balance_line(result: FullwaveResult) -> str:
-    """Return the power balance of a solution in one sentence [%].
+    """Return the power balance [%] and how symmetric the scattering matrix is, in one sentence.
 
     Parameters
     ----------
     result : Solution.
-
-    Returns
-    -------
-    str
-        Radiated against accepted power, and how symmetric the scattering matrix is.
     """
     s_matrix = result.s_matrix
     skew = float(np.abs(s_matrix - s_matrix.T).max())

@@ -1,7 +1,4 @@
-"""Figures of one reader's full-wave solution: gains, S-matrix, currents on its mesh.
-
-As in :mod:`octant.reader_design.showing.style`, every function takes arrays and returns a figure.
-"""
+"""Figures of one reader's full-wave solution: gains, S-matrix, currents on its mesh."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
@@ -26,20 +23,14 @@ FloatArray = npt.NDArray[np.float64]
 SPAN_DB = 30.0
 """Range of gain that polar cuts and solids of gain show below their top [dB]."""
 CURRENT_SPAN_DB = 60.0
-"""Range of current density that is coloured below its maximum [dB]."""
 
 
 def gain_dbi(pattern: npt.NDArray[np.complex128]) -> FloatArray:
-    """Return the gain of both polarisations together [dBi], not below -100 dBi.
+    """Return the gain of both polarisations together over isotropic [dBi], not below -100 dBi.
 
     Parameters
     ----------
     pattern : (..., 2) complex128 — F_theta and F_phi [-].
-
-    Returns
-    -------
-    (...) float64
-        Gain over isotropic [dBi].
     """
     power = np.sum(np.abs(pattern) ** 2, axis=-1)
     return decibels(np.maximum(power, 1e-10))
@@ -48,19 +39,13 @@ def gain_dbi(pattern: npt.NDArray[np.complex128]) -> FloatArray:
 def element_figure(
     theta_rad: FloatArray, phi_rad: FloatArray, gain: FloatArray, *, title: str
 ) -> "Figure":
-    """Return the gain [dBi] of a single antenna: as a solid and as a cut over theta [deg].
+    """Return the gain of a single antenna: as a solid (thesis Fig. 5.8, 5.10) and a cut over theta.
 
     Parameters
     ----------
-    theta_rad : (t,) float64 — Angles from the vertical, 0 to pi [rad].
-    phi_rad : (p,) float64 — Azimuths, 0 to 2 pi, both ends included [rad].
+    theta_rad, phi_rad : Angles from the vertical; azimuths 0 to 2 pi, both ends included [rad].
     gain : (t, p) float64 — Gain [dBi].
     title : Above the figure.
-
-    Returns
-    -------
-    Figure
-        In the manner of thesis Fig. 5.8 and 5.10, which show the solid.
     """
     with figure_style():
         figure, axes = new_figure(width_in=9.0, height_in=4.2, title=title, columns=2)
@@ -90,19 +75,11 @@ def element_figure(
 def gain_figure(
     theta_rad: FloatArray, phi_rad: FloatArray, gain: FloatArray, *, title: str
 ) -> "Figure":
-    """Return the realised gain [dBi] of one antenna of the reader as a solid.
+    """Return one antenna's realised gain as a solid, whose radius and colour are the gain [dBi].
 
     Parameters
     ----------
-    theta_rad : (t,) float64 — Angles from the vertical, 0 to pi [rad].
-    phi_rad : (p,) float64 — Azimuths, 0 to 2 pi, both ends included [rad].
-    gain : (t, p) float64 — Gain [dBi].
-    title : Above the figure.
-
-    Returns
-    -------
-    Figure
-        Radius and colour are the gain; the centre stands for 30 dB below the greatest.
+    theta_rad, phi_rad, gain, title : As in `element_figure` [rad], [dBi].
     """
     with figure_style():
         figure, axes = new_figure(width_in=6.4, height_in=5.4, title=title)
@@ -115,7 +92,7 @@ def gain_figure(
 def _draw_solid(
     figure: "Figure", axes: "Axes3D", theta_rad: FloatArray, phi_rad: FloatArray, gain: FloatArray
 ) -> None:
-    """Draw gain as a solid: the distance from the centre is the gain above the greatest - 30 dB."""
+    """Draw gain as a solid, whose centre stands for `SPAN_DB` below the greatest gain."""
     from matplotlib import colormaps
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
@@ -149,7 +126,6 @@ def _draw_solid(
 
 
 def _space(axes: "Axes3D", *, reach: float) -> None:
-    """Set a cube of equal scales and a view from above and aside."""
     axes.set_xlim(-reach, reach)
     axes.set_ylim(-reach, reach)
     axes.set_zlim(-reach, reach)
@@ -164,7 +140,7 @@ def cuts_figure(
     *,
     title: str,
 ) -> "Figure":
-    """Return the realised gain [dBi] of all antennas over azimuth, a polar panel each elevation.
+    """Return the antennas' realised gain over azimuth, a polar panel each elevation, of one scale.
 
     Parameters
     ----------
@@ -172,11 +148,6 @@ def cuts_figure(
     cuts : Elevation over the horizon [deg] and the antennas' gain there [dBi].
     element_azimuths_rad : (n,) float64 — Azimuths of the antennas [rad].
     title : Above the figure.
-
-    Returns
-    -------
-    Figure
-        One common scale, so that panels can be compared.
     """
     columns = min(len(cuts), 2)
     rows = -(-len(cuts) // columns)
@@ -205,17 +176,12 @@ def cuts_figure(
 
 
 def s_matrix_figure(s_matrix: npt.NDArray[np.complex128], *, title: str) -> "Figure":
-    """Return the scattering matrix as a coloured table of magnitudes [dB].
+    """Return a coloured table of magnitudes [dB]: reflection on the diagonal, coupling beside it.
 
     Parameters
     ----------
     s_matrix : (n, n) complex128 — Scattering matrix [-].
     title : Above the figure.
-
-    Returns
-    -------
-    Figure
-        Reflection on the diagonal, coupling beside it.
     """
     level = 20.0 * np.log10(np.maximum(np.abs(s_matrix), 1e-10))
     count = len(level)
@@ -242,19 +208,13 @@ def s_matrix_figure(s_matrix: npt.NDArray[np.complex128], *, title: str) -> "Fig
 
 
 def current_figure(corners_m: FloatArray, current_a_per_m: FloatArray, *, title: str) -> "Figure":
-    """Return the size of the surface current [dB] on the triangles of a mesh, lengths in [cm].
+    """Return the surface current on a mesh, coloured over 60 dB below the greatest; axes in [cm].
 
     Parameters
     ----------
     corners_m : (f, 3, 3) float64 — Corners of the triangles [m].
-    current_a_per_m : (f,) float64 — Size of the current density in the middle of each triangle
-        [A/m].
+    current_a_per_m : (f,) float64 — Current density in the middle of each triangle [A/m].
     title : Above the figure.
-
-    Returns
-    -------
-    Figure
-        Colour runs over 60 dB below the greatest current.
     """
     from matplotlib import colormaps
     from matplotlib.cm import ScalarMappable

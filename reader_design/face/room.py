@@ -79,12 +79,10 @@ class Room(StudyTable):
 
         Parameters
         ----------
-        size_m : (3,) sequence of float — Inner size along x, y and z [m].
+        size_m, origin_m : (3,) — Inner size along x, y and z, and lowest corner [m].
         material : A name of `octant.materials`, keys of a material, or one for each of ``walls``,
             ``floor`` and ``ceiling``; concrete where it is left out.
-        origin_m : (3,) sequence of float — Lowest corner [m].
-        objects : Furniture, each with the keys of a table ``[[room.object]]``.
-        doorways : Openings, each with the keys of a table ``[[room.doorway]]``.
+        objects, doorways : With the keys of tables ``[[room.object]]`` and ``[[room.doorway]]``.
         """
         return cls(
             box_m=size_m, material=material, origin_m=origin_m, object=objects, doorway=doorways
@@ -106,10 +104,8 @@ class Room(StudyTable):
         Parameters
         ----------
         corners_m : (n, 2) array_like — Corners x, y [m].
-        material : As in `box`.
-        height_m : Height [m].
-        origin_m : (3,) sequence of float — Where the outline's origin lies [m].
-        objects, doorways : As in `box`.
+        height_m, origin_m : Height, and where the outline's origin lies [m].
+        material, objects, doorways : As in `box`.
         """
         return cls(
             outline_m=corners_m,
@@ -138,14 +134,10 @@ class Room(StudyTable):
         ----------
         file : A file of any format that trimesh reads, or a Mitsuba scene; or several files, each
             with the keys of a table ``[[room.mesh]]``.
-        unit : Length unit of the file, such as m, cm, mm, in; needed unless the format declares
-            one.
-        up : {"y", "z"}, optional — The file's vertical axis; by default y for GLB and GLTF, z for
-            the others.
-        material : Material of every body that ``materials`` does not name.
-        materials : Material by the name of the body in the file.
-        origin_m : (3,) sequence of float — Where the file's origin lies [m].
-        objects : Furniture, each with the keys of a table ``[[room.object]]``.
+        unit : Length unit of the file (m, cm, mm, in ...), unless the format declares one.
+        up : {"y", "z"} — The file's vertical axis; by default y for GLB and GLTF, z for the others.
+        materials, material : Material by name of the body in the file; that of all other bodies.
+        origin_m, objects : Where the file's origin lies, (3,) [m]; as in `box`.
         """
         several = not isinstance(file, str | Path)
         return cls(
@@ -164,7 +156,7 @@ class Room(StudyTable):
 
         Parameters
         ----------
-        objects : Furniture, each with the keys of a table ``[[room.object]]``.
+        objects : As in `box`.
         """
         return cls(free_space=True, object=objects)
 
@@ -196,8 +188,7 @@ class Room(StudyTable):
 
         Parameters
         ----------
-        tx : Transmitter; a place [m] gets ``tx_antenna``.
-        rx : Receiver, or the places of several [m], which get ``rx_antenna``.
+        tx, rx : Transmitter; receiver, or the places of several [m].
         frequency_hz : Frequency [Hz].
         max_reflections : Highest number of reflections and diffractions; by default 3.
         tx_antenna, rx_antenna : ``dipole``, ``monopole``, ``patch``, ``isotropic_theta`` or a
@@ -231,11 +222,9 @@ class Room(StudyTable):
 
         Parameters
         ----------
-        tags : Transmitters.
-        reader : The reader.
+        tags, reader : Transmitters and receiver.
         poses : (k, 3) array_like — x, y [m] and heading [deg] of the robot.
-        frequency_hz : Carrier [Hz].
-        channels_hz : Hopping frequencies [Hz]; RSS is the mean power over them.
+        frequency_hz, channels_hz : Carrier; hopping frequencies, over which RSS is the mean [Hz].
         solver : Keys of the table ``[solver]``.
         """
         study = link_study(
@@ -269,19 +258,15 @@ class Room(StudyTable):
 
         Parameters
         ----------
-        tags : Transmitters, one layer each.
-        reader : The reader; one ``isotropic_theta`` antenna where it is left out.
+        tags, reader : Transmitters, one layer each; no reader: one ``isotropic_theta`` antenna.
         spacing_m : Distance of neighbouring places [m].
         height_m : Height of the receivers above the floor [m]; by default the reader's.
         antennas : Numbers of the antennas, from 1; by default all, with the strongest antenna and
             the bearing error of the RSS-weighted vector sum.
         heading_deg : Heading of the robot [deg]; several make a dimension ``heading``.
-        frequency_hz : Carrier [Hz].
-        channels_hz : Hopping frequencies [Hz]; RSS is the mean power over them.
-        local_mean : Add the power sum over paths.
-        local_mean_disc : Add the mean over a disc of one wavelength.
+        frequency_hz, channels_hz, solver : As in `rss` [Hz].
+        local_mean, local_mean_disc : Add the sum over paths; the mean over a wavelength's disc.
         spreads : Add delay spread and angular spreads of the channel.
-        solver : Keys of the table ``[solver]``.
         progress : False silences it.
         """
         study = link_study(
@@ -322,8 +307,7 @@ class Room(StudyTable):
 
         Parameters
         ----------
-        tags : Tags that are drawn.
-        azimuth_deg, elevation_deg : From where it is seen [deg].
+        tags, azimuth_deg, elevation_deg : Tags that are drawn; from where it is seen [deg].
         """
         study = study_from("plot", {"room": self, "tag": list(tags)})
         view = View(azimuth_deg=azimuth_deg, elevation_deg=elevation_deg)
@@ -364,21 +348,14 @@ def link_study(
     frequency_hz: float,
     channels_hz: Sequence[float],
 ) -> Study:
-    """Return the study of tags and a reader in a room, checked as a study file is.
+    """Return the study of tags and a reader in a room; refuse what is of the wrong kind or no fit.
 
     Parameters
     ----------
-    room : The room.
-    tags : The tags.
+    room, tags : The room and its tags.
     reader : The reader; None: the default one.
     tables : Further tables of a study file.
-    frequency_hz : Carrier [Hz].
-    channels_hz : Hopping frequencies [Hz].
-
-    Raises
-    ------
-    ConfigError
-        When tags or reader are of the wrong kind, or do not fit into the room.
+    frequency_hz, channels_hz : Carrier and hopping frequencies [Hz].
     """
     refuse_unlike("room", room, Room, example='octant.Room.box((5, 4, 3), "concrete")')
     for i, tag in enumerate(tags):
@@ -447,13 +424,10 @@ def scene_picture(
 
     Parameters
     ----------
-    study : The study.
-    built : Its room.
+    study, built : The study and its room.
     title : Above the picture; by default the study's name, and what paths are drawn.
-    found : Paths between two ends.
-    most : Draw at most so many of them.
-    colour_by : {"gain", "order"} — What their colour shows.
-    view : From where it is seen.
+    found, most : Paths between two ends; draw at most so many of them.
+    colour_by, view : Their colour shows "gain" or "order"; from where the room is seen.
     """
     drawn = None if found is None else found.strongest(most)
     if title is None:
@@ -474,7 +448,6 @@ def scene_picture(
 
 
 def _reader_triangles(study: Study, built: Setting) -> npt.NDArray[np.float64] | None:
-    """Return the reader's body where the mission starts, or None where there is no mission."""
     if study.mission is None:
         return None
     body = study.reader.body().body

@@ -41,14 +41,12 @@ NANOSECONDS_PER_SECOND = 1e9
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TagLayers:
-    """Everything that is mapped for one tag.
+    """Everything that is mapped for one tag, which transmits.
 
     Parameters
     ----------
-    tag : The tag, which transmits.
-    power : Coherent power, power sum and number of paths [W],.
-    disc_mean_w : Mean of the coherent power over a disc of one wavelength [W], in the shape of the
-        power.
+    tag, power : The tag; coherent power, power sum [W] and number of paths.
+    disc_mean_w : Mean of the coherent power over a disc of one wavelength, shaped as it [W].
     spreads : Spreads of the channel, (nx ny,) [s], [rad].
     """
 
@@ -72,12 +70,9 @@ def tag_map(
 
     Parameters
     ----------
-    study : The study.
-    built : Its room.
-    tag : The tag.
+    study, built, tag : The study, its room and the tag.
     responses : The reader's, one a frequency; none for one isotropic_theta antenna.
-    axes : Grid in x and y [m].
-    heading_rad : Heading of the robot [rad].
+    axes, heading_rad : Grid in x and y [m]; heading of the robot [rad].
     progress : Called with the number of places that are done.
     """
     x_m, y_m = axes
@@ -120,18 +115,14 @@ def disc_map(
     heading_rad: float,
     progress: Callable[[int], None],
 ) -> FloatArray:
-    """Return the mean of the coherent power over a disc of one wavelength at each place [W].
+    """Return the coherent power's mean over discs of one wavelength, (nx, ny) or (nx, ny, n) [W].
+
+    Only the part of a disc that is in the room and in no object counts.
 
     Parameters
     ----------
-    study, built, tag, responses, axes, heading_rad
-        As in `tag_map` [m], [rad].
+    study, built, tag, responses, axes, heading_rad : As in `tag_map` [m], [rad].
     progress : Called with the number of places of each disc that are done.
-
-    Returns
-    -------
-    (nx, ny) or (nx, ny, n) float64
-        Power [W], over the part of the disc that is in the room and in no object.
     """
     places = _places(axes, built)
     if responses:
@@ -174,17 +165,11 @@ def spread_map(
     axes: Axes,
     progress: Callable[[int], None],
 ) -> ChannelSpreads:
-    """Return the spreads of the channel from a tag to an isotropic_theta antenna.
+    """Return spreads from a tag to isotropic_theta at the first frequency, (nx ny,) [s], [rad].
 
     Parameters
     ----------
-    study, built, tag, axes, progress
-        As in `tag_map` [m].
-
-    Returns
-    -------
-    ChannelSpreads
-        (nx ny,) [s] and [rad], at the first frequency of the study.
+    study, built, tag, axes, progress : As in `tag_map` [m].
     """
     radio = built.radios[0]
     found = candidates_from(study, radio, tag.position_m)
@@ -199,17 +184,12 @@ def spread_map(
 
 
 def open_places(built: Setting, places_m: FloatArray) -> npt.NDArray[np.bool_]:
-    """Return at which places an antenna can be: in the room, in no object [-].
+    """Return at which places an antenna can be: in the room, in no object, (k,).
 
     Parameters
     ----------
     built : The room.
     places_m : (k, 3) float64 — Places [m].
-
-    Returns
-    -------
-    (k,) bool
-        Whether each is open [-].
     """
     return built.scene.inside_room(places_m) & ~built.scene.inside_solid(places_m)
 
@@ -227,19 +207,13 @@ def strongest_antenna(rss_w: FloatArray) -> npt.NDArray[np.int64]:
 def bearing_error_rad(
     rss_w: FloatArray, axes: Axes, *, point_m: FloatArray, heading_rad: float
 ) -> FloatArray:
-    """Return the error of the RSS-weighted vector sum's bearing at each place [rad].
+    """Return the vector sum's bearing less the true one in [-pi, pi], NaN without direction [rad].
 
     Parameters
     ----------
     rss_w : (nx, ny, n) float64 — RSS of all antennas [W].
-    axes : Grid in x and y [m].
-    point_m : (2,) float64 — Where the tag is, seen from above [m].
+    axes, point_m : Grid in x and y, and the tag's place from above, (2,) [m].
     heading_rad : Heading of the robot [rad].
-
-    Returns
-    -------
-    (nx, ny) float64
-        Bearing less true bearing, from -pi to pi [rad]; NaN where the sum has no direction.
     """
     n = rss_w.shape[-1]
     bearing = vector_sum_bearing_rad(rss_w, np.arange(n) * (2.0 * math.pi / n))
@@ -255,20 +229,14 @@ def map_dataset(
     heading_deg: float,
     local_mean: bool,
 ) -> "xr.Dataset":
-    """Return the dataset of all tags' layers, with units and names.
+    """Return all tags' layers over tag, x, y and, for a reader, antenna, with units and names.
 
     Parameters
     ----------
-    study : The study.
-    layers : One a tag, at least one.
+    study, layers : The study, and one item a tag, at least one.
     antennas : Numbers of the reader's antennas that are kept, from 1; None: all.
     heading_deg : Heading of the robot [deg].
     local_mean : Whether the power sum over paths is stored too.
-
-    Returns
-    -------
-    xarray.Dataset
-        Dimensions tag, x, y and, for a reader, antenna.
     """
     first = layers[0].power
     of_reader = first.coherent_w.ndim == 3
@@ -392,12 +360,10 @@ class MapWanted:
 
     Parameters
     ----------
-    tag_ids : Tags, which transmit; empty: all of the study.
-    antennas : Numbers of the reader's antennas, from 1; None: all.
+    tag_ids, antennas : The tags (none: all), the antennas' numbers from 1 (None: all).
     heading_deg : Heading of the robot [deg]; None: that of the mission's start, or 90.
     isotropic : One ``isotropic_theta`` antenna receives, and no reader.
-    local_mean : Add the power sum over paths.
-    local_mean_disc : Add the mean over a disc of one wavelength.
+    local_mean, local_mean_disc : Add the power sum over paths; the mean over a wavelength's disc.
     spreads : Add delay spread and angular spreads of the channel.
     """
 
@@ -417,14 +383,8 @@ def map_rss(
 
     Parameters
     ----------
-    study : The study; its ``[map]`` gives spacing and height.
-    wanted : What it shows.
+    study, wanted : The study, whose ``[map]`` gives spacing and height; what is shown.
     progress : Shows what is done.
-
-    Raises
-    ------
-    ConfigError
-        When nothing transmits, an antenna or tag does not exist, or the map is too large.
     """
     numbers = wanted.antennas or ()
     wrong = [n for n in numbers if not 1 <= n <= study.reader.antennas]
@@ -505,8 +465,7 @@ def rss_link(study: Study, tag_id: str, *, progress: Progress) -> ReaderLink:
 
     Parameters
     ----------
-    study : The study.
-    tag_id : The tag.
+    study, tag_id : The study and the tag.
     progress : Says which tags were moved off a surface.
     """
     built = build_setting(study)
@@ -521,8 +480,7 @@ def pose_rss_w(link: ReaderLink, poses: npt.ArrayLike) -> FloatArray:
 
     Parameters
     ----------
-    link : From `rss_link`.
-    poses : (k, 3) array_like — x, y [m] and heading [deg].
+    link, poses : From `rss_link`; x, y [m] and heading [deg], (k, 3).
     """
     return link.rss_w(np.asarray(poses, dtype=np.float64) * (1.0, 1.0, np.pi / 180.0))
 
@@ -542,8 +500,7 @@ def pose_dataset(study: Study, tag_ids: Sequence[str], poses: npt.ArrayLike) -> 
 
     Parameters
     ----------
-    study : The study.
-    tag_ids : The tags.
+    study, tag_ids : The study and the tags.
     poses : (k, 3) array_like — x, y [m] and heading [deg].
     """
     import xarray as xr

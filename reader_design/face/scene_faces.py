@@ -28,8 +28,7 @@ class Face:
     rim_m : (e, 2, 3) float64 — Ends of the edges around it and around its holes [m].
     normal : (3,) float64 — Unit normal towards the viewer [-].
     material : Label.
-    wall : Whether one side of it is outside the room.
-    cut_away : Whether it is a wall that hides the room from the viewer.
+    wall, cut_away : Whether one side is outside the room; whether such a wall hides the room.
     """
 
     triangles_m: FloatArray
@@ -42,17 +41,12 @@ class Face:
 
 
 def scene_faces(scene: Scene, towards: FloatArray) -> list[Face]:
-    """Return the faces of all bodies of a scene, seen from far away.
+    """Return the faces of all bodies in their order, seen from far away.
 
     Parameters
     ----------
     scene : Room and objects.
     towards : (3,) float64 — Direction from the scene to the viewer [-].
-
-    Returns
-    -------
-    list of Face
-        In the order of the bodies.
     """
     faces = [face for body in scene.bodies for face in _faces_of(body, scene, towards)]
     return _with_walls(scene, faces) if faces and scene.has_room else faces
@@ -136,18 +130,13 @@ def _with_walls(scene: Scene, faces: list[Face]) -> list[Face]:
 def hidden_points(
     faces: list[Face], points_m: FloatArray, towards: FloatArray
 ) -> npt.NDArray[np.bool_]:
-    """Return which points objects hide from a viewer far away [-].
+    """Return which points objects hide from a viewer far away, (k,).
 
     Parameters
     ----------
     faces : Those that hide: objects, not walls.
     points_m : (k, 3) float64 — Points [m].
     towards : (3,) float64 — Direction to the viewer [-].
-
-    Returns
-    -------
-    (k,) bool
-        True behind a face.
     """
     hiding = [face.triangles_m for face in faces if not face.wall]
     if not hiding or len(points_m) == 0:

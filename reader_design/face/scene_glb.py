@@ -24,30 +24,20 @@ FloatArray = npt.NDArray[np.float64]
 WALL_OPACITY = 0.3
 """Opacity [-] of what closes a room, so that a viewer sees into it."""
 TUBE_RADIUS_PER_EXTENT = 8e-4
-"""Radius of a path's tube [-] over the extent of the scene."""
 END_RADIUS_PER_EXTENT = 6e-3
-"""Radius of the ball at an end of the paths [-] over the extent of the scene."""
 _TUBE_SIDES = 6
 
 
 def write_scene(
     scene: Scene, path: Path, *, paths: "DrawnPaths | None", ends_m: Mapping[str, FloatArray]
 ) -> None:
-    """Write a scene to a GLB file.
+    """Write a scene to a GLB file, whole or not at all; refuse when there is nothing to write.
 
     Parameters
     ----------
-    scene : Room and objects.
-    path : The file, written whole or not at all.
+    scene, path : Room and objects, and the file.
     paths : Paths to be drawn as tubes, named by their rank, order and gain.
     ends_m : Places of transmitter and receiver [m], drawn as balls.
-
-    Raises
-    ------
-    ConfigError
-        When the folder cannot be written to.
-    GeometryError
-        When there is nothing to write.
     """
     used: set[str] = set()
     bodies = [replace(b, name=unused_name(b.name, used)) for b in scene.bodies]
@@ -66,17 +56,11 @@ def write_scene(
 
 
 def closes_room(body: Body, scene: Scene) -> bool:
-    """Return whether a body hides the room from outside: it reaches the bounds, but is no floor.
+    """Return whether a body is a wall or a ceiling: it reaches the bounds, but is no floor.
 
     Parameters
     ----------
-    body : One of the scene's.
-    scene : The scene.
-
-    Returns
-    -------
-    bool
-        True for walls and ceilings.
+    body, scene : The body, and the scene it stands in.
     """
     if not scene.has_room:
         return False
@@ -89,23 +73,13 @@ def closes_room(body: Body, scene: Scene) -> bool:
 
 
 def tube(vertices_m: FloatArray, radius_m: float, *, name: str, material: str) -> Body:
-    """Return a path as a tube of six sides around each of its legs.
+    """Return a path as open prisms of six sides, one a leg; refuse when no leg has a length.
 
     Parameters
     ----------
     vertices_m : (n, 3) float64 — Corners of the path [m].
     radius_m : Radius [m].
     name, material : Of the body.
-
-    Returns
-    -------
-    Body
-        Open prisms, one a leg; legs without length are left out.
-
-    Raises
-    ------
-    GeometryError
-        When no leg has a length.
     """
     angle = 2.0 * np.pi * np.arange(_TUBE_SIDES) / _TUBE_SIDES
     i = np.arange(_TUBE_SIDES)

@@ -23,7 +23,6 @@ FloatArray = npt.NDArray[np.float64]
 
 
 ColourBy = Literal["gain", "order"]
-"""What the colour of a path shows."""
 
 ORDER_COLOURS = ("#332288", "#cc6677", "#117733", "#ddaa33", "#88ccee", "#aa4499", "#999933")
 """One colour for each order of a path, line of sight first."""
@@ -42,8 +41,7 @@ class DrawnPaths:
     Parameters
     ----------
     vertices_m : Source, interactions and receiver of each path [m].
-    gain_db : (k,) float64 — Gain of each path [dB].
-    order : (k,) int64 — Number of its interactions [-].
+    gain_db, order : (k,) — Gain [dB] and number of interactions [-] of each path.
     of : Number of paths from which these are the strongest.
     """
 
@@ -54,7 +52,6 @@ class DrawnPaths:
 
 
 def _short(label: str) -> str:
-    """Return a material's label as a legend shows it."""
     named = re.fullmatch(r"(?:name = )?([^,=]+?)(?:, thickness_m = ([\d.e-]+))?", label)
     if named is None:
         return label
@@ -62,15 +59,7 @@ def _short(label: str) -> str:
 
 
 class SceneDrawing:
-    """What is drawn into one set of axes, from the back to the front.
-
-    Parameters
-    ----------
-    axes : Empty axes that keep the order of drawing as given.
-    scene : Room and objects.
-    faces : From `octant.reader_design.face.scene_faces.scene_faces`.
-    towards : (3,) float64 — Direction to the viewer [-].
-    """
+    """What is drawn into empty axes, from back to front; ``towards`` points to the viewer."""
 
     def __init__(
         self,
@@ -138,8 +127,7 @@ class SceneDrawing:
 
         Parameters
         ----------
-        paths : The paths [m].
-        colour_by : {"gain", "order"} — What their colour shows.
+        paths, colour_by : The paths [m]; their colour shows "gain" or "order".
         """
         from matplotlib.lines import Line2D
 
@@ -315,8 +303,7 @@ class View:
 
     Parameters
     ----------
-    azimuth_deg : From +x towards +y [deg].
-    elevation_deg : Above the horizon [deg], more than 0 and at most 90.
+    azimuth_deg, elevation_deg : From +x towards +y; above the horizon, in (0, 90] [deg].
     """
 
     azimuth_deg: float = -60.0
@@ -349,29 +336,19 @@ def scene_figure(
     colour_by: ColourBy = "gain",
     view: View | None = None,
 ) -> "Figure":
-    """Return a picture of a room with everything in it, axes in [m] and equal.
+    """Return an orthographic picture of a room with everything in it, axes in [m] and equal.
+
+    Walls between the viewer and the room are cut away but for their rims; what an object hides of a
+    path is drawn thin.
 
     Parameters
     ----------
     scene : Room and objects.
     title : Above the picture.
-    tags : Names and places of the tags [m].
-    ends_m : ``transmitter`` and ``receiver`` [m].
-    reader_m : (t, 3, 3) float64, optional — Triangles of the reader's body in the room [m].
-    paths : Paths between the ends.
-    colour_by : {"gain", "order"} — What their colour shows.
+    tags, ends_m : Places of the tags by name; of ``transmitter`` and ``receiver`` [m].
+    reader_m : (t, 3, 3) float64 — Triangles of the reader's body in the room [m].
+    paths, colour_by : Paths between the ends; their colour shows "gain" or "order".
     view : From where it is seen.
-
-    Returns
-    -------
-    Figure
-        Orthographic. Walls between the viewer and the room are cut away but for their rims; what an
-        object hides of a path is drawn thin.
-
-    Raises
-    ------
-    ConfigError
-        When ``colour_by`` is unknown.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -414,7 +391,6 @@ def scene_figure(
 
 
 def _empty_axes(figure: Any, scene: Scene, points: Sequence[FloatArray], view: View) -> Any:  # noqa: ANN401
-    """Return equal three-dimensional axes around a scene and points, without panes."""
     corners = [scene.bounds_m] if scene.bodies else []
     around = np.concatenate([*corners, *(np.atleast_2d(p) for p in points)])
     low, high = around.min(axis=0), around.max(axis=0)
@@ -438,10 +414,7 @@ def _empty_axes(figure: Any, scene: Scene, points: Sequence[FloatArray], view: V
 
 
 def _zoom(size_m: FloatArray, view: View) -> float:
-    """Return how much larger than by default a box may be drawn to fill the page, labels included.
-
-    Matplotlib draws a box of any size with the same diagonal; its outline from this view decides.
-    """
+    """Return how much larger than Matplotlib's fixed diagonal a box is drawn to fill the page."""
     azimuth, elevation = np.radians([view.azimuth_deg, view.elevation_deg])
     right = np.array([np.sin(azimuth), np.cos(azimuth), 0.0])
     up = np.array(

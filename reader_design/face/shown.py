@@ -48,8 +48,7 @@ def image_html(content: bytes, *, kind: str) -> str:
 
     Parameters
     ----------
-    content : The file.
-    kind : ``png`` or ``gif``.
+    content, kind : The file, and whether it is ``png`` or ``gif``.
     """
     code = base64.b64encode(content).decode("ascii")
     return f'<img style="max-width: 100%" src="data:image/{kind};base64,{code}">'

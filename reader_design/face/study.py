@@ -37,14 +37,11 @@ class Study:
 
     Parameters
     ----------
-    room : The room.
-    tags : The tags that hang in it.
+    room, tags : The room and the tags that hang in it.
     reader : The reader; by default that of the thesis.
-    **tables
-        Further tables of a study file by name, each a mapping of its keys: ``radio``, ``solver``,
-        ``map``, ``mission``, ``sensor``, ``sweep``, ``scoring``, ``choice``, ``optimise``,
-        ``tolerance``, ``track``, ``dock``; a list of mappings for ``layout``; and ``name`` and
-        ``seed``.
+    **tables : Mappings of keys: ``radio``, ``solver``, ``map``, ``mission``, ``sensor``, ``sweep``,
+        ``scoring``, ``choice``, ``optimise``, ``tolerance``, ``track``, ``dock``; a list of them
+        for ``layout``; and ``name`` and ``seed``.
 
     Examples
     --------
@@ -85,8 +82,7 @@ class Study:
         Parameters
         ----------
         file : The TOML file.
-        built_in : {"thesis_study", "track_study", "dock_study"} — Which study where no file is
-            given.
+        built_in : Where no file is given: "thesis_study", "track_study" or "dock_study".
         """
         return cls.of(load_study(file, built_in=built_in))
 
@@ -128,8 +124,7 @@ class Study:
 
         Parameters
         ----------
-        changes : Value by name, as in the table ``[sweep]``: a key of the reader, or the path of a
-            key, such as ``"radio.frequency_hz"``; in the unit of the key.
+        changes : Value by key, in its unit, as in ``[sweep]``, such as ``"radio.frequency_hz"``.
         """
         return type(self).of(vary(self.tables, plain(changes), directory=Path.cwd()))
 
@@ -161,8 +156,7 @@ class Study:
 
         Parameters
         ----------
-        tx : (3,) array_like — Transmitter [m].
-        rx : (3,) or (m, 3) array_like — Receivers [m].
+        tx, rx : Transmitter, (3,), and receivers, (3,) or (m, 3) [m].
         max_reflections : Highest number of reflections and diffractions; by default the study's.
         tx_antenna, rx_antenna : As in `Room.paths`.
         """
@@ -178,8 +172,7 @@ class Study:
 
         Parameters
         ----------
-        poses : (k, 3) array_like — x, y [m] and heading [deg].
-        tags : Names of the tags; by default all.
+        poses, tags : x, y [m] and heading [deg], (k, 3); names of the tags, by default all.
         """
         chosen = [tag.id for tag in self.tables.tags] if tags is None else list(tags)
         return pose_dataset(self.tables, chosen, poses)
@@ -200,9 +193,8 @@ class Study:
 
         Parameters
         ----------
-        tags : Names of the tags; by default all.
-        antennas, heading_deg, local_mean, local_mean_disc, spreads, progress
-            As in `Room.rss_map` [deg]; the heading is by default that of the mission, or 90.
+        tags, heading_deg : By default all; the mission's, or 90 [deg].
+        antennas, local_mean, local_mean_disc, spreads, progress : As in `Room.rss_map`.
         isotropic : One ``isotropic_theta`` antenna receives, and no reader.
         """
         wanted = MapWanted(
@@ -221,8 +213,7 @@ class Study:
 
         Parameters
         ----------
-        step_deg : Step of the patterns over theta and phi [deg].
-        progress : False silences it.
+        step_deg, progress : As in `Reader.solve` [deg].
         """
         carrier = [self.tables.radio.frequency_hz]
         return solve_reader_of(
@@ -281,8 +272,7 @@ class Study:
 
         Parameters
         ----------
-        out, workers, cluster, force, progress
-            As in `run`.
+        out, workers, cluster, force, progress : As in `run`.
         """
         from octant.reader_design.experiments.sweep.compute import sweep_study
 
@@ -309,8 +299,7 @@ class Study:
 
         Parameters
         ----------
-        out, workers, cluster, force, progress
-            As in `run`.
+        out, workers, cluster, force, progress : As in `run`.
         """
         from octant.reader_design.experiments.optimise.run import run_optimise
 
@@ -338,8 +327,7 @@ class Study:
 
         Parameters
         ----------
-        out, workers, cluster, force, progress
-            As in `run`.
+        out, workers, cluster, force, progress : As in `run`.
         samples : Readers that are built; by default the study's.
         """
         from octant.reader_design.experiments.tolerance.run import run_tolerance
@@ -368,8 +356,7 @@ class Study:
 
         Parameters
         ----------
-        out, workers, cluster, force, progress
-            As in `run`.
+        out, workers, cluster, force, progress : As in `run`.
         """
         from octant.reader_design.experiments.tracking.compute import run_tracking
 
@@ -396,8 +383,7 @@ class Study:
 
         Parameters
         ----------
-        out, workers, force, progress
-            As in `run`.
+        out, workers, force, progress : As in `run`.
         runs : Runs in each room; by default the study's.
         """
         from octant.reader_design.experiments.docking.page import run_docking_study
@@ -421,10 +407,8 @@ class Study:
 
         Parameters
         ----------
-        file : The comparison, as ``octant navigate --compare`` takes it.
-        out, force, progress
-            As in `run`.
-        runs : Runs of each mission; by default the comparison's.
+        file, runs : One for ``octant navigate --compare``; runs of each, by default its own.
+        out, force, progress : As in `run`.
         """
         from octant.reader_design.experiments.missions.comparison import (
             load_comparison,
@@ -526,11 +510,6 @@ def open_results(folder: str | Path) -> Results:
     Parameters
     ----------
     folder : What was given as ``out``.
-
-    Raises
-    ------
-    ConfigError
-        When there are no results.
 
     Examples
     --------

@@ -40,10 +40,8 @@ class Scorer:
 
     Parameters
     ----------
-    study : What is varied.
-    code : What the function computes, so that its results are found again only while it is the
-        same.
-    function : The function.
+    study, function : What is varied, and what scores it.
+    code : What the function computes; its results are found again only while it is the same.
     """
 
     study: StudyTables
@@ -68,8 +66,7 @@ def scored_case(scorer: Scorer, values: dict[str, Any]) -> Scored:
 
     Parameters
     ----------
-    scorer : The function and the study that is varied.
-    values : Value by parameter, in the unit of its key.
+    scorer, values : What scores it, and its values by parameter, in the unit of the key.
     """
     made = scorer.function(Study.of(vary(scorer.study, values)))
     named = dict(made) if isinstance(made, Mapping) else {"score": made}
@@ -93,33 +90,22 @@ def sweep(
 ) -> "xr.Dataset":
     """Return the scores of every combination of parameters, with one dimension a parameter.
 
+    NaN where a combination has no score; ``failed_because`` says why. Refuse when none has one.
+
     Parameters
     ----------
     reader : The reader that is varied.
     parameters : Lists of values, or ranges ``{"from": .., "to": .., "count": ..}``, by name as in
-        the table ``[sweep]``: a key of the reader, or the path of a key, such as
-        ``"room.material"``.
+        the table ``[sweep]``: a key of the reader, or the path of one, such as ``"room.material"``.
     score : Takes each varied `Study` and returns a number, or a mapping of names to numbers; by
         default the scores of ``octant sweep``.
-    room : The room; free space where it is left out.
-    tags : The tags.
+    room, tags : The room (free space where it is left out) and its tags.
     store : Folder in which every combination is kept: the same call again goes on where it stopped.
-    frequency_hz : Carrier [Hz].
-    channels_hz : Hopping frequencies [Hz].
+    frequency_hz, channels_hz : Carrier and hopping frequencies [Hz].
     solver, tables : Keys of ``[solver]``, and further tables of a study file by name.
     workers : Processes; None: one for each core. They import ``score`` from its module, and a
         script that starts them must guard its main part with ``if __name__ == "__main__"``.
     progress : False silences it.
-
-    Returns
-    -------
-    xarray.Dataset
-        NaN where a combination has no score; ``failed_because`` says why.
-
-    Raises
-    ------
-    SweepStateError
-        When no combination has a score.
 
     Examples
     --------
@@ -173,7 +159,6 @@ def sweep(
 
 
 def _code(score: Score) -> str:
-    """Return what a function computes: its source, or its compiled form where there is none."""
     try:
         return inspect.getsource(score)
     except (OSError, TypeError):
@@ -184,7 +169,6 @@ def _code(score: Score) -> str:
 
 
 def _axes(study: StudyTables) -> "dict[str, xr.Variable]":
-    """Return the values of each swept parameter as a coordinate."""
     return {
         name: variable(
             [name], column(values), units=parameter_unit(name) or "1", long_name=f"swept: {name}"

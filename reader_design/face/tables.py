@@ -58,13 +58,11 @@ def given_keys(table: Table) -> dict[str, Any]:
 
 
 def study_from(source: str, tables: Mapping[str, Any]) -> Study:
-    """Return the study of tables, checked as a study file is.
+    """Return the study of tables, checked as a study file is; files lie below the working folder.
 
     Parameters
     ----------
-    source : What is being made, for messages.
-    tables : Tables by their names in a study file; None is left out. Files are looked for below the
-        working folder.
+    source, tables : What is made, for messages; tables by their names, None is left out.
     """
     raw = {"room": EMPTY_ROOM, **{k: v for k, v in tables.items() if v is not None}}
     return study_of_tables(plain(raw), source=source, directory=Path.cwd())
@@ -77,8 +75,7 @@ def solver_keys(
 
     Parameters
     ----------
-    solver : Keys of ``[solver]``.
-    max_reflections : Highest order; None: that of ``solver``.
+    solver, max_reflections : Keys of ``[solver]``, and the order in place of theirs.
     """
     keys = dict(solver or {})
     if max_reflections is not None:
@@ -87,12 +84,7 @@ def solver_keys(
 
 
 class StudyTable:
-    """A table of the study file; its keys are arguments and attributes.
-
-    Attributes
-    ----------
-    table : The table, checked, with every default.
-    """
+    """A table of the study file, checked; its keys are arguments and attributes."""
 
     __slots__ = ("table",)
     table: Any
@@ -168,12 +160,10 @@ class Tag(StudyTable):
 
     Parameters
     ----------
-    id : Its name.
-    position_m : (3,) array_like — Place in the room's frame [m].
+    id, position_m : Its name, and its place in the room's frame, (3,) [m].
     antenna : ``dipole``, ``monopole``, ``patch``, ``conical_patch``, ``isotropic_theta`` or a
         pattern file.
-    axis : (3,) array_like, optional — Direction of the antenna's axis; by default up, patches down.
-    azimuth_deg : Turn of a patch or a file about the axis [deg].
+    axis, azimuth_deg : Its antenna's axis (by default up, patches down) and turn about it [deg].
     power_w : Power that the tag radiates [W].
 
     Examples
@@ -211,24 +201,13 @@ class Tag(StudyTable):
 
     @classmethod
     def of(cls, table: Table, *, power_w: float = 1.0) -> Self:
-        """Return the tag of a study.
-
-        Parameters
-        ----------
-        table : The study's table.
-        power_w : Power that it radiates [W].
-        """
+        """Return the tag of a study, which radiates ``power_w`` [W]."""
         made = super().of(table)
         made.power_w = power_w
         return made
 
     def replaced(self, changes: Mapping[str, Any]) -> Self:
-        """Return the same tag with other values of some keys.
-
-        Parameters
-        ----------
-        changes : Value by key.
-        """
+        """Return the same tag with other values of some keys, or of ``power_w`` [W]."""
         return type(self)(**{"power_w": self.power_w, **given_keys(self.table), **changes})
 
     def __repr__(self) -> str:
@@ -238,18 +217,12 @@ class Tag(StudyTable):
 def radio_keys(
     tags: Sequence[Tag], *, frequency_hz: float, channels_hz: Sequence[float] = ()
 ) -> dict[str, Any]:
-    """Return the table ``[radio]`` for tags, which all radiate the same power.
+    """Return the table ``[radio]`` for tags; refuse tags of different powers.
 
     Parameters
     ----------
     tags : The tags.
-    frequency_hz : Carrier [Hz].
-    channels_hz : Hopping frequencies [Hz].
-
-    Raises
-    ------
-    ConfigError
-        When the tags' powers differ.
+    frequency_hz, channels_hz : Carrier and hopping frequencies [Hz].
     """
     powers = sorted({tag.power_w for tag in tags})
     if len(powers) > 1:
@@ -267,19 +240,12 @@ def radio_keys(
 
 
 def refuse_unlike(name: str, value: Any, kind: type, *, example: str) -> None:  # noqa: ANN401
-    """Raise when an argument is not of the kind that is needed.
+    """Refuse an argument that is not of the kind that is needed.
 
     Parameters
     ----------
-    name : Of the argument.
-    value : What was given.
-    kind : What is needed.
-    example : How to make one.
-
-    Raises
-    ------
-    ConfigError
-        When it is of another kind.
+    name, value : Of the argument.
+    kind, example : What is needed, and how to make one.
     """
     if not isinstance(value, kind):
         msg = (
