@@ -6,7 +6,7 @@ import msgspec
 import numpy as np
 import pytest
 
-from octant.reader_design.experiments.tolerance.draws import drawn_deviation, regressors
+from octant.reader_design.experiments.tolerance.draws import as_drawn, drawn_deviation, regressors
 from octant.reader_design.keeping.keys import digest
 from octant.reader_design.study_file.tolerance import CommonTolerance, Tolerance
 
