@@ -157,8 +157,8 @@ class PathSet:
     source_m : (3,) float64 — Place of the transmitter [m].
     receivers_m : (m, 3) float64 — Places of the receivers [m].
     receiver : (k,) int64 — Receiver of each path.
-    kind : (k, w) int8 — From the source on [-]: 1 reflection, 2 transmission, 3 diffraction, 0
-        none.
+    kind : (k, w) int8 — What happens from the source on [-]: 1 reflection, 2 transmission through a
+        sheet, 3 diffraction at an edge, 0 nothing more.
     element : (k, w) int64 — Facet of a reflection or transmission, wedge of a diffraction, else -1.
     vertices_m : (k, w + 2, 3) float64 — Source, interactions, receiver [m], the last repeated.
     """

@@ -47,7 +47,7 @@ class ReaderBody:
     antenna_radius_m : Distance of the antennas from the axis, r_a [m].
     plate_height_m, plate_height_axis_m : Height of the plates at outer end, h_p, and axis [m].
     plate_outer_radius_m : Distance of the plates' outer end from the axis [m].
-    ground_plane_m : Side of a square, diameter of a round, flats of an octagonal plane [m].
+    ground_plane_m : Side of a square, diameter of a round, width across flats of an octagon [m].
     ground_plane_shape : "square", "round" or "octagon".
     monopole_plane_m : Wanted side of the square plane under each monopole [m]; 0: none of its own.
     element_azimuths_rad, plate_azimuths_rad : (n,) float64 — Azimuths as drawn [rad]; (0,): none.
@@ -129,7 +129,7 @@ def reader_body(
     plate_height_m : Height of the plates at their outer end, h_p [m].
     plate_height_axis_m : Height at the axis [m]; None: `plate_height_m`. Both 0: no plates.
     plate_outer_radius_m : Their outer end's distance from the axis [m]; None: `ground_plane_m` / 2.
-    ground_plane_m : Side of a square, diameter of a round, flats of an octagonal plane [m].
+    ground_plane_m : Side of a square, diameter of a round, width across flats of an octagon [m].
     ground_plane_shape : "square": sides along x' and y'. "octagon": flats face antennas 1, 3, 5, 7
         of 8 and half-way. "round": regular polygon inscribed in the circle, of at least 32 sides
         (99.4 % of its area), a multiple of 2 n: a turn by an antenna maps it onto itself.
@@ -224,7 +224,7 @@ def ground_plane_outline_m(
 
     Parameters
     ----------
-    ground_plane_m : Side of a square, diameter of a round, flats of an octagonal plane [m].
+    ground_plane_m : Side of a square, diameter of a round, width across flats of an octagon [m].
     shape : "square", "round" or "octagon".
     antennas : Number of antennas, which sets the number of sides of a round plane.
     """

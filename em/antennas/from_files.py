@@ -201,7 +201,7 @@ def _check_power(path: Path, pattern: npt.NDArray[np.complex128], notes: dict[st
 def pattern_tables(
     response: ReaderResponse, *, step_deg: float | None = None
 ) -> tuple[PatternTable, ...]:
-    """Return a reader's patterns as tables for files: one an antenna, phase at the reader's centre.
+    """Return a reader's tables of realised gain for files, one an antenna, phase at its centre.
 
     Parameters
     ----------

@@ -43,8 +43,8 @@ class Antenna:
     ----------
     kind : ``dipole``: centre-fed and thin, sinusoidal current; ``monopole``: half of it on an
         infinite conducting plane, nothing below; ``patch``: square microstrip on such a plane;
-        ``conical_patch``: centre-fed disc there, cone-shaped beam along theta; ``isotropic_theta``:
-        unit gain along theta; ``pattern``: a table.
+        ``conical_patch``: centre-fed disc there, cone-shaped beam polarised along theta;
+        ``isotropic_theta``: unit gain, polarised so; ``pattern``: a table.
     length_m : Dipole's tip to tip, monopole's height, patch's side, disc's diameter [m]; else 0.
     frequency_hz : Frequency [Hz].
     axis : (3,) float64 — Unit vector [-] in the room: wire, patch's facing, table's z axis.
@@ -176,7 +176,7 @@ def antenna_channels(antennas: Sequence[Antenna]) -> AntennaChannels | PatternCh
 def _radiation_integral(half_length_rad: float) -> float:
     """Return the integral of (cos(h cos t) - cos h)^2 / sin t over t from 0 to pi.
 
-    Gauss-Legendre in cos t: Balanis 4-68, whose integrals cancel for short antennas.
+    Gauss-Legendre in cos t; equal to Balanis 4-68, whose integrals cancel for short antennas.
     """
     nodes, weights = np.polynomial.legendre.leggauss(40 + math.ceil(2.0 * half_length_rad))
     plus = np.sin(0.5 * half_length_rad * (1.0 + nodes))

@@ -27,8 +27,8 @@ class Material:
     frequency_range_hz : Frequencies [Hz] for which the model was fitted.
     thickness_m : Thickness [m] of a finite slab; None for a half-space.
     is_pec : Whether it is a perfect conductor; the numbers above then do not count.
-    layers : Two or more layers of a wall, from the front, which the mesh's normal points to; all
-        but the last have a thickness, and the numbers above do not count. Empty: one material.
+    layers : Two or more layers of a wall, from the front, which the mesh's normal points to; the
+        last may fill all that lies behind; the numbers above do not count. Empty: one material.
     """
 
     name: str
@@ -103,7 +103,7 @@ class Material:
     def relative_permittivity(self, frequency_hz: float) -> complex:
         """Return the complex relative permittivity eps' - j sigma / (omega eps_0) [-].
 
-        For e^{+j omega t}; a conductor: 1 - j inf. ITU-R P.2040-4 (2025), equations 9, 57 and 58.
+        For e^{+j omega t}; for PEC 1 - j inf. ITU-R P.2040-4 (2025), equations 9, 57 and 58.
 
         Parameters
         ----------

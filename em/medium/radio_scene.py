@@ -16,7 +16,7 @@ from octant.geometries.scene import Scene
 from octant.geometries.wedges import Wedges, no_wedges
 
 OPAQUE_TRANSMISSION = 1e-10
-"""Transmission [-] at normal incidence of a sheet that counts as opaque (-200 dB): thick metal."""
+"""Transmission [-] at normal incidence up to which sheets are opaque (-200 dB), as metal is."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -34,8 +34,8 @@ class RadioScene:
         side that its normal points to.
     facet_transmits : (f,) bool — Whether waves pass straight through the facet [-].
     wedges : Edges that diffract; none when diffraction is left out.
-    opaque_bvh, opaque_inner_bvh : Hierarchies of what blocks: all triangles, and those off the
-        supporting planes.
+    opaque_bvh, opaque_inner_bvh : Hierarchies of what blocks (no facet that transmits): all
+        triangles, and those off the supporting planes.
     sheet_bvh : Hierarchy of the facets that transmit, its triangles numbered by facet.
     """
 

@@ -28,7 +28,7 @@ class SolverSettings:
     diffraction : Whether edges diffract.
     max_diffractions : Diffractions of a path: 1, or 2: over both edges of one face as well.
     transmission : Whether sheets with a thickness let waves through.
-    search : ``complete``, or ``rays`` for meshes of very many triangles.
+    search : ``complete`` finds every path; ``rays`` are launched in meshes of very many triangles.
     rays : Rays launched by ``rays``.
     """
 

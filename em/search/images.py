@@ -201,7 +201,8 @@ def search_images(
     source_m : (3,) float — Place of the antenna [m], off every facet.
     max_reflections : Greatest order, >= 0.
     region_m : (2, 3) float — Box [m] of all receivers; None: the scene's bounds if the source is in
-        a room, else everywhere. Smaller prunes more; a box has 1, 6, 18, 38 ... (4 n^2 + 2) images.
+        a room, else everywhere. Smaller prunes more; a box from inside has 1, 6, 18 ... (4 n^2 +
+        2).
     opaque_facets : (f,) bool — Facets that let nothing through [-]; None: all. Only they hide
         others, and only closed parts wholly of them reflect on one side alone.
     executor : Runs blocks of images, sharing memory; None: a thread per core. Same bits with any.

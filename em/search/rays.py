@@ -77,8 +77,8 @@ class RaySearch:
     def unseen_share(self) -> FloatArray:
         """Share of all launch directions that belong to sequences not found, (orders + 1,) [-].
 
-        Good's (1953) estimate: the sequences met by one ray, per ray. A receiver meets a path of
-        those not found about as seldom.
+        Good's (1953) estimate: the sequences met by one ray, per ray. Those not found are narrow: a
+        receiver meets one of their paths about as seldom as a ray did.
         """
         share: FloatArray = self.met_once / float(self.rays)
         return share

@@ -28,7 +28,7 @@ from octant.geometries.errors import PatternFileError
 
 
 def read_ffd(path: Path, *, incident_power_w: float = 1.0) -> tuple[PatternTable, ...]:
-    """Return the realised gains of an HFSS ``.ffd`` file, one table a frequency, which may be None.
+    """Return the realised gains of an HFSS ``.ffd`` file, one table a frequency (or None).
 
     Parameters
     ----------
