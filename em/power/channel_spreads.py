@@ -31,9 +31,8 @@ class ChannelSpreads:
     delay_spread_s : (m,) float64 — Root mean square spread of the delay [s].
     azimuth_spread_rad : (m,) float64 — Circular standard deviation of the azimuth of arrival [rad];
         infinity where the powers around the horizon cancel.
-    direction_spread_rad : (m,) float64 — Spread of the direction of arrival over the sphere [rad],
-        0 to 1: for small spreads the root mean square of the great-circle angle to the mean
-        direction.
+    direction_spread_rad : (m,) float64 — Spread over the sphere [rad], 0 to 1: for small spreads
+        the root mean square of the great-circle angle to the mean direction.
     """
 
     delay_spread_s: FloatArray
@@ -63,17 +62,10 @@ def channel_spreads(
 
     Parameters
     ----------
-    radio : Scene that the candidates were searched in.
-    candidates : Of the transmitter.
+    radio, candidates : The scene, and what was searched in it from the transmitter.
     places_m : (m, 3) float — Places of the receiver [m].
     transmitter, receiver : Antennas in the room's frame; their patterns weigh the paths.
-    executor : Runs the blocks, sharing memory; by default one thread per core.
-    progress : Called after every block.
-
-    Returns
-    -------
-    ChannelSpreads
-        (m,) arrays; a single path has no spread, no power gives NaN.
+    executor, progress : As in `octant.em.blocks.run_blocks`.
 
     Notes
     -----
@@ -109,7 +101,6 @@ def channel_spreads(
 def _spreads(
     receiver: npt.NDArray[np.int64], gains: PathGains, count: int
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the three spreads of ``count`` receivers from the rows of their paths."""
     power = np.abs(gains.gain) ** 2
 
     def total(values: FloatArray) -> FloatArray:

@@ -1,7 +1,6 @@
 """The mean of received power over a small disc: the local mean that a moved antenna would measure.
 
-The other local mean, the power sum over paths, takes the phases of all paths as independent; this
-one averages the coherent power itself.
+The power sum over paths, the other local mean, takes all phases as independent.
 """
 
 import math
@@ -15,29 +14,21 @@ from octant.geometries.errors import GeometryError
 FloatArray = npt.NDArray[np.float64]
 
 RINGS = 3
-"""Rings of places on a disc [-]."""
 PLACES_PER_RING = 12
 """Places on each ring [-]. On a disc of one wavelength, where opposite waves turn against each
 other by two whole turns, 3 x 12 places average their interference to 1 % of its amplitude."""
 
 DISC_PLACES = RINGS * PLACES_PER_RING
-"""Places on a disc [-]."""
 
 
 def disc_rule_m(diameter_m: float) -> tuple[FloatArray, FloatArray]:
-    """Return places on a horizontal disc about the origin [m], and the share of the disc of each.
+    """Return (k, 2) places on a disc about the origin [m], and the share of the disc of each [-].
+
+    Gauss-Legendre in the radius squared; even steps around, every second ring turned half a step.
 
     Parameters
     ----------
     diameter_m : Diameter [m].
-
-    Returns
-    -------
-    (k, 2) float64
-        x and y [m]: Gauss-Legendre in the square of the radius, equal steps around, every second
-        ring turned by half a step.
-    (k,) float64
-        Shares [-], which add up to 1.
     """
     if not (math.isfinite(diameter_m) and diameter_m > 0.0):
         msg = f"{diameter_m} m is no diameter of a disc; give a diameter above 0 m."
@@ -59,21 +50,14 @@ def mean_over_disc(
     usable: Callable[[FloatArray], npt.NDArray[np.bool_]],
     progress: Callable[[int], None] | None = None,
 ) -> FloatArray:
-    """Return the mean power [W] over a horizontal disc about each of many places.
+    """Return the mean power over a disc about each place, (m,) or (m, n) [W]; NaN: none usable.
 
     Parameters
     ----------
     power_w : Coherent power [W], (k,) or (k, n), at (k, 3) places [m].
-    places_m : (m, 3) float — Centres of the discs [m].
-    diameter_m : Diameter of the discs [m]; one wavelength is usual.
-    usable : Whether an antenna can be at each of (k, 3) places [m]: beyond a wall or inside a
-        cabinet there is nothing to average.
+    places_m, diameter_m : (m, 3), () float — Centres of the discs, and their diameter [m].
+    usable : Whether an antenna can be at (k, 3) places [m], not beyond a wall or in a cabinet.
     progress : Called with how many of the `DISC_PLACES` places are done [-].
-
-    Returns
-    -------
-    (m,) or (m, n) float64
-        Power [W]; NaN where no place of the disc is usable.
     """
     places = np.asarray(places_m, dtype=np.float64)
     total: FloatArray | None = None

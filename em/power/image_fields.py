@@ -34,14 +34,11 @@ class ImageField:
 
     Parameters
     ----------
-    x_m, y_m : (nx,), (ny,) float64 — Evenly spaced grid on which paths were traced [m].
-    z_m : Height of the receiver [m].
-    amplitudes : (nx, ny, p) complex128 — Gain of each path without e^{-jkL} [-], at the carrier; 0
-        where a path does not arrive.
+    x_m, y_m, z_m : (nx,), (ny,), () float64 — Even grid of traced places, at one height [m].
+    amplitudes : (nx, ny, p) complex128 — Gain of each path without e^{-jkL} [-]; 0: no path.
     images_m : (p, 3) float64 — Image points from which the paths seem to come [m].
     first_image : (t + 1,) int64 — Images first_image[i] to first_image[i + 1] belong to tag i [-].
-    carrier_hz : Frequency at which the paths were traced [Hz].
-    channels_hz : (c,) float64 — Evenly spaced frequencies over which power is averaged [Hz].
+    carrier_hz, channels_hz : (), (c,) float64 — Of the tracing; even ones, of the mean power [Hz].
     power_w : What each tag sends [W].
 
     Notes
@@ -171,21 +168,16 @@ def trace_image_field(
 ) -> ImageField:
     """Return the fields of tags over a grid, by tracing every path to every grid point.
 
+    Walls reflect, and sheets let through where the scene says so; nothing diffracts, since a path
+    over an edge has no image point that stands still.
+
     Parameters
     ----------
-    radio : The room at the carrier.
-    tags : Place [m] and antenna of each tag.
-    receiver : The robot's antenna.
-    x_m, y_m : (nx,), (ny,) float64 — Evenly spaced, at least two each [m].
-    z_m : Height of the receiver [m].
-    solver : How paths are searched.
+    radio, solver : The room at the carrier, and how paths are searched in it.
+    tags, receiver : Place [m] and antenna of each tag, and the robot's antenna.
+    x_m, y_m, z_m : (nx,), (ny,), () float64 — Coordinates of the grid, even, at least two each [m].
     channels_hz : (c,) float64 — Frequencies over which power is averaged [Hz].
     power_w : What each tag sends [W].
-
-    Notes
-    -----
-    Walls reflect, and sheets let through where the radio scene says so; nothing diffracts, since a
-    path over an edge has no image point that stands still.
     """
     x = frozen_array(x_m, name="x_m", shape=(None,))
     y = frozen_array(y_m, name="y_m", shape=(None,))

@@ -72,8 +72,7 @@ class LinkBand(NamedTuple):
 
         Parameters
         ----------
-        places_m : (m, 3) float64 — Centre of the reader [m].
-        headings_rad : (m, h) float64 — Headings of the robot [rad].
+        places_m, headings_rad : (m, 3), (m, h) float64 — Reader's centre [m], headings [rad].
         rows : Coherent gains, their local means (both [-]), numbers of paths.
         progress : Called after every block.
         """
@@ -96,9 +95,7 @@ def link_channels(
 
     Parameters
     ----------
-    radio : One room at each frequency.
-    tag : The tag's antenna at each frequency.
-    response : The reader at each frequency.
+    radio, tag, response : Room, tag's antenna and reader, each at every frequency.
     """
     radios = (radio,) if isinstance(radio, RadioScene) else tuple(radio)
     tags = (tag,) if isinstance(tag, Antenna) else tuple(tag)
@@ -130,14 +127,8 @@ def check_clearance(clearance_m: float, tag_m: FloatArray, channels: Sequence[Ch
 
     Parameters
     ----------
-    clearance_m : Difference of the heights of tag and reader [m].
-    tag_m : (3,) float64 — Place of the tag [m].
+    clearance_m, tag_m : (), (3,) float64 — Tag's height above or below the reader, its place [m].
     channels : Frequencies of the link.
-
-    Warns
-    -----
-    PhysicsWarning
-        When the tag's wave need not be plane across the reader.
     """
     if clearance_m == 0.0:
         msg = (
@@ -164,17 +155,12 @@ def link_bands(
 ) -> tuple[LinkBand, ...]:
     """Return the channels of a link in bands, in as few as their paths allow: nearly always one.
 
+    Walls that let only some frequencies through keep channels apart, and so do other pattern grids.
+
     Parameters
     ----------
-    channels : Frequencies in one room.
+    channels, solver : Frequencies in one room, and how paths are searched.
     source_m : (3,) float64 — Place of the tag [m].
-    solver : How paths are searched.
-
-    Returns
-    -------
-    tuple of LinkBand
-        Channels apart where a wall lets waves through at some frequencies only, or where tables
-        of patterns have other grids.
     """
     groups: dict[tuple[object, ...], list[Channel]] = {}
     for channel in channels:
@@ -217,7 +203,6 @@ def _own(arrays: Arrays) -> Arrays:
 
 
 def _what_paths_share(channel: Channel) -> tuple[object, ...]:
-    """Return what must be the same for two channels to be evaluated along the same paths."""
     radio, tag, response = channel
     return (
         radio.facet_transmits.tobytes(),

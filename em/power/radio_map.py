@@ -22,11 +22,8 @@ class RadioMap:
 
     Parameters
     ----------
-    x_m, y_m : (nx,), (ny,) float64 — Coordinates of the grid [m].
-    z_m : Height of the antenna [m].
-    coherent_w, local_mean_w : (nx, ny) or (nx, ny, n) float64 — Power of the coherent sum, and
-        power sum over the paths [W]; 0 where no path arrives.
-    path_count : (nx, ny) int64 — Number of paths [-].
+    x_m, y_m, z_m : (nx,), (ny,), () float64 — Coordinates of the grid, at one height [m].
+    coherent_w, local_mean_w, path_count : (nx, ny, ...) — As in `ReceivedPower` [W].
     """
 
     x_m: FloatArray
@@ -82,23 +79,15 @@ def map_antenna(
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> RadioMap:
-    """Return the map of one receiving antenna.
+    """Return the map of one receiving antenna, (nx, ny).
 
     Parameters
     ----------
-    radio : Scene that the candidates were searched in.
-    candidates : Of the transmitter.
-    x_m, y_m : (nx,), (ny,) float — Coordinates of the grid [m].
-    z_m : Height of the receiver in the room's frame [m].
+    radio, candidates : The scene, and what was searched in it from the transmitter.
+    x_m, y_m, z_m : (nx,), (ny,), () float — Coordinates of the grid in the room's frame [m].
     transmitter, receiver : Antennas in the room's frame.
     power_w : Transmitted power [W].
-    executor : Runs the blocks, sharing memory; by default one thread per core.
-    progress : Called after every block.
-
-    Returns
-    -------
-    RadioMap
-        (nx, ny) powers [W] and counts.
+    executor, progress : As in `octant.em.blocks.run_blocks`.
     """
     x, y, places = _map(x_m, y_m, z_m)
     power = antenna_power(
@@ -122,19 +111,13 @@ def map_reader(
     heading_rad: float,
     progress: Progress | None = None,
 ) -> RadioMap:
-    """Return the map of all antennas of the reader, at one heading of the robot.
+    """Return the map of all n antennas of the reader, (nx, ny, n).
 
     Parameters
     ----------
-    link : Tag, room and reader.
+    link, heading_rad : Tag, room and reader, and the robot's heading [rad].
     x_m, y_m : (nx,), (ny,) float — Coordinates of the grid [m].
-    heading_rad : Heading of the robot [rad].
     progress : Called after every block.
-
-    Returns
-    -------
-    RadioMap
-        (nx, ny, n) powers [W] and (nx, ny) counts.
     """
     x, y, places = _map(x_m, y_m, link.reader_z_m)
     poses = places.copy()

@@ -43,23 +43,17 @@ def antenna_power(
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> ReceivedPower:
-    """Return the power that one antenna receives at each of many places.
+    """Return the power that one antenna receives at each of many places, (m,) [W].
+
+    The local mean is that over a region so wide that the paths' phases are independent.
 
     Parameters
     ----------
-    radio : Scene that the candidates were searched in.
-    candidates : Of the transmitter.
+    radio, candidates : The scene, and what was searched in it from the transmitter.
     places_m : (m, 3) float — Places of the receiver [m].
     transmitter, receiver : Antennas in the room's frame.
     power_w : Transmitted power [W].
-    executor : Runs the blocks, sharing memory; by default one thread per core.
-    progress : Called after every block.
-
-    Returns
-    -------
-    ReceivedPower
-        (m,) arrays [W] and. The local mean is the power sum over paths, the mean over a region
-        so wide that the paths' phases are independent.
+    executor, progress : As in `octant.em.blocks.run_blocks`.
     """
     places = checked_receivers(candidates.images, places_m)
     m = len(places)
@@ -81,17 +75,15 @@ def antenna_power(
 class ReaderLink:
     """The link from one tag to the reader: RSS of all antennas for any pose of the robot.
 
-    The paths of the room are traced to the reader's centre, once for all frequencies; each arrives
-    as a plane wave, which the reader's embedded patterns weigh. That holds while the tag, and its
-    images, are farther than about 2 D^2 / lambda from a reader of diameter D, and reflectors do not
-    stand in the reader's own near field.
+    Paths are traced to the reader's centre, once for all frequencies, and arrive as plane waves,
+    which the embedded patterns weigh. That holds while the tag and its images are farther than
+    about 2 D^2 / lambda from a reader of diameter D that has no reflector in its near field.
 
     Parameters
     ----------
     bands : Frequencies over which RSS is averaged in power; those of one band share their paths.
     azimuths_rad : (n,) float64 — Azimuth of each antenna in the reader's frame [rad].
-    tag_position_m : (3,) float64 — Place of the tag [m].
-    tag_power_w : Power that the tag sends [W].
+    tag_position_m, tag_power_w : (3,), () float64 — Place of the tag [m], and power it sends [W].
     reader_z_m : Height of the reader's centre in the room's frame [m].
     """
 
@@ -107,18 +99,13 @@ class ReaderLink:
         return len(self.azimuths_rad)
 
     def power(self, poses: npt.ArrayLike, *, progress: Progress | None = None) -> ReceivedPower:
-        """Return coherent power, local mean and path count of all antennas at each pose.
+        """Return (m, n) powers [W] of all antennas, and (m,) path counts of the first channel.
 
         Parameters
         ----------
-        poses : (m, 3) float — x [m], y [m] and heading [rad] of the robot. A robot of heading h
-            carries antenna i at room azimuth h - pi/2 + delta_i.
+        poses : (m, 3) float — x [m], y [m] and heading h [rad] of the robot, which carries antenna
+            i at room azimuth h - pi/2 + delta_i.
         progress : Called after every block.
-
-        Returns
-        -------
-        ReceivedPower
-            (m, n) powers [W] and (m,) counts of paths (those of the first channel).
         """
         pose = frozen_array(poses, name="poses", shape=(None, 3))
         power = self._power(pose[:, :2], pose[:, 2:], progress)
@@ -131,19 +118,12 @@ class ReaderLink:
         *,
         progress: Progress | None = None,
     ) -> ReceivedPower:
-        """Return the powers of all antennas at each place and heading; a place is traced once.
+        """Return (p, h, n) powers [W], to the bit those of :meth:`power`; a place is traced once.
 
         Parameters
         ----------
-        places_m : (p, 2) float — x and y of the robot [m].
-        headings_rad : (h,) float — Headings of the robot [rad], the same at all places.
+        places_m, headings_rad : (p, 2), (h,) float — x, y [m] of the robot, headings [rad].
         progress : Called after every block.
-
-        Returns
-        -------
-        ReceivedPower
-            (p, h, n) powers [W], to the bit those of :meth:`power` at each pose, and (p,) counts of
-            paths.
         """
         places = frozen_array(places_m, name="places_m", shape=(None, 2))
         headings = frozen_array(headings_rad, name="headings_rad", shape=(None,))
@@ -165,31 +145,15 @@ class ReaderLink:
         return ReceivedPower(scale * coherent, scale * mean, counts[0])
 
     def rss_w(self, poses: npt.ArrayLike) -> FloatArray:
-        """Return the coherent RSS of all antennas at each pose.
-
-        Parameters
-        ----------
-        poses : (m, 3) float — x [m], y [m] and heading [rad] of the robot.
-
-        Returns
-        -------
-        (m, n) float64
-            Received power [W]; 0 where no path arrives.
-        """
+        """Return the coherent RSS of all antennas at each pose, (m, n) [W]; 0 without a path."""
         return self.power(poses).coherent_w
 
     def rss_by_heading_w(self, places_m: npt.ArrayLike, headings_rad: npt.ArrayLike) -> FloatArray:
-        """Return the coherent RSS of all antennas at each place and heading.
+        """Return the coherent RSS at each place and heading, (p, h, n) [W]; 0 without a path.
 
         Parameters
         ----------
-        places_m : (p, 2) float — x and y of the robot [m].
-        headings_rad : (h,) float — Headings of the robot [rad].
-
-        Returns
-        -------
-        (p, h, n) float64
-            Received power [W]; 0 where no path arrives.
+        places_m, headings_rad : As in :meth:`power_by_heading` [m], [rad].
         """
         return self.power_by_heading(places_m, headings_rad).coherent_w
 
@@ -206,27 +170,15 @@ def reader_link(
 ) -> ReaderLink:
     """Return the link from a tag to a reader in a room, at one frequency or averaged over several.
 
+    A PhysicsWarning says when a pose can bring the tag nearer than 2 D^2 / lambda.
+
     Parameters
     ----------
-    radio : Scene with resolved materials, at each frequency. Paths are searched and traced once for
-        all of them.
+    radio, response : Scene with resolved materials and reader, each at every frequency.
     tag_position_m : (3,) float — Place of the tag [m], off every wall.
-    tag_antenna : The tag's antenna in the room's frame, at each frequency.
-    tag_power_w : Power that the tag sends [W], > 0.
-    response : The reader, at each frequency.
+    tag_antenna, tag_power_w : Antenna in the room's frame at each frequency; power sent [W], > 0.
     reader_height_m : Height of the reader's ground plane above the floor [m].
     solver : How paths are searched; edges diffract where the radio scene has wedges too.
-
-    Returns
-    -------
-    ReaderLink
-        Ready for poses anywhere in the room (anywhere at all in free space).
-
-    Warns
-    -----
-    PhysicsWarning
-        When a pose can bring the tag nearer than 2 D^2 / lambda, where its wave is not plane across
-        the reader.
     """
     if not (math.isfinite(tag_power_w) and tag_power_w > 0.0):
         msg = f"tag_power_w = {tag_power_w} W is not a power; give a number above 0 W."

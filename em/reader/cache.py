@@ -1,8 +1,7 @@
 """Full-wave solutions of readers, kept on disk by the hash of everything they depend on.
 
-A file is written under a temporary name and renamed, so that parallel runs can share the folder; a
-file that is damaged or from another solver is computed again. A folder that cannot be written to is
-no error: the solution is computed, and a warning says that it is not kept.
+A file is renamed when it is whole, so that parallel runs can share the folder; one that is damaged
+or from another solver is computed again. Where nothing can be written, a warning says so.
 """
 
 import hashlib
@@ -54,15 +53,12 @@ class ReaderSolution:
 
     Parameters
     ----------
-    response : Embedded realised patterns.
+    response, unknowns : Embedded realised patterns; number of independent functions solved for.
     impedance_ohm : (n, n) complex128 — Open-circuit impedance matrix Z [ohm].
-    input_impedance_ohm : (n,) complex128 — Impedance seen by each source, the other ports loaded
-        [ohm].
-    s_matrix : (n, n) complex128 — Scattering matrix of power waves, ports referred to their loads
-        [-].
-    radiated_share, accepted_share, lost_share : (n,) float64 — Shares of the available power, each
-        port driven in turn [-].
-    unknowns : Number of independent functions that were solved for.
+    input_impedance_ohm : (n,) complex128 — Seen by each source, the other ports loaded [ohm].
+    s_matrix : (n, n) complex128 — S-matrix of power waves, ports referred to their loads [-].
+    radiated_share, accepted_share, lost_share : (n,) float64 — Of the available power, each port
+        driven in turn [-].
     """
 
     response: ReaderResponse
@@ -100,14 +96,7 @@ _SHAPES = {
 
 
 def cache_folder() -> Path | None:
-    """Return the folder for what Octant keeps between runs; None when this user has none.
-
-    Returns
-    -------
-    Path or None
-        ``$OCTANT_CACHE_DIR``, or ``octant`` in the platform's folder for caches of the user
-        (``$XDG_CACHE_HOME`` or ``~/.cache`` on Linux). It need not exist.
-    """
+    """Return ``$OCTANT_CACHE_DIR``, or Octant's folder in the user's cache; None without a home."""
     if chosen := os.environ.get(CACHE_VARIABLE):
         return Path(chosen)
     folder = platformdirs.user_cache_path("octant", appauthor=False, opinion=False)
@@ -128,35 +117,21 @@ def cached_responses(
     folder: Path | None = None,
     keep: bool = True,
 ) -> tuple[ReaderSolution, ...]:
-    """Return the full-wave solutions of a reader, read from disk or solved and kept; gains.
+    """Return a reader's full-wave solutions in the order of the frequencies, from disk or solved.
+
+    Patterns are always rounded to single precision (6e-8 of a value), also those not from disk. A
+    CacheWarning says when a solution cannot be kept.
 
     Parameters
     ----------
-    body : Ground plane, plates and the places of the antennas.
-    antenna : One element, an upright dipole or monopole, of which kind and length are used.
-    frequencies_hz : Where solutions are wanted [Hz]; for more than ``NODES`` different ones, that
-        many are solved across the band and the others interpolated, see
-        `octant.em.reader.fullwave.band`.
-    gap_m : Height of a dipole's lower end, or of a monopole's own plane, above the ground plane
-        [m].
+    body, antenna : Metal and places of the antennas; kind and length of one, a dipole or monopole.
+    frequencies_hz : Where solutions are wanted [Hz]; of more than ``NODES``, that many are solved
+        and the others interpolated, see `octant.em.reader.fullwave.band`.
+    gap_m, wire_radius_m, feed_gap_m, surroundings : Of the mesh, see `reader_mesh` [m].
     load_ohm : Impedance of source and load of every port [ohm].
     cells_per_wavelength : Elements per wavelength [-].
-    wire_radius_m : Radius of the antennas' wire [m].
-    feed_gap_m : Length of the feed [m]; 0 is a delta gap.
-    surroundings : Further perfectly conducting meshes near the reader, in its own frame [m].
     folder : Where solutions are kept; default: ``responses`` in `cache_folder`.
-    keep : Whether solutions are read from and kept on disk; False for those needed only once.
-
-    Returns
-    -------
-    tuple of ReaderSolution
-        In the order of the frequencies. Patterns are rounded to single precision (6e-8 of a
-        value), whether they come from disk or not, so that both give the same numbers.
-
-    Warns
-    -----
-    CacheWarning
-        When a solution cannot be kept.
+    keep : Whether solutions are read from and kept on disk.
     """
     wanted = sorted({float(f) for f in frequencies_hz})
     setup: dict[str, Any] = {
@@ -187,7 +162,6 @@ def cached_responses(
 
 
 def _folder(given: Path | None) -> Path | None:
-    """Return the folder of the solutions; None when this user has no place for it."""
     base = cache_folder() if given is None else None
     return given if base is None else base / "responses"
 
@@ -289,7 +263,6 @@ def _solution(response: ReaderResponse, result: FullwaveResult) -> ReaderSolutio
 
 
 def _file(folder: Path, key: str) -> Path:
-    """Return where the solution of a key lies."""
     return folder / f"{key[:40]}.npz"
 
 
@@ -320,7 +293,6 @@ def _read(folder: Path | None, key: str) -> ReaderSolution | None:
 
 
 def _write(folder: Path | None, key: str, solution: ReaderSolution) -> None:
-    """Write a solution whole; warn where the folder cannot be written to."""
     if folder is None:
         return
     response = solution.response

@@ -32,14 +32,10 @@ class ResponseDifference:
 
     Parameters
     ----------
-    model : Model of the response that is judged.
-    offset_db : Its gain over the true one, mean over the strong directions of all antennas [dB].
-    strong_rms_db : Rms difference of gain in the strong directions, the offset taken out [dB].
-    weak_rms_db : The same from 10 to 20 dB below each antenna's greatest gain [dB].
-    faint_rms_db : The same from 20 dB below down to where gains count as `FLOOR_DB` below [dB]; NaN
-        when no direction is that faint.
-    other_antenna_share : Share of the azimuths at which it names another antenna as the strongest
-        one [-].
+    model, offset_db : The judged model; its mean gain over the true one, strong directions [dB].
+    strong_rms_db, weak_rms_db, faint_rms_db : Rms difference of gain in the strong directions, the
+        offset taken out, in the weak and in the still fainter ones, NaN where there are none [dB].
+    other_antenna_share : Share of azimuths where it names another antenna as the strongest [-].
     """
 
     model: str
@@ -55,19 +51,14 @@ def compare_responses(
 ) -> ResponseDifference:
     """Return how far a response is from a true one, in [dB] and as a share of azimuths.
 
+    Gains are of both polarisations, over the hemisphere above the ground plane, weighted by solid
+    angle. The strongest antenna is that of the theta polarisation, which vertical tags send; of k
+    equally strong ones each counts for 1/k.
+
     Parameters
     ----------
-    truth : What is taken as true; its patterns say which directions are strong.
-    other : What is judged, on any grid; the same number of antennas.
+    truth, other : What is taken as true, and what is judged, on any grid; as many antennas each.
     theta_rad : Angles from the vertical under which tags are seen [rad], for the strongest antenna.
-
-    Returns
-    -------
-    ResponseDifference
-        Gains are of both polarisations together, over the hemisphere above the ground plane, where
-        tags are, weighted by solid angle; the strongest antenna is that of the theta polarisation,
-        which vertical tags send. Where k antennas are equally
-        strong each counts for 1/k.
     """
     if truth.antennas != other.antennas:
         msg = (
@@ -93,10 +84,7 @@ def compare_responses(
 def _gain_differences_db(
     truth: ReaderResponse, other: ReaderResponse
 ) -> tuple[npt.NDArray[np.float64], ...]:
-    """Return (n, t, P) differences above the plane and their weights.
-
-    Differences are those of strong, weak and faint directions, each NaN in the others.
-    """
+    """Return (n, t, P) differences of strong, weak and faint directions (else NaN), and weights."""
     above = truth.theta_rad <= 0.5 * np.pi + 1e-9
     theta, phi = truth.theta_rad[above][:, None], truth.phi_rad
     gain = np.sum(np.abs(truth.far_field(theta, phi)) ** 2, axis=-1)

@@ -61,12 +61,8 @@ class Panels:
 
     Parameters
     ----------
-    centre_m : (p, 3) float64
-        Centres [m].
-    normal : (p, 3) float64
-        Unit normals [-].
-    area_m2 : (p,) float64
-        Areas [m^2].
+    centre_m, normal : (p, 3) float64 — Centres [m] and unit normals [-].
+    area_m2 : (p,) float64 — Areas [m^2].
     """
 
     centre_m: FloatArray
@@ -83,23 +79,17 @@ def ray_patterns(
     columns: int,
     max_reflections: int = MAX_REFLECTIONS,
 ) -> ComplexArray:
-    """Return the patterns of a reader's antennas [-] from the currents that rays induce.
+    """Return (n, 2, T, P) patterns of a reader's antennas from the currents that rays induce [-].
+
+    F_theta and F_phi have their phase at the reader's centre; |F|^2 is the gain of a matched
+    antenna without losses, its mean over the sphere 1.
 
     Parameters
     ----------
-    body : Ground plane, plates and the places of the antennas; of metal.
-    antenna : One element, an upright dipole or monopole.
-    gap_m : Height [m] of the dipole's lower end, or of the monopole's own plane, above the ground
-        plane.
-    theta_rad : (T,) float — Even steps of theta [rad] from 0 to pi.
-    columns : Even steps of phi from 0.
+    body, antenna : Metal and places of the antennas; one element, an upright dipole or monopole.
+    gap_m : Height of the dipole's lower end, or monopole's own plane, above the ground plane [m].
+    theta_rad, columns : (T,) float — Even steps of theta [rad], 0 to pi; number of those of phi.
     max_reflections : Greatest number of reflections of a ray that meets no edge.
-
-    Returns
-    -------
-    (n, 2, T, P) complex128
-        F_theta and F_phi [-], phase at the reader's centre; |F|^2 is the gain of a matched antenna
-        without losses, its mean over the sphere 1.
 
     Notes
     -----
@@ -146,20 +136,12 @@ def antenna_currents(
     gap_m: float,
     max_reflections: int = MAX_REFLECTIONS,
 ) -> CurrentSamples:
-    """Return the currents of one antenna's wire and of the metal that it lights [A m].
+    """Return currents of an antenna's wire, at most 1 A, and of the metal that it lights [A m].
 
     Parameters
     ----------
-    body : Ground plane, plates and the places of the antennas.
-    antenna : Upright dipole or monopole.
+    body, antenna, gap_m, max_reflections : As in `ray_patterns` [m].
     number : Which antenna, from 0.
-    gap_m : Height of the dipole's lower end, or of the monopole's own plane [m].
-    max_reflections : Greatest number of reflections of a ray that meets no edge.
-
-    Returns
-    -------
-    CurrentSamples
-        One case, of 1 A where the wire's sinusoidal current is greatest.
     """
     wavelength_m = antenna.wavelength_m
     own_plane_m = body.fitted_monopole_plane_m if antenna.kind == "monopole" else 0.0
@@ -237,12 +219,9 @@ def cut_into_panels(
 
     Parameters
     ----------
-    triangles_m : (t, 3, 3) float64
-        Corners [m].
-    wire_m : (2, 3) float64
-        Foot and tip of the upright wire [m].
-    coarse_m, fine_m : float
-        Longest side of a panel: its centre's distance from the wire, between these [m].
+    triangles_m : (t, 3, 3) float64 — Corners [m].
+    wire_m : (2, 3) float64 — Foot and tip of the upright wire [m].
+    coarse_m, fine_m : Bounds of a panel's longest side, at most its distance from the wire [m].
     """
     kept = []
     rest = triangles_m

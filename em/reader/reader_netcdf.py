@@ -29,11 +29,8 @@ def reader_dataset(
     Parameters
     ----------
     response : The patterns; stored with their phase at the reader's centre.
-    impedance_ohm : (n,) complex, optional — Input impedance [ohm] of each antenna, the others
-        loaded.
-    s_matrix : (n, n) complex, optional — S-matrix [-].
-    step_deg : Step [deg] of theta and phi, a divisor of 180; the response's own grid where it is
-        left out, which comes back exactly.
+    impedance_ohm, s_matrix : (n,), (n, n) complex — Inputs, the others loaded [ohm]; S-matrix [-].
+    step_deg : Step of theta and phi [deg], a divisor of 180; None: the response's own, exactly.
     """
     import xarray as xr
 
@@ -109,7 +106,6 @@ def _coordinates(
     phi_deg: npt.NDArray[np.float64],
     two: bool,
 ) -> dict[str, "xr.Variable"]:
-    """Return the coordinates of the file."""
     numbers = np.arange(1, n + 1)
     coordinates = {
         "theta_deg": _variable(("theta",), theta_deg, "degree", "angle from +z, upwards"),
@@ -131,8 +127,8 @@ def read_reader_netcdf(path: str | Path) -> ReaderResponse:
     Parameters
     ----------
     path : The file, of `reader_dataset` or another program: ``pattern`` on a uniform grid with
-        ``theta_deg`` 0..180 and ``phi_deg`` 0..360, and ``frequency_hz``; ``phase_centre_m`` is 0
-        and ``azimuth_deg`` evenly spread where they are missing.
+        ``theta_deg`` 0..180 and ``phi_deg`` 0..360, and ``frequency_hz``; without
+        ``phase_centre_m`` it is 0, without ``azimuth_deg`` evenly spread.
     """
     import xarray as xr
 
@@ -150,7 +146,6 @@ def read_reader_netcdf(path: str | Path) -> ReaderResponse:
 
 
 def _response(path: Path, data: "xr.Dataset") -> ReaderResponse:
-    """Return the response that a data set holds."""
     for name in ("pattern", "frequency_hz", "theta_deg", "phi_deg"):
         if name not in data:
             msg = f"{path}: variable {name!r} is missing; give a reader.nc that Octant wrote."

@@ -19,7 +19,6 @@ from octant.geometries.errors import AntennaError
 from octant.geometries.reader_body import ReaderBody
 
 ResponseModel = Literal["rays", "isolated"]
-"""Models of the reader's response."""
 
 RAYS_WARNING = (
     "the reader's response is that of currents lit by rays, diffracted once at the plates' edges: "
@@ -44,21 +43,15 @@ def reader_response(
     gap_m: float,
     max_reflections: int = MAX_REFLECTIONS,
 ) -> ReaderResponse:
-    """Return the embedded patterns of a reader by one of the approximate models.
+    """Return the embedded patterns of a reader by an approximate model, on the grid `GRID_SHAPE`.
 
     Parameters
     ----------
-    body : Ground plane, plates and the places of the antennas.
-    antenna : One element, upright.
-    model : ``isolated`` or ``rays``.
-    gap_m : Height [m] of the dipole's lower end, or of the monopole's own plane, above the ground
-        plane; a monopole without a plane of its own stands on the ground plane.
+    body, antenna : Metal and places of the antennas; one element, upright.
+    model : ``isolated`` or ``rays``; the response's ``warnings`` say where each fails.
+    gap_m : Height of the dipole's lower end, or monopole's own plane, above the ground plane [m]; a
+        monopole without a plane of its own stands on the ground plane.
     max_reflections : Greatest number of reflections in ``rays`` of a ray that meets no edge.
-
-    Returns
-    -------
-    ReaderResponse
-        Patterns on a grid of ``GRID_STEP_DEG``; its ``warnings`` say where the model fails.
 
     Notes
     -----
@@ -117,14 +110,13 @@ def sector_response(
     """Return an idealised sector reader: isolated half-wave dipoles behind cosine sector windows.
 
     Each dipole's amplitude is multiplied by cos^exponent of half the angle between the direction's
-    azimuth and the antenna's own. No metal makes exactly this; it serves to test what comes after
-    the radio model, and to see the best that a bearing-sensitive reader could do.
+    azimuth and its own. No metal makes this; it serves to test what comes after the radio model,
+    and to see the best that a bearing-sensitive reader could do.
 
     Parameters
     ----------
-    azimuths_rad : (n,) float — Azimuth of each antenna [rad].
+    azimuths_rad, antenna_radius_m : (n,), () float — Azimuths [rad] and radius [m] of the antennas.
     frequency_hz : Frequency [Hz].
-    antenna_radius_m : Distance of the antennas from the axis [m].
     exponent : Exponent of the window [-]; 4 gives a half-power width of 94 degrees.
     """
     azimuths = np.asarray(azimuths_rad, dtype=np.float64)

@@ -101,8 +101,7 @@ def docking_space(study: Study, built: Setting) -> RobotSpace:
 
     Parameters
     ----------
-    study : With a table ``[dock]``.
-    built : The room [m].
+    study, built : A study with a table ``[dock]``, and one of its rooms [m].
     """
     table = dock_table(study)
     task = docking_task(table)
@@ -129,8 +128,7 @@ def docking_job(study: Study, built: Setting, responses: Sequence[ReaderResponse
 
     Parameters
     ----------
-    study : With a table ``[dock]``.
-    built : The room [m].
+    study, built : A study with a table ``[dock]``, and one of its rooms [m].
     responses : The reader's, one for each of ``study.radio.frequencies_hz`` [Hz].
     """
     table = dock_table(study)
@@ -190,10 +188,9 @@ def docking_rooms(study: Study) -> tuple[Setting, ...]:
 class DockingContent:
     """Everything that a docking study computed.
 
-    Attributes
+    Parameters
     ----------
-    study : The study.
-    rooms : Room and runs by the room's name.
+    study, rooms : The study, and room and runs by the room's name.
     published : The docking paper's closed loop, by whether slips were compensated.
     """
 
@@ -210,18 +207,12 @@ class DockingContent:
 def docking_jobs(
     study: Study, rooms: Sequence[Setting], responses: Sequence[ReaderResponse]
 ) -> dict[str | bool, tuple[DockingJob, int]]:
-    """Return each job of a docking study with its number of runs.
+    """Return jobs and their runs: missions by room, the paper's by whether slips are compensated.
 
     Parameters
     ----------
-    study : With a table ``[dock]``.
-    rooms : From `docking_rooms`.
+    study, rooms : A study with a table ``[dock]``, and its `docking_rooms`.
     responses : The reader's, one for each of ``study.radio.frequencies_hz`` [Hz].
-
-    Returns
-    -------
-    dict
-        Missions by the room's name; the paper's closed loop by whether slips are compensated.
     """
     runs = dock_table(study).runs
     missions = {room.name: docking_job(study, room, responses) for room in rooms}
@@ -248,11 +239,8 @@ def compute_docking(
 
     Parameters
     ----------
-    study : With a table ``[dock]``.
-    rooms : From `docking_rooms`.
-    jobs : From `docking_jobs`.
-    folder : Where runs are kept.
-    crew : Workers that share them; None: this process computes.
+    study, rooms, jobs : A study with a table ``[dock]``, its `docking_rooms` and `docking_jobs`.
+    folder, crew : Where runs are kept, and who shares them; None: this process computes.
     progress : Shows how many runs are done.
     """
     results = {
@@ -280,9 +268,7 @@ def kept_runs(study: Study, jobs: Mapping[str | bool, tuple[DockingJob, int]], f
 
     Parameters
     ----------
-    study : With a table ``[dock]``.
-    jobs : From `docking_jobs`.
-    folder : Where runs are kept.
+    study, jobs, folder : A study, its `docking_jobs`, and where runs are kept.
     """
     total = sum(runs for _, runs in jobs.values())
     kept = sum(

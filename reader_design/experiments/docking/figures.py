@@ -37,7 +37,6 @@ PHASE_COLOURS = {
     "dock": "#117733",
     "back off": "#cc6677",
 }
-"""Colour of each phase of a docking mission."""
 
 
 def docking_paths_figure(
@@ -46,18 +45,12 @@ def docking_paths_figure(
     *,
     title: str,
 ) -> "Figure":
-    """Return the robots' paths from their starts to the dock, a panel for each room [m].
+    """Return the robots' paths of up to 20 runs in each room [m]; failed ones end in a cross.
 
     Parameters
     ----------
-    rooms : Name, runs, plan.
+    rooms, title : Name, runs and plan of each; title above the figure.
     tag : (str, (2,) float64) — The station's tag and its point on the floor [m].
-    title : Above the figure.
-
-    Returns
-    -------
-    Figure
-        Up to 20 runs in each, coloured by phase; starts as dots, failed runs end in a black cross.
     """
     reach = [np.concatenate([r.poses[:, :2] for r in runs[:_MOST_PATHS]]) for _, runs, _ in rooms]
     shape = max(
@@ -88,8 +81,7 @@ def docking_figure(result: DockingResult, *, title: str) -> "Figure":
 
     Parameters
     ----------
-    result : A run that docks; its last try is shown.
-    title : Above the figure.
+    result, title : A run that docks, of which the last try is shown; title above the figure.
     """
     rows = _last_docking(result)
     time = result.time_s[rows] - result.time_s[rows[0]]
@@ -133,8 +125,7 @@ def stall_figure(
     Parameters
     ----------
     runs : By whether slips were compensated.
-    law : Gains.
-    slip_m_per_s : The linear slip b [m/s].
+    law, slip_m_per_s : Gains, and the linear slip b [m/s].
     """
     with figure_style():
         figure, axes = new_figure(
@@ -229,8 +220,7 @@ def docking_law_figure(loops: Mapping[str, ClosedLoop], law: DockingLaw) -> "Fig
 
     Parameters
     ----------
-    loops : Runs by the first bearing of the goal.
-    law : The law that drove them.
+    loops, law : Runs by the first bearing of the goal, and the law that drove them.
     """
     title = (
         f"Docking law: γ = {law.gamma_per_s:g}/s, h = {law.h:g}, k = {law.k_per_s:g}/s "

@@ -28,8 +28,7 @@ def filter_figures(experiment: FilterExperiment, straight: FilterExperiment) -> 
 
     Parameters
     ----------
-    experiment : Many drives.
-    straight : The simpler drive.
+    experiment, straight : Many drives and the simpler one, from `landmark_filters`.
     """
     drives, made = experiment.drives, experiment.estimates
     return {
@@ -78,10 +77,8 @@ def filter_path_figure(
 
     Parameters
     ----------
-    drives : Truth.
-    estimates : Paths to draw, by the label of each.
+    drives, estimates, run : Truth, paths to draw by the label of each, and which repetition.
     title : Above the figure.
-    run : Which repetition.
     """
     with figure_style():
         figure, axes = new_figure(width_in=7.6, height_in=4.8, title=title)
@@ -107,20 +104,12 @@ def filter_path_figure(
 def filter_states_figure(
     drives: Drives, estimates: Estimates, *, title: str, run: int = 0
 ) -> "Figure":
-    """Return truth, estimate and error over time, figures 7 to 9 and 11 to 13 [m], [rad], [s].
+    """Return states, errors and their two sigma, figures 7 to 9 and 11 to 13 [m], [rad], [s].
 
     Parameters
     ----------
-    drives : Truth and detections.
-    estimates : Estimates of a filter.
-    title : Above the figure.
-    run : Which repetition.
-
-    Returns
-    -------
-    Figure
-        A row for each of e_x, e_y, ψ; left the state, right the error with its two sigma band; grey
-        where the landmark was out of view.
+    drives, estimates, run : Truth, estimates of a filter, and which repetition.
+    title : Above the figure; grey is where the landmark was out of view.
     """
     with figure_style():
         figure, axes = new_figure(width_in=10.0, height_in=6.6, title=title, rows=3, columns=2)
@@ -147,19 +136,12 @@ def filter_states_figure(
 
 
 def slips_figure(drives: Drives, estimates: Estimates, *, title: str) -> "Figure":
-    """Return estimated slips over time, figures 14 to 16 [m/s], [rad/s], [s].
+    """Return slips of run 0, and the range of 80 % of the runs, figures 14 to 16 [m/s], [rad/s].
 
     Parameters
     ----------
-    drives : Truth and detections.
-    estimates : Estimates of the filter.
+    drives, estimates : Truth and estimates; grey where run 0 did not see the landmark.
     title : Above the figure.
-
-    Returns
-    -------
-    Figure
-        Estimate of run 0 and the range of 80 % of the runs; grey where run 0 did not see the
-        landmark.
     """
     with figure_style():
         figure, axes = new_figure(width_in=10.0, height_in=3.8, title=title, columns=2)
@@ -189,8 +171,7 @@ def error_histogram_figure(
 
     Parameters
     ----------
-    drives : Truth.
-    estimates : By the label of each.
+    drives, estimates : Truth, and estimates by label.
     at_s : Time [s]; runs are independent there, unlike the samples of one run.
     """
     step = int(np.searchsorted(drives.time_s, at_s))
@@ -229,8 +210,7 @@ def consistency_figure(drives: Drives, estimates: dict[str, Estimates]) -> "Figu
 
     Parameters
     ----------
-    drives : Times.
-    estimates : By the label of each.
+    drives, estimates : Times, and estimates by label.
     """
     low, high = consistency_band(degrees=5, samples=drives.truth.shape[1])
     with figure_style():
@@ -272,9 +252,7 @@ def legend_below(figure: "Figure", *axes: "Axes", columns: int = 5) -> None:
 
     Parameters
     ----------
-    figure : The figure.
-    *axes : The panels.
-    columns : Columns of the legend.
+    figure, axes, columns : The figure, its panels, and the columns of the legend.
     """
     entries = {
         label: handle

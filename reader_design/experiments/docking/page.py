@@ -80,9 +80,7 @@ def docking_report(
 
     Parameters
     ----------
-    content : What was computed.
-    filters : Its landmark filters.
-    figures : PNG files by name.
+    content, filters, figures : What was computed, its landmark filters, and PNG files by name.
     """
     rooms = content.results
     runs = [result for each in rooms.values() for result in each]
@@ -307,7 +305,6 @@ def _pair(values: Sequence[float] | np.ndarray) -> str:
 FILES = ("docking.csv", "trajectory.csv", "report.html")
 """What a docking study leaves beside its figures and study.toml."""
 CASES = "cases"
-"""Folder of the runs."""
 
 
 def publish(content: DockingContent, out_dir: Path) -> list[Path]:
@@ -315,8 +312,7 @@ def publish(content: DockingContent, out_dir: Path) -> list[Path]:
 
     Parameters
     ----------
-    content : What was computed.
-    out_dir : Folder of the results.
+    content, out_dir : What was computed, and the folder of the results.
     """
     from octant.reader_design.experiments.docking.figures import docking_figures
 
@@ -345,12 +341,9 @@ def run_docking_study(
 
     Parameters
     ----------
-    study : With a table ``[dock]``.
-    out_dir : Folder of the results. Runs that it holds are not computed again.
-    workers : Processes that share the runs; None: one for each core.
-    cluster : Address of a dask scheduler in their place.
-    force : Replace the results of another study.
-    progress : Shows how many runs are done.
+    study, out_dir : With a table ``[dock]``; folder of the results, whose runs are read.
+    workers, cluster : Who shares the runs, as in `open_crew`.
+    force, progress : Replace another study's results; shows how many runs are done.
     """
     progress = progress or Progress()
     rooms = docking_rooms(study)  # a bad station is refused before anything is computed
@@ -375,8 +368,7 @@ def plan_line(study: Study, out_dir: Path) -> str:
 
     Parameters
     ----------
-    study : With a table ``[dock]``.
-    out_dir : Folder of the results.
+    study, out_dir : A study with a table ``[dock]``, and the folder of its results.
     """
     jobs = docking_jobs(study, docking_rooms(study), study_responses(study))
     return kept_runs(study, jobs, out_dir / CASES)

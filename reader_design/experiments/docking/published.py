@@ -75,8 +75,7 @@ class FilterExperiment:
     Parameters
     ----------
     drives : Truth and detections.
-    estimates : By the filter's name: ``slips``, ``no slips``, ``wrong start``, ``pair`` (the
-        paper's two filters).
+    estimates : By filter: ``slips``, ``no slips``, ``wrong start``, ``pair`` (the paper's two).
     """
 
     drives: Drives
@@ -88,8 +87,7 @@ def filter_experiment(*, seed: int, repetitions: int = 100) -> FilterExperiment:
 
     Parameters
     ----------
-    seed : Seed.
-    repetitions : Repetitions.
+    seed, repetitions : Of the random drives.
     """
     return _experiment(paper_manoeuvre(), seed=seed, repetitions=repetitions)
 
@@ -116,8 +114,7 @@ def published_job(
 
     Parameters
     ----------
-    task : Station, law and filter; each run has one try.
-    camera : Detector; nothing hides the landmark here.
+    task, camera : Station, law and filter, tried once; detector, with nothing in its way.
     compensate_slips : Whether the estimated slips are taken off the commands.
     """
     landmark = Landmark(position_m=np.array([task.stand_off_m, 0.0, 0.6]), heading_rad=0.0)
@@ -141,12 +138,7 @@ class Anywhere:
     """Floor on which nothing stands in the way."""
 
     def __call__(self, points_m: FloatArray) -> npt.NDArray[np.bool_]:
-        """Return True for each of (m, 2) places [m].
-
-        Parameters
-        ----------
-        points_m : (m, 2) float64 — Places [m].
-        """
+        """Return True for each of (m, 2) places [m]."""
         return np.ones(len(points_m), dtype=np.bool_)
 
 

@@ -95,14 +95,11 @@ class RssFits:
 
     Parameters
     ----------
-    exponential : Least squares of (6.2).
-    exponential_rms_db, published_rms_db, distance_rms_db : Residuals of that fit, of the printed
-        parameters and of the log-distance fit [dB].
-    distance : The log-distance fit.
-    noisy : (n, 2) float64 — Alpha [dBm] and beta [1/m] fitted to noisy records of the table's
-        distances.
-    noisy_share : Share of those records whose fitted curve lies at least as far from the mean noisy
-        signal as the printed one [-].
+    exponential, distance : Least squares of (6.2), and of the log-distance law.
+    exponential_rms_db, published_rms_db, distance_rms_db : Residuals of (6.2) as fitted and as
+        printed, and of the log-distance law [dB].
+    noisy : (n, 2) float64 — Alpha [dBm] and beta [1/m] fitted to noisy records.
+    noisy_share : Share of them at least as far from the mean noisy signal as the printed fit [-].
     """
 
     exponential: LogExponentialLaw
@@ -153,8 +150,7 @@ def feedback_task(
     Parameters
     ----------
     settings : Robot, weights, tags and law.
-    curve : The way.
-    start : (3,) tuple of float — x [m], y [m], heading [rad].
+    curve, start : The way, and where the robot starts: x [m], y [m], heading [rad].
     """
     desired = desired_trajectory(curve, period_s=settings.track.period_s)
     problem = TrackingProblem(
@@ -172,8 +168,7 @@ def feedback_run(settings: Settings, task: str, run: int) -> tuple[Outcome, ...]
     Parameters
     ----------
     settings : Everything.
-    task : A name of `FEEDBACK_TASKS`.
-    run : Number of the run; it has its own random numbers.
+    task, run : A name of `FEEDBACK_TASKS`, and the run, which has its own random numbers.
     """
     work = feedback_task(settings, *FEEDBACK_TASKS[task])
     training = FeedbackTraining(iterations=settings.track.training_iterations)
@@ -190,8 +185,7 @@ def trained_over_many(settings: Settings, task: str) -> tuple[Outcome, ...]:
 
     Parameters
     ----------
-    settings : Everything.
-    task : A name of `FEEDBACK_TASKS`.
+    settings, task : Everything, and a name of `FEEDBACK_TASKS`.
     """
     work = feedback_task(settings, *FEEDBACK_TASKS[task])
     training = FeedbackTraining(iterations=settings.track.training_iterations)
@@ -268,8 +262,7 @@ class NominalRun:
 
     Parameters
     ----------
-    outcome : Errors and way.
-    solution : With the cost after every iteration.
+    outcome, solution : Errors and way, and the cost after every iteration.
     """
 
     outcome: Outcome
@@ -288,11 +281,9 @@ def nominal_problem(
 
     Parameters
     ----------
-    settings : Robot and weights.
+    settings, weights : Robot and weights, unless other weights are given.
     curve : The way; a period that does not divide it is made a little shorter.
-    start : (3,) tuple of float — x [m], y [m], heading [rad].
-    period_s : For which wheel rates are held, at most [s].
-    weights : None: those of trajectories.
+    start, period_s : x [m], y [m], heading [rad]; longest time of constant wheel rates [s].
     """
     substeps = round(period_s / EULER_STEP_S)
     intervals = math.ceil(curve.duration_s / (substeps * EULER_STEP_S) - 1e-9)
@@ -313,8 +304,7 @@ def nominal_run(settings: Settings, task: str, method: str) -> NominalRun:
 
     Parameters
     ----------
-    settings : Robot and weights.
-    task, method : The run.
+    settings, task, method : Robot and weights, and the run.
     """
     if task == EIGHT_POSES:
         return _eight_poses(settings)
@@ -348,11 +338,9 @@ class NeighbouringSetup:
 
     Parameters
     ----------
-    desired : At the control period.
-    start : (3,) tuple of float — x [m], y [m], heading [rad].
-    control : Nominal inputs and gains.
+    desired, start : Trajectory at the control period; start: x [m], y [m], heading [rad].
+    control, weights : Nominal inputs and gains, and the weights that gave them.
     stability : Lyapunov decay and Gramians along the nominal trajectory.
-    weights : Its weights.
     """
 
     desired: DesiredTrajectory
@@ -373,10 +361,8 @@ def neighbouring_setup(
 
     Parameters
     ----------
-    settings : Robot, weights and period.
-    curve : The way.
-    start : (3,) tuple of float — x [m], y [m], heading [rad].
-    weights : None: those of trajectories.
+    settings, weights : Robot, period and weights, unless other weights are given.
+    curve, start : The way, and where the robot starts: x [m], y [m], heading [rad].
     """
     weights = weights or settings.weights
     period_s = settings.track.period_s
@@ -408,8 +394,7 @@ def neighbouring_runs(settings: Settings, task: str) -> tuple[tuple[Outcome, ...
     Parameters
     ----------
     settings : Everything.
-    task : ``point``, ``lemniscate``, or a trajectory of the study, which is followed with the
-        extended Kalman filter only.
+    task : ``point``, ``lemniscate``, or a trajectory of the study, which only the EKF follows.
     """
     own = {one.curve.name: one for one in settings.own}
     if task in own:
@@ -431,8 +416,7 @@ def wheel_noise_run(settings: Settings, sigma: float) -> Outcome:
 
     Parameters
     ----------
-    settings : Everything.
-    sigma : The noise [rad/s].
+    settings, sigma : Everything, and the noise [rad/s].
     """
     track = msgspec.structs.replace(settings.track, wheel_sigma_rad_per_s=sigma)
     setup = neighbouring_setup(settings, shapes.lemniscate(), LEMNISCATE_START)
@@ -485,8 +469,7 @@ def slam_record(settings: Settings, sigma: float) -> SlamRecord:
 
     Parameters
     ----------
-    settings : For seed and runs.
-    sigma : Noise of the wheels [rad/s].
+    settings, sigma : For seed and runs, and the noise of the wheels [rad/s].
     """
     robot, rate, period_s = settings.robot, 2.0, settings.track.period_s
     task = SlamTask(

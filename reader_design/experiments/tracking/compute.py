@@ -65,7 +65,6 @@ from octant.reader_design.study_file.schema import Study
 FILES = ("results.nc", "tracking.csv", "report.html", "study.toml")
 """What is always written; costs.csv and slam.csv where their chapters are."""
 CASES = "cases"
-"""Folder of the cases' files."""
 _NO_EFFECT = ("Study.name", "Track.chapters")
 
 
@@ -77,8 +76,7 @@ class Part:
     ----------
     chapter : One of ``track.chapters``; ``wheel noise`` belongs to ``neighbouring``.
     task, method : What is computed of it; empty where the chapter has one part.
-    run : Number of the run, or of the mesh of tags.
-    sigma : Noise of the wheels [rad/s].
+    run, sigma : Number of the run or of the mesh of tags, and noise of the wheels [rad/s].
     """
 
     chapter: str
@@ -95,13 +93,9 @@ class PartRecord:
     Parameters
     ----------
     outcomes : Errors and poses.
-    fits : Fits of Table 6.1.
-    nominal : A nominal problem solved.
-    stability : Along a nominal trajectory.
-    slam : Runs of EKF SLAM.
-    room : With RSS of the room solver.
-    costs : Table 8.1.
-    scalings : How costs grow.
+    fits, costs : Tables 6.1 and 8.1.
+    nominal, slam, room : A nominal problem, runs of EKF SLAM, runs with RSS of the room solver.
+    stability, scalings : Stability along a nominal trajectory, and how costs grow.
     """
 
     outcomes: tuple[Outcome, ...] = ()
@@ -151,8 +145,7 @@ def compute_part(study: Study, part: Part) -> PartRecord:
 
     Parameters
     ----------
-    study : With a table ``[track]``.
-    part : One of `parts_of`.
+    study, part : A study with a table ``[track]``, and one of its `parts_of`.
     """
     return _CHAPTERS[part.chapter](settings_of(study), part)
 
@@ -186,8 +179,7 @@ class TrackingContent:
 
     Parameters
     ----------
-    settings : The study.
-    study_toml : The resolved study.
+    settings, study_toml : The study, as settings and as the resolved file.
     parts : All parts, in the order of `parts_of`, then the costs.
     """
 
@@ -272,7 +264,6 @@ class TrackingContent:
 
 
 def _joined(outcomes: Sequence[Outcome]) -> Outcome:
-    """Return outcomes of one task and method with the runs of all."""
     first = outcomes[0]
     runs = TrackingRecord(
         desired=first.runs.desired,
@@ -296,12 +287,9 @@ def run_tracking(
 
     Parameters
     ----------
-    study : With a table ``[track]``.
-    out_dir : Folder of the results; made when missing. Parts that it holds are not computed again.
-    workers : Processes that share the parts; None: one for each core.
-    cluster : Address of a dask scheduler in their place.
-    force : Replace results that are there.
-    progress : Shows how many parts are done.
+    study, out_dir : With a table ``[track]``; folder of the results, whose parts are read.
+    workers, cluster : Who shares the parts, as in `map_cases`.
+    force, progress : Replace results that are there; shows how many parts are done.
     """
     progress = progress or Progress()
     settings = settings_of(study)
@@ -326,8 +314,7 @@ def plan_line(study: Study, out_dir: Path) -> str:
 
     Parameters
     ----------
-    study : With a table ``[track]``.
-    out_dir : Folder of the results.
+    study, out_dir : A study and the folder of its results.
     """
     settings = settings_of(study)
     parts = parts_of(settings)
@@ -391,8 +378,7 @@ def publish(content: TrackingContent, out_dir: Path, progress: Progress) -> list
 
     Parameters
     ----------
-    content : What was computed.
-    out_dir : Folder of the results.
+    content, out_dir : What was computed, and the folder of the results.
     progress : Shows how many figures are drawn.
     """
     from octant.reader_design.experiments.tracking.figures import tracking_figures

@@ -52,9 +52,7 @@ class CostScaling:
 
     Parameters
     ----------
-    what : What was timed.
-    quantity : What the sizes count.
-    sizes : Sizes.
+    what, quantity, sizes : What was timed, what counts as its size, and the sizes.
     times_us : By method: time for each size [µs].
     """
 
@@ -93,10 +91,8 @@ class CostRow:
 
     Parameters
     ----------
-    method : Controller and estimator.
-    claimed : What the thesis says of its cost.
-    offline_s : Training or planning before the start [s].
-    step_us : One control step, estimator included [µs].
+    method, claimed : Controller and estimator, and what the thesis says of their cost.
+    offline_s, step_us : Planning before the start [s]; a control step with its estimator [µs].
     line_m, lemniscate_m : Average errors [m], median over the runs, from `with_errors`.
     knows_tags : Whether the robot must know the tags' places.
     """
@@ -141,8 +137,7 @@ def with_errors(rows: Sequence[CostRow], outcomes: Sequence[Outcome]) -> tuple[C
 
     Parameters
     ----------
-    rows : From `cost_rows`.
-    outcomes : Of chapters 6 and 7 [m].
+    rows, outcomes : From `cost_rows`, and outcomes of chapters 6 and 7 [m].
     """
     feedback = _average_m(outcomes, "line", (REPLAY, FRESH, MANY))
     return tuple(
@@ -233,7 +228,6 @@ def _average_m(outcomes: Sequence[Outcome], task: str, methods: tuple[str, ...])
 def _loop_step(
     controller: TrackingController, estimator: PoseEstimator[Any], mesh: TagMesh
 ) -> Callable[[], object]:
-    """Return one period's work of one robot: decide, predict, correct."""
     pose = np.array([[0.5, 0.0, 0.5]])
     belief = estimator.begin(pose, 0.01 * np.eye(3), [np.random.default_rng(0)])
     assert isinstance(belief, Gaussian)  # noqa: S101  all timed estimators are Kalman filters

@@ -173,9 +173,7 @@ def _neighbouring(content: TrackingContent) -> Iterator[NamedFigure]:
 
 
 COLOURS = ("#332288", "#cc6677", "#117733", "#ddaa33", "#88ccee", "#aa4499")
-"""Colour of each method in a figure."""
 WANTED = "#999999"
-"""Colour of the desired trajectory."""
 ARROW_M = 0.35
 """Length of the arrows at start and end [m]."""
 
@@ -185,8 +183,7 @@ def rss_fit_figure(fits: RssFits, *, seed: int) -> "Figure":
 
     Parameters
     ----------
-    fits : The fits.
-    seed : Of the noisy record that is drawn.
+    fits, seed : The fits, and the seed of the noisy record.
     """
     distance = np.linspace(3.0, 6.2, 200)
     noise, rng = RssNoise(), np.random.default_rng([seed, 3])
@@ -234,9 +231,7 @@ def tracking_figure(
 
     Parameters
     ----------
-    outcomes : The methods; paths, poses and wheels are those of run 0, errors the median over the
-        runs.
-    title : Above the figure.
+    outcomes, title : The methods (errors: median over the runs; the rest: run 0); title above.
     tags_m : (s, 2) float64, optional — Tags on the plan [m].
     """
     with figure_style():
@@ -377,8 +372,7 @@ def convergence_figure(solvers: Sequence[tuple[str, FloatArray]], *, task: str) 
 
     Parameters
     ----------
-    solvers : Name and cost J after every iteration [-].
-    task : What was solved.
+    solvers, task : Names and costs J after every iteration [-], and what was solved.
     """
     with figure_style():
         figure, axes = new_figure(
@@ -403,9 +397,8 @@ def slam_figure(record: SlamRecord, tags_m: FloatArray, *, wheel_sigma: float) -
 
     Parameters
     ----------
-    record : The runs; run 0 is drawn.
+    record, wheel_sigma : Runs, of which run 0 is drawn, and their noise of the wheels [rad/s].
     tags_m : (s, 2) float64 — True tags [m].
-    wheel_sigma : Noise of the wheels, for the title [rad/s].
     """
     from matplotlib.gridspec import GridSpec
 
@@ -466,11 +459,6 @@ def room_figure(rooms: Sequence[RoomRuns]) -> "Figure":
     Parameters
     ----------
     rooms : The room solver's part, mesh by mesh ([m], [dBm]); the map is that of the first.
-
-    Returns
-    -------
-    Figure
-        A map and a chart: dots are runs' averages, bars their medians.
     """
     outcomes = [outcome for runs in rooms for outcome in runs.outcomes]
     tasks = tuple(dict.fromkeys(o.task for o in outcomes))

@@ -121,8 +121,7 @@ def tracking_report(content: TrackingContent, figures: FigureFiles) -> Report:
 
     Parameters
     ----------
-    content : What was computed.
-    figures : By chapter: title, caption and file of each figure.
+    content, figures : What was computed; by chapter, title, caption and file of each figure.
     """
     study, track = content.settings.study, content.settings.track
     rows = tuple(_published_rows(content))
@@ -172,7 +171,6 @@ def _outcome_table(outcomes: Sequence[Outcome], caption: str) -> ReportTable:
 
 
 def _rss_section(content: TrackingContent, figures: FigureFiles) -> ReportSection | None:
-    """Return the section on the fits of Table 6.1."""
     fits = content.fits
     if fits is None:
         return None
@@ -201,7 +199,6 @@ def _rss_section(content: TrackingContent, figures: FigureFiles) -> ReportSectio
 
 
 def _feedback_section(content: TrackingContent, figures: FigureFiles) -> ReportSection | None:
-    """Return the section on chapter 6."""
     if not content.feedback:
         return None
     return ReportSection(
@@ -220,7 +217,6 @@ def _feedback_section(content: TrackingContent, figures: FigureFiles) -> ReportS
 
 
 def _nominal_section(content: TrackingContent, figures: FigureFiles) -> ReportSection | None:
-    """Return the section on thesis 7.2."""
     if not content.nominal:
         return None
     solvers = ReportTable(
@@ -246,7 +242,6 @@ def _nominal_section(content: TrackingContent, figures: FigureFiles) -> ReportSe
 
 
 def _neighbouring_section(content: TrackingContent, figures: FigureFiles) -> ReportSection | None:
-    """Return the section on thesis 7.3."""
     if not content.neighbouring:
         return None
     stability = ReportTable(
@@ -280,7 +275,6 @@ def _neighbouring_section(content: TrackingContent, figures: FigureFiles) -> Rep
 
 
 def _slam_section(content: TrackingContent, figures: FigureFiles) -> ReportSection | None:
-    """Return the section on thesis 7.4."""
     if not content.slam:
         return None
     rows = tuple(
@@ -304,7 +298,6 @@ def _slam_section(content: TrackingContent, figures: FigureFiles) -> ReportSecti
 
 
 def _room_section(content: TrackingContent, figures: FigureFiles) -> ReportSection | None:
-    """Return the section on RSS from the room solver."""
     if not content.room:
         return None
     track, study = content.settings.track, content.settings.study
@@ -341,7 +334,6 @@ def _room_section(content: TrackingContent, figures: FigureFiles) -> ReportSecti
 
 
 def _cost_section(content: TrackingContent, figures: FigureFiles) -> ReportSection | None:
-    """Return the section on Table 8.1."""
     if not content.costs:
         return None
     rows = tuple(
@@ -387,7 +379,6 @@ def _cost_section(content: TrackingContent, figures: FigureFiles) -> ReportSecti
 
 
 def _study_section(content: TrackingContent) -> ReportSection:
-    """Return the section on the study itself."""
     found = "; ".join(f"{n.removesuffix('_version')} {v}" for n, v in versions().items())
     return ReportSection(
         heading="The study",

@@ -56,8 +56,7 @@ class Outcome:
     Parameters
     ----------
     chapter : ``feedback``, ``nominal``, ``neighbouring`` or ``room``.
-    task : Name of the trajectory, or of the tags.
-    method : Controller and estimator.
+    task, method : Trajectory (or tags), and controller with estimator.
     runs : Poses [m, rad] and wheel rates [rad/s]; figures show run 0.
     """
 
@@ -67,14 +66,7 @@ class Outcome:
     runs: TrackingRecord
 
     def measures(self) -> dict[str, FloatArray]:
-        """Return the measures of every run, (r,) each.
-
-        Returns
-        -------
-        dict of str to (r,) float64
-            ``average_m`` of (3.11), ``within_m_90_of_time``, ``final_m`` [m], and
-            ``final_heading_deg`` [deg].
-        """
+        """Return (r,) errors of every run [m], [deg], as `MEASURE_UNITS`; ``average_m``: (3.11)."""
         return {
             "average_m": self.runs.average_error_m,
             "within_m_90_of_time": self.runs.share_within_m(0.9),
@@ -95,8 +87,7 @@ def slam_row(sigma: float, record: SlamRecord) -> tuple[object, ...]:
 
     Parameters
     ----------
-    sigma : Noise of the wheels [rad/s].
-    record : The runs.
+    sigma, record : Noise of the wheels [rad/s], and the runs with it.
     """
     error = record.final_error_m
     return (
@@ -118,21 +109,12 @@ def tracking_dataset(
     seed: int,
     name: str,
 ) -> "xr.Dataset":
-    """Return the errors of every run and the ways of run 0, each variable with its unit.
+    """Return the errors of every run and the ways of run 0, NaN beyond a task's own runs and steps.
 
     Parameters
     ----------
-    outcomes : All tasks and methods ([m], [rad]).
-    slam : Wheel noise [rad/s] and runs of SLAM.
-    study_toml : The resolved study.
-    seed : Its seed.
-    name : Its name.
-
-    Returns
-    -------
-    xarray.Dataset
-        Dimensions ``outcome``, ``run`` and ``step`` (NaN beyond a task's own), ``slam``,
-        ``slam_run``.
+    outcomes, slam : All tasks and methods ([m], [rad]); wheel noise [rad/s] and runs of SLAM.
+    study_toml, seed, name : The resolved study, its seed and its name.
     """
     labels = [f"{o.chapter}: {o.task}, {o.method}" for o in outcomes]
     variables = {}

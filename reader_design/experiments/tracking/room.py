@@ -71,13 +71,7 @@ class FieldRss:
     field: ImageField
 
     def rss_dbm(self, places_m: FloatArray) -> FloatArray:
-        """Return the RSS of all tags, (m, s) [dBm].
-
-        Parameters
-        ----------
-        places_m : (m, 2) float64 — x, y [m]; a place outside the traced rectangle is moved to its
-            rim.
-        """
+        """Return (m, s) RSS of all tags [dBm]; places off the traced rectangle go to its rim."""
         x, y = self.field.x_m, self.field.y_m
         inside = np.column_stack(
             [np.clip(places_m[:, 0], x[0], x[-1]), np.clip(places_m[:, 1], y[0], y[-1])]
@@ -95,8 +89,7 @@ class RoomRuns:
     ----------
     outcomes : One for each estimator.
     facts : What the field is like, and how many runs were near the trajectory [m, dB].
-    map_x_m : (nx,) float64 — Grid of the map below [m].
-    map_dbm : (nx, nx) float64 — RSS of the middle tag [dBm].
+    map_x_m, map_dbm : (nx,), (nx, nx) float64 — Grid [m], and RSS of the middle tag on it [dBm].
     """
 
     outcomes: tuple[Outcome, ...]
@@ -127,8 +120,7 @@ def room_runs(settings: Settings, mesh: int) -> RoomRuns:
 
     Parameters
     ----------
-    settings : Everything; the room and its materials are the study's.
-    mesh : One of `MESHES`; only the first is tracked with a wrong map too.
+    settings, mesh : The study, and one of its `MESHES`, of which the first meets a wrong map too.
     """
     track = settings.track
     setup = neighbouring_setup(settings, shapes.lemniscate(), LEMNISCATE_START)

@@ -42,8 +42,7 @@ class OwnTask:
 
     Parameters
     ----------
-    curve : The way.
-    start : (3,) tuple of float — x [m], y [m], heading [rad] of the robot.
+    curve, start : The way, and where the robot starts: x [m], y [m], heading [rad].
     """
 
     curve: Curve
@@ -56,12 +55,10 @@ class Settings:
 
     Parameters
     ----------
-    study : The study, with a table ``[track]``.
-    track : That table.
+    study, track : The study, and its table ``[track]``.
     feedback_robot, robot : The Scout with the wheel limits of chapter 6 and of chapter 7 [rad/s].
     weights, stabilisation : Of trajectories, and of thesis 7.5.2.1.
-    law : RSS of the tags.
-    noise : On readings.
+    law, noise : Of the tags' RSS.
     own : The study's own trajectories.
     """
 
@@ -111,8 +108,7 @@ class Settings:
 
         Parameters
         ----------
-        sensor : RSS that the tags really send.
-        noise : On readings; None: that of the chapters [dB].
+        sensor, noise : RSS that the tags really send, and noise on it; None: the chapters' [dB].
         reading_every : Periods from one reading to the next.
         """
         track = self.track
