@@ -26,12 +26,12 @@ def dock(*, study: Path | None, options: RunOptions, runs: int | None) -> Ended:
         run_docking_study,
         summary_lines,
     )
-    from octant.reader_design.study_file.loading import load_study, vary
+    from octant.reader_design.study_file.loading import load_study, replace, vary
 
     loaded, out = load_study(study, built_in="dock_study"), options.out
     dock_table(loaded)
     if runs is not None:
-        loaded = vary(loaded, {"dock.runs": runs})
+        loaded = replace(vary(loaded, {"dock.runs": runs}), sweep=loaded.sweep)
     if options.dry_run:
         return Ended(lines=(plan_line(loaded, out),))
     content = run_docking_study(

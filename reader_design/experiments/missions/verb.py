@@ -79,7 +79,7 @@ def navigate(
     from octant.reader_design.setting.design import content_hash
     from octant.reader_design.setting.links import mission_table, study_responses
     from octant.reader_design.setting.setting import build_setting
-    from octant.reader_design.study_file.loading import load_study, to_toml, vary
+    from octant.reader_design.study_file.loading import load_study, replace, to_toml, vary
 
     loaded, out, progress = load_study(study), options.out, options.progress
     if animate is not None and animate.suffix.lower() != ".gif":
@@ -88,7 +88,7 @@ def navigate(
     mission_table(loaded)
     given = {"mission.runs": runs, "mission.noise_db": noise_db}
     values = {key: value for key, value in given.items() if value is not None}
-    loaded = vary(loaded, values) if values else loaded
+    loaded = replace(vary(loaded, values), sweep=loaded.sweep)
     text, folder = to_toml(loaded, relative_to=out), out / "runs"
     built = build_setting(loaded)
     if not options.dry_run:
