@@ -50,12 +50,12 @@ def mean_over_disc(
     usable: Callable[[FloatArray], npt.NDArray[np.bool_]],
     progress: Callable[[int], None] | None = None,
 ) -> FloatArray:
-    """Return the mean power over a disc about each place, (m,) or (m, n) [W]; NaN: none usable.
+    """Return the mean power on horizontal discs, (m,) or (m, n) [W]; NaN where none is usable.
 
     Parameters
     ----------
     power_w : Coherent power [W], (k,) or (k, n), at (k, 3) places [m].
-    places_m, diameter_m : (m, 3), () float — Centres of the discs, and their diameter [m].
+    places_m, diameter_m : (m, 3), () float — Centres and diameter, often lambda, of discs [m].
     usable : Whether an antenna can be at (k, 3) places [m], not beyond a wall or in a cabinet.
     progress : Called with how many of the `DISC_PLACES` places are done [-].
     """

@@ -170,7 +170,7 @@ def reader_link(
 ) -> ReaderLink:
     """Return the link from a tag to a reader in a room, at one frequency or averaged over several.
 
-    A PhysicsWarning says when a pose can bring the tag nearer than 2 D^2 / lambda.
+    A PhysicsWarning says when the tag can be nearer than 2 D^2 / lambda, its wave not plane.
 
     Parameters
     ----------

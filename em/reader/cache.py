@@ -1,7 +1,7 @@
 """Full-wave solutions of readers, kept on disk by the hash of everything they depend on.
 
 A file is renamed when it is whole, so that parallel runs can share the folder; one that is damaged
-or from another solver is computed again. Where nothing can be written, a warning says so.
+or from another solver is computed again. Where nothing can be kept, a warning says so.
 """
 
 import hashlib
@@ -125,8 +125,8 @@ def cached_responses(
     Parameters
     ----------
     body, antenna : Metal and places of the antennas; kind and length of one, a dipole or monopole.
-    frequencies_hz : Where solutions are wanted [Hz]; of more than ``NODES``, that many are solved
-        and the others interpolated, see `octant.em.reader.fullwave.band`.
+    frequencies_hz : Where solutions are wanted [Hz]; of more than ``NODES`` different ones, so
+        many are solved and the others interpolated, see `octant.em.reader.fullwave.band`.
     gap_m, wire_radius_m, feed_gap_m, surroundings : Of the mesh, see `reader_mesh` [m].
     load_ohm : Impedance of source and load of every port [ohm].
     cells_per_wavelength : Elements per wavelength [-].

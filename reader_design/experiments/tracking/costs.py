@@ -92,7 +92,7 @@ class CostRow:
     Parameters
     ----------
     method, claimed : Controller and estimator, and what the thesis says of their cost.
-    offline_s, step_us : Planning before the start [s]; a control step with its estimator [µs].
+    offline_s, step_us : Training or planning [s]; one control step with its estimator [µs].
     line_m, lemniscate_m : Average errors [m], median over the runs, from `with_errors`.
     knows_tags : Whether the robot must know the tags' places.
     """
