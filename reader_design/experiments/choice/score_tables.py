@@ -87,8 +87,7 @@ def merit_table(candidates: Sequence[Candidate], choice: Choice) -> ReportTable:
 
     Parameters
     ----------
-    candidates : Scored designs.
-    choice : Their ranking.
+    candidates, choice : Scored designs and their ranking.
     """
     rows = []
     for rank, index in enumerate(choice.ranking):
@@ -120,19 +119,12 @@ def merit_table(candidates: Sequence[Candidate], choice: Choice) -> ReportTable:
 def score_table(
     candidates: Sequence[Candidate], choice: Choice, place: str, *, caption: str
 ) -> ReportTable | None:
-    """Return all scores of all designs in one surrounding, best first ([%], [deg], [dB], [nW]).
+    """Return all scores in a surrounding, best first ([%], [deg], [dB], [nW]); None: no scores.
 
     Parameters
     ----------
-    candidates : Scored designs.
-    choice : Their ranking.
-    place : ``free`` or ``room``.
-    caption : Above the table.
-
-    Returns
-    -------
-    ReportTable or None
-        None when there is nothing in that surrounding.
+    candidates, choice : Scored designs and their ranking.
+    place, caption : ``free`` or ``room``; text above the table.
     """
     rows = []
     for rank, index in enumerate(choice.ranking):

@@ -43,8 +43,7 @@ class Claim:
     Attributes
     ----------
     text : What the thesis says, with its lengths in [cm].
-    agrees : Whether this study finds the same; None where the thesis names no number to test
-        against.
+    agrees : Whether this study finds the same; None where the thesis names no number.
     found : What this study finds, with numbers and units [%, deg, dB, W, m].
     """
 
@@ -75,21 +74,14 @@ def thesis_claims(
     *,
     tag_power_w: float,
 ) -> tuple[Claim, ...]:
-    """Return the claims of thesis section 5.3 that a sweep can test, each with what it found.
+    """Return the claims of thesis section 5.3 that a sweep can test, by scores in free space.
+
+    Only cells of its designs count: eight antennas on a 20 cm square ground plane, full plates.
 
     Parameters
     ----------
-    cells : All cells.
-    candidates : The scored ones.
-    choice : Their ranking.
+    cells, candidates, choice : All cells, the scored ones, their ranking.
     tag_power_w : Power that the study's tags send [W]; levels are scaled to the thesis' 1 W.
-
-    Returns
-    -------
-    tuple of Claim
-        Empty unless designs of the thesis are among the cells: eight antennas on a square ground
-        plane of 20 cm, full rectangular plates. All scores are those of free space; the ranking is
-        that of the choice.
     """
     places = {candidates[index].key: place for place, index in enumerate(choice.ranking)}
     table: dict[tuple[str, float, float], Cell] = {

@@ -47,8 +47,7 @@ class FieldMap:
     Attributes
     ----------
     x_m, y_m : (nx,), (ny,) float64 — Grid [m].
-    rss_dbm : (k, ny, nx) float64 — RSS of the strongest antenna from each tag, in the order of the
-        visit [dBm]; NaN where no robot can stand.
+    rss_dbm : (k, ny, nx) float64 — Strongest RSS by tag visited [dBm]; NaN where no robot fits.
     """
 
     x_m: FloatArray
@@ -62,11 +61,8 @@ class Scenery:
 
     Attributes
     ----------
-    plan : Walls and objects.
-    tags : The points to visit, in order [m].
-    field : RSS over the floor [dBm].
-    azimuths_rad : (n,) float64 — Azimuths of the antennas in the reader frame, in which the front
-        is at 90° [rad].
+    plan, tags, field : Walls and objects; points to visit, in order [m]; floor's RSS [dBm].
+    azimuths_rad : (n,) float64 — Of the antennas in the reader frame, whose front is at 90° [rad].
     antenna_radius_m : Their distance from the reader's axis [m].
     """
 
@@ -78,17 +74,11 @@ class Scenery:
 
 
 def frame_samples(samples: int, *, most: int = MOST_FRAMES) -> npt.NDArray[np.int64]:
-    """Return which samples of a run become frames [-].
+    """Return the (f,) samples of a run that become frames, equally spaced, with first and last [-].
 
     Parameters
     ----------
-    samples : Number of samples of the run, at least 1.
-    most : Most frames.
-
-    Returns
-    -------
-    (f,) int64
-        Equally spaced from the first on, and always the last; at most ``most``.
+    samples, most : Number of samples of the run, at least 1, and of frames at most.
     """
     if samples <= most:
         return np.arange(samples)
@@ -100,19 +90,14 @@ def drive_frames(
 ) -> "Iterator[Image]":
     """Yield the frames of a run as pictures; the panels have axes in [m], [dBm] and [s].
 
+    Left the floor with the field of the tag in force, way, robot (drawn larger), strongest antenna,
+    vector-sum bearing and, as a diamond, where the navigator believes the tag; right every
+    antenna's RSS.
+
     Parameters
     ----------
-    drive : The run.
-    scenery : Where it took place.
-    title : Above each frame.
+    drive, scenery, title : The run, where it took place, text above.
     samples : Samples to draw; default: those of `frame_samples`.
-
-    Yields
-    ------
-    PIL.Image.Image
-        Left the floor with the field of the tag in force, way, robot (drawn larger), strongest
-        antenna, vector-sum bearing and, as a diamond, where the navigator believes the tag; right
-        the RSS of every antenna, now and over time.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -141,8 +126,7 @@ def write_gif(path: Path, frames: "Iterator[Image]") -> int:
 
     Parameters
     ----------
-    path : File ending in ``.gif``.
-    frames : At least one; all get the colours of the middle one.
+    path, frames : A ``.gif``; at least one frame, all in the colours of the middle one.
     """
     from PIL.Image import Dither
 
@@ -158,16 +142,11 @@ def write_gif(path: Path, frames: "Iterator[Image]") -> int:
 
 
 def levels_dbm(rss_w: FloatArray) -> FloatArray:
-    """Return RSS [dBm], raised to the lowest level shown: `SPAN_DB` below the greatest.
+    """Return RSS [dBm], raised to `SPAN_DB` below the greatest; not finite if all of it is zero.
 
     Parameters
     ----------
     rss_w : (...) float64 — RSS [W]; 0 where nothing is received.
-
-    Returns
-    -------
-    (...) float64
-        Finite unless nothing at all was received [dBm].
     """
     level = power_dbm(np.maximum(rss_w, 0.0))
     finite = level[np.isfinite(level)]
@@ -313,20 +292,13 @@ def run_scenery(
     *,
     spacing_m: float = SPACING_M,
 ) -> Scenery:
-    """Return plan, tags, reader and field for the animation of a run.
+    """Return what an animation of a run shows; the field [dBm] is that of a robot heading along +y.
 
     Parameters
     ----------
-    study : The study.
-    built : The room.
+    study, built, result : The study, its room, the run.
     responses : The reader's, one for each of ``study.radio.frequencies_hz``.
-    result : The run.
     spacing_m : Distance of neighbouring points of the field [m].
-
-    Returns
-    -------
-    Scenery
-        The field [dBm] is that of the strongest antenna of a robot heading along +y.
     """
     mission = result.mission
     points = dict(zip(mission.tag_ids, mission.tag_points_m, strict=True))

@@ -68,8 +68,7 @@ class ControllerEntry(Table, frozen=True, kw_only=True):
 
     Parameters
     ----------
-    name : Name in the results.
-    mission : Keys of the table ``[mission]`` that it sets.
+    name, mission : Name in the results, and the keys of the table ``[mission]`` that it sets.
     """
 
     name: Name
@@ -81,8 +80,7 @@ class ReaderEntry(Table, frozen=True, kw_only=True):
 
     Parameters
     ----------
-    name : Name in the results.
-    reader : Keys of the table ``[reader]`` that it sets.
+    name, reader : Name in the results, and the keys of the table ``[reader]`` that it sets.
     """
 
     name: Name = OWN
@@ -94,8 +92,7 @@ class LinkEntry(Table, frozen=True, kw_only=True):
 
     Parameters
     ----------
-    name : Name in the results.
-    radio, sensor : Keys of the tables ``[radio]`` and ``[sensor]`` that it sets.
+    name, radio, sensor : Name in the results; keys of ``[radio]``, ``[sensor]`` that it sets.
     tag : Keys that it sets in every ``[[tag]]``; an antenna without ``axis`` hangs as usual.
     """
 
@@ -110,13 +107,9 @@ class Comparison(Table, frozen=True, kw_only=True):
 
     Parameters
     ----------
-    name : Name in the report.
-    seed : Seed of every cell.
-    runs : Runs of each cell.
-    layouts : The tables ``[[layout]]``.
-    links : The tables ``[[link]]``; none: as in each study.
-    readers : The tables ``[[reader]]``; none: as in each study.
-    controllers : The tables ``[[controller]]``.
+    name, seed, runs : Name in the report; seed and number of runs of each cell.
+    layouts, controllers : The tables ``[[layout]]`` and ``[[controller]]``.
+    links, readers : The tables ``[[link]]`` and ``[[reader]]``; none: as in each study.
     """
 
     name: Name = "comparison"
@@ -187,16 +180,11 @@ class ComparisonCell:
 
 
 def plan_comparison(comparison: Comparison) -> tuple[ComparisonCell, ...]:
-    """Return the cells of a comparison, layout by layout; lengths in [m].
+    """Return the cells of a comparison, layouts outermost, controllers innermost; lengths in [m].
 
     Parameters
     ----------
-    comparison : From `octant.reader_design.experiments.missions.comparison.load_comparison`.
-
-    Returns
-    -------
-    tuple of ComparisonCell
-        Layouts outermost, controllers innermost.
+    comparison : From `load_comparison`.
     """
     cells: list[ComparisonCell] = []
     for layout in comparison.layouts:
@@ -285,14 +273,11 @@ class CellOutcome:
 
     Attributes
     ----------
-    cell : The combination.
-    mission : Its runs.
+    cell, mission : The combination and its runs.
     runs, successes, captured, collided : Number of runs, and of those that ended so.
-    success_interval : (2,) tuple of float — 95 % interval of the probability of success [-].
-    rmse_m : Median RMSE to the straight segments over all runs [m].
-    rmse_interval_m : (2,) tuple of float — Its 95 % interval [m].
-    arrival_m, arrival_p90_m : Median and 90th percentile of the distances from the tags' points on
-        arrival [m].
+    success_interval : 95 % interval of the probability of success [-].
+    rmse_m, rmse_interval_m : Median RMSE to the straight segments, and its 95 % interval [m].
+    arrival_m, arrival_p90_m : Distance from the tags on arrival: median, 90th percentile [m].
     time_s, path_m : Median duration [s] and way [m].
     """
 
@@ -341,8 +326,7 @@ def outcome_of(cell: ComparisonCell, mission: RoomMission) -> CellOutcome:
 
     Parameters
     ----------
-    cell : The combination.
-    mission : Its runs.
+    cell, mission : The combination and its runs.
     """
     data = mission.data
     if data is None:
@@ -424,12 +408,10 @@ def run_comparison(
 
     Parameters
     ----------
-    comparison : What is compared.
+    comparison, progress : What is compared; shows how many cells and runs are done.
     out_dir : Folder for results. Runs that it holds are read, not driven again.
     force : Replace the results of another comparison.
-    progress : Shows how many cells and runs are done.
-    workers : Processes that share the runs; None: one for each core.
-    cluster : Address of a dask scheduler in their place.
+    workers, cluster : Processes, None: one for each core; a dask scheduler in their place.
     """
     progress = progress or Progress()
     cells = plan_comparison(comparison)
@@ -452,7 +434,6 @@ def run_comparison(
 
 
 def _resolved(comparison: Comparison) -> str:
-    """Return the comparison as TOML with every default."""
     tables = msgspec.to_builtins(comparison)
     tables["layout"] = [
         {key: value for key, value in layout.items() if value is not None}
@@ -500,7 +481,7 @@ def _sentence(outcome: CellOutcome) -> str:
 
 
 def _publish(comparison: Comparison, outcomes: Sequence[CellOutcome], out_dir: Path) -> list[Path]:
-    """Return the files of a comparison, once written."""
+    """Write the files of a comparison and return them."""
     from octant.reader_design.experiments.missions.comparison_page import comparison_report
     from octant.reader_design.experiments.missions.figures import comparison_figure
     from octant.reader_design.showing.pages import render_report
@@ -519,7 +500,7 @@ def _publish(comparison: Comparison, outcomes: Sequence[CellOutcome], out_dir: P
 
 
 def _cell_figure(outcome: CellOutcome, folder: Path) -> list[tuple[str, str, Path]]:
-    """Return title, caption and file of a cell's first run, once drawn; none if not driven."""
+    """Draw a driven cell's first run; return title, caption and file."""
     from octant.reader_design.experiments.missions.figures import run_figure
     from octant.reader_design.showing.plan import plan_of
     from octant.reader_design.showing.style import save_figure

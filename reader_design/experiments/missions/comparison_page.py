@@ -39,10 +39,8 @@ def comparison_report(
 
     Parameters
     ----------
-    comparison : What was compared.
-    outcomes : Of all cells.
-    figures : By layout: title, caption and file of each cell's figure.
-    overview : PNG of all cells side by side.
+    comparison, outcomes : What was compared, and all cells.
+    figures, overview : Title, caption and file of each by layout; PNG of all cells side by side.
     """
     by_layout = layouts_of(outcomes)
     notes = dict.fromkeys(note for outcome in outcomes for note in outcome.mission.notes)

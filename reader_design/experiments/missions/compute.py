@@ -60,11 +60,9 @@ def study_mission(
 
     Parameters
     ----------
-    study : With a mission.
-    built : The room.
+    study, built : With a mission; the room.
     links : Link of each tag of the mission; the arrival thresholds [W] come from them.
-    responses : The reader's: where a tag's link gives nothing, as behind metal, the threshold is
-        that of free space.
+    responses : For the threshold of free space, where a tag's link gives nothing, as behind metal.
     """
     table = mission_table(study)
     points = np.array([built.tag(tag_id).point_m for tag_id in table.tags])
@@ -102,8 +100,7 @@ def mission_space(study: Study, built: Setting) -> RobotSpace:
 
     Parameters
     ----------
-    study : With a mission.
-    built : The room [m].
+    study, built : With a mission; the room [m].
     """
     table = mission_table(study)
     return robot_space(
@@ -112,19 +109,12 @@ def mission_space(study: Study, built: Setting) -> RobotSpace:
 
 
 def mission_starts(study: Study, space: RobotSpace, points_m: FloatArray) -> Starts | None:
-    """Return the starts of a study's runs, checked [m], [rad].
+    """Return the starts of a study's runs, checked [m], [rad]; None: all at the mission's start.
 
     Parameters
     ----------
-    study : With a mission.
-    space : Where the robot can stand.
-    points_m : (k, 2) float64 — Points under the tags [m]; in free space the random starts lie
-        around them.
-
-    Returns
-    -------
-    Starts or None
-        None: all runs start at the mission's own start.
+    study, space : With a mission; where the robot can stand.
+    points_m : (k, 2) float64 — Under the tags; random starts in free space lie around them [m].
     """
     table = mission_table(study)
     if table.random_starts:
@@ -161,8 +151,7 @@ def mission_job(
 
     Parameters
     ----------
-    study : With a mission.
-    built : The room [m].
+    study, built : With a mission; the room [m].
     responses : The reader's, one for each of ``study.radio.frequencies_hz`` [Hz].
     noise_db : Noise of each reading [dB]; None: the study's.
     """
@@ -193,10 +182,8 @@ class MissionRuns:
 
     Attributes
     ----------
-    job : Makes one run from its seed.
-    built : The room [m].
-    runs : Number of runs.
-    seed : Base seed.
+    job, built : Makes one run from its seed; the room [m].
+    runs, seed : Number of runs, and their base seed.
     """
 
     job: MissionJob
@@ -218,12 +205,10 @@ def mission_runs(
 
     Parameters
     ----------
-    study : With a mission.
+    study, runs, noise_db : With a mission; None: its own number of runs in all and noise [dB].
     built : The room [m], driven in as it is where objects are not placed at random.
     responses : The reader's, one for each of ``study.radio.frequencies_hz`` [Hz].
     layout : The table of the room, whose objects are placed; None: the study's own.
-    runs : Number of runs in all; None: the study's.
-    noise_db : Noise of each reading [dB]; None: the study's.
     """
     table = mission_table(study)
     total = table.runs if runs is None else runs
@@ -251,11 +236,8 @@ def drive(
 
     Parameters
     ----------
-    runs : From `mission_runs`.
-    folder : Where results are kept.
-    crew : Workers that share the runs; None: this process drives.
-    progress : Shows how many runs are done.
-    label : What the runs are called.
+    runs, folder, label : From `mission_runs`; where results are kept; what runs are called.
+    crew, progress : Workers that share the runs, None: this process; shows runs.
     """
     return tuple(
         result
@@ -278,8 +260,7 @@ def count_kept(runs: Sequence[MissionRuns], *, folder: Path) -> int:
 
     Parameters
     ----------
-    runs, folder
-        As for `drive`.
+    runs, folder : As for `drive`.
     """
     return sum(
         count_seeded(one.job, runs=one.runs, seed=one.seed, kind=MissionResult, folder=folder)
@@ -301,13 +282,8 @@ def drive_missions(
 
     Parameters
     ----------
-    study : With a mission.
-    built : The room [m].
-    responses : The reader's, one for each of ``study.radio.frequencies_hz`` [Hz].
-    runs : Number of runs; None: the study's.
-    noise_db : Noise of each reading [dB]; None: the study's.
-    workers : Processes that share the runs.
-    progress : Called with the number of finished runs.
+    study, built, responses, runs, noise_db : As for `mission_runs` ([m], [Hz], [dB]).
+    workers, progress : Processes that share the runs; called with the number of finished runs.
     """
     with worker_map(workers) as mapper:
         return tuple(
@@ -324,8 +300,7 @@ def study_controller(table: MissionTable, pattern: PowerTable | None = None) -> 
 
     Parameters
     ----------
-    table : The table ``[mission]``.
-    pattern : The reader's patterns [W], for the controller ``pattern``.
+    table, pattern : ``[mission]``; the reader's patterns [W], for the controller ``pattern``.
     """
     gain_per_s = 0.5 / table.sample_time_s
     if table.controller == "vector_sum":
@@ -354,11 +329,9 @@ def study_navigator(
 
     Parameters
     ----------
-    study : With a mission.
+    study, mission, robot : The study, its `study_mission` [m], [rad], [s] and robot.
     built : The room: how the tags hang is taken from it, and not where.
-    mission : From `study_mission` [m], [rad], [s].
     responses : The reader's, one for each of ``study.radio.frequencies_hz``.
-    robot : The robot.
     """
     table = mission_table(study)
     if table.navigator == "tracker":
@@ -378,20 +351,12 @@ def study_navigator(
 
 
 def placed(study: Study, layout: Layout | None, rng: np.random.Generator) -> tuple[Study, Setting]:
-    """Return a study whose objects stand at random places near their own, and its room.
+    """Return a study with objects at random places that leave start and tags free; its room [m].
 
     Parameters
     ----------
     study : With a mission; its ``placement_m`` says how far objects move along x and y [m].
-    layout : Room to be driven in; None: the study's own. Only the layout's own objects move then.
-    rng : Source of the places.
-
-    Returns
-    -------
-    study : Study
-        With the moved objects.
-    built : Setting
-        The room [m], drawn until the robot fits at its start and under every tag.
+    layout, rng : Room whose own objects alone move, None: the study's; source of the places.
     """
     table = mission_table(study)
     places = [table.start_m, *(t.position_m[:2] for t in study.tags if t.id in table.tags)]

@@ -32,15 +32,12 @@ class Drive:
 
     Attributes
     ----------
-    time_s : (k,) float64 — Times [s].
-    path_m : (k, 2) float64 — Robot's positions [m].
-    heading_rad : (k,) float64 — Robot's headings [rad].
+    time_s, path_m, heading_rad : (k,), (k, 2), (k,) float64 — Time [s], robot's pose [m], [rad].
     rss_w : (k, n) float64 — RSS of every antenna from the tag in force [W].
     target : (k,) int64 — Index of the tag in force [-].
     position_error_m : (k,) float64 — Distance to the desired segment [m].
     heading_error_rad : (k,) float64 — Absolute heading error [rad].
-    believed_m : (k, 2) float64 or None — Where the navigator believed the tag in force [m]; NaN
-        where nowhere.
+    believed_m : (k, 2) float64 or None — Believed place of the tag in force; NaN: none [m].
     """
 
     time_s: FloatArray
@@ -81,13 +78,10 @@ def trajectory_figure(
 ) -> "Figure":
     """Return the robot's path through each room, axes in [m], as in thesis Fig. 5.12 (a).
 
-    Desired segments dashed, tags as crosses, the path as a line.
-
     Parameters
     ----------
-    drives : Name of the room, run, plan.
-    tags : The points to visit, in order [m].
-    title : Above the figure.
+    drives, title : Name of the room, run, plan of each; text above.
+    tags : The points to visit, in order [m]; desired segments are dashed.
     """
     columns = min(len(drives), 3)
     rows = -(-len(drives) // columns)
@@ -120,12 +114,9 @@ def trajectory_figure(
 def percentile_figure(drives: Sequence[tuple[str, Drive]], *, title: str) -> "Figure":
     """Return position [cm] and heading error [deg] against their percentile, thesis Fig. 5.12 (b).
 
-    Two panels; the 90th percentile is marked.
-
     Parameters
     ----------
-    drives : Name of the room and run.
-    title : Above the figure.
+    drives, title : Name of the room and run of each; text above.
     """
     share = np.linspace(0.0, 100.0, 201)
     with figure_style():
@@ -156,9 +147,7 @@ def rss_time_figure(drive: Drive, tag_names: Sequence[str], *, title: str) -> "F
 
     Parameters
     ----------
-    drive : One run.
-    tag_names : Names of the tags in the order of the visit; their spans are marked.
-    title : Above the figure.
+    drive, tag_names, title : One run; its tags as visited, whose spans are marked; text above.
     """
     with figure_style():
         figure, axes = new_figure(width_in=9.2, height_in=3.8, title=title)

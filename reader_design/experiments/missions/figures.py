@@ -31,20 +31,11 @@ SPAN_DB = 60.0
 
 
 def run_figure(drive: Drive, plan: Plan, tags: Mapping[str, FloatArray], *, title: str) -> "Figure":
-    """Return path, errors and RSS of one run, as thesis Figs. 5.12 to 5.14 have them.
+    """Return path [m], errors [cm], [deg] and RSS [dBm] of one run, as thesis Figs. 5.12 to 5.14.
 
     Parameters
     ----------
-    drive : The run.
-    plan : Walls and objects.
-    tags : The points to visit, in order [m].
-    title : Above the figure.
-
-    Returns
-    -------
-    Figure
-        (a) the path over the floor plan [m]; (b) position error [cm] and heading error [deg] over
-        time [s] with the lines that 90 % of the time keep below; (c) RSS of all antennas [dBm].
+    drive, plan, tags, title : Run, walls and objects, points to visit in order [m], text above.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -142,8 +133,7 @@ def comparison_figure(outcomes: Sequence[CellOutcome], *, title: str) -> "Figure
 
     Parameters
     ----------
-    outcomes : Of all cells.
-    title : Above the figure.
+    outcomes, title : Of all cells; text above the figure.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -220,8 +210,7 @@ def membership_figure(rules: RuleBase, *, title: str) -> "Figure":
 
     Parameters
     ----------
-    rules : One input, two outputs: right and left wheel.
-    title : Above the figure.
+    rules, title : One input, two outputs: right and left wheel; text above.
     """
     with figure_style():
         figure, axes = new_figure(columns=3, width_in=11.0, height_in=3.6, title=title)

@@ -38,10 +38,7 @@ TABLES = ("missions.csv", "trajectory.csv")
 
 @contextmanager
 def collected_warnings() -> Iterator[list[str]]:
-    """Yield a list that holds each PhysicsWarning once, as text, when the block is left.
-
-    Warnings of other classes are passed on then.
-    """
+    """Yield a list that holds each PhysicsWarning once, after the block; pass others on."""
     found: list[str] = []
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", PhysicsWarning)
@@ -58,13 +55,10 @@ class RoomMission:
 
     Attributes
     ----------
-    name : Name of the room or layout.
-    slug : The same, fit for file names.
-    reason : Why the mission could not be driven at all; empty when it was.
-    notes : Warnings of models.
+    name, slug : Name of the room or layout, and the same fit for file names.
+    reason, notes : Why the mission could not be driven, empty when it was; models' warnings.
     data : Metrics by ``run``, and run 0 by ``step`` ([s], [m], [rad], [W]).
-    folder : Where its ``missions.csv`` and ``trajectory.csv`` lie.
-    built : The room of run 0, with its objects where they were placed.
+    folder, built : Where its `TABLES` lie; the room of run 0, with its objects as placed.
     """
 
     name: str
@@ -107,23 +101,15 @@ def mission_stage(
 ) -> RoomMission:
     """Return the missions in one room; runs that the folder holds are read ([s], [m], [rad], [W]).
 
+    A mission that cannot be driven with this reader carries the reason: that is a result.
+
     Parameters
     ----------
-    study : With a mission.
-    built : The room.
-    responses : Of the reader.
-    name : Name of the room.
-    slug : The same, fit for file names.
-    runs : Number of runs.
-    folder : Where runs and tables are kept.
-    progress : Shows how many runs are done.
+    study, built, responses : With a mission; the room; the reader's responses.
+    name, slug : Name of the room, and the same fit for file names.
+    runs, folder, progress : Number of runs; where runs and tables are kept; shows runs.
     layout : The table of the room, for random placements of its objects; None: the study's own.
     crew : Workers that share the runs; None: this process drives.
-
-    Returns
-    -------
-    RoomMission
-        A mission that cannot be driven with this reader carries the reason: that is a result.
     """
     reason, data = "", None
     results: tuple[MissionResult, ...] = ()

@@ -131,7 +131,7 @@ def _animated(
     responses: "Sequence[ReaderResponse]",
     result: "MissionResult",
 ) -> str:
-    """Return what was written, once run 0 is an animation."""
+    """Write run 0 as an animation; return what was written."""
     from octant.reader_design.experiments.missions.animation import (
         drive_frames,
         run_scenery,
@@ -194,8 +194,7 @@ def mission_summary(
 
     Parameters
     ----------
-    metrics : Of every run.
-    results : The runs.
+    metrics, results : Of every run.
     """
     runs = len(metrics)
     reached = sum(m.success for m in metrics)

@@ -14,22 +14,11 @@ APPROXIMATIONS = ("rays", "isolated")
 
 
 def approximation_errors(context: Setting, design: Reader) -> tuple[ResponseDifference, ...]:
-    """Return the errors of both approximations for one design, in [dB] and as shares.
+    """Return both errors at the carrier ([dB], shares); none unless the study itself is full-wave.
 
     Parameters
     ----------
-    context : Study, room and sampling; the distances [m] say under which angles tags are seen.
-    design : The reader.
-
-    Returns
-    -------
-    tuple of ResponseDifference
-        At the carrier; empty when the study's own response is not the full-wave one.
-
-    Raises
-    ------
-    GeometryError, AntennaError
-        When the design cannot be built.
+    context, design : Its distances [m] say under which angles tags are seen; the reader.
     """
     import numpy as np
 

@@ -63,13 +63,10 @@ def parallel_figure(
 ) -> "Figure":
     """Return the designs as lines across parameters and scores, coloured by their rank.
 
-    Works for two designs as for thousands; the first of the ranking is drawn on top.
-
     Parameters
     ----------
-    axes_of : At least two; all of k designs.
-    rank : (k,) int64 — Place of each design in the ranking, from 1 [-].
-    title : Above the figure.
+    axes_of, title : At least two, all of k designs; text above.
+    rank : (k,) int64 — Place of each design in the ranking, from 1, which is drawn on top [-].
     """
     from matplotlib import colormaps
     from matplotlib.cm import ScalarMappable
@@ -111,7 +108,6 @@ def parallel_figure(
 
 
 def _draw_axis(ax: "Axes", at: int, ticks: Sequence[tuple[float, str]]) -> None:
-    """Draw one vertical axis with its ticks."""
     from matplotlib.patheffects import withStroke
 
     ax.axvline(at, ymin=0.0, ymax=1.0, color="#444444", linewidth=1.0, zorder=3)
@@ -146,14 +142,11 @@ def pareto_figure(
 ) -> "Figure":
     """Return all designs over pairs of scores; each panel shows its own front as a line.
 
-    One panel for each pair; an arrow in the corner points to the better side.
-
     Parameters
     ----------
-    pairs : Abscissa and ordinate of each panel.
+    pairs, title : Abscissa and ordinate of each panel; text above.
     on_front : (k,) bool — Designs that none dominates in all criteria together [-]; filled.
     rank : (k,) int64 — Place of each design in the ranking, from 1 [-]; the first is marked.
-    title : Above the figure.
     """
     columns = min(len(pairs), 3)
     rows = -(-len(pairs) // columns)

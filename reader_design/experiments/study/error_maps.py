@@ -30,18 +30,12 @@ BLOCK = 2048
 def heading_errors_rad(
     link: ReaderLink, places_m: FloatArray, headings_rad: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the rms bearing error over all headings at each place [rad].
+    """Return the rms error over all headings of vector sum and strongest antenna, (p,) each [rad].
 
     Parameters
     ----------
     link : From the tag to the reader.
-    places_m : (p, 2) float64 — Places of the reader [m].
-    headings_rad : (h,) float64 — Headings of the robot [rad].
-
-    Returns
-    -------
-    vector_rad, strongest_rad : (p,) float64
-        Of the RSS-weighted vector sum, and of the direction of the strongest antenna [rad].
+    places_m, headings_rad : (p, 2), (h,) float64 — Places [m] and headings [rad] of the robot.
     """
     rss = link.rss_by_heading_w(places_m, headings_rad)
     towards = np.arctan2(*(link.tag_position_m[:2] - places_m).T[::-1])
@@ -61,21 +55,13 @@ def error_maps(
     standing: npt.NDArray[np.bool_],
     progress: Progress,
 ) -> "dict[str, xr.Variable]":
-    """Return the maps of a reader's bearing error and of capture for every tag ([rad],).
+    """Return the maps (tag, x, y) of two bearing errors, rms over headings [rad], and of capture.
 
     Parameters
     ----------
-    context : Study and room; its sampling gives the number of headings.
+    context, progress : Study and room, its sampling gives the number of headings; shows places.
     responses : The reader's, one for each frequency.
-    places_m : (nx, ny, 2) float64 — Grid [m].
-    standing : (nx, ny) bool — Where the reader fits [-]; elsewhere the maps hold NaN.
-    progress : Shows places.
-
-    Returns
-    -------
-    dict of str to xarray.Variable
-        ``vector_error`` and ``strongest_error``, rms over the headings [rad], and
-        ``captured_share`` of the antennas that face the tag, each (tag, x, y).
+    places_m, standing : (nx, ny, 2), (nx, ny) — Grid [m]; where the reader fits: elsewhere NaN.
     """
     study, built = context.study, context
     headings = grid_azimuths_rad(responses[0].antennas, context.sampling.room_azimuths)

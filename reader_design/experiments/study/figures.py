@@ -50,10 +50,8 @@ def reader_figures(
 
     Parameters
     ----------
-    study : Its receiver reads the RSS.
-    cell : Its cell.
+    study, cell, room_map : Gives the receiver; the reader's cell; holds the room's samples.
     elements_rad : (n,) float64 — Azimuths of its antennas [rad].
-    room_map : Holds the samples of the room.
     """
     azimuths = grid_azimuths_rad(1, cell.free_rss_w.shape[1])
     nearest = int(np.argmin(np.abs(cell.distances_m - AZIMUTH_DISTANCE_M)))
@@ -141,8 +139,7 @@ def room_figures(
 
     Parameters
     ----------
-    context : Study and room.
-    room_map : The maps.
+    context, room_map : Study and room; its maps.
     elements_rad : (n,) float64 — Azimuths of the antennas [rad].
     """
     data, built = room_map, context
@@ -283,18 +280,11 @@ def _map_errors_deg(
 def mission_figures(
     context: Setting, missions: Sequence[tuple[RoomMission, Plan]], *, label: str
 ) -> Iterator[NamedFigure]:
-    """Yield the figures of the missions: way [m], errors [cm, deg], RSS over time [dBm].
+    """Yield the missions' figures, as thesis Fig. 5.12: way [m], errors [cm, deg], RSS [dBm].
 
     Parameters
     ----------
-    context : Study and room.
-    missions : One for each room.
-    label : The chosen design.
-
-    Yields
-    ------
-    NamedFigure
-        As in thesis Fig. 5.12, one RSS figure for each room.
+    context, missions, label : Study and room; one for each room, with its RSS; the design.
     """
     table = context.study.mission
     driven = [(m.name, m.drive, plan, m.slug) for m, plan in missions]

@@ -46,9 +46,8 @@ class MapCase:
 
     Attributes
     ----------
-    context : Study, room and sampling.
+    context, progress : Study, room and sampling; shows receivers.
     responses : Of the chosen reader, one for each frequency.
-    progress : Shows receivers.
     """
 
     context: Setting
@@ -59,17 +58,12 @@ class MapCase:
 def map_stage(case: MapCase, folder: Path) -> "xr.Dataset":
     """Return the maps of the chosen reader for every tag, read or computed; powers in [W].
 
+    ``rss_w`` and ``local_mean_rss_w`` (tag, x, y, antenna), ``path_count`` (tag, x, y),
+    ``standing`` (x, y), those of `error_maps`, ``sample_rss_w`` (sample, sample_azimuth, antenna).
+
     Parameters
     ----------
-    case : What they are made of.
-    folder : Where stages are kept.
-
-    Returns
-    -------
-    xarray.Dataset
-        ``rss_w`` and ``local_mean_rss_w`` (tag, x, y, antenna) [W], ``path_count`` (tag, x, y),
-        ``standing`` (x, y), the maps of :func:`error_maps`,
-        ``sample_rss_w`` (sample, sample_azimuth, antenna) [W].
+    case, folder : What they are made of, and where stages are kept.
     """
     kept = map_cases(
         mapped,
@@ -87,16 +81,11 @@ def map_stage(case: MapCase, folder: Path) -> "xr.Dataset":
 
 
 def mapped(_context: None, case: MapCase) -> "xr.Dataset":
-    """Return the maps of the chosen reader, as `map_stage` does.
+    """Return the maps, as `map_stage` does; the robot heads as at the mission's start, or 90°.
 
     Parameters
     ----------
-    _context : There is one case only.
     case : What they are made of.
-
-    Notes
-    -----
-    The robot's heading is that of the mission's start, or 90 degrees.
     """
     context, responses, progress = case.context, case.responses, case.progress
     study, built = context.study, context

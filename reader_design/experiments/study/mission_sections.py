@@ -43,18 +43,11 @@ def mission_section(
     table: Mission | None,
     figures: tuple[ReportFigure, ...],
 ) -> ReportSection | None:
-    """Return what the chosen reader's missions came to, room by room ([m], [s], [deg]).
+    """Return what the chosen reader's missions came to ([m], [s], [deg]); None: nothing driven.
 
     Parameters
     ----------
-    missions : Of the chosen design.
-    table : The study's mission.
-    figures : Figures of the section.
-
-    Returns
-    -------
-    ReportSection or None
-        None when nothing was driven.
+    missions, table, figures : Of the chosen design; the study's mission; this section's figures.
     """
     if table is None or not missions:
         return None
@@ -117,9 +110,7 @@ def shortlist_table(
 
     Parameters
     ----------
-    candidates : Scored designs.
-    choice : Their ranking.
-    driven : Those that drove the missions.
+    candidates, choice, driven : Scored designs, ranking, those that drove the missions.
     """
     missions = {d.index: d.missions for d in driven}
     names = [m.name for m in driven[0].missions] if driven else []
@@ -161,7 +152,6 @@ def shortlist_table(
 
 
 def _pair_deg(first_rad: float, second_rad: float) -> str:
-    """Return two angles in degrees."""
     return f"{math.degrees(first_rad):.1f} / {math.degrees(second_rad):.1f}"
 
 

@@ -47,17 +47,12 @@ class StudyContent:
     Attributes
     ----------
     context : Study, room and sampling.
-    cells : All cells, failed ones too.
-    candidates : The scored ones.
-    choice : Their ranking.
+    cells, candidates, choice : All cells, failed ones too; the scored ones; their ranking.
     driven : The designs that drove the missions, the chosen one first.
     notes : What the user should know: tags that were moved, validity of models.
     approximations : How far the approximate responses are off for the chosen reader ([dB],).
-    as_built : What tolerances do to the chosen reader ([mm], [deg]); None where the study gives
-        none.
-    study_toml : The resolved study.
-    quick : Whether this was a quick look.
-    seconds : Time since the study was started [s].
+    as_built : What tolerances do to the chosen reader ([mm], [deg]); None: no tolerances.
+    study_toml, quick, seconds : The resolved study; whether a quick look; time since start [s].
     """
 
     context: Setting
@@ -101,8 +96,7 @@ def study_report(content: StudyContent, figures: dict[str, list[tuple[str, str, 
 
     Parameters
     ----------
-    content : The results.
-    figures : By section: title, caption and file of each figure.
+    content, figures : The results; by section: title, caption and file of each figure.
     """
     study, chosen = content.context.study, content.chosen
     failed = [c for c in content.cells if c.reason]

@@ -33,12 +33,9 @@ def publish(
 
     Parameters
     ----------
-    content : What was found; units as there.
-    room_map : Maps of the chosen reader [W].
+    content, room_map : What was found, units as there; maps of the chosen reader [W].
     rooms : Name, file name and scene of the study's room and of its layouts [m].
-    out_dir : Folder of the results.
-    force : Write all the same.
-    progress : Shows figures.
+    out_dir, force, progress : Folder of the results; write all the same; shows figures.
     """
     key = digest(
         {

@@ -40,12 +40,9 @@ def rss_azimuth_figure(
 
     Parameters
     ----------
-    azimuths_rad : (a,) float64 — Azimuth of the tag in the reader frame [rad], ascending over the
-        circle.
-    rss_w : (a, n) float64 — RSS [W].
+    azimuths_rad, rss_w : (a,), (a, n) float64 — Tag in the reader frame, ascending [rad]; RSS [W].
     element_azimuths_rad : (n,) float64 — Azimuths of the antennas [rad], marked in both panels.
-    distance_m : Horizontal distance of the tag [m], for the caption.
-    title : Above the figure.
+    distance_m, title : Horizontal distance of the tag [m], for the caption; text above.
     """
     order = np.argsort(azimuths_rad)
     azimuth = np.append(azimuths_rad[order], azimuths_rad[order][0] + 2.0 * np.pi)
@@ -100,10 +97,8 @@ def bearing_error_figure(
 
     Parameters
     ----------
-    surroundings : Name, azimuths of the tag [rad], and RSS [W] by distance or place, azimuth,
-        antenna.
-    element_azimuths_rad : (n,) float64 — Azimuths of the antennas [rad].
-    title : Above the figure.
+    surroundings : Name, azimuths of the tag [rad], (distance or place, azimuth, antenna) RSS [W].
+    element_azimuths_rad, title : (n,) float64 — Azimuths of the antennas [rad]; text above.
     """
     with figure_style():
         count = len(surroundings)
@@ -136,8 +131,7 @@ class ErrorCurve:
 
     Attributes
     ----------
-    label : In the legend.
-    error_rad : (...) float64 — Errors of either sign [rad].
+    label, error_rad : In the legend; (...) float64 — errors of either sign [rad].
     weight : (...) float64 or None — Weight of each [-]; None: equal.
     """
 
@@ -151,12 +145,9 @@ def error_distribution_figure(
 ) -> "Figure":
     """Return the share of directions within each absolute bearing error [deg], [%].
 
-    50 and 90 % as horizontal lines, 45 and 90 degrees as vertical ones.
-
     Parameters
     ----------
-    panels : Name and curves of each surrounding.
-    title : Above the figure.
+    panels, title : Name and curves of each surrounding; text above the figure.
     """
     with figure_style():
         figure, axes = new_figure(
@@ -198,12 +189,9 @@ def error_distribution_figure(
 def element_pattern_figure(antenna: Antenna, *, title: str) -> "Figure":
     """Return the gain of one antenna alone over its elevation angle [dBi], as thesis Fig. 5.8.
 
-    Polar cut and Cartesian curve; the pattern is the same at every azimuth.
-
     Parameters
     ----------
-    antenna : Vertical, in its own frame.
-    title : Above the figure.
+    antenna, title : Vertical, in its own frame, so alike at every azimuth; text above.
     """
     theta = np.radians(np.linspace(0.0, 360.0, 721))
     folded = np.minimum(theta, 2.0 * np.pi - theta)

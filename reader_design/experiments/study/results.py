@@ -49,16 +49,12 @@ PER_STEP = (
 def study_dataset(content: StudyContent, room_map: "xr.Dataset") -> "xr.Dataset":
     """Return everything that a study computed, each variable with its unit ([W], [m], [rad],).
 
+    Dimensions: design, surrounding, distance, azimuth, travel, antenna, tag, x, y, place, run,
+    step.
+
     Parameters
     ----------
-    content : Cells, choice and missions.
-    room_map : Maps of the chosen reader.
-
-    Returns
-    -------
-    xarray.Dataset
-        Dimensions ``design``, ``surrounding``, ``distance``, ``azimuth``, ``travel``, ``antenna``,
-        ``tag``, ``x``, ``y``, ``place`` (rooms of the missions), ``run``, ``step``.
+    content, room_map : Cells, choice and missions; maps of the chosen reader.
     """
     maps = room_map
     coordinates = {
@@ -104,19 +100,11 @@ def study_dataset(content: StudyContent, room_map: "xr.Dataset") -> "xr.Dataset"
 def design_table(
     content: StudyContent,
 ) -> tuple[tuple[str, ...], tuple[tuple[object, ...], ...]]:
-    """Return header and rows of designs.csv: parameters and all scores of every design.
+    """Return header, with units, and rows of designs.csv in the sweep's order; no value: empty.
 
     Parameters
     ----------
     content : Cells and choice.
-
-    Returns
-    -------
-    header : tuple of str
-        ``rank`` (empty when there are no scores), the design's parameters ([m], [ohm],),
-        ``failed_because``, then each score in free space and in the room; the names carry units.
-    rows : tuple of tuple
-        In the order of the sweep; empty where there is no value.
     """
     ranks = {
         content.candidates[index].key: place

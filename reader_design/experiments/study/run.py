@@ -69,9 +69,7 @@ class StudyOutcome:
 
     Attributes
     ----------
-    content : Cells, choice and missions.
-    folder : Where everything lies.
-    report : The report.
+    content, folder, report : Cells, choice and missions; where everything lies; the report.
     """
 
     content: StudyContent
@@ -104,10 +102,8 @@ def plan_lines(
 
     Parameters
     ----------
-    study : What would be studied.
-    out_dir : Folder of the results, where cells may be kept already.
-    quick : Coarse sampling, a coarse map and few runs.
-    workers : Processes; None: one for each core.
+    study, out_dir : What would be studied; its folder, where cells may be kept already.
+    quick, workers : Coarse sampling and map, few runs; processes, None: one for each core.
     """
     plan = plan_sweep(_context(study, quick=quick))
     rows = known_rows(plan, out_dir, progress=Progress())
@@ -133,28 +129,15 @@ def run_study(
     workers: int | None = 1,
     cluster: str | None = None,
 ) -> StudyOutcome:
-    """Return the outcome of a study and leave its files.
+    """Return the outcome of a study and leave its files; refuses when no design has scores.
 
     Parameters
     ----------
-    study : From :func:`octant.reader_design.study_file.loading.load_study`.
-    out_dir : Folder of the results; made when missing.
-    quick : Coarse sampling, a coarse map and few runs.
-    force : Replace the results of another study in that folder.
-    progress : Shows what happens.
-    workers : Processes of this machine that compute; 1: this one; None: one for each core where the
-        sweep is long enough to gain from it. A script that starts processes must guard its main
-        part with ``if __name__ == "__main__"``.
+    study, out_dir, quick, progress : As for `plan_lines`; shows what happens.
+    force : Replace the results of another study in that folder, which is refused otherwise.
+    workers : Processes; 1: this one; None: one for each core if the sweep is long enough to gain. A
+        script that starts some must guard its main part by ``if __name__ == "__main__"``.
     cluster : Address of a dask scheduler that computes them instead, or ``local:N``.
-
-    Raises
-    ------
-    ConfigError
-        When the folder holds another study and ``force`` is false, or a room cannot be used.
-    SweepStateError
-        When no design has scores.
-    KeyboardInterrupt
-        Passed on; what was computed is kept and the same call goes on from there.
     """
     began = time.perf_counter()
     progress = progress or Progress()
@@ -234,7 +217,6 @@ def _swept(
     cluster: str | None,
     progress: Progress,
 ) -> tuple[Cell, ...]:
-    """Return the cells of the sweep."""
     missing = missing_cells(plan, known_rows(plan, out_dir, progress=Progress()))
     if workers is None:
         long = sum(cell_cost(p).seconds for p in missing) > WORTH_PROCESSES_S

@@ -19,8 +19,7 @@ class DrivenDesign:
 
     Attributes
     ----------
-    index : Its place among the candidates.
-    missions : One for each room: the study's own and its layouts; none without a mission.
+    index, missions : Its place among the candidates; one for each room, none without a mission.
     """
 
     index: int
@@ -28,17 +27,11 @@ class DrivenDesign:
 
 
 def candidates_of(study: Study, cells: Sequence[Cell]) -> tuple[Candidate, ...]:
-    """Return the scored cells as candidates of the choice, sizes in [m].
+    """Return the scored cells, in their order, as candidates of the choice, sizes in [m].
 
     Parameters
     ----------
-    study : Its carrier sizes resonant antennas [Hz].
-    cells : All cells.
-
-    Returns
-    -------
-    tuple of Candidate
-        Those with scores, in the order of the cells.
+    study, cells : Its carrier sizes resonant antennas [Hz]; all cells.
     """
     out = []
     for cell in cells:
@@ -67,23 +60,14 @@ def drive_shortlist(
     folder: Path,
     progress: Progress,
 ) -> tuple[DrivenDesign, ...]:
-    """Return the missions of the best designs, read or driven ([s], [m], [rad], [W]).
+    """Return the best designs' missions, chosen first, same seeds ([s], [m], [rad], [W]).
 
     Parameters
     ----------
-    settings : Returns the study of a cell and name, file name and scene of each of its rooms: a
-        sweep may vary those too. ``choice.missions`` says with how many designs, ``mission.runs``
-        how often.
-    scored : The candidates' cells, in their order.
-    choice : Their ranking.
-    most_runs : Greatest number of runs in each room; None: as many as the study says.
-    folder : Where stages are kept.
-    progress : Shows runs.
-
-    Returns
-    -------
-    tuple of DrivenDesign
-        Best first: the chosen design is always there. All drive with the same seeds.
+    settings : Returns the study of a cell, and name, file name and scene of each of its rooms.
+    scored, choice : The candidates' cells, in their order, and the ranking.
+    most_runs : Runs in each room at most; None: as many as the study says.
+    folder, progress : Where stages are kept; shows runs.
     """
     driven = []
     for index in choice.ranking[: choice.rules.missions]:

@@ -45,20 +45,12 @@ def sweep_figures(
     *,
     frequency_hz: float,
 ) -> Iterator[NamedFigure]:
-    """Yield the figures of the sweep: all scores, and RSS [dBm] against distance [m].
+    """Yield the sweep's figures: all scores, then by antenna its pattern and RSS [dBm] over [m].
 
     Parameters
     ----------
-    cells : All cells.
-    candidates : The scored ones.
-    choice : Their ranking.
+    cells, candidates, choice : All cells, the scored ones, their ranking.
     frequency_hz : Carrier [Hz].
-
-    Yields
-    ------
-    NamedFigure
-        The matrix, the parallel coordinates, the Pareto plot, then the pattern of each antenna
-        type and its RSS against distance.
     """
     order = choice.ranking[:MOST_ROWS]
     yield NamedFigure(
@@ -153,16 +145,11 @@ def _criterion_scores(candidates: Sequence[Candidate], choice: Choice) -> list[P
 
 
 def parameter_axes(designs: Sequence[Reader]) -> list[ParallelAxis]:
-    """Return an axis for each parameter in which designs differ; lengths in [cm].
+    """Return an axis for each parameter in which designs differ, in field order; lengths in [cm].
 
     Parameters
     ----------
     designs : Any swept designs.
-
-    Returns
-    -------
-    list of ParallelAxis
-        In the order of the design's fields.
     """
     rows = [design.as_dict() for design in designs]
     axes = []

@@ -28,9 +28,8 @@ class DistancePanel:
 
     Attributes
     ----------
-    title : Above the panel, e.g. its plate height [cm].
-    rss_w : (d, n) float64 — RSS of each antenna [W] while the robot moves away along the direction
-        of antenna 1.
+    title : Above the panel.
+    rss_w : (d, n) float64 — RSS as the robot moves away along antenna 1's direction [W].
     """
 
     title: str
@@ -40,19 +39,12 @@ class DistancePanel:
 def rss_distance_figure(
     distance_m: FloatArray, panels: Sequence[DistancePanel], *, columns: int, title: str
 ) -> "Figure":
-    """Return RSS [dBm] of all antennas against the distance [m] to the point under the tag.
+    """Return RSS [dBm] against the distance [m] from under the tag, as thesis Fig. 5.9 and 5.11.
 
     Parameters
     ----------
     distance_m : (d,) float64 — Horizontal distance [m].
-    panels : One for each design, row by row.
-    columns : Panels in a row.
-    title : Above the figure.
-
-    Returns
-    -------
-    Figure
-        In the manner of thesis Fig. 5.9 and 5.11: one panel for each r_a and h_p.
+    panels, columns, title : One for each design, row by row; panels in a row; text above.
     """
     rows = -(-len(panels) // columns)
     with figure_style():
@@ -88,9 +80,8 @@ class MatrixColumn:
 
     Attributes
     ----------
-    title : Heading with its unit, e.g. ``margin [dB]``; a line break is allowed.
-    values : (k,) float64 — One number for each design, in the title's unit, e.g. [dB] or [%].
-    text : Format of a number, e.g. ``{:.1f}``.
+    title, text : Heading with its unit, e.g. ``margin [dB]``; format of a number, e.g. ``{:.1f}``.
+    values : (k,) float64 — One for each design, in the title's unit, e.g. [dB] or [%].
     better : ``high`` or ``low``: which end is good; it is drawn dark.
     """
 
@@ -118,18 +109,11 @@ def _number(text: str, value: float) -> str:
 def sweep_matrix_figure(
     labels: Sequence[str], columns: Sequence[MatrixColumn], *, title: str
 ) -> "Figure":
-    """Return the sweep as a table of designs and criteria, good values dark.
+    """Return the sweep as a table of designs and criteria, good values of each column dark.
 
     Parameters
     ----------
-    labels : Designs, best first; the first row is marked as the choice.
-    columns : Criteria with their numbers.
-    title : Above the figure.
-
-    Returns
-    -------
-    Figure
-        Each column is shaded on its own scale.
+    labels, columns, title : Designs, best first; criteria; text above.
     """
     goodness = np.column_stack([_goodness(c) for c in columns])
     with figure_style():

@@ -19,25 +19,12 @@ def tolerance_stage(
     progress: Progress,
     workers: int | None = None,
 ) -> ReportSection | None:
-    """Return the section of the report on tolerances; lengths in [mm], angles in [deg].
+    """Return the report's section on tolerances ([mm], [deg]); None where the study has none.
 
     Parameters
     ----------
-    study : The chosen cell's own study; without a table ``[tolerance]`` nothing is built.
-    second : The next best design, which is built with the same errors.
-    folder : Where the readers' files and the results of :func:`write_results` lie.
-    progress : Shows readers.
-    workers : Processes; None: one for each core.
-
-    Returns
-    -------
-    ReportSection or None
-        Spread of the scores, yield, and with what confidence the chosen design is the better one.
-
-    Raises
-    ------
-    ConfigError
-        When the readers' model knows no build errors, or the folder cannot be written to.
+    study, second : The chosen cell's own; the next best design, built with the same errors.
+    folder, progress, workers : For results; shows readers; processes, None: one for each core.
     """
     if study.tolerance is None:
         return None
