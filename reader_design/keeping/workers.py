@@ -264,7 +264,7 @@ def _scheduler(distributed: Any, address: str) -> Iterator[Any]:  # noqa: ANN401
         started = distributed.LocalCluster(
             n_workers=int(count),
             threads_per_worker=1,
-            dashboard_address=None,
+            dashboard_address=":0",  # any free port: several clusters may run on a machine
             silence_logs=logging.CRITICAL,
             env={THREADS_VARIABLE: str(max(1, cores() // int(count)))},
         )
