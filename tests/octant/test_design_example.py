@@ -101,6 +101,7 @@ def test_map(room, tag):
     np.testing.assert_allclose(one, three, rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_mission_sweep_and_study(room, tag, place):
     reader = octant.Reader(response="isolated")
     mission = octant.Mission(room, [tag], reader, start=(0.0, 0.0, 90.0), navigator="tracker")

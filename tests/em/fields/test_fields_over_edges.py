@@ -227,6 +227,7 @@ def test_level_with_the_top_of_a_cabinet_the_field_is_that_beside_it():
 # Exact solutions
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", [SOFT, HARD])
 @pytest.mark.parametrize("n", [2.0, 1.5])
 def test_half_plane_and_corner_are_exact_beyond_a_wavelength(n, kind):

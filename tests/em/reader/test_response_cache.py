@@ -154,6 +154,7 @@ def test_a_failure_is_not_kept(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_a_hopping_plan_costs_a_handful_of_solutions_and_keeps_all(tmp_path, monkeypatch):
     frequencies = tuple(np.linspace(2.40e9, 2.48e9, 6))
     bands = []

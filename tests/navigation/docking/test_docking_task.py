@@ -71,6 +71,7 @@ def near(task, *, compensate=True):
     )
 
 
+@pytest.mark.slow
 def test_docking_on_estimates_with_slip_compensation_ends_in_the_dock():
     runs = run_seeded(near(TASK), runs=30, seed=5)
     docked = [r for r in runs if r.success]

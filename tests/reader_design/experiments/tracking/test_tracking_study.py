@@ -31,6 +31,7 @@ def averages(results, task, method):
     return outcome.measures()["average_m"]
 
 
+@pytest.mark.slow
 def test_the_particle_filter_keeps_the_lemniscate_in_the_concrete_room(in_the_room):
     best = averages(in_the_room, "9 tags", room.PARTICLE)
     assert np.median(best) <= 0.15
