@@ -153,21 +153,27 @@ slam_runs = 2
 """
 
 
-def run_case(name, folder):
-    """Run one case in a copy of the examples below a folder; return where its files lie."""
-    from octant.reader_design.cli import run
-
-    command, changes = CASES[name]
+def examples_for(name, folder):
+    """Return a copy of the examples below a folder, shortened as a case wants it."""
     work = folder / "examples"
     shutil.copytree(EXAMPLES, work)
     (work / "track.toml").write_text(SHORT_TRACK)
     (work / "layouts" / "short.toml").write_text(SHORT_COMPARISON)
-    for file, lines in changes.items():
+    for file, lines in CASES[name][1].items():
         text = (work / file).read_text()
         for old, new in lines.items():
             assert old in text, f"{file} has no line {old!r}"
             text = text.replace(old, new)
         (work / file).write_text(text)
+    return work
+
+
+def run_case(name, folder):
+    """Run one case in a copy of the examples below a folder; return where its files lie."""
+    from octant.reader_design.cli import run
+
+    command, _ = CASES[name]
+    work = examples_for(name, folder)
     before = Path.cwd()
     os.chdir(work)
     try:
