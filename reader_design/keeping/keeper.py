@@ -6,6 +6,7 @@ lost; running again computes what is missing. The process that started the run w
 that workers need not see its disk.
 """
 
+import pickle
 import time
 import warnings
 from collections import deque
@@ -286,8 +287,24 @@ Computed = tuple[bytes, dict[str, Any]]
 """Content of a case's file and the facts that stand beside it."""
 
 
+def computed_by_worker(packed: bytes, version: str) -> Computed:
+    """Return what `computed_case` returns; this is what workers run.
+
+    Parameters
+    ----------
+    packed : A job and a case, pickled: what a worker cannot import is an error with a sentence,
+        where the pool's own unpickling would end the worker.
+    version : As in `computed_case`.
+    """
+    try:
+        job, case = pickle.loads(packed)  # noqa: S301  from the process that started this worker
+    except (AttributeError, ImportError) as exc:
+        raise SweepStateError(_not_importable(exc)) from exc
+    return computed_case(job, case, version)
+
+
 def computed_case(job: _Job, case: object, version: str) -> Computed:
-    """Return the content and the facts of a case's file; this is what workers run.
+    """Return the content and the facts of a case's file.
 
     Parameters
     ----------
@@ -351,7 +368,7 @@ def _by_crew(
             while waiting and len(pending) < most and not suspects:
                 key, case = waiting.popleft()
                 try:
-                    pending[crew.submit(computed_case, job, case, version)] = key, case
+                    pending[_submitted(crew, job, case, version)] = key, case
                 except BrokenExecutor:
                     suspects.append((key, case))
             done, _ = wait(pending, return_when=FIRST_COMPLETED)
@@ -370,6 +387,22 @@ def _by_crew(
             future.cancel()
         crew.stop()
         raise
+
+
+def _submitted(crew: Crew, job: _Job, case: object, version: str) -> "Future[Computed]":
+    """Return the future of a case that a crew computes."""
+    try:
+        packed = pickle.dumps((job, case))
+    except (pickle.PicklingError, AttributeError, TypeError) as exc:
+        raise SweepStateError(_not_importable(exc)) from exc
+    return crew.submit(computed_by_worker, packed, version)
+
+
+def _not_importable(exc: Exception) -> str:
+    return (
+        f"a worker cannot import what it has to compute ({exc}); define that function in a module "
+        "that can be imported, or give workers = 1."
+    )
 
 
 def _error(future: "Future[Computed]") -> BaseException | None:
@@ -410,7 +443,7 @@ def _one_at_a_time(
     for key, case in suspects:
         crew.renew()
         try:
-            future = crew.submit(computed_case, job, case, version)
+            future = _submitted(crew, job, case, version)
             broken = isinstance(_error(future), BrokenExecutor)
         except BrokenExecutor:
             broken = True

@@ -87,7 +87,7 @@ def map_seeded(
         codec=_codec(kind),
         crew=crew,
         progress=progress,
-        label=label,
+        label=f"groups of {RUNS_A_CASE} {label}",
         raises=(OctantError,),
     )
     return tuple(result for one in kept for result in one.value)
@@ -105,8 +105,7 @@ def count_seeded(
 
     Parameters
     ----------
-    job, runs, seed, kind, folder
-        As in `map_seeded`.
+    job, runs, seed, kind, folder : As in `map_seeded`.
     """
     cases = run_cases(runs)
     kept = kept_cases(

@@ -491,6 +491,8 @@ def room_figure(rooms: Sequence[RoomRuns]) -> "Figure":
 def _draw_averages(
     ax: "Axes", outcomes: Sequence[Outcome], tasks: Sequence[str], methods: Sequence[str]
 ) -> None:
+    from matplotlib.ticker import LogLocator, NullFormatter
+
     width = 0.8 / len(tasks)
     for t, task in enumerate(tasks):
         for m, method in enumerate(methods):
@@ -507,6 +509,9 @@ def _draw_averages(
                 ax.text(right, row, f"{median:.3f}", va="center", fontsize=7.5)
     ax.set_yticks(np.arange(len(methods))[::-1], methods)
     ax.set_xscale("log")
+    ax.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    ax.xaxis.set_major_formatter("{x:g}")
+    ax.xaxis.set_minor_formatter(NullFormatter())
     ax.margins(x=0.12)
     ax.set_title("average error: median (bar), every run (dots)")
     ax.set_xlabel("average distance to the desired place [m]")

@@ -2,18 +2,20 @@
 
 import errno
 import os
+import pickle
 import signal
 import subprocess
 import sys
 import time
 from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 
 import msgspec
 import numpy as np
 import pytest
+from kept_points import Place, Point, compute
 
 from octant.em.blocks import cores
 from octant.geometries.errors import ConfigError, GeometryError, SweepStateError
@@ -26,48 +28,8 @@ from octant.reader_design.keeping.workers import LocalProcesses
 
 HERE = Path(__file__).resolve()
 ROOT = HERE.parents[3]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Place:
-    """What all cases share."""
-
-    seed: int = 7
-    size: int = 200
-    name: str = "anything"
-    wait_s: float = 0.0
-    log: str = ""
-    table: np.ndarray = field(default_factory=lambda: np.arange(3.0))
-    derived: int = field(init=False, default=0)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Point:
-    """What a case computes."""
-
-    x: float
-    values: np.ndarray
-    words: tuple[str, ...] = ()
-
-
 LEFT_OUT = ("Place.name", "Place.wait_s", "Place.log")
 CODEC = RecordCodec(Point)
-
-
-def compute(place, case):
-    """Return numbers whose last bits depend on the threads of the linear algebra."""
-    if case < 0:
-        raise GeometryError(f"{case} cannot be built.")
-    if place.log:
-        with Path(place.log).open("a") as log:
-            log.write(f"{case}\n")
-    if case == 666 and Path(place.log).with_suffix(".bad").exists():
-        raise MemoryError("too little")
-    time.sleep(place.wait_s)
-    random = np.random.default_rng([place.seed, case])
-    matrix = random.standard_normal((place.size, place.size))
-    values = np.linalg.solve(matrix, matrix @ matrix[:, 0])
-    return Point(x=float(case), values=np.append(values, np.nan), words=("µ", "b"))
 
 
 def run(folder, cases=range(4), place=None, **options):
@@ -244,8 +206,24 @@ def _python(*arguments, **options):
 
 
 def _environment():
-    found = [str(ROOT), str(HERE.parent), os.environ.get("PYTHONPATH", "")]
-    return os.environ | {"PYTHONPATH": os.pathsep.join(found)}
+    found = [ROOT, HERE.parent, ROOT / "tests" / "support", os.environ.get("PYTHONPATH", "")]
+    return os.environ | {"PYTHONPATH": os.pathsep.join(map(str, found))}
+
+
+def test_a_function_that_workers_cannot_import_is_refused_with_a_sentence(tmp_path):
+    script = (
+        "from pathlib import Path\n"
+        "from kept_points import Point\n"
+        "from octant.reader_design.keeping.keeper import RecordCodec, map_cases\n"
+        "def typed_at_the_prompt(_, case): return Point(x=case, values=case)\n"
+        "try: map_cases(typed_at_the_prompt, [1, 2], context=None, folder=Path('FOLDER'),\n"
+        "               codec=RecordCodec(Point), workers=2)\n"
+        "except Exception as exc: print(type(exc).__name__, exc)\n"
+    )
+    said = _python("-c", script.replace("FOLDER", str(tmp_path)))
+    assert said.stdout.startswith("SweepStateError a worker cannot import")
+    assert "typed_at_the_prompt" in said.stdout
+    assert said.stdout.endswith("or give workers = 1.\n")
 
 
 SCRIPT = """
@@ -321,7 +299,8 @@ class BreakingCrew:
     def __init__(self, deadly):
         self.deadly, self.renewed, self.broken, self.stopped = deadly, 0, False, False
 
-    def submit(self, call, job, case, version):
+    def submit(self, call, packed, version):
+        case = pickle.loads(packed)[1]  # noqa: S301
         if self.broken:
             raise BrokenProcessPool
         future = Future()
@@ -331,7 +310,7 @@ class BreakingCrew:
         elif case == 99:
             future.set_exception(RuntimeError("worker died"))
         else:
-            future.set_result(call(job, case, version))
+            future.set_result(call(packed, version))
         return future
 
     def renew(self):
@@ -356,11 +335,11 @@ def test_a_killed_worker_costs_only_the_case_that_kills_it(tmp_path, capsys):
 
 def test_a_worker_of_another_version_ends_the_run(tmp_path):
     class Other(BreakingCrew):
-        def submit(self, call, job, case, version):
+        def submit(self, call, packed, version):
             future = Future()
             assert version != "0.0.0"
             try:
-                future.set_result(call(job, case, "0.0.0"))
+                future.set_result(call(packed, "0.0.0"))
             except SweepStateError as exc:
                 future.set_exception(exc)
             return future

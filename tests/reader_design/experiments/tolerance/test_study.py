@@ -204,6 +204,7 @@ def test_a_study_says_with_what_confidence_its_choice_beats_the_next_best(tmp_pa
         failed_cell(design, "key", ""),
         folder=tmp_path / "tolerance",
         progress=Progress(quiet=True),
+        workers=1,  # the model stands in for the solver in this process only
     )
     assert "better than the next best, dipole r_a = 5 cm h_p = 3 cm" in section.paragraphs[-1]
     assert "100 % (91 to 100) confidence" in section.paragraphs[-1]
