@@ -1,11 +1,14 @@
 """The folder of an experiment's results: whose it is, and whether everything is there already."""
 
 import json
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from octant.geometries.errors import ConfigError
 from octant.geometries.files import write_text
+from octant.reader_design.keeping.keys import digest
+from octant.reader_design.keeping.progress import Progress
+from octant.reader_design.keeping.versions import versions
 
 STUDY_FILE = "study.toml"
 """The study with every default resolved, in each folder of results."""
@@ -41,33 +44,31 @@ def refuse_another(folder: Path, text: str, *, force: bool, outputs: Iterable[st
         path.unlink(missing_ok=True)
 
 
-def is_complete(stamp: Path, key: str) -> bool:
-    """Return whether a former run finished exactly these results, and all files are still there.
+def write_once(
+    stamp: Path,
+    inputs: object,
+    write: Callable[[], Iterable[Path]],
+    *,
+    force: bool,
+    progress: Progress,
+) -> bool:
+    """Write results unless a former run finished exactly these; return whether it wrote.
 
     Parameters
     ----------
-    stamp : The file that the former run left, in a folder of the results folder.
-    key : Hash of everything that the results depend on.
+    stamp : The file that says so, in a folder inside the folder of the results.
+    inputs : Everything that the results depend on, as `digest` takes it; versions are added.
+    write : Writes the results and returns the paths of all files.
+    force, progress : Write all the same; shows that nothing was left to do.
     """
-    try:
-        found = json.loads(stamp.read_text("utf-8"))
-        files = [stamp.parents[1] / name for name in found["files"]]
-        return bool(found["key"] == key) and all(file.is_file() for file in files)
-    except (OSError, ValueError, KeyError, TypeError):
+    folder, key = stamp.parents[1], digest([inputs, versions()])
+    if not force and _is_complete(stamp, key, folder):
+        progress.say(complete_line(folder))
         return False
-
-
-def mark_complete(stamp: Path, key: str, files: Iterable[Path]) -> None:
-    """Write the file by which the next run knows that everything is there.
-
-    Parameters
-    ----------
-    stamp : The file; two levels below it stand all others.
-    key : Hash of everything that the results depend on.
-    files : What was written.
-    """
-    names = [file.relative_to(stamp.parents[1]).as_posix() for file in files]
+    stamp.unlink(missing_ok=True)
+    names = [file.relative_to(folder).as_posix() for file in write()]
     write_text(stamp, json.dumps({"key": key, "files": names}, indent=1) + "\n")
+    return True
 
 
 def complete_line(folder: Path) -> str:
@@ -78,3 +79,12 @@ def complete_line(folder: Path) -> str:
     folder : Folder of the results.
     """
     return f"{folder} is complete already; nothing was written."
+
+
+def _is_complete(stamp: Path, key: str, folder: Path) -> bool:
+    """Return whether a former run left this stamp and every file that it names is there."""
+    try:
+        found = json.loads(stamp.read_text("utf-8"))
+        return bool(found["key"] == key) and all((folder / f).is_file() for f in found["files"])
+    except (OSError, ValueError, KeyError, TypeError):
+        return False

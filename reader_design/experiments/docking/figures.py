@@ -72,7 +72,7 @@ def docking_paths_figure(
             draw_tags(ax, {tag[0]: tag[1]})
             docked = sum(result.success for result in runs)
             ax.set_title(f"{name}: {docked} of {len(runs)} docked")
-        legend_below(figure, *axes[0], columns=7)
+        legend_below(figure, *axes[0], columns=7 if len(rooms) > 1 else 4)
     return figure
 
 

@@ -23,16 +23,8 @@ from octant.reader_design.experiments.docking.published import (
     WRONG_START,
     FilterExperiment,
 )
-from octant.reader_design.keeping.keys import digest
 from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.keeping.results import (
-    STUDY_FILE,
-    complete_line,
-    is_complete,
-    mark_complete,
-    refuse_another,
-)
-from octant.reader_design.keeping.versions import versions
+from octant.reader_design.keeping.results import STUDY_FILE, refuse_another, write_once
 from octant.reader_design.keeping.workers import open_crew
 from octant.reader_design.setting.links import study_responses
 from octant.reader_design.showing.pages import (
@@ -355,11 +347,13 @@ def run_docking_study(
     jobs = docking_jobs(study, rooms, study_responses(study))
     with open_crew(workers=workers, cluster=cluster) as crew:
         content = compute_docking(study, rooms, jobs, cases, crew=crew, progress=progress)
-    stamp, key = cases / "finished.json", digest([text, versions()])
-    if is_complete(stamp, key):
-        progress.say(complete_line(out_dir))
-    else:
-        mark_complete(stamp, key, publish(content, out_dir))
+    write_once(
+        cases / "finished.json",
+        text,
+        lambda: publish(content, out_dir),
+        force=force,
+        progress=progress,
+    )
     return content
 
 

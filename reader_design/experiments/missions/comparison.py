@@ -18,16 +18,8 @@ from octant.geometries.files import write_text
 from octant.navigation.statistics import bootstrap, bootstrap_rng, wilson
 from octant.reader_design.experiments.missions.stage import RoomMission, mission_stage
 from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.keeping.results import (
-    STUDY_FILE,
-    complete_line,
-    is_complete,
-    mark_complete,
-    refuse_another,
-)
-from octant.reader_design.keeping.versions import versions
+from octant.reader_design.keeping.results import STUDY_FILE, refuse_another, write_once
 from octant.reader_design.keeping.workers import Crew, open_crew
-from octant.reader_design.setting.design import content_hash
 from octant.reader_design.setting.links import mission_table, study_responses
 from octant.reader_design.setting.setting import build_setting
 from octant.reader_design.showing.tables import put_table
@@ -425,11 +417,13 @@ def run_comparison(
             outcomes.append(outcome)
             progress.say(_sentence(outcome))
     runs = [(o.mission.folder.name, o.mission.reason) for o in outcomes]
-    stamp, key = out_dir / CELLS / "finished.json", content_hash([text, versions(), runs])
-    if is_complete(stamp, key):
-        progress.say(complete_line(out_dir))
-    else:
-        mark_complete(stamp, key, _publish(comparison, outcomes, out_dir))
+    write_once(
+        out_dir / CELLS / "finished.json",
+        [text, runs],
+        lambda: _publish(comparison, outcomes, out_dir),
+        force=force,
+        progress=progress,
+    )
     return tuple(outcomes)
 
 

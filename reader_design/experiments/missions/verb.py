@@ -67,16 +67,8 @@ def navigate(
     from octant.navigation.missions.metrics import measure
     from octant.navigation.missions.summary import summarise, summary_sentences
     from octant.reader_design.experiments.missions.compute import count_kept, drive, mission_runs
-    from octant.reader_design.keeping.results import (
-        STUDY_FILE,
-        complete_line,
-        is_complete,
-        mark_complete,
-        refuse_another,
-    )
-    from octant.reader_design.keeping.versions import versions
+    from octant.reader_design.keeping.results import STUDY_FILE, refuse_another, write_once
     from octant.reader_design.keeping.workers import open_crew
-    from octant.reader_design.setting.design import content_hash
     from octant.reader_design.setting.links import mission_table, study_responses
     from octant.reader_design.setting.setting import build_setting
     from octant.reader_design.study_file.loading import load_study, replace, to_toml, vary
@@ -108,11 +100,13 @@ def navigate(
         results = drive(driven, folder=folder, crew=crew, progress=progress)
     built = driven[0].built
     metrics = [measure(result) for result in results]
-    stamp, key = folder / "finished.json", content_hash([text, versions()])
-    if is_complete(stamp, key):
-        progress.say(complete_line(out))
-    else:
-        mark_complete(stamp, key, _publish(loaded, built, results, out))
+    write_once(
+        folder / "finished.json",
+        text,
+        lambda: _publish(loaded, built, results, out),
+        force=options.force,
+        progress=progress,
+    )
     files = ", ".join(str(out / name) for name in (*_FILES, STUDY_FILE))
     lines = [
         *mission_summary(metrics, results),

@@ -39,16 +39,8 @@ from octant.reader_design.experiments.optimise.search import (
 )
 from octant.reader_design.experiments.optimise.shortlist import front, short_list
 from octant.reader_design.keeping.keeper import RecordCodec
-from octant.reader_design.keeping.keys import digest
 from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.keeping.results import (
-    STUDY_FILE,
-    complete_line,
-    is_complete,
-    mark_complete,
-    refuse_another,
-)
-from octant.reader_design.keeping.versions import versions
+from octant.reader_design.keeping.results import STUDY_FILE, refuse_another, write_once
 from octant.reader_design.keeping.workers import Crew, open_crew
 from octant.reader_design.setting.design import FULLWAVE
 from octant.reader_design.showing.pages import render_report
@@ -148,16 +140,21 @@ def run_optimise(
         study_toml=text,
     )
     report = out_dir / "report.html"
-    stamp = folder / "finished.json"
-    key = digest([text, versions(), [trial.evaluation for trial in found.trials]])
-    if is_complete(stamp, key) and not force:
-        progress.say(complete_line(out_dir))
-        return SearchOutcome(content=content, report=report)
-    _write_tables(content, out_dir)
-    write_text(out_dir / "best.toml", _best_study(study, found.winner))
-    figures = _write_figures(place, table, content, out_dir / "figures")
-    write_text(report, render_report(optimise_report(content, figures)))
-    mark_complete(stamp, key, [path for one in OUTPUTS for path in sorted(out_dir.glob(one))])
+
+    def write() -> list[Path]:
+        _write_tables(content, out_dir)
+        write_text(out_dir / "best.toml", _best_study(study, found.winner))
+        figures = _write_figures(place, table, content, out_dir / "figures")
+        write_text(report, render_report(optimise_report(content, figures)))
+        return [path for one in OUTPUTS for path in sorted(out_dir.glob(one))]
+
+    write_once(
+        folder / "finished.json",
+        [text, [trial.evaluation for trial in found.trials]],
+        write,
+        force=force,
+        progress=progress,
+    )
     return SearchOutcome(content=content, report=report)
 
 

@@ -7,10 +7,8 @@ from typing import TYPE_CHECKING
 from octant.geometries.files import whole_file, write_text
 from octant.reader_design.experiments.missions.stage import RoomMission
 from octant.reader_design.experiments.study.page import StudyContent, study_report
-from octant.reader_design.keeping.keys import digest
 from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.keeping.results import complete_line, is_complete, mark_complete
-from octant.reader_design.keeping.versions import versions
+from octant.reader_design.keeping.results import write_once
 from octant.reader_design.setting.setting import Setting
 from octant.reader_design.showing.netcdf import write_dataset
 from octant.reader_design.showing.pages import render_report
@@ -37,29 +35,29 @@ def publish(
     rooms : Name, file name and scene of the study's room and of its layouts [m].
     out_dir, force, progress : Folder of the results; write all the same; shows figures.
     """
-    key = digest(
+
+    def write() -> list[Path]:
+        written = _results(content, room_map, out_dir)
+        written += _tables(content.missions, out_dir)
+        figures = _figures(content, room_map, rooms, out_dir, progress)
+        written += [path for entries in figures.values() for _, _, path in entries]
+        report = out_dir / "report.html"
+        write_text(report, render_report(study_report(content, figures)))
+        return [*written, report]
+
+    write_once(
+        out_dir / "stages" / "finished.json",
         {
             "cells": [[c.key, c.reason] for c in content.cells],
             "missions": [[m.folder.name, m.reason] for d in content.driven for m in d.missions],
             "map": content.context.study.map.spacing_m,
             "as_built": None if content.as_built is None else list(content.as_built.paragraphs),
-            "versions": versions(),
             "study": content.study_toml,
-        }
+        },
+        write,
+        force=force,
+        progress=progress,
     )
-    stamp = out_dir / "stages" / "finished.json"
-    if not force and is_complete(stamp, key):
-        progress.say(complete_line(out_dir))
-        return
-    stamp.unlink(missing_ok=True)
-    written = _results(content, room_map, out_dir)
-    written += _tables(content.missions, out_dir)
-    figures = _figures(content, room_map, rooms, out_dir, progress)
-    written += [path for entries in figures.values() for _, _, path in entries]
-    report = out_dir / "report.html"
-    write_text(report, render_report(study_report(content, figures)))
-    written.append(report)
-    mark_complete(stamp, key, written)
 
 
 def _results(content: StudyContent, room_map: "xr.Dataset", out_dir: Path) -> list[Path]:

@@ -7,16 +7,8 @@ from octant.reader_design.experiments.tolerance.page import tolerance_section
 from octant.reader_design.experiments.tolerance.results import FILES, write_results
 from octant.reader_design.experiments.tolerance.study import run_tolerance_study
 from octant.reader_design.keeping.keeper import RecordCodec
-from octant.reader_design.keeping.keys import digest
 from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.keeping.results import (
-    STUDY_FILE,
-    complete_line,
-    is_complete,
-    mark_complete,
-    refuse_another,
-)
-from octant.reader_design.keeping.versions import versions
+from octant.reader_design.keeping.results import STUDY_FILE, refuse_another, write_once
 from octant.reader_design.study_file.loading import to_toml
 from octant.reader_design.study_file.schema import Study
 from octant.reader_design.study_file.tolerance import Tolerance
@@ -71,15 +63,21 @@ def run_tolerance(
     result = run_tolerance_study(
         study, out_dir / CASES, samples=samples, workers=workers, cluster=cluster, progress=progress
     )
-    stamp = out_dir / CASES / "finished.json"
+
+    def write() -> list[Path]:
+        write_results(result, out_dir)
+        return [*(out_dir / name for name in FILES), *sorted((out_dir / "figures").glob("*.png"))]
+
     built = (result.chosen, *result.rivals)
-    key = digest([text, versions(), [[one.name, one.nominal, one.samples] for one in built]])
-    if is_complete(stamp, key) and not force:
-        progress.say(complete_line(out_dir))
-        paragraphs = tolerance_section(result, ()).paragraphs
-    else:
-        paragraphs = write_results(result, out_dir).paragraphs
-        figures = sorted((out_dir / "figures").glob("*.png"))
-        mark_complete(stamp, key, [*(out_dir / name for name in FILES), *figures])
+    write_once(
+        out_dir / CASES / "finished.json",
+        [text, [[one.name, one.nominal, one.samples] for one in built]],
+        write,
+        force=force,
+        progress=progress,
+    )
     files = ", ".join(str(out_dir / name) for name in FILES)
-    return (*paragraphs, f"written: {files} and {out_dir / 'figures'}")
+    return (
+        *tolerance_section(result, ()).paragraphs,
+        f"written: {files} and {out_dir / 'figures'}",
+    )

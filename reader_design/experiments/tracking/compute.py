@@ -49,14 +49,7 @@ from octant.reader_design.experiments.tracking.settings import (
 )
 from octant.reader_design.keeping.keeper import RecordCodec, kept_cases, map_cases
 from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.keeping.results import (
-    complete_line,
-    is_complete,
-    mark_complete,
-    refuse_another,
-)
-from octant.reader_design.keeping.versions import versions
-from octant.reader_design.setting.design import content_hash
+from octant.reader_design.keeping.results import refuse_another, write_once
 from octant.reader_design.showing.netcdf import write_dataset
 from octant.reader_design.showing.tables import put_table
 from octant.reader_design.study_file.loading import to_toml
@@ -301,11 +294,13 @@ def run_tracking(
     content = _computed(
         settings, text, out_dir, workers=workers, cluster=cluster, progress=progress
     )
-    stamp, key = out_dir / CASES / "finished.json", content_hash([text, versions()])
-    if is_complete(stamp, key):
-        progress.say(complete_line(out_dir))
-    else:
-        mark_complete(stamp, key, publish(content, out_dir, progress))
+    write_once(
+        out_dir / CASES / "finished.json",
+        text,
+        lambda: publish(content, out_dir, progress),
+        force=force,
+        progress=progress,
+    )
     return content
 
 
