@@ -98,7 +98,7 @@ def band(layer: str, graph: nx.DiGraph, top: float) -> tuple[list[str], float]:
             y += BOX_HEIGHT + 8
         y += ROW_GAP - 8
     bottom = y - ROW_GAP + 14
-    about = f'<tspan font-size="12">&#160;&#160;{html.escape(first_line(layer))}</tspan>'
+    about = f'<tspan font-size="12" dx="10">{html.escape(first_line(layer))}</tspan>'
     drawn = [
         f'<rect x="4" y="{top:.0f}" width="{WIDTH - 8}" height="{bottom - top:.0f}" rx="8"',
         f' fill="{FILLS[layer]}"/>',
