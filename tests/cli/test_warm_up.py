@@ -143,6 +143,7 @@ def test_nowhere_to_keep_kernels_is_one_sentence(tmp_path):
     package.mkdir()
     import octant.geometries
 
+    shutil.copy(octant.__file__, package)
     root = Path(octant.geometries.__file__).resolve().parents[1]
     for layer in ("geometries", "em", "navigation", "reader_design"):
         shutil.copytree(root / layer, package / layer, ignore=shutil.ignore_patterns("__pycache__"))

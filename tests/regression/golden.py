@@ -23,7 +23,7 @@ HERE = Path(__file__).resolve().parent
 EXAMPLES = HERE.parents[1] / "examples"
 GOLDEN = HERE / "golden.json"
 SAMPLES = 4
-LEFT_OUT = re.compile(r"seconds|^offline_s$|_us$|^file_sha256$|^(cell_)?key$")
+LEFT_OUT = re.compile(r"seconds|^offline_s$|_us$|^file_sha256$|^(cell_)?key$|^cell$")
 """Measured times, which no run repeats, and the names of files by their content and input."""
 
 # Each case: the command line, {file of the copied examples: {old line: new line}}, and the pattern
