@@ -76,8 +76,9 @@ def reader(
     solved.to_ffe(out)
     if solved.results:
         solved.to_touchstone(out / "reader")
-    for name, figure in progress.track(solved.figures(), label="figures"):
-        save_figure(figure, out / "figures" / f"{name}.png")
+    with progress.track(solved.figures(), label="figures") as figures:
+        for name, figure in figures:
+            save_figure(figure, out / "figures" / f"{name}.png")
     for line in (solved.alone_line(), *solved.lines()):
         click.echo(line)
     if convergence:

@@ -91,8 +91,9 @@ def warm_up(*, quiet: bool) -> None:
     with tempfile.TemporaryDirectory() as name, recorded_compilation() as record:
         folder = Path(name)
         _write_inputs(folder)
-        for model, call in Progress(quiet=quiet).track(CALLS, label="warm-up"):
-            _run(model, call, folder)
+        with Progress(quiet=quiet).track(CALLS, label="warm-up") as calls:
+            for model, call in calls:
+                _run(model, call, folder)
     if record.kernels:
         where = os.path.commonpath([str(kept) for kept in record.folders])
         click.echo(f"compiled {len(record.kernels)} kernels in {record.seconds:.0f} s: {where}")

@@ -146,10 +146,8 @@ def solve_reader_of(
     design = study.reader
     first = frequencies_hz[0]
     cut = msgspec.structs.replace(design, antenna_length_m=design.element(first).length_m)
-    at = [
-        _solved(study, design if f == first else cut, f)
-        for f in progress.track(frequencies_hz, label="frequencies")
-    ]
+    with progress.track(frequencies_hz, label="frequencies") as tracked:
+        at = [_solved(study, design if f == first else cut, f) for f in tracked]
     notes = dict.fromkeys((*design.notes(), *(w for r, _ in at for w in r.warnings)))
     for note in notes:
         warnings.warn(note, PhysicsWarning, stacklevel=2)

@@ -10,10 +10,10 @@ import pickle
 import time
 import warnings
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, wait
 from concurrent.futures import CancelledError as FutureCancelledError
-from contextlib import nullcontext
+from contextlib import closing, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Generic, Protocol, TypeVar
@@ -248,12 +248,14 @@ def map_cases(
         if done and missing:
             progress.say(f"{len(done)} of {len(by_key)} {label} are computed already.")
         job = _Job(compute=compute, context=context, codec=codec, raises=raises)
-        with _crew_for(len(missing), workers, cluster, crew) as hands:
-            results = (
-                _here(job, missing) if hands is None else _by_crew(job, missing, hands, progress)
-            )
-            bar = progress.track(results, total=len(missing), label=label)
-            for key, (content, measured) in bar if missing else ():
+        if not missing:
+            return tuple(done[key] for key in keys)
+        with (
+            _crew_for(len(missing), workers, cluster, crew) as hands,
+            closing(_computed(job, missing, hands, progress)) as results,
+            progress.track(results, total=len(missing), label=label) as tracked,
+        ):
+            for key, (content, measured) in tracked:
                 suffix = codec.suffix if content else FAILED
                 path = case_path(folder, key, suffix)
                 facts = {"key": key, **measured}
@@ -268,7 +270,7 @@ def map_cases(
 
 def _crew_for(missing: int, workers: int | None, cluster: str | None, crew: Crew | None) -> Any:  # noqa: ANN401  a context of a crew or of None
     """Return a context with the workers for so many cases; None: this process computes."""
-    if crew is not None or not missing:
+    if crew is not None:
         return nullcontext(crew)
     return open_crew(workers=min(cores() if workers is None else workers, missing), cluster=cluster)
 
@@ -343,9 +345,14 @@ def _reason(exc: BaseException) -> str:
     return f"unexpected {type(exc).__name__}: {' '.join(str(exc).split())}"
 
 
-def _here(job: _Job, missing: Mapping[str, object]) -> Iterator[tuple[str, Computed]]:
-    """Yield cases computed in this process, one after another."""
+def _computed(
+    job: _Job, missing: Mapping[str, object], crew: Crew | None, progress: Progress
+) -> Generator[tuple[str, Computed]]:
+    """Yield cases as they are computed: by a crew, or here, one after another."""
     version = versions()["octant_version"]
+    if crew is not None:
+        yield from _by_crew(job, missing, crew, progress)
+        return
     for key, case in missing.items():
         yield key, computed_case(job, case, version)
 

@@ -2,7 +2,7 @@
 
 import sys
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from typing import TextIO, TypeVar
 
@@ -36,10 +36,13 @@ class Progress:
 
             tqdm.write(message, file=self.stream or sys.stderr)
 
+    @contextmanager
     def track(
         self, items: Iterable[Item], *, total: int | None = None, label: str = ""
-    ) -> Iterator[Item]:
-        """Yield the items, with a bar that shows the share done and the time left.
+    ) -> Iterator[Iterator[Item]]:
+        """Yield an iterator over the items, with a bar of the share done and the time left.
+
+        The bar ends with the block, so that after Ctrl-C nothing is drawn below the last message.
 
         Parameters
         ----------
@@ -49,16 +52,19 @@ class Progress:
         """
         from tqdm.auto import tqdm
 
-        bar = tqdm(
-            items,
-            total=total,
-            desc=label or None,
-            disable=self.quiet or not self.bars,
-            file=self.stream or sys.stderr,
-            dynamic_ncols=True,
-            mininterval=0.5,
-        )
-        yield from bar
+        with (
+            tqdm(
+                items,
+                total=total,
+                desc=label or None,
+                disable=self.quiet or not self.bars,
+                file=self.stream or sys.stderr,
+                dynamic_ncols=True,
+                mininterval=0.5,
+            ) as bar,
+            closing(iter(bar)) as tracked,
+        ):
+            yield tracked
 
     @contextmanager
     def count(self, total: int, *, label: str) -> Iterator[Callable[[int], None]]:

@@ -413,9 +413,10 @@ def run_comparison(
     with open_crew(workers=workers, cluster=cluster) as crew:
         found = _outcomes(cells, out_dir / CELLS, progress, crew)
         outcomes = []
-        for outcome in progress.track(found, total=len(cells), label="cells"):
-            outcomes.append(outcome)
-            progress.say(_sentence(outcome))
+        with progress.track(found, total=len(cells), label="cells") as tracked:
+            for outcome in tracked:
+                outcomes.append(outcome)
+                progress.say(_sentence(outcome))
     runs = [(o.mission.folder.name, o.mission.reason) for o in outcomes]
     write_once(
         out_dir / CELLS / "finished.json",

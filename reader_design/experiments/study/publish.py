@@ -119,8 +119,9 @@ def _figures(
         mission_figures(content.context, pairs, label=cell.label),
     )
     entries: dict[str, list[tuple[str, str, Path]]] = {}
-    for one in progress.track(drawn, label="figures"):
-        path = out_dir / "figures" / one.file
-        save_figure(one.figure, path)
-        entries.setdefault(one.section, []).append((one.title, one.caption, path))
+    with progress.track(drawn, label="figures") as figures:
+        for one in figures:
+            path = out_dir / "figures" / one.file
+            save_figure(one.figure, path)
+            entries.setdefault(one.section, []).append((one.title, one.caption, path))
     return entries

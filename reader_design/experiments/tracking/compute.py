@@ -401,10 +401,11 @@ def publish(content: TrackingContent, out_dir: Path, progress: Progress) -> list
             put_table(str(out_dir / name), header, iter(rows), force=True)
             written.append(out_dir / name)
     entries: dict[str, list[tuple[str, str, Path]]] = {}
-    for one in progress.track(tracking_figures(content), label="figures"):
-        path = out_dir / "figures" / one.file
-        save_figure(one.figure, path)
-        entries.setdefault(one.section, []).append((one.title, one.caption, path))
-        written.append(path)
+    with progress.track(tracking_figures(content), label="figures") as figures:
+        for one in figures:
+            path = out_dir / "figures" / one.file
+            save_figure(one.figure, path)
+            entries.setdefault(one.section, []).append((one.title, one.caption, path))
+            written.append(path)
     write_text(out_dir / "report.html", render_report(tracking_report(content, entries)))
     return written

@@ -1,6 +1,9 @@
 """Progress is on stderr, tells the time left, and can be silent."""
 
+import gc
 import io
+
+import pytest
 
 from octant.reader_design.keeping.progress import Progress
 
@@ -8,14 +11,16 @@ from octant.reader_design.keeping.progress import Progress
 def test_quiet_progress_writes_nothing(capsys):
     progress = Progress()
     progress.say("hello")
-    assert list(progress.track(range(3), label="cells")) == [0, 1, 2]
+    with progress.track(range(3), label="cells") as tracked:
+        assert list(tracked) == [0, 1, 2]
     assert capsys.readouterr() == ("", "")
 
 
 def test_messages_and_bars_go_to_stderr_only(capsys):
     progress = Progress(quiet=False)
     progress.say("hello")
-    list(progress.track(iter([1, 2]), total=2, label="cells"))
+    with progress.track(iter([1, 2]), total=2, label="cells") as tracked:
+        list(tracked)
     captured = capsys.readouterr()
     assert captured.out == ""
     assert "hello" in captured.err
@@ -38,3 +43,21 @@ def test_a_stream_of_choice_takes_everything(capsys):
     Progress(quiet=False, stream=stream).say("hello")
     assert stream.getvalue() == "hello\n"
     assert capsys.readouterr() == ("", "")
+
+
+def test_after_ctrl_c_a_bar_draws_nothing_below_the_last_message():
+    # The error keeps the frame alive, and with it a bar that would end only when it is collected.
+    stream = io.StringIO()
+
+    def interrupted():
+        with Progress(quiet=False, stream=stream).track(range(3), label="cells") as tracked:
+            for _ in tracked:
+                raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt) as error:
+        interrupted()
+    stream.write("interrupted")
+    del error
+    gc.collect()
+    assert "cells" in stream.getvalue()
+    assert stream.getvalue().endswith("interrupted")
