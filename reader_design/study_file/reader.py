@@ -6,12 +6,14 @@ It is also what sweeps, searches and tolerances vary: a design *is* such a table
 from typing import Annotated, Any, Literal, TypedDict
 
 import msgspec
+import numpy as np
 from msgspec import Meta
 
 from octant.em.antennas.kinds import Antenna, make_antenna
 from octant.geometries.bodies import Body
 from octant.geometries.build_errors import BuildErrors
 from octant.geometries.reader_body import GroundPlaneShape, ReaderBody, reader_body
+from octant.geometries.tolerances import LENGTHS
 from octant.reader_design.study_file.room import Name, NotNegative, Positive, RoomObject, Table
 
 ReaderAntenna = Literal["dipole", "monopole"]
@@ -61,8 +63,9 @@ class Reader(Table, frozen=True, kw_only=True):
     pattern_files : One file an antenna, measured or from another solver (FEKO .ffe, HFSS .ffd, CST
         .ffs, NEC output, MSI/Planet, CSV), in the order of the antennas and in the reader's frame.
     objects : The tables ``[[reader.object]]``: metal near the reader that rides with it, such as
-        the robot's body, in the reader's frame (origin at the ground plane's centre, z up). Full
-        wave only; it must not touch the reader, and takes the material ``pec`` or ``metal``.
+        the robot's body, in the reader's frame (origin at the ground plane's centre, z up). A box
+        is placed by its lowest corner: one of a x b stands in the middle at x = -a/2, y = -b/2.
+        Full wave only; it must not touch the reader, and takes the material ``pec`` or ``metal``.
     """
 
     antenna: ReaderAntenna = "dipole"
@@ -161,7 +164,14 @@ class Reader(Table, frozen=True, kw_only=True):
         return width_m, max(top_m, self.plate_height_m, self.plate_height_axis_m or 0.0)
 
     def notes(self) -> tuple[str, ...]:
-        """Return whether the monopoles' own planes had to be shrunk to fit, in sentences [cm]."""
+        """Return what is built otherwise than one may think, in sentences [cm].
+
+        Monopoles' own planes that had to be shrunk; metal under or over the reader that is not in
+        its middle.
+        """
+        return (*self._shrunk_notes(), *self._off_axis_notes())
+
+    def _shrunk_notes(self) -> tuple[str, ...]:
         if self.antenna != "monopole":
             return ()
         fitted_m = self.body().fitted_monopole_plane_m
@@ -173,3 +183,25 @@ class Reader(Table, frozen=True, kw_only=True):
             f"{100.0 * fitted_m:.3g} cm"
         )
         return (note,)
+
+    def _off_axis_notes(self) -> tuple[str, ...]:
+        from octant.reader_design.study_file.bodies import object_bodies
+
+        notes = []
+        for i, item in enumerate(self.objects):
+            bounds_m = np.array([body.bounds_m for body in object_bodies((item,))])
+            low, high = bounds_m[:, 0].min(axis=0)[:2], bounds_m[:, 1].max(axis=0)[:2]
+            off_m = 0.5 * (low + high)
+            reach_m = 0.5 * self.ground_plane_m
+            over = bool((low < reach_m).all() and (high > -reach_m).all())
+            if not over or float(np.hypot(*off_m)) <= LENGTHS.step_m:
+                continue
+            middle = [round(float(x), 4) for x in np.array(item.position_m[:2]) - off_m]
+            notes.append(
+                f"the middle of reader.object[{i}] is {100.0 * float(np.hypot(*off_m)):.3g} cm off "
+                f"the reader's axis (x {100.0 * off_m[0]:+.3g} cm, y {100.0 * off_m[1]:+.3g} cm), "
+                f"so the antennas differ; position_m of a {item.__struct_config__.tag} is "
+                f"{item.placed_by}: [{middle[0]:g}, {middle[1]:g}, {item.position_m[2]:g}] puts it "
+                "in the middle"
+            )
+        return tuple(notes)

@@ -1,6 +1,6 @@
 """The tables of a study file that describe a room, its materials and what stands in it."""
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 import msgspec
 from msgspec import Meta
@@ -91,7 +91,7 @@ class Placed(Table, frozen=True, kw_only=True):
     ----------
     name : Name of the body; None numbers it by its kind.
     position_m : (3,) tuple of float — Lowest corner (box, cabinet), centre of the base (cylinder),
-        centre (sphere) or origin (mesh), in the room's frame [m].
+        centre (sphere) or origin (mesh), in the frame of the room, or of the reader [m].
     yaw_deg : Turn about the vertical through ``position_m``, counter-clockwise from above [deg].
     """
 
@@ -109,6 +109,7 @@ class Cabinet(Placed, frozen=True, kw_only=True, tag_field="kind", tag="cabinet"
     material : Its material.
     """
 
+    placed_by: ClassVar[str] = "its lowest corner"
     size_m: Size
     material: MaterialSpec = "metal"
 
@@ -122,6 +123,7 @@ class Box(Placed, frozen=True, kw_only=True, tag_field="kind", tag="box"):
     material : Its material.
     """
 
+    placed_by: ClassVar[str] = "its lowest corner"
     size_m: Size
     material: MaterialSpec
 
@@ -135,6 +137,7 @@ class Cylinder(Placed, frozen=True, kw_only=True, tag_field="kind", tag="cylinde
     material : Its material.
     """
 
+    placed_by: ClassVar[str] = "the centre of its base"
     radius_m: Positive
     height_m: Positive
     material: MaterialSpec
@@ -149,6 +152,7 @@ class Sphere(Placed, frozen=True, kw_only=True, tag_field="kind", tag="sphere"):
     material : Its material.
     """
 
+    placed_by: ClassVar[str] = "its centre"
     radius_m: Positive
     material: MaterialSpec
 
@@ -164,6 +168,7 @@ class MeshObject(Placed, frozen=True, kw_only=True, tag_field="kind", tag="mesh"
     material : Its material.
     """
 
+    placed_by: ClassVar[str] = "the origin of its file"
     file: Name
     unit: Name | None = None
     up: UpAxis | None = None

@@ -9,7 +9,7 @@ import numpy as np
 from octant.em.reader.fullwave._element_size import ElementSize
 from octant.em.reader.fullwave._polygon_mesh import mesh_polygon
 from octant.em.reader.fullwave._strips import Strip
-from octant.geometries._plane_geometry import FloatArray, IntArray
+from octant.geometries._plane_geometry import FloatArray, IntArray, weld
 from octant.geometries._reader_mesh import reach_to_rim_m
 from octant.geometries.reader_body import ReaderBody
 from octant.geometries.tolerances import LENGTHS
@@ -161,3 +161,13 @@ def plane_pieces(strips: Sequence[Strip], side_m: float, mesher: PieceMesher) ->
             mesher.mesh(np.array((inner, inner - far, outer - far, outer, middle)), right[None])
         )
     return pieces
+
+
+def joined_pieces(pieces: Sequence[Piece], tolerance_m: float = LENGTHS.joined_m) -> Piece:
+    """Return all pieces as one, vertices nearer to each other than the tolerance [m] made one."""
+    starts = np.cumsum([0, *(len(points) for points, _ in pieces)])
+    points = np.concatenate([points for points, _ in pieces])
+    faces = np.concatenate([f + start for (_, f), start in zip(pieces, starts, strict=False)])
+    faces = weld(points, tolerance_m)[faces]
+    used, faces = np.unique(faces, return_inverse=True)
+    return points[used], faces.reshape(-1, 3).astype(np.int64)

@@ -8,6 +8,11 @@ from octant.geometries._plane_geometry import FloatArray, IntArray
 from octant.geometries.tolerances import LENGTHS
 
 
+def turns_of(antennas: int) -> tuple[int, ...]:
+    """Return the numbers of sectors that ports may map to ports in, greatest first, without 1."""
+    return tuple(d for d in range(antennas, 1, -1) if antennas % d == 0)
+
+
 def turned(points_m: FloatArray, angle_rad: float) -> FloatArray:
     """Return points (n, 3) turned about z [m]."""
     c, s = math.cos(angle_rad), math.sin(angle_rad)

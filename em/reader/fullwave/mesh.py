@@ -27,19 +27,19 @@ from octant.em.reader.fullwave._element_size import GROWTH, ElementSize
 from octant.em.reader.fullwave._reader_pieces import (
     PieceMesher,
     ground_pieces,
+    joined_pieces,
     plane_pieces,
     plate_pieces,
 )
 from octant.em.reader.fullwave._strips import Strip, strip_cells, strip_triangles
-from octant.em.reader.fullwave.refine import refined_mesh
+from octant.em.reader.fullwave.surroundings import even_mesh
 from octant.geometries._arrays import frozen_array
 from octant.geometries._checks import positive_number
-from octant.geometries._plane_geometry import FloatArray, IntArray, weld
+from octant.geometries._plane_geometry import FloatArray, IntArray
 from octant.geometries.bodies import Body
 from octant.geometries.errors import GeometryError
 from octant.geometries.occlusion import build_bvh, segments_blocked
 from octant.geometries.reader_body import MIN_ROUND_SIDES, ReaderBody, ground_plane_outline_m
-from octant.geometries.tolerances import LENGTHS
 
 ElementKind = Literal["dipole", "monopole"]
 """Kinds of antenna that the mesh can carry."""
@@ -72,6 +72,7 @@ class ReaderMesh:
     phase_centres_m : (n, 3) float64 — Middle of each dipole, foot of each monopole [m].
     coarse_m : Edge length [m] away from the antennas.
     frequency_hz : Frequency that the edge length was taken from [Hz].
+    beside : (f,) bool — Whether the triangle belongs to metal beside the reader; None: none does.
     warnings : What makes the result doubtful, one sentence each.
     """
 
@@ -84,10 +85,13 @@ class ReaderMesh:
     phase_centres_m: npt.NDArray[np.float64]
     coarse_m: float
     frequency_hz: float
+    beside: npt.NDArray[np.bool_] | None = None
     warnings: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         count = len(self.feed_bottom_m)
+        if self.beside is None:
+            object.__setattr__(self, "beside", np.zeros(len(self.faces), dtype=np.bool_))
         for name, shape, dtype in (
             ("vertices_m", (None, 3), np.float64),
             ("faces", (None, 3), np.int64),
@@ -96,6 +100,7 @@ class ReaderMesh:
             ("feed_top_m", (count, 3), np.float64),
             ("strip_of_feed", (count,), np.int64),
             ("phase_centres_m", (count, 3), np.float64),
+            ("beside", (len(self.faces),), np.bool_),
         ):
             value = frozen_array(getattr(self, name), name=name, shape=shape, dtype=dtype)
             object.__setattr__(self, name, value)
@@ -201,7 +206,9 @@ def reader_mesh(
     ground = ground_pieces(body, rim, strips, mesher, joined=joined)
     plates = plate_pieces(body, mesher)
     planes = plane_pieces(strips, own_plane_m, mesher) if own_plane_m > 0.0 else []
-    around = [refined_mesh(b.vertices_m, b.faces, longest_m=coarse) for b in surroundings]
+    around = [
+        even_mesh(b.vertices_m, b.faces, edge_m=coarse, turns=body.antennas) for b in surroundings
+    ]
     upright = [strip_triangles(strip) for strip in strips]
     parts = _joined_parts((ground, plates, planes, around, upright))
     lines = built_lines_m(body, strips, joined=joined)
@@ -230,6 +237,7 @@ def reader_mesh(
         phase_centres_m=middle if antenna == "dipole" else bottom,
         coarse_m=coarse,
         frequency_hz=frequency_hz,
+        beside=parts.kind == AROUND,
         warnings=(*close_doubts(clearance), *_near_doubts(beside, coarse)),
     )
 
@@ -248,23 +256,6 @@ def _rim_m(body: ReaderBody, coarse_m: float) -> npt.NDArray[np.float64]:
         (np.cos(angle), np.sin(angle))
     )
     return rim
-
-
-def joined_pieces(
-    pieces: Sequence[tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]],
-) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]:
-    """Return vertices (v, 3) [m] and triangles of pieces, vertices at the same place made one.
-
-    Parameters
-    ----------
-    pieces : Vertices (v, 3) [m] and triangles (f, 3) [-] of each piece.
-    """
-    starts = np.cumsum([0, *(len(points) for points, _ in pieces)])
-    points = np.concatenate([points for points, _ in pieces])
-    faces = np.concatenate([f + start for (_, f), start in zip(pieces, starts, strict=False)])
-    faces = weld(points, LENGTHS.joined_m)[faces]
-    used, faces = np.unique(faces, return_inverse=True)
-    return points[used], faces.reshape(-1, 3).astype(np.int64)
 
 
 def _refuse_long_feed(feed_m: float, length_m: float) -> None:

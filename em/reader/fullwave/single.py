@@ -4,14 +4,13 @@ import numpy as np
 
 from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
 from octant.em.reader.fullwave._element_size import ElementSize
-from octant.em.reader.fullwave._reader_pieces import PieceMesher
+from octant.em.reader.fullwave._reader_pieces import PieceMesher, joined_pieces
 from octant.em.reader.fullwave._strips import Strip, strip_cells, strip_triangles
 from octant.em.reader.fullwave.mesh import (
     CELLS_PER_WAVELENGTH,
     FEED_GAP_M,
     WIRE_RADIUS_M,
     ReaderMesh,
-    joined_pieces,
 )
 from octant.geometries._checks import positive_number
 

@@ -1,5 +1,6 @@
 """The full-wave solution of a meshed reader."""
 
+import math
 import time
 from dataclasses import replace
 
@@ -8,6 +9,7 @@ import numpy.typing as npt
 
 from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
 from octant.em.reader.fullwave._circuit import lost_shares, radiated_shares, scattering
+from octant.em.reader.fullwave._symmetry import turns_of
 from octant.em.reader.fullwave.basis import SurfaceBasis, best_sectors, surface_basis
 from octant.em.reader.fullwave.far_field import current_samples
 from octant.em.reader.fullwave.linear_solve import solve_currents
@@ -56,9 +58,7 @@ def solve_reader(
     sheet = np.zeros(len(mesh.faces), dtype=np.complex128) + np.asarray(surface_impedance_ohm)
     sectors = 1
     if symmetry and len(np.unique(sheet)) == 1:
-        n = mesh.antennas
-        divisors = tuple(d for d in range(n, 1, -1) if n % d == 0)
-        sectors = best_sectors(mesh.vertices_m, mesh.faces, divisors)
+        sectors = best_sectors(mesh.vertices_m, mesh.faces, turns_of(mesh.antennas))
     basis = surface_basis(mesh.vertices_m, mesh.faces, sectors=sectors)
     sheet = sheet[basis.given_face]
     _refuse_too_large(basis, mesh)
@@ -102,16 +102,35 @@ def solve_reader(
 
 
 def _refuse_too_large(basis: SurfaceBasis, mesh: ReaderMesh) -> None:
-    """Raise before a matrix is made that no workstation holds."""
+    """Raise before a matrix is made that no workstation holds; say what makes it large."""
     size_gib = 16.0 * basis.functions**2 * basis.sectors / 2**30
-    if size_gib > MOST_GIB:
-        msg = (
-            f"the mesh has {basis.unknowns} unknowns, whose matrix takes {size_gib:.1f} GiB, but "
-            f"at most {MOST_GIB:g} GiB is allowed; take fewer cells_per_wavelength than "
-            f"{SPEED_OF_LIGHT_M_PER_S / mesh.frequency_hz / mesh.coarse_m:g}, or keep the antennas "
-            "farther from the sheets."
-        )
-        raise GeometryError(msg)
+    if size_gib <= MOST_GIB:
+        return
+    cells = SPEED_OF_LIGHT_M_PER_S / mesh.frequency_hz / mesh.coarse_m
+    beside = mesh.beside[basis.given_face]
+    area, whole = basis.areas_m2, f"{basis.unknowns} unknowns"
+    advice = [f"take fewer cells_per_wavelength than {cells:g}"]
+    if beside.any():
+        # A closed mesh has three functions for every two triangles.
+        whole += f", about {1.5 * beside.sum():.0f} of them on the metal beside the reader"
+        advice.append("give less of that metal, as what is far from the reader matters little")
+        used, own = np.unique(mesh.faces[~mesh.beside], return_inverse=True)
+        own = own.reshape(-1, 3)
+        alone = best_sectors(mesh.vertices_m[used], own, turns_of(mesh.antennas))
+        if alone > basis.sectors:
+            advice.append(
+                "put its middle on the reader's axis, where rotations that it shares with the "
+                "reader make the matrix smaller"
+            )
+    elif len(area) > 2.0 * area.sum() / (math.sqrt(0.1875) * mesh.coarse_m**2):
+        advice.append("keep the antennas farther from the sheets, where the mesh is finer")
+    else:
+        advice.append("give smaller sheets")
+    msg = (
+        f"the mesh has {whole}, and its matrix takes {size_gib:.1f} GiB, but at most "
+        f"{MOST_GIB:g} GiB is allowed; {', or '.join(advice)}."
+    )
+    raise GeometryError(msg)
 
 
 def _excitations(basis: SurfaceBasis, mesh: ReaderMesh) -> npt.NDArray[np.float64]:

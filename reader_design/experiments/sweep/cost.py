@@ -15,6 +15,7 @@ import numpy as np
 from octant.em.blocks import cores
 from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
 from octant.em.reader.fullwave.band import NODES
+from octant.em.reader.fullwave.surroundings import surroundings_size
 from octant.reader_design.experiments.sweep.plan import PlannedCell, SweepPlan
 from octant.reader_design.experiments.sweep.table import DONE, CellRow, missing_cells
 from octant.reader_design.setting.design import FULLWAVE
@@ -62,16 +63,14 @@ class CellCost:
     seconds: float
 
 
-def unknowns_of(design: Reader, frequency_hz: float, *, cells_per_wavelength: float) -> int:
+def unknowns_of(design: Reader, *, edge_m: float) -> int:
     """Return about how many unknowns the moment method has for a reader, within a third.
 
     Parameters
     ----------
-    design : Its sheets and antennas count; metal around it does not.
-    frequency_hz : Frequency that its mesh is made for [Hz].
-    cells_per_wavelength : Elements per wavelength [-].
+    design : Its sheets and antennas; `surroundings_size` counts what stands beside it.
+    edge_m : Edge length of its mesh [m].
     """
-    edge_m = SPEED_OF_LIGHT_M_PER_S / frequency_hz / cells_per_wavelength
     side_m, count = design.ground_plane_m, design.antennas
     filled = {"square": 1.0, "round": math.pi / 4.0, "octagon": 0.83}[design.ground_plane_shape]
     at_axis_m = design.plate_height_axis_m
@@ -108,10 +107,12 @@ def cell_cost(planned: PlannedCell) -> CellCost:
     model, channels = study.reader.response, len(study.radio.frequencies_hz)
     unknowns, memory, seconds = 0, PROCESS_BYTES, FREE_S + _room_seconds(planned.context)
     if model == FULLWAVE:
-        cells = study.reader.cells_per_wavelength
-        highest_hz = max(study.radio.frequencies_hz)
-        unknowns = unknowns_of(design, highest_hz, cells_per_wavelength=cells)
-        sectors = math.gcd(design.antennas, SECTORS.get(design.ground_plane_shape, design.antennas))
+        count = design.antennas
+        shortest_m = SPEED_OF_LIGHT_M_PER_S / max(study.radio.frequencies_hz)
+        edge_m = shortest_m / study.reader.cells_per_wavelength
+        beside, turns = surroundings_size(design.surroundings, edge_m=edge_m, antennas=count)
+        unknowns = unknowns_of(design, edge_m=edge_m) + beside
+        sectors = math.gcd(count, turns, SECTORS.get(design.ground_plane_shape, count))
         memory += 2.0 * 16.0 * unknowns**2 / sectors
         once = PATTERN_S + ASSEMBLY_S * unknowns**2 / sectors
         seconds += min(channels, NODES) * (once + FACTORS_S * unknowns**3 / sectors**2)

@@ -194,6 +194,24 @@ def test_metal_near_the_reader_reaches_its_design_and_changes_its_key():
     assert content_hash(design.as_dict()) != content_hash(plain.reader.as_dict())
 
 
+@pytest.mark.parametrize(
+    ("place", "off"),
+    [
+        ("[-0.15, -0.15, -0.2]", None),
+        ("[-0.2, -0.15, -0.2]", "5 cm off the reader's axis (x -5 cm, y +0 cm)"),
+        ("[0.0, 0.0, -0.25]", "21.2 cm off the reader's axis (x +15 cm, y +15 cm)"),
+        ("[1.0, 0.0, -0.25]", None),  # beside the reader, not under it
+    ],
+)
+def test_metal_under_the_reader_that_is_not_in_its_middle_is_told(place, off):
+    text = MINIMAL + NEAR.format(material="pec").replace("[-0.15, -0.15, -0.2]", place)
+    notes = parsed(text).reader.notes()
+    assert len(notes) == (off is not None)
+    if off is not None:
+        assert off in notes[0]
+        assert "position_m of a box is its lowest corner: [-0.15, -0.15, " in notes[0]
+
+
 def test_only_metal_may_stand_near_the_reader_and_only_full_wave_sees_it():
     assert "reader.object[0].material" in refusal(MINIMAL + NEAR.format(material="wood"))
     rays = '[reader]\nresponse = "rays"\n'

@@ -141,8 +141,7 @@ def test_the_mesh_has_the_readers_rotations(changes, sectors, antenna):
 
 def test_a_robot_below_the_reader_joins_the_mesh_and_ends_its_symmetry():
     robot = box((0.15, 0.10, 0.05), position_m=(-0.05, -0.05, -0.08), material="pec")
-    parts = robot if isinstance(robot, tuple) else (robot,)
-    mesh = reader_mesh(reader_body(), frequency_hz=FREQUENCY_HZ, surroundings=parts)
+    mesh = reader_mesh(reader_body(), frequency_hz=FREQUENCY_HZ, surroundings=(robot,))
     assert mesh.vertices_m[:, 2].min() == pytest.approx(-0.08)
     assert best_sectors(mesh.vertices_m, mesh.faces, (8, 4, 2)) == 1
     bare = reader_mesh(reader_body(), frequency_hz=FREQUENCY_HZ)
