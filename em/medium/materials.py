@@ -1,6 +1,7 @@
 """Building materials after ITU-R P.2040, perfect conductors, layered walls, and one's own."""
 
 import math
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -9,8 +10,15 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.em.constants import VACUUM_PERMITTIVITY_F_PER_M
-from octant.geometries.errors import MaterialRangeError
+from octant.geometries.errors import MaterialRangeError, PhysicsWarning
 from octant.geometries.names import nearest_name
+
+EXTRAPOLATION = 2.5
+"""Factor [-] by which a model is used beyond the frequencies that it was fitted to.
+
+P.2040 calls its limits indicative of the measurements, not hard. The factor brings the RFID bands
+at 433, 868 and 915 MHz within reach of what was fitted from 1 GHz on; beyond it a model is refused.
+"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -24,7 +32,8 @@ class Material:
     name : Name in the table, ``"pec"``, or one that describes a material of one's own.
     eps_r_a, eps_r_b : Relative permittivity a f^b [-].
     sigma_c_s_per_m, sigma_d : Conductivity c f^d [S/m].
-    frequency_range_hz : Frequencies [Hz] for which the model was fitted.
+    frequency_range_hz : Frequencies [Hz] for which the model was fitted; up to a factor of
+        `EXTRAPOLATION` beyond them it is extrapolated with a PhysicsWarning.
     thickness_m : Thickness [m] of a finite slab; None for a half-space.
     is_pec : Whether it is a perfect conductor; the numbers above then do not count.
     layers : Two or more layers of a wall, from the front, which the mesh's normal points to; the
@@ -93,7 +102,7 @@ class Material:
 
         Parameters
         ----------
-        frequency_hz : Frequency [Hz] within the range of every layer.
+        frequency_hz : Frequency [Hz] within reach of the range of every layer.
         """
         layers = self.layers or (self,)
         permittivity = np.array([m.relative_permittivity(frequency_hz) for m in layers])
@@ -107,7 +116,7 @@ class Material:
 
         Parameters
         ----------
-        frequency_hz : Frequency [Hz] within the material's range.
+        frequency_hz : Frequency [Hz] within reach of the material's range.
         """
         if self.layers:
             msg = (
@@ -115,14 +124,7 @@ class Material:
                 "own; ask for layer_stack."
             )
             raise MaterialRangeError(msg)
-        low, high = self.frequency_range_hz
-        if not (math.isfinite(frequency_hz) and frequency_hz > 0 and low <= frequency_hz <= high):
-            msg = (
-                f"material {self.name!r} is asked for at {frequency_hz / 1e9:g} GHz, but its model "
-                f"holds from {low / 1e9:g} to {high / 1e9:g} GHz; choose another frequency or give "
-                "a material {eps_r=, sigma_s_per_m=} of your own."
-            )
-            raise MaterialRangeError(msg)
+        self._check_range(frequency_hz)
         if self.is_pec:
             return complex(1.0, -math.inf)
         f_ghz = frequency_hz / 1e9
@@ -130,6 +132,25 @@ class Material:
         sigma = self.sigma_c_s_per_m * f_ghz**self.sigma_d
         omega = 2.0 * math.pi * frequency_hz
         return complex(eps_r, -sigma / (omega * VACUUM_PERMITTIVITY_F_PER_M))
+
+    def _check_range(self, frequency_hz: float) -> None:
+        """Warn of a frequency [Hz] beyond the model's range, refuse one far beyond."""
+        low, high = self.frequency_range_hz
+        near = low / EXTRAPOLATION <= frequency_hz <= high * EXTRAPOLATION
+        if not (math.isfinite(frequency_hz) and frequency_hz > 0.0 and near):
+            msg = (
+                f"material {self.name!r} is asked for at {frequency_hz / 1e9:g} GHz, but its model "
+                f"holds from {low / 1e9:g} to {high / 1e9:g} GHz and is extrapolated by a factor "
+                f"of {EXTRAPOLATION:g} at most; choose another frequency or give a material "
+                "{eps_r=, sigma_s_per_m=} of your own."
+            )
+            raise MaterialRangeError(msg)
+        if not low <= frequency_hz <= high:
+            msg = (
+                f"material {self.name!r} is extrapolated: its model was fitted from {low / 1e9:g} "
+                f"to {high / 1e9:g} GHz."
+            )
+            warnings.warn(msg, PhysicsWarning, stacklevel=3)
 
 
 def _itu(
@@ -158,7 +179,7 @@ _TABLE = (
     _itu("plywood", (2.71, 0.0, 0.33, 0.0), 1, 40),
     _itu("marble", (7.074, 0.0, 0.0055, 0.9262), 1, 60),
     _itu("floorboard", (3.66, 0.0, 0.0044, 1.3515), 50, 100),
-    _itu("metal", (1.0, 0.0, 1e7, 0.0), 1, 100),
+    Material(name="metal", sigma_c_s_per_m=1e7),  # from 1 to 100 GHz there; metal at any frequency
     _itu("very_dry_ground", (3.0, 0.0, 0.00015, 2.52), 1, 10),
     _itu("medium_dry_ground", (15.0, -0.1, 0.035, 1.63), 1, 10),
     _itu("wet_ground", (30.0, -0.4, 0.15, 1.30), 1, 10),

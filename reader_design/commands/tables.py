@@ -21,8 +21,8 @@ HERTZ_PER_GIGAHERTZ = 1e9
 def materials(frequency_ghz: float) -> None:
     """List the materials that a study can name, at one frequency.
 
-    Permittivity and conductivity follow ITU-R P.2040-4; a dash stands where the recommendation
-    gives no value at this frequency.
+    Permittivity and conductivity follow ITU-R P.2040-4. Outside the range that a model was fitted
+    to, up to a factor of 2.5, it is extrapolated; a dash stands where a study cannot use it.
     """
     from octant.reader_design.face.materials import materials as table
 
@@ -39,6 +39,8 @@ def materials(frequency_ghz: float) -> None:
         shown = "-" if math.isnan(eps_r) else f"{eps_r:.4g}"
         conducts = "-" if math.isnan(sigma) else f"{sigma:.4g}"
         valid = f"{low / 1e9:g} to {high / 1e9:g}" if math.isfinite(high) else "any"
+        if math.isfinite(eps_r) and not low <= data.attrs["frequency_hz"] <= high:
+            valid += " (extrapolated)"
         conducts = "infinite" if math.isinf(sigma) else conducts
         click.echo(f"{name:<20}{shown:>10}{conducts:>14}  {valid}")
 

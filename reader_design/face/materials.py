@@ -1,6 +1,7 @@
 """What needs no study: the table of materials, and what is wrong with a mesh."""
 
 import math
+import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -9,7 +10,7 @@ import numpy as np
 from octant.em.constants import VACUUM_PERMITTIVITY_F_PER_M
 from octant.em.medium.materials import material_table
 from octant.geometries.audit import MeshAudit, audit_mesh
-from octant.geometries.errors import MaterialRangeError
+from octant.geometries.errors import MaterialRangeError, PhysicsWarning
 from octant.reader_design.face.shown import text_html
 from octant.reader_design.showing.netcdf import variable
 
@@ -20,7 +21,8 @@ if TYPE_CHECKING:
 def materials(*, frequency_hz: float = 2.4e9) -> "xr.Dataset":
     """Return the materials that a room can name: permittivity, conductivity [S/m], range [Hz].
 
-    After ITU-R P.2040-4; NaN where it gives no value; infinite conductivity: a perfect conductor.
+    After ITU-R P.2040-4, a little beyond its range too; NaN where a study cannot use the model;
+    infinite conductivity: a perfect conductor.
 
     Parameters
     ----------
@@ -40,7 +42,9 @@ def materials(*, frequency_hz: float = 2.4e9) -> "xr.Dataset":
         eps_r, sigma = math.nan, math.inf if entry.is_pec else math.nan
         if not entry.is_pec:
             try:
-                permittivity = entry.relative_permittivity(frequency_hz)
+                with warnings.catch_warnings():
+                    warnings.simplefilter("ignore", PhysicsWarning)  # the table shows the range
+                    permittivity = entry.relative_permittivity(frequency_hz)
             except MaterialRangeError:
                 pass
             else:

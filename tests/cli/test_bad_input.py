@@ -51,7 +51,7 @@ def refusal(octant, study_file, tmp_path):
         (ROOM.replace("concrete", "concret") + TAG + MISSION, "'concrete'"),
         (ROOM + TAG + MISSION + "[reader]\nantenna_radius_m = 0.3\n", "0.3 m"),
         (ROOM + TAG.replace("0.5, 3.0", "0.5, 4.0") + MISSION, "outside the room"),
-        (ROOM + TAG + MISSION + "[radio]\nfrequency_hz = 200e9\n", "200 GHz"),
+        (ROOM + TAG + MISSION + "[radio]\nfrequency_hz = 300e9\n", "300 GHz"),
         (
             ROOM + CABINET + TAG.replace("2.0, 0.5, 3.0", "2.0, 2.2, 0.5") + MISSION,
             "inside a solid",

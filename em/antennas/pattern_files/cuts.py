@@ -5,7 +5,8 @@ The header's names say what a file is; columns may stand in any order, ``#`` ope
 - complex grid: ``theta_deg, phi_deg, f_theta_re, f_theta_im, f_phi_re, f_phi_im``, |F|^2 = gain;
 - gains: ``theta_deg, phi_deg, gain_theta_db, gain_phi_db`` or only ``gain_db`` (then all theta);
 - two cuts: ``cut, angle_deg, gain_db`` with ``horizontal`` (azimuth from the main direction +x,
-  counter-clockwise) and ``vertical`` (elevation in the plane of the main direction, upwards).
+  counter-clockwise; along the horizon, or through a tilted beam) and ``vertical`` (elevation in
+  the plane of the main direction, upwards).
 
 Further columns are optional: ``table`` and ``frequency_hz`` (a new value starts a new table),
 ``name``, ``kind`` (directivity, gain, realised_gain; gain where it is left out) and ``origin_x_m``,
@@ -30,7 +31,11 @@ from octant.em.antennas.pattern_files._lines import (
     read_lines,
     refusal,
 )
-from octant.em.antennas.pattern_files._two_cuts import TWO_CUTS_WARNING, closed_cut, spread_two_cuts
+from octant.em.antennas.pattern_files._two_cuts import (
+    closed_cut,
+    spread_two_cuts,
+    two_cuts_warnings,
+)
 from octant.em.antennas.pattern_files.common import (
     NO_PHASE_WARNING,
     PatternKind,
@@ -191,7 +196,7 @@ def _two_cuts(path: Path, group: _Group) -> PatternTable:
     source = f"{path}, line {group.line}"
     warnings = (
         NO_PHASE_WARNING.format(source=source),
-        TWO_CUTS_WARNING.format(source=source),
+        *two_cuts_warnings(source, *cuts),
         _ALL_THETA.format(source=source),
     )
     return _made(path, group, (theta_rad, phi_rad, pattern), False, warnings)

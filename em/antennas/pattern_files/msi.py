@@ -22,7 +22,11 @@ from octant.em.antennas.pattern_files._lines import (
     refusal,
     whole_number,
 )
-from octant.em.antennas.pattern_files._two_cuts import TWO_CUTS_WARNING, closed_cut, spread_two_cuts
+from octant.em.antennas.pattern_files._two_cuts import (
+    closed_cut,
+    spread_two_cuts,
+    two_cuts_warnings,
+)
 from octant.em.antennas.pattern_files.common import NO_PHASE_WARNING, PatternTable, amplitude
 
 DIPOLE_DBI = 2.15
@@ -51,7 +55,7 @@ def read_msi(path: Path) -> tuple[PatternTable, ...]:
     gain_dbi = _gain(path, content)
     horizontal, vertical = (_cut(path, content, name) for name in ("HORIZONTAL", "VERTICAL"))
     # clockwise and downwards in the file; the spreading counts counter-clockwise and upwards
-    turned = (np.roll(cut[::-1], 1) for cut in (horizontal, vertical))
+    turned = [np.roll(cut[::-1], 1) for cut in (horizontal, vertical)]
     theta_rad, phi_rad, level_db = spread_two_cuts(*turned)
     total = amplitude(np.minimum(gain_dbi + level_db, 100.0))
     share, notes = _polarisation(path, content)
@@ -68,7 +72,7 @@ def read_msi(path: Path) -> tuple[PatternTable, ...]:
             source=source,
             warnings=(
                 NO_PHASE_WARNING.format(source=path),
-                TWO_CUTS_WARNING.format(source=path),
+                *two_cuts_warnings(str(path), *turned),
                 *notes,
             ),
         ),

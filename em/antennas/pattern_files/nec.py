@@ -36,6 +36,7 @@ from octant.em.decibels import decibels
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[EeDd][-+]?\d+)?"
 _AGREEMENT_DB = 0.1
+_COLUMNS = 11
 _THETA, _PHI, _TOTAL, _E_THETA, _E_PHI = 0, 1, 4, 7, 9
 
 
@@ -58,6 +59,7 @@ class _Table:
     line: int
     state: _State
     rows: list[Row] = field(default_factory=list)
+    end: int = 0  # the line that ended it
 
 
 def read_nec(path: Path) -> tuple[PatternTable, ...]:
@@ -93,7 +95,7 @@ def read_nec(path: Path) -> tuple[PatternTable, ...]:
             _input_line(state, upper)
         elif section == "budget":
             _budget_line(path, line, state, upper)
-        elif section in ("head", "rows"):
+        elif section in ("head", "rows", "after"):
             section = _pattern_line(path, line, upper, tables[-1], section)
     if not tables:
         what = "no 'RADIATION PATTERNS' table is in the listing; add an RP card and run it again."
@@ -120,8 +122,21 @@ def _budget_line(path: Path, line: int, state: _State, text: str) -> None:
 
 
 def _pattern_line(path: Path, line: int, text: str, table: _Table, section: str) -> str:
-    """Take one line of a pattern table; return the section that goes on."""
-    if section == "rows" and not text:
+    """Take one line of a pattern table; return the section that goes on.
+
+    A line that does not begin with a number ends the rows: a blank one, or the echo of the next
+    card, which nec2c prints without one. Rows that go on after it are refused.
+    """
+    tokens = text.split()
+    if section != "head" and not re.fullmatch(_NUMBER, tokens[0] if tokens else ""):
+        table.end = table.end or line
+        return "after" if section == "rows" or not tokens else ""
+    if section == "after":
+        if len(tokens) in (_COLUMNS, _COLUMNS + 1):
+            what = (
+                "the line is no row of the pattern, but rows follow it; correct it or take it out."
+            )
+            raise refusal(path, table.end, what)
         return ""
     spread = re.search(rf"EXP\(-JKR\)/R ?[=:] ?({_NUMBER}) AT PHASE ?[=:]? ?({_NUMBER})", text)
     if spread:
@@ -132,10 +147,9 @@ def _pattern_line(path: Path, line: int, text: str, table: _Table, section: str)
     elif "DIRECTIVE GAIN" in text:
         table.state.directive = True
     elif section == "rows" or re.match(rf"{_NUMBER} ", text):
-        tokens = text.split()
-        if len(tokens) == 12 and tokens[7].isalpha():
+        if len(tokens) == _COLUMNS + 1 and tokens[7].isalpha():
             del tokens[7]  # the sense of polarisation, blank where there is no field
-        table.rows.append(numbers(path, line, tokens, 11))
+        table.rows.append(numbers(path, line, tokens, _COLUMNS))
         return "rows"
     return section
 

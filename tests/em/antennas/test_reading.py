@@ -5,6 +5,8 @@ import warnings
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from pattern_texts import DIPOLE_DBI, F_HZ, TEXTS, dipole_e, ffe_text, ffs_text, msi_text, nec_text
 
 from octant.em.antennas.pattern_files.common import PatternTable, mean_over_sphere
@@ -195,6 +197,30 @@ def test_nec_runs_at_one_frequency_keep_their_own_power_and_impedance(write):
     np.testing.assert_allclose(one.field, two.field, atol=1e-5)
 
 
+@pytest.mark.parametrize(
+    "echo",
+    [
+        "  DATA CARD No:   7 FR  0     1     0      0  2.4E+03 0.0E+00  0.0 0.0 0.0 0.0",
+        "***** DATA CARD NO.  3  XQ   0     0     0     0  0.00000E+00",
+        "AVERAGE POWER GAIN=  1.00023E+00   SOLID ANGLE USED IN AVERAGING=( 4.0000)*PI STERADIANS.",
+        "",
+    ],
+)
+def test_nec_table_ends_at_any_line_that_is_no_row_of_numbers(echo, write):
+    (plain,) = read_pattern(write("a.out", nec_text()))
+    text = nec_text().rstrip().removesuffix("RUN TIME =      0.010").rstrip() + f"\n{echo}\n"
+    one, two = read_pattern(write("b.out", text + nec_text(power_w=0.5)))
+    for table in (one, two):
+        np.testing.assert_allclose(table.field, plain.field, rtol=1e-5, atol=1e-7)
+
+
+def test_nec_rows_after_a_line_in_between_are_refused_at_that_line(write):
+    lines = nec_text().splitlines()
+    lines.insert(100, "x" + lines[100])
+    with pytest.raises(PatternFileError, match=r"bad\.out, line 101: .* rows follow it"):
+        read_pattern(write("bad.out", "\n".join(lines)))
+
+
 def test_nec_without_power_budget_goes_by_the_gain_column(write):
     (table,) = read_pattern(write("a.out", nec_text(budget=False)))
     assert 10 * np.log10(table.gain.max()) == pytest.approx(DIPOLE_DBI, abs=5e-3)
@@ -233,6 +259,56 @@ def test_msi_horizontal_runs_clockwise_and_vertical_downwards(write):
     assert np.degrees(table.phi_rad[np.argmax(horizon)]) == pytest.approx(330.0)
     front = table.gain[:, 0]
     assert np.degrees(table.theta_rad[np.argmax(front)]) == pytest.approx(150.0)
+
+
+def sector(tilt_deg, *, behind_db=30.0):
+    """A sector antenna's losses [dB], the horizontal cut through its tilted beam, 3GPP's form."""
+
+    def loss(angle_deg, width_deg, most_db):
+        off_deg = (angle_deg + 180.0) % 360.0 - 180.0
+        return np.minimum(12.0 * (off_deg / width_deg) ** 2, most_db)
+
+    angle = np.arange(360.0)
+    return loss(angle, 65.0, behind_db), loss(angle - tilt_deg, 10.0, 30.0)
+
+
+def sector_text(horizontal_db, vertical_db):
+    lines = ["NAME sector", "FREQUENCY 2400", "GAIN 15 dBi", "POLARIZATION VERTICAL"]
+    for name, cut in (("HORIZONTAL", horizontal_db), ("VERTICAL", vertical_db)):
+        lines += [f"{name} 360", *(f"{a} {x:.4f}" for a, x in enumerate(cut))]
+    return "\n".join(lines)
+
+
+@pytest.mark.parametrize("behind_db", [30.0, 22.0])
+@given(tilt_deg=st.integers(-20, 20).filter(bool))
+def test_msi_vertical_cut_of_a_tilted_beam_comes_out(behind_db, tilt_deg, write):
+    horizontal, vertical = sector(tilt_deg, behind_db=behind_db)
+    with pytest.warns(PhysicsWarning) as caught:
+        (table,) = read_pattern(write("a.msi", sector_text(horizontal, vertical)))
+    said = "".join(str(w.message) for w in caught)
+    assert f"disagree by {vertical[0]:.1f} dB in front and {30.0 - behind_db:.1f} dB behind" in said
+    level = 10 * np.log10(table.gain)
+    down = np.arange(-90, 91)  # depression in front; behind the cut goes on
+    np.testing.assert_allclose(level[90 + down, 0], 15.0 - vertical[down], atol=1e-3)
+    np.testing.assert_allclose(level[90 + down, 180], 15.0 - vertical[180 - down], atol=1e-3)
+
+
+def test_msi_cuts_that_differ_behind_alone_keep_the_horizontal_one(write):
+    horizontal, vertical = sector(0, behind_db=24.0)
+    with pytest.warns(PhysicsWarning) as caught:
+        (table,) = read_pattern(write("a.msi", sector_text(horizontal, vertical)))
+    assert any("0.0 dB in front and 6.0 dB behind" in str(w.message) for w in caught)
+    np.testing.assert_allclose(10 * np.log10(table.gain[90]), 15.0 - horizontal, atol=1e-3)
+
+
+def test_msi_cuts_that_agree_both_come_out_and_say_nothing_of_it(write):
+    horizontal, vertical = sector(0)
+    with pytest.warns(PhysicsWarning) as caught:
+        (table,) = read_pattern(write("a.msi", sector_text(horizontal, vertical)))
+    assert not any("disagree" in str(w.message) for w in caught)
+    level = 10 * np.log10(table.gain)
+    np.testing.assert_allclose(level[90], 15.0 - horizontal, atol=1e-3)
+    np.testing.assert_allclose(level[:, 0], 15.0 - vertical[np.arange(-90, 91)], atol=1e-3)
 
 
 def test_msi_of_a_band_has_no_single_frequency_and_may_lack_the_name_keyword(write):

@@ -2,8 +2,8 @@ import math
 
 import pytest
 
-from octant.em.medium.materials import material, material_table
-from octant.geometries.errors import MaterialRangeError
+from octant.em.medium.materials import EXTRAPOLATION, material, material_table
+from octant.geometries.errors import MaterialRangeError, PhysicsWarning
 
 # ITU-R P.2040 as given independently: a, b, c, d with f in GHz.
 P2040 = {
@@ -62,7 +62,39 @@ def test_bad_materials_say_what_is_allowed(spec, words):
         material(spec)
 
 
-@pytest.mark.parametrize("frequency_hz", [0.5e9, 101e9, 0.0, -1.0, math.nan])
-def test_frequency_outside_the_table_is_refused(frequency_hz):
+@pytest.mark.parametrize("frequency_hz", [0.39e9, 251e9, 0.0, -1.0, math.nan, math.inf])
+def test_frequency_far_outside_the_table_is_refused(frequency_hz):
     with pytest.raises(MaterialRangeError, match="holds from 1 to 100 GHz"):
         material("concrete").relative_permittivity(frequency_hz)
+
+
+def test_concrete_in_the_uhf_band_follows_its_fit_with_a_warning():
+    with pytest.warns(PhysicsWarning, match="'concrete' is extrapolated: .* from 1 to 100 GHz"):
+        eps = material({"name": "concrete", "thickness_m": 0.1}).relative_permittivity(0.868e9)
+    assert eps.real == 5.24
+    assert -eps.imag == pytest.approx(17.98 * 0.0462 * 0.868**0.7822 / 0.868, rel=1e-3)
+
+
+@pytest.mark.parametrize("frequency_hz", [13.56e6, 0.868e9, 2.4e9, 300e9])
+def test_metal_reflects_all_at_any_frequency_without_a_warning(frequency_hz):
+    eps = material("metal").relative_permittivity(frequency_hz)
+    index = eps**0.5
+    assert abs((1 - index) / (1 + index)) > 0.99
+
+
+@pytest.mark.parametrize("entry", material_table(), ids=lambda m: m.name)
+def test_each_model_holds_warns_or_is_refused_by_its_range_alone(entry):
+    low, high = entry.frequency_range_hz
+    if not (low > 0.0 and math.isfinite(high)):
+        assert entry.relative_permittivity(1.0).real == 1.0
+        return
+    for f in (low, math.sqrt(low * high), high):
+        entry.relative_permittivity(f)
+    for f in (low / EXTRAPOLATION, 0.999 * low, 1.001 * high, high * EXTRAPOLATION):
+        with pytest.warns(PhysicsWarning, match=entry.name):
+            eps = entry.relative_permittivity(f)
+        assert eps.real >= 1.0
+        assert eps.imag <= 0.0
+    for f in (0.999 * low / EXTRAPOLATION, 1.001 * high * EXTRAPOLATION):
+        with pytest.raises(MaterialRangeError, match=entry.name):
+            entry.relative_permittivity(f)
