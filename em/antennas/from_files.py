@@ -13,7 +13,12 @@ from octant.em.antennas.embedded import GRID_STEP_DEG, ReaderResponse
 from octant.em.antennas.kinds import Antenna
 from octant.em.antennas.pattern_files.common import PatternTable, mean_over_sphere
 from octant.em.antennas.pattern_files.reading import read_pattern
-from octant.em.antennas.pattern_files.resample import Outside, half_turn_steps, response_pattern
+from octant.em.antennas.pattern_files.resample import (
+    Outside,
+    half_turn_steps,
+    response_pattern,
+    turned,
+)
 from octant.em.directions import angle_grid
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import PatternFileError, PhysicsWarning
@@ -25,6 +30,9 @@ WIDEST_INTERPOLATION = 0.05
 """Relative distance [-] of two tables up to which patterns are interpolated between them."""
 
 _MOST_EFFICIENCY = 1.05
+_DIRECTIVE = 0.1
+"""Share [-] of a pattern's power over azimuth in its first harmonic, from which it faces one way:
+the length of the mean of unit vectors, weighted by power; 0 where it is equal all around."""
 
 
 def reader_from_pattern_files(
@@ -33,6 +41,7 @@ def reader_from_pattern_files(
     azimuths_rad: npt.ArrayLike,
     frequency_hz: float,
     phase_centres_m: npt.ArrayLike | None = None,
+    turns_rad: npt.ArrayLike = 0.0,
     load_ohm: float = 50.0,
     incident_power_w: float | None = None,
     step_deg: float = GRID_STEP_DEG,
@@ -41,7 +50,9 @@ def reader_from_pattern_files(
     """Return a reader's response that is given entirely by pattern files (model ``files``).
 
     Files that are malformed, leave directions open or miss the frequency are refused. What they
-    leave open (phase, realised gain, more power out than in) is warned of and kept in its warnings.
+    leave open (phase, realised gain, more power out than in) and what is not likely (one file for
+    several antennas, a pattern that faces away from its antenna) is warned of and kept in its
+    warnings.
 
     Parameters
     ----------
@@ -51,6 +62,8 @@ def reader_from_pattern_files(
         apart around it, interpolated linearly.
     phase_centres_m : (n, 3) float — Where each antenna stands [m]: the phase is moved there, which
         keeps tables smooth; patterns without phase are centred there. None: the reader's centre.
+    turns_rad : (n,) float, or one for all — Turn of each file about the reader's axis [rad], origin
+        and phase with it: the antennas' azimuths where all files are of antenna 1.
     load_ohm : Load [ohm] of realised gain where a file gives the input impedance.
     incident_power_w : Power [W] behind files that do not tell it; see `read_pattern`.
     step_deg : Step [deg] of the response's grid; must divide 180 deg.
@@ -73,14 +86,17 @@ def reader_from_pattern_files(
         shape=(n, 3),
         error=PatternFileError,
     )
+    turns = frozen_array(
+        np.broadcast_to(turns_rad, (n,)), name="turns_rad", shape=(n,), error=PatternFileError
+    )
     half_turn = half_turn_steps(step_deg)
     notes: dict[str, None] = {}
     patterns = []
-    for path, centre_m in zip(paths, centres, strict=True):
+    for path, centre_m, turn_rad in zip(paths, centres, turns.tolist(), strict=True):
         pattern = np.zeros((2, half_turn + 1, 2 * half_turn), dtype=np.complex128)
         parts = _at_frequency(Path(path), frequency_hz, incident_power_w, notes)
         for weight, table in parts:
-            matched = _realised(table, load_ohm, notes)
+            matched = turned(_realised(table, load_ohm, notes), turn_rad)
             pattern += weight * response_pattern(
                 matched,
                 frequency_hz=table.frequency_hz or frequency_hz,
@@ -91,6 +107,8 @@ def reader_from_pattern_files(
             )
         _check_power(Path(path), pattern, notes)
         patterns.append(pattern)
+    if n > 1:
+        _check_directions(paths, turns, azimuths, np.stack(patterns), notes)
     for text in notes:
         warnings.warn(text, PhysicsWarning, stacklevel=2)
     return ReaderResponse(
@@ -184,8 +202,8 @@ def _realised(table: PatternTable, load_ohm: float, notes: dict[str, None]) -> P
             msg = f"{table.source}: input impedance {z:.4g} ohm gives power away; check the feed."
             raise PatternFileError(msg)
         return replace(table, field=table.field * math.sqrt(passed), kind="realised_gain")
-    left = "losses and mismatch" if table.kind == "directivity" else "mismatch"
-    notes[f"{table.source} holds {table.kind}, not realised gain: {left} are left out"] = None
+    left = "losses and mismatch are" if table.kind == "directivity" else "mismatch is"
+    notes[f"{table.source} holds {table.kind}, not realised gain: {left} left out"] = None
     return table
 
 
@@ -195,6 +213,42 @@ def _check_power(path: Path, pattern: npt.NDArray[np.complex128], notes: dict[st
     share = mean_over_sphere(*angle_grid(*pattern.shape[1:]), gain)
     if share > _MOST_EFFICIENCY:
         text = f"{path} radiates {share:.3g} times the power that comes in: its level is in doubt"
+        notes[text] = None
+
+
+def _check_directions(
+    paths: Sequence[str | Path],
+    turns_rad: npt.NDArray[np.float64],
+    azimuths_rad: npt.NDArray[np.float64],
+    patterns: npt.NDArray[np.complex128],
+    notes: dict[str, None],
+) -> None:
+    """Note antennas of one file, and patterns that face away from their antenna's azimuth."""
+    given: dict[tuple[str, float], list[int]] = {}
+    for number, (path, turn_rad) in enumerate(zip(paths, turns_rad.tolist(), strict=True), start=1):
+        given.setdefault((str(path), turn_rad), []).append(number)
+    for (path, _), numbers in given.items():
+        if len(numbers) > 1:
+            text = (
+                f"{path} is the file of antennas {', '.join(map(str, numbers))}, which then all "
+                "receive alike: a file is in the reader's frame, and that of one antenna has to be "
+                'turned to each (reader.pattern_turn = "each")'
+            )
+            notes[text] = None
+    theta, phi = angle_grid(*patterns.shape[2:])
+    around = np.einsum("nctp,t->np", np.abs(patterns) ** 2, np.sin(theta))
+    mean = around @ np.exp(1j * phi) / np.maximum(around.sum(axis=1), 1e-300)
+    off_rad = np.abs(np.angle(mean * np.exp(-1j * azimuths_rad)))
+    wrong = np.flatnonzero((np.abs(mean) > _DIRECTIVE) & (off_rad > math.pi / len(azimuths_rad)))
+    if wrong.size:
+        first = int(wrong[0])
+        text = (
+            f"the patterns of antennas {', '.join(str(i + 1) for i in wrong)} face away from where "
+            f"these stand, by more than half a sector: antenna {first + 1} stands at azimuth "
+            f"{math.degrees(azimuths_rad[first]):.0f} deg, {paths[first]} is strongest around "
+            f"{math.degrees(float(np.angle(mean[first]))) % 360.0:.0f} deg: are files and antennas "
+            "in the same order and frame?"
+        )
         notes[text] = None
 
 

@@ -53,7 +53,8 @@ def reader(
 
     loaded = load_study(study)
     chosen = model or loaded.reader.response
-    loaded = replace(loaded, reader=replace(loaded.reader, response=chosen))
+    files = {} if chosen == "files" else {"pattern_files": (), "pattern_turn": "none"}
+    loaded = replace(loaded, reader=replace(loaded.reader, response=chosen, **files))
     check_step(step_deg, name="--step-deg")
     if convergence and chosen != "fullwave":
         msg = (
@@ -79,7 +80,7 @@ def reader(
     with progress.track(solved.figures(), label="figures") as figures:
         for name, figure in figures:
             save_figure(figure, out / "figures" / f"{name}.png")
-    for line in (solved.alone_line(), *solved.lines()):
+    for line in (*solved.alone_lines(), *solved.lines()):
         click.echo(line)
     if convergence:
         for line in solved.convergence_lines(progress=progress):

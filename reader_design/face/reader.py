@@ -418,11 +418,10 @@ class SolvedReader:
         design = self.design
         label = design.label()
         theta, phi, pattern = self.sampled(number, FIGURE_STEP_DEG)
-        single = self._alone_gain(theta, phi)
-        yield (
-            "element",
-            element_figure(theta, phi, single, title=f"A single {design.antenna}, alone"),
-        )
+        if design.response != "files":
+            single = self._alone_gain(theta, phi)
+            title = f"A single {design.antenna}, alone"
+            yield "element", element_figure(theta, phi, single, title=title)
         yield "cuts", self.plot(number)
         gain = gain_dbi(pattern[0])
         yield "gain_antenna_1", gain_figure(theta, phi, gain, title=f"Antenna 1: {label}")
@@ -455,13 +454,15 @@ class SolvedReader:
         title = f"All antennas: {self.design.label()}"
         return cuts_figure(phi, cuts, response.azimuths_rad, title=title)
 
-    def alone_line(self) -> str:
-        """Return impedance and gain of one antenna alone, in one sentence."""
+    def alone_lines(self) -> Iterator[str]:
+        """Yield impedance and gain of one antenna alone, in one sentence; nothing of files."""
+        if self.design.response == "files":
+            return
         theta, phi, _ = self._samples[0]
         alone, design = self.alone, self.design
         z, top = alone.input_impedance_ohm[0], float(self._alone_gain(theta, phi).max())
         accepted = 10.0 * math.log10(float(alone.accepted_share[0]))
-        return (
+        yield (
             f"A single {design.antenna} alone: {z.real:.1f}{z.imag:+.1f}j ohm, gain {top:.2f} dBi, "
             f"realised at {design.load_ohm:g} ohm {top + accepted:.2f} dBi."
         )

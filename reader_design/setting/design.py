@@ -78,9 +78,12 @@ def response_at(reader: Reader, frequency_hz: float, model: str | None = None) -
         from octant.em.antennas.from_files import reader_from_pattern_files
 
         body = reader.body()  # only places the antennas
+        each = reader.pattern_turn == "each"
+        files = reader.pattern_files
         return reader_from_pattern_files(
-            reader.pattern_files,
+            files * reader.antennas if each and len(files) == 1 else files,
             azimuths_rad=body.element_azimuths_rad,
+            turns_rad=body.element_azimuths_rad if each else 0.0,
             frequency_hz=frequency_hz,
             phase_centres_m=body.element_feet_m,
             load_ohm=reader.load_ohm,

@@ -172,11 +172,18 @@ def _check_pattern_files(reader: Reader) -> None:
                 f'{reader.response!r}; set reader.response = "files", or leave the files out.'
             )
             raise ConfigError(msg)
+        if reader.pattern_turn != "none":
+            msg = (
+                f"reader.pattern_turn is {reader.pattern_turn!r}, but reader.response is "
+                f'{reader.response!r}; set reader.response = "files", or leave the turn out.'
+            )
+            raise ConfigError(msg)
         return
-    if given != reader.antennas:
+    if given != reader.antennas and not (given == 1 and reader.pattern_turn == "each"):
         msg = (
             f"reader.pattern_files names {given} files, but the reader has {reader.antennas} "
-            "antennas; give one file for each, in their order."
+            "antennas; give one file for each, in their order, or the one of antenna 1 with "
+            'reader.pattern_turn = "each".'
         )
         raise ConfigError(msg)
 

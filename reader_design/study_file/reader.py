@@ -3,6 +3,7 @@
 It is also what sweeps, searches and tolerances vary: a design *is* such a table.
 """
 
+from pathlib import PurePath
 from typing import Annotated, Any, Literal, TypedDict
 
 import msgspec
@@ -19,7 +20,9 @@ from octant.reader_design.study_file.room import Name, NotNegative, Positive, Ro
 ReaderAntenna = Literal["dipole", "monopole"]
 ReaderModel = Literal["fullwave", "rays", "isolated", "files"]
 
-HOW_SOLVED = ("cells_per_wavelength", "response", "pattern_files", "objects")
+PatternTurn = Literal["none", "each"]
+
+HOW_SOLVED = ("cells_per_wavelength", "response", "pattern_files", "pattern_turn", "objects")
 """Keys that do not describe what is built, but how it is solved and what stands near."""
 
 
@@ -61,7 +64,11 @@ class Reader(Table, frozen=True, kw_only=True):
         which know neither load, wire nor feed: how the reader's own body enters. ``files``: the
         reader is given entirely by ``pattern_files``.
     pattern_files : One file an antenna, measured or from another solver (FEKO .ffe, HFSS .ffd, CST
-        .ffs, NEC output, MSI/Planet, CSV), in the order of the antennas and in the reader's frame.
+        .ffs, NEC output, MSI/Planet, CSV), in the order of the antennas and in the reader's frame
+        (antenna 1 along +x).
+    pattern_turn : ``none``: files as they are; ``each``: each file is that of antenna 1, with its
+        main direction along +x as in MSI/Planet files, and is turned to its antenna's azimuth,
+        phase and origin with it; a single file then does for all antennas.
     objects : The tables ``[[reader.object]]``: metal near the reader that rides with it, such as
         the robot's body, in the reader's frame (origin at the ground plane's centre, z up). A box
         is placed by its lowest corner: one of a x b stands in the middle at x = -a/2, y = -b/2.
@@ -86,14 +93,21 @@ class Reader(Table, frozen=True, kw_only=True):
     cells_per_wavelength: Annotated[float, Meta(ge=4.0, le=40.0)] = 10.0
     response: ReaderModel = "fullwave"
     pattern_files: tuple[Name, ...] = ()
+    pattern_turn: PatternTurn = "none"
     objects: tuple[RoomObject, ...] = msgspec.field(default=(), name="object")
 
     def label(self) -> str:
         """Return the human name, for example ``dipole r_a = 10 cm h_p = 8 cm``."""
-        return (
-            f"{self.antenna} r_a = {100.0 * self.antenna_radius_m:.4g} cm "
-            f"h_p = {100.0 * self.plate_height_m:.4g} cm"
-        )
+        radius = f"r_a = {100.0 * self.antenna_radius_m:.4g} cm"
+        if self.response != "files":
+            return f"{self.antenna} {radius} h_p = {100.0 * self.plate_height_m:.4g} cm"
+        names = [PurePath(file).name for file in self.pattern_files]
+        return f"files {' ... '.join(dict.fromkeys(names[:1] + names[-1:]))} {radius}"
+
+    @property
+    def antenna_kind(self) -> str:
+        """What the antennas are: ``dipole``, ``monopole``, or ``files`` where these say it."""
+        return "files" if self.response == "files" else self.antenna
 
     @property
     def surroundings(self) -> tuple[Body, ...]:

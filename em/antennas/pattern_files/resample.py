@@ -1,6 +1,7 @@
 """Patterns on other grids: around in phi, over the poles in theta, phase moved to any centre."""
 
 import math
+from dataclasses import replace
 from typing import Literal, get_args
 
 import numpy as np
@@ -32,6 +33,30 @@ def half_turn_steps(step_deg: float) -> int:
         msg = f"step_deg = {step_deg} deg does not divide 180 deg; give a step such as 1.5 deg."
         raise PatternFileError(msg)
     return steps
+
+
+def turned(table: PatternTable, turn_rad: float) -> PatternTable:
+    """Return a table turned about its z axis, its origin with it.
+
+    Parameters
+    ----------
+    table : The pattern.
+    turn_rad : Turn from +x towards +y [rad].
+    """
+    if turn_rad == 0.0:
+        return table
+    around = 2.0 * math.pi
+    phi = np.mod(table.phi_rad + turn_rad, around)
+    phi[around - phi < 1e-9] = 0.0  # rounding must not leave the seam's direction behind it
+    order = np.argsort(phi)
+    c, s = math.cos(turn_rad), math.sin(turn_rad)
+    x, y, z = np.asarray(table.origin_m)
+    return replace(
+        table,
+        phi_rad=phi[order],
+        field=table.field[:, :, order],
+        origin_m=(c * x - s * y, s * x + c * y, z),
+    )
 
 
 def move_phase(

@@ -86,7 +86,7 @@ def thesis_claims(
     places = {candidates[index].key: place for place, index in enumerate(choice.ranking)}
     table: dict[tuple[str, float, float], Cell] = {
         (
-            c.design.antenna,
+            c.design.antenna_kind,
             round(c.design.antenna_radius_m, 6),
             round(c.design.plate_height_m, 6),
         ): c

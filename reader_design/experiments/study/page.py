@@ -225,6 +225,12 @@ def _scores_section(content: StudyContent) -> ReportSection:
 
 def _design_points(content: StudyContent) -> tuple[str, ...]:
     design = content.chosen_cell.design
+    if design.response == "files":
+        turn = ", turned to each antenna's azimuth" if design.pattern_turn == "each" else ""
+        return (
+            f"{design.antennas} antennas, given by {design.label()} from the axis{turn}",
+            f"{100 * design.height_m:.4g} cm above the floor",
+        )
     element = design.element(content.context.study.radio.frequency_hz)
     points = [
         (

@@ -172,7 +172,7 @@ def _sweep_variables(content: StudyContent) -> "dict[str, xr.Variable]":
             ["design"], [c.design.plate_height_m for c in cells], units="m", long_name="h_p"
         ),
         "antenna_kind": variable(
-            ["design"], [c.design.antenna for c in cells], units="1", long_name="antenna type"
+            ["design"], [c.design.antenna_kind for c in cells], units="1", long_name="antenna type"
         ),
         "design_parameters": variable(
             ["design"],

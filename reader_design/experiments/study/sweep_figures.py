@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 import numpy.typing as npt
 
+from octant.em.antennas.kinds import Antenna
 from octant.reader_design.experiments.study.choice_plots import (
     ParallelAxis,
     ParetoScore,
@@ -69,9 +70,11 @@ def sweep_figures(
     good = [c for c in cells if c.free is not None]
     if len(candidates) > 1:
         yield from _comparisons(good, candidates, choice)
-    for kind in dict.fromkeys(c.design.antenna for c in good):
-        shown = [c for c in good if c.design.antenna == kind][:MOST_PANELS]
-        yield from _antenna_figures(kind, shown, frequency_hz)
+    for kind in dict.fromkeys(c.design.antenna_kind for c in good):
+        shown = [c for c in good if c.design.antenna_kind == kind][:MOST_PANELS]
+        if kind != "files":
+            yield _element_figure(kind, shown[0].design.element(frequency_hz))
+        yield _distance_figure(kind, shown)
 
 
 def _comparisons(
@@ -170,20 +173,20 @@ def parameter_axes(designs: Sequence[Reader]) -> list[ParallelAxis]:
     return axes
 
 
-def _antenna_figures(
-    kind: str, shown: Sequence[Cell], frequency_hz: float
-) -> Iterator[NamedFigure]:
-    """Yield the pattern of one type of antenna and the RSS of its designs against distance."""
-    element = shown[0].design.element(frequency_hz)
-    thesis = {"dipole": ("5.8", "5.9"), "monopole": ("5.10", "5.11")}[kind]
+THESIS_FIGURES = {"dipole": ("5.8", "5.9"), "monopole": ("5.10", "5.11")}
+"""Numbers of the thesis' figures of one antenna and of RSS against distance [-]."""
+
+
+def _element_figure(kind: str, element: Antenna) -> NamedFigure:
+    """Return the pattern of one antenna of a kind."""
     cm = f"{100.0 * element.length_m:.3g} cm"
-    yield NamedFigure(
+    return NamedFigure(
         file=f"pattern_{kind}.png",
         section="sweep",
         title=f"Pattern of one {kind}",
-        caption=f"Gain of one {kind} of {cm} alone at {frequency_hz / 1e9:g} GHz (thesis Fig. "
-        f"{thesis[0]}): nothing along its axis, so a reader right under a tag hears almost "
-        "nothing"
+        caption=f"Gain of one {kind} of {cm} alone at {element.frequency_hz / 1e9:g} GHz (thesis "
+        f"Fig. {THESIS_FIGURES[kind][0]}): nothing along its axis, so a reader right under a tag "
+        "hears almost nothing"
         + (
             "; below its ground plane there is none."
             if kind == "monopole"
@@ -191,20 +194,26 @@ def _antenna_figures(
         ),
         figure=element_pattern_figure(element, title=f"Gain of a {kind} of {cm}"),
     )
+
+
+def _distance_figure(kind: str, shown: Sequence[Cell]) -> NamedFigure:
+    """Return the RSS of the designs of one kind of antenna against distance."""
     heights = len({c.design.plate_height_m for c in shown})
     panels = [DistancePanel(title="\n".join(_panel_title(c)), rss_w=c.travel_rss_w) for c in shown]
-    yield NamedFigure(
+    thesis = f" (thesis Fig. {THESIS_FIGURES[kind][1]})" if kind in THESIS_FIGURES else ""
+    designs = "designs from files" if kind == "files" else f"{kind} designs"
+    return NamedFigure(
         file=f"rss_distance_{kind}.png",
         section="sweep",
-        title=f"RSS against distance, {kind}s",
+        title=f"RSS against distance, {'readers from files' if kind == 'files' else kind + 's'}",
         caption="What each antenna receives in free space while the robot moves away from the "
-        f"point under the tag with antenna 1 facing the tag (thesis Fig. {thesis[1]}); a good "
+        f"point under the tag with antenna 1 facing the tag{thesis}; a good "
         "design keeps antenna 1 on top and the curves apart.",
         figure=rss_distance_figure(
             shown[0].travel_m,
             panels,
             columns=min(heights if heights > 1 else 3, len(shown), 4),
-            title=f"RSS of the {kind} designs, antenna 1 towards the tag",
+            title=f"RSS of the {designs}, antenna 1 towards the tag",
         ),
     )
 
@@ -212,9 +221,8 @@ def _antenna_figures(
 def _panel_title(cell: Cell) -> Iterator[str]:
     """Yield the lines that tell a cell from others of its antenna, lengths in cm."""
     design = cell.design
-    yield (
-        f"r_a = {100 * design.antenna_radius_m:.4g} cm, h_p = {100 * design.plate_height_m:.4g} cm"
-    )
+    height = f", h_p = {100 * design.plate_height_m:.4g} cm" if design.response != "files" else ""
+    yield f"r_a = {100 * design.antenna_radius_m:.4g} cm{height}"
     yield from textwrap.wrap(cell.label.removeprefix(design.label()).strip(), PANEL_LETTERS)
 
 

@@ -5,6 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from pattern_texts import msi_text, nec_text
 
 from octant.em.antennas.from_files import pattern_tables, reader_from_pattern_files
@@ -12,6 +14,7 @@ from octant.em.antennas.kinds import make_antenna
 from octant.em.antennas.pattern_files.common import PatternTable
 from octant.em.antennas.pattern_files.cuts import write_csv
 from octant.em.antennas.pattern_files.ffe import write_ffe
+from octant.em.antennas.pattern_files.resample import resample, turned
 from octant.em.reader.response import reader_response, sector_response
 from octant.geometries.errors import PatternFileError, PhysicsWarning
 from octant.geometries.reader_body import reader_body
@@ -135,11 +138,62 @@ def test_files_without_phase_are_loud_and_centred_on_their_antennas(write):
     text = " ".join(str(w.message) for w in caught)
     assert "holds no phase" in text
     assert "not realised gain" in text
-    assert len(caught) == len(reader.warnings) == 3
+    assert "is the file of antennas 1, 2, 3, 4, 5, 6, 7, 8" in text
+    assert len(caught) == len(reader.warnings) == 4
     f = reader.far_field(np.pi / 2, np.radians(20.0))[:, 0]
     k = 2 * np.pi * F_HZ / 299792458.0
     turn = np.exp(1j * k * 0.1 * np.cos(AZIMUTHS - np.radians(20.0)))
     np.testing.assert_allclose(f / turn, abs(f[0]), rtol=1e-6)
+
+
+@pytest.mark.parametrize("origin_m", [(0.0, 0.0, 0.0), (0.1, 0.02, 0.03)])
+def test_one_file_turned_to_each_azimuth_is_the_whole_reader(origin_m, tmp_path):
+    first = tables(READER)[0]
+    k = 2 * np.pi * F_HZ / 299792458.0
+    sine, cosine = np.sin(first.theta_rad)[:, None], np.cos(first.theta_rad)[:, None]
+    across = (sine * np.cos(first.phi_rad), sine * np.sin(first.phi_rad))
+    unit = np.stack((*across, cosine + 0.0 * across[0]), axis=-1)
+    about = first.field * np.exp(-1j * k * unit @ np.array(origin_m))
+    write_csv(tmp_path / "a.csv", [replace(first, field=about, origin_m=origin_m)])
+    back = reader_from_pattern_files(
+        [tmp_path / "a.csv"] * 8,
+        azimuths_rad=AZIMUTHS,
+        frequency_hz=F_HZ,
+        phase_centres_m=READER.phase_centres_m,
+        turns_rad=AZIMUTHS,
+    )
+    assert back.warnings == ()
+    at = directions()
+    assert np.abs(back.far_field(*at) - READER.far_field(*at)).max() < 1e-3
+
+
+@given(
+    steps=st.integers(-100, 100), phi_from=st.floats(0.0, 4.99), more=st.sampled_from([0.0, 0.7])
+)
+def test_a_turned_table_is_the_pattern_seen_from_the_turned_direction(steps, phi_from, more):
+    theta = np.radians(np.arange(0.0, 181.0, 15.0))
+    phi = np.radians(phi_from + np.arange(0.0, 360.0, 5.0))
+    rng = np.random.default_rng(3)
+    field = rng.normal(size=(2, len(theta), len(phi))) + 0j
+    table = PatternTable(
+        frequency_hz=F_HZ, theta_rad=theta, phi_rad=phi, field=field, kind="gain", source="a"
+    )
+    turn_rad = np.radians(5.0 * steps + more)
+    got = resample(turned(table, turn_rad), theta, phi + turn_rad)
+    np.testing.assert_allclose(got, field, atol=1e-9)
+
+
+def test_patterns_that_face_away_from_their_antenna_are_warned_of(tmp_path):
+    sector = sector_response(AZIMUTHS, frequency_hz=F_HZ)
+    paths = [tmp_path / f"{i}.csv" for i in range(8)]
+    for path, made in zip(paths, tables(sector, step_deg=9.0), strict=True):
+        write_csv(path, [made])
+    options = {"azimuths_rad": AZIMUTHS, "frequency_hz": F_HZ}
+    right = reader_from_pattern_files(paths, phase_centres_m=sector.phase_centres_m, **options)
+    assert right.warnings == ()
+    paths[1], paths[4] = paths[4], paths[1]
+    with pytest.warns(PhysicsWarning, match=r"antennas 2, 5 face away .* azimuth 45 deg, .*4\.csv"):
+        reader_from_pattern_files(paths, **options)
 
 
 def test_a_reader_that_radiates_too_much_is_warned_of(tmp_path):
