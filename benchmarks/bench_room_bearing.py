@@ -24,8 +24,6 @@ import numpy as np
 from octant.em.antennas.kinds import Antenna
 from octant.navigation.sensing.bearing import reader_azimuth
 from octant.reader_design.setting.bearing_errors import vector_errors_rad
-from octant.reader_design.setting.design import reader_responses
-from octant.reader_design.setting.links import tag_link
 from octant.reader_design.setting.samples import standing_room
 from octant.reader_design.setting.setting import build_setting
 from octant.reader_design.study_file.loading import parse_study
@@ -82,7 +80,7 @@ def cosine_antenna(frequency_hz):
     )
 
 
-def random_pose_errors_rad(study, place, responses, *, area_m, poses, rng):
+def random_pose_errors_rad(place, *, area_m, poses, rng):
     """Return the vector sum's bearing errors [rad] at poses drawn evenly from (0, 0) to area_m [m].
 
     Poses where the reader does not fit are left out; an error is pi where there is no bearing.
@@ -94,33 +92,29 @@ def random_pose_errors_rad(study, place, responses, *, area_m, poses, rng):
         place.scene,
         places,
         reader_z_m=place.reader_z_m,
-        clearance_m=study.reader.ground_plane_m / 2.0,
+        clearance_m=place.reader.ground_plane_m / 2.0,
     )
     errors = []
     for number, tag in enumerate(place.tags):
         mine = fits & (asked == number)
         if not mine.any():
             continue
-        rss = tag_link(study, place, tag, responses).rss_w(
-            np.column_stack([places[mine], headings[mine]])
-        )
+        rss = place.link(tag).rss_w(np.column_stack([places[mine], headings[mine]]))
         towards = np.arctan2(*(tag.position_m[:2] - places[mine]).T[::-1])
         azimuth = reader_azimuth(headings[mine], towards)
-        elements = responses[0].azimuths_rad
+        elements = place.responses[0].azimuths_rad
         errors.append(vector_errors_rad(rss[:, None], azimuth[:, None], elements)[:, 0])
     return np.concatenate(errors)
 
 
-def errors_deg(study, responses, *, antenna, poses):
+def errors_deg(study, *, antenna, poses):
     """Return the absolute bearing errors of one case [deg]."""
-    built = build_setting(study)
+    setting = build_setting(study)
     if antenna == "cosine":
         own = tuple(cosine_antenna(f) for f in study.radio.frequencies_hz)
-        built = replace(built, tags=tuple(replace(tag, antennas=own) for tag in built.tags))
+        setting = replace(setting, tags=tuple(replace(tag, antennas=own) for tag in setting.tags))
     errors = random_pose_errors_rad(
-        study,
-        built,
-        responses,
+        setting,
         area_m=AREA_M,
         poses=poses,
         rng=np.random.default_rng(study.seed),
@@ -137,8 +131,7 @@ def main():
     for name, room, channels, antenna, reader, prototype in CASES:
         began = time.perf_counter()
         study = study_of(room=room, channels=channels, antenna=antenna, reader=reader)
-        responses = reader_responses(study.reader, study.radio)
-        error = errors_deg(study, responses, antenna=antenna, poses=poses)
+        error = errors_deg(study, antenna=antenna, poses=poses)
         middle, high = np.quantile(error, [0.5, 0.9])
         beyond = 100.0 * float((error > math.degrees(math.pi / 2)).mean())
         print(

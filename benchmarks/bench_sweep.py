@@ -54,7 +54,7 @@ def main() -> None:
     )
     plan = timed("planning", lambda: study_plan(study), count)
     first = plan.cells[0]
-    cell = scored_cell(first.context, first.design)
+    cell = scored_cell(first.setting)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         (folder / CELLS_FOLDER).mkdir()

@@ -1,8 +1,9 @@
-"""Work over many receivers, in blocks, on all cores, with the same bits at any thread count."""
+"""Work on all cores with the same bits at any number of threads: blocks of receivers, and BLAS."""
 
 import os
 from collections.abc import Callable
 from concurrent.futures import Executor, ThreadPoolExecutor, as_completed
+from contextlib import AbstractContextManager
 
 BLOCK_SIZE = 256
 """Receivers per block [-]: enough to hide the call, few enough to share out evenly."""
@@ -61,3 +62,15 @@ def run_blocks(
     finally:
         if executor is None:
             pool.shutdown(wait=True, cancel_futures=True)
+
+
+def one_blas_thread() -> AbstractContextManager[object]:
+    """Return a context in which linear algebra uses one thread.
+
+    Products and factors of matrices depend on the number of threads in their last bits; what is
+    kept or compared must not depend on who computed it.
+    """
+    import scipy.linalg  # noqa: F401  its BLAS must be loaded to be limited
+    from threadpoolctl import threadpool_limits
+
+    return threadpool_limits(limits=1, user_api="blas")

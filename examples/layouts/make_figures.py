@@ -14,7 +14,6 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from octant.em.antennas.embedded import ReaderResponse
 from octant.em.decibels import power_dbm
 from octant.navigation.angles import wrap_angle
 from octant.navigation.navigators.arrival import arrival_threshold_w, rss_spread_w
@@ -24,9 +23,8 @@ from octant.reader_design.experiments.missions.comparison import (
     load_comparison,
     plan_comparison,
 )
-from octant.reader_design.setting.links import mission_table, study_responses, tag_link
 from octant.reader_design.setting.samples import standing_room
-from octant.reader_design.setting.setting import Setting, build_setting
+from octant.reader_design.setting.setting import Setting, build_setting, mission_table
 from octant.reader_design.showing.plan import MapPanel, draw_plan, draw_tags, map_figure, plan_of
 from octant.reader_design.showing.style import figure_style, new_figure, save_figure
 from octant.reader_design.study_file.loading import load_study
@@ -43,25 +41,23 @@ ARRIVAL_RADIUS_M = 0.2
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Place:
-    """A study, its room and the responses of its reader."""
+    """A reader in its room."""
 
-    study: Study
-    built: Setting
-    responses: tuple[ReaderResponse, ...]
+    setting: Setting
 
     def grid(self) -> tuple[Floats, Floats, npt.NDArray[np.bool_]]:
         """Return x [m], y [m] and where the robot fits, on the floor of the room or of 5 x 5 m."""
         low, high = np.array([0.0, 0.0]), np.array([5.0, 5.0])
-        if self.study.room.box_m is not None:
-            low, high = self.built.scene.bounds_m[:, :2]
+        if self.setting.study.room.box_m is not None:
+            low, high = self.setting.scene.bounds_m[:, :2]
         axes = [
             np.arange(a + 0.5 * SPACING_M, b, SPACING_M) for a, b in zip(low, high, strict=True)
         ]
         x, y = np.meshgrid(*axes)
         fits = standing_room(
-            self.built.scene,
+            self.setting.scene,
             np.column_stack([x.ravel(), y.ravel()]),
-            reader_z_m=self.built.reader_z_m,
+            reader_z_m=self.setting.reader_z_m,
             clearance_m=CLEARANCE_M,
         )
         return axes[0], axes[1], fits.reshape(x.shape)
@@ -71,11 +67,11 @@ class Place:
         x_m, y_m, fits = self.grid()
         x, y = np.meshgrid(x_m, y_m)
         places = np.column_stack([x[fits], y[fits]])
-        tag = self.built.tag(tag_id)
-        link = tag_link(self.study, self.built, tag, self.responses)
+        tag = self.setting.tag(tag_id)
+        link = self.setting.link(tag)
         true = np.arctan2(*(np.asarray(tag.point_m) - places).T[::-1])
         rss = link.rss_by_heading_w(places, HEADINGS_RAD)
-        bearing = vector_sum_bearing(rss, self.responses[0].azimuths_rad)
+        bearing = vector_sum_bearing(rss, self.setting.responses[0].azimuths_rad)
         errors = np.full((len(HEADINGS_RAD), *fits.shape), np.nan)
         errors[:, fits] = wrap_angle(room_azimuth(HEADINGS_RAD, bearing) - true[:, None]).T
         return x_m, y_m, errors
@@ -83,7 +79,7 @@ class Place:
 
 def place_of(study: Study) -> Place:
     """Return a study's room and reader."""
-    return Place(study=study, built=build_setting(study), responses=study_responses(study))
+    return Place(setting=build_setting(study))
 
 
 def error_words(errors_rad: Floats) -> str:
@@ -105,13 +101,13 @@ def bearing_maps(cells: list[ComparisonCell], folder: Path) -> None:
         if cell.reader == "thesis reader":
             first = tag_ids[0]
             middle = np.degrees(np.nanmedian(np.abs(every[0]), axis=0))
-            tags = {first: place.built.tag(first).point_m}
+            tags = {first: place.setting.tag(first).point_m}
             title = f"{cell.link}\nall tags: {words}"
             panels.append(MapPanel(title=title, values=middle, tags=tags))
     figure = map_figure(
         *room.grid()[:2],
         panels,
-        plan_of(room.built.scene, room.built.reader_z_m),
+        plan_of(room.setting.scene, room.setting.reader_z_m),
         title="Bearing error of the vector sum in a concrete room, median of four headings",
         bar_label="absolute bearing error [°]",
         limits=(0.0, 90.0),
@@ -132,8 +128,8 @@ def leg_figure(cases: list[tuple[str, Study]], folder: Path) -> None:
         )
         for axis, spread_axis, (name, study) in zip(axes[0], axes[1], cases, strict=True):
             place = place_of(study)
-            tag = place.built.tag(mission_table(study).tags[0])
-            link = tag_link(study, place.built, tag, place.responses)
+            tag = place.setting.tag(mission_table(study).tags[0])
+            link = place.setting.link(tag)
             start = np.array(mission_table(study).start_m)
             along = (np.asarray(tag.point_m) - start) / np.linalg.norm(tag.point_m - start)
             s = np.linspace(-1.5, 1.0, 501)
@@ -178,11 +174,11 @@ def capture_figure(study: Study, tag_id: str, folder: Path) -> None:
     """Draw where the cabinet's reflection beats the direct ray, and where the bearing points."""
     place = place_of(study)
     x_m, y_m, errors = place.bearing_errors(tag_id)
-    tag = place.built.tag(tag_id)
+    tag = place.setting.tag(tag_id)
     x, y = np.meshgrid(x_m, y_m)
     worst = np.degrees(np.nanmedian(np.abs(errors), axis=0))
     toward = np.arctan2(tag.point_m[1] - y, tag.point_m[0] - x) + errors[0]
-    plan = plan_of(place.built.scene, place.built.reader_z_m)
+    plan = plan_of(place.setting.scene, place.setting.reader_z_m)
     with figure_style():
         figure, axes = new_figure(
             width_in=6.8, height_in=5.8, title=f"Bearing near the cabinet, tag {tag_id}"

@@ -71,10 +71,10 @@ def radio_map(
         local_mean_disc=local_mean_disc,
         spreads=spreads,
     )
-    data, built, layers = map_rss(loaded, wanted, progress=Progress(quiet=quiet))
+    data, setting, layers = map_rss(loaded, wanted, progress=Progress(quiet=quiet))
     write_dataset(data, out, force=force)
     if figures is not None:
-        for name, figure in map_pages(data, built):
+        for name, figure in map_pages(data, setting):
             save_figure(figure, figures / name)
     for line in summary_lines(layers):
         click.echo(line)

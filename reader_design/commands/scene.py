@@ -87,8 +87,7 @@ def scene(
             raise ConfigError(msg)
     files = [file for file in (glb, picture) if file is not None]
     refuse_overwrite(*files, force=force)
-    loaded = load_study(study)
-    built = build_setting(loaded)
+    setting = build_setting(load_study(study))
     found = None
     if tx is not None and rx is not None:
         link = command_link(
@@ -104,15 +103,14 @@ def scene(
         click.echo(f"{len(drawn.order)} strongest of {drawn.of} paths drawn.")
     if glb is not None:
         write_scene(
-            built.scene,
+            setting.scene,
             glb,
             paths=None if found is None else found.strongest(most),
             ends_m={} if found is None else found.ends_m(),
         )
     if picture is not None:
         figure = scene_picture(
-            loaded,
-            built,
+            setting,
             found=found,
             most=most,
             colour_by="order" if colour_by == "order" else "gain",

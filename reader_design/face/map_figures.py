@@ -51,7 +51,7 @@ _SPREADS = (
 )
 
 
-def map_pages(data: "xr.Dataset", built: Setting) -> "Iterator[tuple[str, Figure]]":
+def map_pages(data: "xr.Dataset", setting: Setting) -> "Iterator[tuple[str, Figure]]":
     """Yield a file name of `PAGES` and a figure for each layer of a map, at most four tags a page.
 
     Grey is outside the room and inside objects.
@@ -59,9 +59,9 @@ def map_pages(data: "xr.Dataset", built: Setting) -> "Iterator[tuple[str, Figure
     Parameters
     ----------
     data : From `octant.reader_design.face.rss_map.map_dataset`.
-    built : The room.
+    setting : The room.
     """
-    pages = _Pages(data, built)
+    pages = _Pages(data, setting)
     yield "power.png", pages.power()
     if "strongest_antenna" in data:
         yield "strongest_antenna.png", pages.strongest()
@@ -75,15 +75,15 @@ def map_pages(data: "xr.Dataset", built: Setting) -> "Iterator[tuple[str, Figure
 class _Pages:
     """The figures of one dataset, which share its grid, plan, tags and mask."""
 
-    def __init__(self, data: "xr.Dataset", built: Setting) -> None:
+    def __init__(self, data: "xr.Dataset", setting: Setting) -> None:
         self.data = data
         self.x, self.y = data["x"].to_numpy(), data["y"].to_numpy()
-        self.plan = plan_of(built.scene, float(data["z"]))
+        self.plan = plan_of(setting.scene, float(data["z"]))
         x, y = np.meshgrid(self.x, self.y, indexing="ij")
         places = np.column_stack((x.ravel(), y.ravel(), np.full(x.size, float(data["z"]))))
-        self.open = open_places(built, places).reshape(x.shape)
+        self.open = open_places(setting, places).reshape(x.shape)
         self.ids = [str(tag) for tag in data["tag"].to_numpy()][:MOST_TAGS]
-        self.points = {tag.id: tag.position_m[:2] for tag in built.tags}
+        self.points = {tag.id: tag.position_m[:2] for tag in setting.tags}
         receiver = data.attrs["receiver"]
         if receiver == "reader":
             receiver += f", heading {float(data['heading']):g}°"

@@ -10,7 +10,6 @@ import msgspec
 import numpy as np
 import numpy.typing as npt
 
-from octant.em.antennas.embedded import ReaderResponse
 from octant.geometries.errors import ConfigError
 from octant.navigation.missions.files import write_missions_csv, write_trajectory_csv
 from octant.navigation.missions.metrics import MissionMetrics, measure
@@ -28,8 +27,7 @@ from octant.reader_design.face.room import Room, link_study
 from octant.reader_design.face.shown import figure_html, image_html, progress_of, text_html
 from octant.reader_design.face.tables import Tag
 from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.setting.links import mission_table, study_responses
-from octant.reader_design.setting.setting import Setting, build_setting
+from octant.reader_design.setting.setting import Setting, build_setting, mission_table
 from octant.reader_design.showing.netcdf import variable
 from octant.reader_design.showing.plan import plan_of
 from octant.reader_design.study_file.schema import Study
@@ -134,18 +132,16 @@ class Mission:
         study = self.study if seed is None else msgspec.structs.replace(self.study, seed=seed)
         table = mission_table(study)
         shown = progress_of(progress)
-        built = build_setting(study)
-        for note in built.notes:
+        setting = build_setting(study)
+        for note in setting.notes:
             shown.say(note)
-        responses = study_responses(study)
+        setting.solved()
         number = table.runs if runs is None else runs
         with shown.count(number, label="missions") as done:
-            results = drive_missions(
-                study, built, responses, runs=number, noise_db=noise_db, progress=done
-            )
+            results = drive_missions(setting, runs=number, noise_db=noise_db, progress=done)
         if table.placement_m > 0.0:  # run 0 is shown among the objects as they were placed
-            built = mission_runs(study, built, responses, runs=number)[0].built
-        return MissionRuns(study=study, built=built, responses=responses, results=tuple(results))
+            setting = mission_runs(setting, runs=number)[0].setting
+        return MissionRuns(setting=setting, results=tuple(results))
 
     def __repr__(self) -> str:
         table = mission_table(self.study)
@@ -165,13 +161,10 @@ class MissionRuns:
 
     Parameters
     ----------
-    study, built : What was driven, and its room; with random placements that of run 0.
-    responses, results : The reader's, one a frequency; every run.
+    setting, results : The reader in its room, with random placements that of run 0; every run.
     """
 
-    study: Study
-    built: Setting
-    responses: tuple[ReaderResponse, ...]
+    setting: Setting
     results: tuple[MissionResult, ...]
 
     def __len__(self) -> int:
@@ -213,7 +206,7 @@ class MissionRuns:
         variables["ended_because"] = variable(
             ["run"], [r.reason for r in self.results], units="1", long_name="why the run ended"
         )
-        tags = list(mission_table(self.study).tags)
+        tags = list(self.setting.mission.tags)
         names = {
             "run": variable(["run"], np.arange(len(self)), units="1", long_name="run"),
             "target_tag": variable(
@@ -273,8 +266,8 @@ class MissionRuns:
         run : Number of the run.
         """
         result = self._result(run)
-        scenery = run_scenery(self.study, self.built, self.responses, result)
-        frames = drive_frames(drive_of(result), scenery, title=self.study.name)
+        scenery = run_scenery(self.setting, result)
+        frames = drive_frames(drive_of(result), scenery, title=self.setting.study.name)
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / "run.gif"
             count = write_gif(file, frames)
@@ -290,9 +283,9 @@ class MissionRuns:
         result = self._result(run)
         mission = result.mission
         points = dict(zip(mission.tag_ids, mission.tag_points_m, strict=True))
-        plan = plan_of(self.built.scene, self.built.reader_z_m)
-        drawn = [(self.built.name, drive_of(result), plan)]
-        return trajectory_figure(drawn, points, title=f"{self.study.name}, run {run}")
+        plan = plan_of(self.setting.scene, self.setting.reader_z_m)
+        drawn = [(self.setting.name, drive_of(result), plan)]
+        return trajectory_figure(drawn, points, title=f"{self.setting.study.name}, run {run}")
 
     def to_dataframe(self) -> "pd.DataFrame":
         """Return a table with a row a run."""
@@ -324,7 +317,7 @@ class MissionRuns:
 
     def __repr__(self) -> str:
         reached = sum(m.success for m in self.metrics)
-        tags = " -> ".join(mission_table(self.study).tags)
+        tags = " -> ".join(self.setting.mission.tags)
         return f"<MissionRuns: {reached} of {len(self)} runs reached every tag ({tags})>"
 
     def _repr_html_(self) -> str:

@@ -23,13 +23,8 @@ from octant.geometries.tolerances import LENGTHS
 from octant.reader_design.face.scene_picture import ColourBy, DrawnPaths, View, scene_figure
 from octant.reader_design.face.shown import text_html
 from octant.reader_design.setting.antennas import named_antenna
-from octant.reader_design.setting.setting import (
-    Setting,
-    build_setting,
-    candidates_from,
-    place_antenna,
-    radio_at,
-)
+from octant.reader_design.setting.placing import place_antenna
+from octant.reader_design.setting.setting import Setting, build_setting
 from octant.reader_design.showing.netcdf import variable
 from octant.reader_design.showing.tables import put_table
 from octant.reader_design.study_file.schema import Study
@@ -119,14 +114,14 @@ class PathLink:
 
     Parameters
     ----------
-    built, radio : The room with its tags; scene and materials at the frequency.
+    setting, radio : The room with its tags; scene and materials at the frequency.
     candidates : Of the transmitter.
     receivers_m : (m, 3) float64 — Places of the receivers, after the stand-off [m].
     transmitter, receiver : Antennas in the room's frame.
     notes : Which antennas lay on a surface and were moved off it.
     """
 
-    built: Setting
+    setting: Setting
     radio: RadioScene
     candidates: Candidates
     receivers_m: FloatArray
@@ -174,13 +169,13 @@ def path_link(
     tx, rx : Transmitting and receiving antenna.
     max_reflections : Highest order; None: the study's.
     """
-    built = build_setting(study)
+    setting = build_setting(study)
     standoff_m = study.solver.standoff_m
     source, note = place_antenna(
-        built.scene, tx_m, standoff_m, name="transmitter", key=tx.place_key
+        setting.scene, tx_m, standoff_m, name="transmitter", key=tx.place_key
     )
     given = np.asarray(receivers_m, dtype=np.float64).reshape(-1, 3)
-    receivers, moved = built.scene.stand_off(given, standoff_m)
+    receivers, moved = setting.scene.stand_off(given, standoff_m)
     notes = [
         f"receiver {i} at {given[i].tolist()} m lies on a surface and is moved off it, "
         f"to {np.round(receivers[i], 9).tolist()} m (solver.standoff_m)."
@@ -188,16 +183,15 @@ def path_link(
     ]
     _refuse_same_place(source, receivers)
     frequency_hz = study.radio.frequency_hz
-    radio = radio_at(study, built, frequency_hz)
-    found = candidates_from(
-        study,
-        radio,
+    radio = setting.radio_at(frequency_hz)
+    found = setting.candidates(
         source,
+        radio=radio,
         max_reflections=max_reflections,
-        region_m=_region(built.scene, source, receivers),
+        region_m=_region(setting.scene, source, receivers),
     )
     return PathLink(
-        built=built,
+        setting=setting,
         radio=radio,
         candidates=found,
         receivers_m=receivers,
@@ -469,11 +463,11 @@ class Paths:
         most : Draw at most so many paths.
         colour_by, view : Their colour shows "gain" or "order"; from where the room is seen.
         """
-        built, drawn = self.link.built, self.strongest(most)
+        setting, drawn = self.link.setting, self.strongest(most)
         return scene_figure(
-            built.scene,
-            title=paths_title(built, drawn, frequency_hz=self.link.radio.frequency_hz),
-            tags={tag.id: tag.position_m for tag in built.tags},
+            setting.scene,
+            title=paths_title(setting, drawn, frequency_hz=self.link.radio.frequency_hz),
+            tags={tag.id: tag.position_m for tag in setting.tags},
             ends_m=self.ends_m(),
             paths=drawn,
             colour_by=colour_by,
@@ -493,16 +487,16 @@ class Paths:
         return text_html("\n".join(summary_lines(self.link, sums, most=20)))
 
 
-def paths_title(built: Setting, paths: DrawnPaths, *, frequency_hz: float) -> str:
+def paths_title(setting: Setting, paths: DrawnPaths, *, frequency_hz: float) -> str:
     """Return the title of a picture with paths.
 
     Parameters
     ----------
-    built, paths, frequency_hz : The room, what is drawn, and the frequency [Hz].
+    setting, paths, frequency_hz : The room, what is drawn, and the frequency [Hz].
     """
     shown = len(paths.order)
     what = f"all {shown} paths" if shown == paths.of else f"{shown} strongest of {paths.of} paths"
-    return f"{built.name}: {what}, {frequency_hz / 1e9:g} GHz"
+    return f"{setting.name}: {what}, {frequency_hz / 1e9:g} GHz"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

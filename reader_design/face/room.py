@@ -311,7 +311,7 @@ class Room(StudyTable):
         """
         study = study_from("plot", {"room": self, "tag": list(tags)})
         view = View(azimuth_deg=azimuth_deg, elevation_deg=elevation_deg)
-        return scene_picture(study, build_setting(study), title="", view=view)
+        return scene_picture(build_setting(study), title="", view=view)
 
     def to_glb(self, path: str | Path) -> None:
         """Write the room as a GLB file with its materials by name.
@@ -411,8 +411,7 @@ def _by_heading(maps: "Sequence[xr.Dataset]") -> "xr.Dataset":
 
 
 def scene_picture(
-    study: Study,
-    built: Setting,
+    setting: Setting,
     *,
     title: str | None = None,
     found: Paths | None = None,
@@ -424,33 +423,34 @@ def scene_picture(
 
     Parameters
     ----------
-    study, built : The study and its room.
+    setting : The study and its room.
     title : Above the picture; by default the study's name, and what paths are drawn.
     found, most : Paths between two ends; draw at most so many of them.
     colour_by, view : Their colour shows "gain" or "order"; from where the room is seen.
     """
     drawn = None if found is None else found.strongest(most)
     if title is None:
-        frequency_hz = study.radio.frequency_hz
-        title = (
-            built.name if drawn is None else paths_title(built, drawn, frequency_hz=frequency_hz)
-        )
+        carrier_hz = setting.study.radio.frequency_hz
+        title = setting.name
+        if drawn is not None:
+            title = paths_title(setting, drawn, frequency_hz=carrier_hz)
     return scene_figure(
-        built.scene,
+        setting.scene,
         title=title,
-        tags={tag.id: tag.position_m for tag in built.tags},
+        tags={tag.id: tag.position_m for tag in setting.tags},
         ends_m={} if found is None else found.ends_m(),
-        reader_m=_reader_triangles(study, built),
+        reader_m=_reader_triangles(setting),
         paths=drawn,
         colour_by=colour_by,
         view=view,
     )
 
 
-def _reader_triangles(study: Study, built: Setting) -> npt.NDArray[np.float64] | None:
-    if study.mission is None:
+def _reader_triangles(setting: Setting) -> npt.NDArray[np.float64] | None:
+    mission = setting.study.mission
+    if mission is None:
         return None
-    body = study.reader.body().body
-    turn = math.radians(study.mission.heading_deg - 90.0)
-    where = (*study.mission.start_m, built.reader_z_m)
+    body = setting.reader.body().body
+    turn = math.radians(mission.heading_deg - 90.0)
+    where = (*mission.start_m, setting.reader_z_m)
     return place(body, position_m=where, yaw_rad=turn).triangles_m

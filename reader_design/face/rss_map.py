@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from octant.em.antennas.embedded import ReaderResponse
 from octant.em.antennas.kinds import make_antenna
 from octant.em.decibels import power_dbm
 from octant.em.power.channel_spreads import ChannelSpreads, channel_spreads
@@ -18,15 +17,10 @@ from octant.em.power.received_power import ReaderLink, antenna_power
 from octant.geometries.errors import ConfigError
 from octant.navigation.angles import wrap_angle
 from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.setting.links import study_responses, tag_link
 from octant.reader_design.setting.map_grid import LARGEST_MAP, map_axes_m
 from octant.reader_design.setting.measures import vector_sum_bearing_rad
-from octant.reader_design.setting.setting import (
-    PlacedTag,
-    Setting,
-    build_setting,
-    candidates_from,
-)
+from octant.reader_design.setting.placing import PlacedTag
+from octant.reader_design.setting.setting import Setting, build_setting
 from octant.reader_design.showing.netcdf import dataset, variable
 from octant.reader_design.study_file.loading import to_toml
 from octant.reader_design.study_file.schema import Study
@@ -56,47 +50,57 @@ class TagLayers:
     spreads: ChannelSpreads | None = None
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MapView:
+    """From where the tags of a map are seen.
+
+    Attributes
+    ----------
+    axes, heading_rad : Grid in x and y [m]; heading of the robot [rad].
+    isotropic : Whether one isotropic_theta antenna receives in place of the reader.
+    """
+
+    axes: Axes
+    heading_rad: float
+    isotropic: bool
+
+
 def tag_map(
-    study: Study,
-    built: Setting,
+    setting: Setting,
     tag: PlacedTag,
-    responses: Sequence[ReaderResponse],
+    view: MapView,
     *,
-    axes: Axes,
-    heading_rad: float,
     progress: Callable[[int], None],
 ) -> RadioMap:
     """Return the power map of one tag [W].
 
     Parameters
     ----------
-    study, built, tag : The study, its room and the tag.
-    responses : The reader's, one a frequency; none for one isotropic_theta antenna.
-    axes, heading_rad : Grid in x and y [m]; heading of the robot [rad].
+    setting, tag, view : The reader in its room, the tag, and from where it is seen.
     progress : Called with the number of places that are done.
     """
-    x_m, y_m = axes
+    x_m, y_m = view.axes
 
     def rows_done(rows: int, _: int) -> None:
         progress(rows)
 
-    if responses:
-        link = tag_link(study, built, tag, responses, height_m=study.map.height_m)
-        return map_reader(link, x_m=x_m, y_m=y_m, heading_rad=heading_rad, progress=rows_done)
-    found = candidates_from(study, built.radios[0], tag.position_m)
+    if not view.isotropic:
+        link = setting.link(tag, height_m=setting.study.map.height_m)
+        return map_reader(link, x_m=x_m, y_m=y_m, heading_rad=view.heading_rad, progress=rows_done)
+    found = setting.candidates(tag.position_m)
     maps = [
         map_antenna(
             radio,
             found,
             x_m=x_m,
             y_m=y_m,
-            z_m=built.map_z_m,
+            z_m=setting.map_z_m,
             transmitter=transmitter,
             receiver=make_antenna("isotropic_theta", radio.frequency_hz),
-            power_w=study.radio.tag_power_w,
+            power_w=setting.study.radio.tag_power_w,
             progress=rows_done,
         )
-        for radio, transmitter in zip(built.radios, tag.antennas, strict=True)
+        for radio, transmitter in zip(setting.radios, tag.antennas, strict=True)
     ]
     return replace(
         maps[0],
@@ -106,13 +110,10 @@ def tag_map(
 
 
 def disc_map(
-    study: Study,
-    built: Setting,
+    setting: Setting,
     tag: PlacedTag,
-    responses: Sequence[ReaderResponse],
+    view: MapView,
     *,
-    axes: Axes,
-    heading_rad: float,
     progress: Callable[[int], None],
 ) -> FloatArray:
     """Return the coherent power's mean over discs of one wavelength, (nx, ny) or (nx, ny, n) [W].
@@ -121,17 +122,17 @@ def disc_map(
 
     Parameters
     ----------
-    study, built, tag, responses, axes, heading_rad : As in `tag_map` [m], [rad].
+    setting, tag, view : As in `tag_map`.
     progress : Called with the number of places of each disc that are done.
     """
-    places = _places(axes, built)
-    if responses:
-        link = tag_link(study, built, tag, responses, height_m=study.map.height_m)
+    places = _places(view.axes, setting)
+    if not view.isotropic:
+        link = setting.link(tag, height_m=setting.study.map.height_m)
 
         def power_w(at: FloatArray) -> FloatArray:
-            return link.rss_w(np.column_stack((at[:, :2], np.full(len(at), heading_rad))))
+            return link.rss_w(np.column_stack((at[:, :2], np.full(len(at), view.heading_rad))))
     else:
-        found = candidates_from(study, built.radios[0], tag.position_m)
+        found = setting.candidates(tag.position_m)
 
         def power_w(at: FloatArray) -> FloatArray:
             parts = [
@@ -141,57 +142,56 @@ def disc_map(
                     at,
                     transmitter=transmitter,
                     receiver=make_antenna("isotropic_theta", radio.frequency_hz),
-                    power_w=study.radio.tag_power_w,
+                    power_w=setting.study.radio.tag_power_w,
                 ).coherent_w
-                for radio, transmitter in zip(built.radios, tag.antennas, strict=True)
+                for radio, transmitter in zip(setting.radios, tag.antennas, strict=True)
             ]
             return np.asarray(np.mean(parts, axis=0))
 
     mean = mean_over_disc(
         power_w,
         places,
-        diameter_m=built.radios[0].wavelength_m,
-        usable=lambda at: open_places(built, at),
+        diameter_m=setting.radios[0].wavelength_m,
+        usable=lambda at: open_places(setting, at),
         progress=progress,
     )
-    return mean.reshape(len(axes[0]), len(axes[1]), *mean.shape[1:])
+    return mean.reshape(len(view.axes[0]), len(view.axes[1]), *mean.shape[1:])
 
 
 def spread_map(
-    study: Study,
-    built: Setting,
+    setting: Setting,
     tag: PlacedTag,
+    view: MapView,
     *,
-    axes: Axes,
     progress: Callable[[int], None],
 ) -> ChannelSpreads:
     """Return spreads from a tag to isotropic_theta at the first frequency, (nx ny,) [s], [rad].
 
     Parameters
     ----------
-    study, built, tag, axes, progress : As in `tag_map` [m].
+    setting, tag, view, progress : As in `tag_map`.
     """
-    radio = built.radios[0]
-    found = candidates_from(study, radio, tag.position_m)
+    radio = setting.radios[0]
+    found = setting.candidates(tag.position_m)
     return channel_spreads(
         radio,
         found,
-        _places(axes, built),
+        _places(view.axes, setting),
         transmitter=tag.antennas[0],
         receiver=make_antenna("isotropic_theta", radio.frequency_hz),
         progress=lambda rows, _: progress(rows),
     )
 
 
-def open_places(built: Setting, places_m: FloatArray) -> npt.NDArray[np.bool_]:
+def open_places(setting: Setting, places_m: FloatArray) -> npt.NDArray[np.bool_]:
     """Return at which places an antenna can be: in the room, in no object, (k,).
 
     Parameters
     ----------
-    built : The room.
+    setting : The room.
     places_m : (k, 3) float64 — Places [m].
     """
-    return built.scene.inside_room(places_m) & ~built.scene.inside_solid(places_m)
+    return setting.scene.inside_room(places_m) & ~setting.scene.inside_solid(places_m)
 
 
 def strongest_antenna(rss_w: FloatArray) -> npt.NDArray[np.int64]:
@@ -349,9 +349,9 @@ def _spread_variables(layers: Sequence[TagLayers]) -> dict[str, "xr.Variable"]:
     }
 
 
-def _places(axes: Axes, built: Setting) -> FloatArray:
+def _places(axes: Axes, setting: Setting) -> FloatArray:
     x, y = np.meshgrid(*axes, indexing="ij")
-    return np.column_stack((x.ravel(), y.ravel(), np.full(x.size, built.map_z_m)))
+    return np.column_stack((x.ravel(), y.ravel(), np.full(x.size, setting.map_z_m)))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -392,37 +392,35 @@ def map_rss(
         msg = f"antenna {wrong[0]} is asked for, but the reader has antennas 1 to "
         msg += f"{study.reader.antennas}; choose one of these."
         raise ConfigError(msg)
-    built = build_setting(study)
-    tags = [built.tag(tag_id) for tag_id in wanted.tag_ids] or list(built.tags)
+    setting = build_setting(study)
+    tags = [setting.tag(tag_id) for tag_id in wanted.tag_ids] or list(setting.tags)
     if not tags:
         msg = "the study has no [[tag]], so there is nothing that transmits; add one."
         raise ConfigError(msg)
-    axes = map_axes_m(study, built)
+    axes = map_axes_m(setting)
     receivers = 1 if wanted.isotropic else len(numbers) or study.reader.antennas
     _refuse_huge(study, axes, tags=len(tags), receivers=receivers)
-    for note in built.notes:
+    for note in setting.notes:
         progress.say(note)
-    responses = () if wanted.isotropic else study_responses(study)
+    if not wanted.isotropic:
+        setting.solved()
     heading_deg = wanted.heading_deg
     if heading_deg is None:
         heading_deg = 90.0 if study.mission is None else study.mission.heading_deg
     heading_rad = math.radians(heading_deg)
+    view = MapView(axes=axes, heading_rad=heading_rad, isotropic=wanted.isotropic)
     layers = []
     places = axes[0].size * axes[1].size
     for tag in tags:
         with progress.count(places, label=f"tag {tag.id}") as done:
-            one = tag_map(
-                study, built, tag, responses, axes=axes, heading_rad=heading_rad, progress=done
-            )
+            one = tag_map(setting, tag, view, progress=done)
         disc = spread = None
         if wanted.local_mean_disc:
             with progress.count(DISC_PLACES, label=f"tag {tag.id}, discs") as done:
-                disc = disc_map(
-                    study, built, tag, responses, axes=axes, heading_rad=heading_rad, progress=done
-                )
+                disc = disc_map(setting, tag, view, progress=done)
         if wanted.spreads:
             with progress.count(places, label=f"tag {tag.id}, spreads") as done:
-                spread = spread_map(study, built, tag, axes=axes, progress=done)
+                spread = spread_map(setting, tag, view, progress=done)
         layers.append(TagLayers(tag=tag, power=one, disc_mean_w=disc, spreads=spread))
     data = map_dataset(
         study,
@@ -431,7 +429,7 @@ def map_rss(
         heading_deg=heading_deg,
         local_mean=wanted.local_mean,
     )
-    return data, built, tuple(layers)
+    return data, setting, tuple(layers)
 
 
 def _refuse_huge(study: Study, axes: Axes, *, tags: int, receivers: int) -> None:
@@ -468,11 +466,11 @@ def rss_link(study: Study, tag_id: str, *, progress: Progress) -> ReaderLink:
     study, tag_id : The study and the tag.
     progress : Says which tags were moved off a surface.
     """
-    built = build_setting(study)
-    tag = built.tag(tag_id)
-    for note in built.notes:
+    setting = build_setting(study)
+    tag = setting.tag(tag_id)
+    for note in setting.notes:
         progress.say(note)
-    return tag_link(study, built, tag, study_responses(study))
+    return setting.solved().link(tag)
 
 
 def pose_rss_w(link: ReaderLink, poses: npt.ArrayLike) -> FloatArray:
@@ -513,7 +511,8 @@ def pose_dataset(study: Study, tag_ids: Sequence[str], poses: npt.ArrayLike) -> 
         )
         raise ConfigError(msg)
     given = given.reshape(-1, 3)
-    rss = [pose_rss_w(rss_link(study, tag, progress=Progress()), given) for tag in tag_ids]
+    setting = build_setting(study).solved()
+    rss = [pose_rss_w(setting.link(setting.tag(tag_id)), given) for tag_id in tag_ids]
     numbers = np.arange(1, rss[0].shape[-1] + 1)
     places = {
         name: variable(["pose"], given[:, i], units=units, long_name=text)

@@ -222,7 +222,7 @@ class Study:
 
     def plot(self) -> "Figure":
         """Return a picture of the room with its tags, and the reader where the mission starts."""
-        return scene_picture(self.tables, build_setting(self.tables))
+        return scene_picture(build_setting(self.tables))
 
     def run(
         self,

@@ -22,7 +22,7 @@ import msgspec
 import numpy as np
 import numpy.typing as npt
 
-from octant.em.blocks import cores
+from octant.em.blocks import cores, one_blas_thread
 from octant.geometries.errors import OctantError, PhysicsWarning, SweepStateError
 from octant.reader_design.keeping.folder import (
     FAILED,
@@ -317,14 +317,9 @@ def computed_case(job: _Job, case: object, version: str) -> Computed:
     if here != version:
         msg = f"the worker runs Octant {here}, but this run was started by {version}; update it."
         raise SweepStateError(msg)
-    import scipy.linalg  # noqa: F401  its BLAS must be loaded to be limited
-    from threadpoolctl import threadpool_limits
-
     began = time.perf_counter()
     try:
-        # Sums and factors of BLAS and LAPACK depend on the number of threads in their last bits;
-        # what is kept must not depend on who computed it.
-        with threadpool_limits(limits=1, user_api="blas"), warnings.catch_warnings():
+        with one_blas_thread(), warnings.catch_warnings():
             warnings.simplefilter("ignore", PhysicsWarning)  # records carry what must be known
             record = job.compute(job.context, case)
             content = job.codec.encode(record, case)

@@ -11,9 +11,9 @@ from octant.em.antennas.embedded import ReaderResponse
 from octant.em.antennas.kinds import Antenna, make_antenna
 from octant.em.fields.gains import path_gains
 from octant.em.paths.tracing import trace_paths
+from octant.reader_design.setting.placing import PlacedTag
 from octant.reader_design.setting.samples import room_places_m
-from octant.reader_design.setting.setting import PlacedTag, Sampling, Setting, candidates_from
-from octant.reader_design.study_file.schema import Study
+from octant.reader_design.setting.setting import Setting
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -51,19 +51,16 @@ def _isotropic_phi(frequency_hz: float) -> Antenna:
     )
 
 
-def arriving_paths(
-    study: Study, setting: Setting, tag: PlacedTag, places_m: FloatArray
-) -> ArrivingPaths:
+def arriving_paths(setting: Setting, tag: PlacedTag, places_m: FloatArray) -> ArrivingPaths:
     """Return the paths from a tag to places of the reader: those that their link sums up.
 
     Parameters
     ----------
-    study : With its solver.
-    setting, tag : One of its rooms, and one of the room's tags.
+    setting, tag : The room, and one of its tags.
     places_m : (p, 2) float64 — Places of the reader [m].
     """
     places = np.column_stack([places_m, np.full(len(places_m), setting.reader_z_m)])
-    found = candidates_from(study, setting.radios[0], tag.position_m)
+    found = setting.candidates(tag.position_m)
     paths = trace_paths(setting.radios[0], found, places)
     fields = []
     for radio, antenna in zip(setting.radios, tag.antennas, strict=True):
@@ -113,38 +110,28 @@ def captured(
     return out
 
 
-def captured_by_tag(
-    study: Study, setting: Setting, sampling: Sampling, responses: Sequence[ReaderResponse]
-) -> dict[str, npt.NDArray[np.bool_]]:
+def captured_by_tag(setting: Setting) -> dict[str, npt.NDArray[np.bool_]]:
     """Return for each tag at which places of the floor a reflection beats its direct ray [-].
 
     Arrays by place within range and facing antenna; tags without a place in range are left out.
 
     Parameters
     ----------
-    study : With its solver.
-    setting : One of its rooms.
-    sampling : Which places count [m].
-    responses : The reader's, one for each frequency.
+    setting : The room with its reader; its sampling says which places count [m].
     """
     found = {}
-    for tag, places in room_places_m(study, setting, sampling):
+    for tag, places in room_places_m(setting):
         towards = np.arctan2(*(tag.position_m[:2] - places).T[::-1])
-        found[tag.id] = captured(arriving_paths(study, setting, tag, places), towards, responses)
+        found[tag.id] = captured(arriving_paths(setting, tag, places), towards, setting.responses)
     return found
 
 
-def captured_share(
-    study: Study, setting: Setting, sampling: Sampling, responses: Sequence[ReaderResponse]
-) -> float:
+def captured_share(setting: Setting) -> float:
     """Return the share of places, tags and facing antennas where a reflection beats the ray [-].
 
     Parameters
     ----------
-    study : With its solver.
-    setting : One of its rooms.
-    sampling : Which places count [m].
-    responses : The reader's, one for each frequency.
+    setting : The room with its reader; its sampling says which places count [m].
     """
-    shares = captured_by_tag(study, setting, sampling, responses)
+    shares = captured_by_tag(setting)
     return float(np.concatenate(list(shares.values())).mean())

@@ -9,6 +9,7 @@ from typing import Any
 from msgspec.structs import replace
 
 from octant.em.antennas.embedded import ReaderResponse
+from octant.em.blocks import one_blas_thread
 from octant.em.reader.cache import ReaderSolution, cached_responses
 from octant.em.reader.response import reader_response
 from octant.reader_design.study_file.reader import Reader
@@ -49,11 +50,7 @@ def solutions(
     frequencies_hz : Frequencies [Hz]; antennas without a length are resonant at the first.
     cells_per_wavelength : Elements of the mesh per wavelength [-]; by default the reader's own.
     """
-    from threadpoolctl import threadpool_limits
-
-    # LAPACK's factors of a matrix depend on the number of threads in their last bits; solutions
-    # are kept on disk and must not depend on who made them.
-    with threadpool_limits(limits=1, user_api="blas"):
+    with one_blas_thread():
         return cached_responses(
             reader.body(),
             reader.element(frequencies_hz[0]),
@@ -74,22 +71,23 @@ def response_at(reader: Reader, frequency_hz: float, model: str | None = None) -
     model = model or reader.response
     if model == FULLWAVE:
         return solutions(reader, (frequency_hz,))[0].response
-    if model == "files":
-        from octant.em.antennas.from_files import reader_from_pattern_files
+    body = reader.body()
+    with one_blas_thread():
+        if model == "files":
+            from octant.em.antennas.from_files import reader_from_pattern_files
 
-        body = reader.body()  # only places the antennas
-        each = reader.pattern_turn == "each"
-        files = reader.pattern_files
-        return reader_from_pattern_files(
-            files * reader.antennas if each and len(files) == 1 else files,
-            azimuths_rad=body.element_azimuths_rad,
-            turns_rad=body.element_azimuths_rad if each else 0.0,
-            frequency_hz=frequency_hz,
-            phase_centres_m=body.element_feet_m,
-            load_ohm=reader.load_ohm,
-        )
-    element = reader.element(frequency_hz)
-    return reader_response(reader.body(), element, model=model, gap_m=reader.gap_m)
+            each = reader.pattern_turn == "each"
+            files = reader.pattern_files
+            return reader_from_pattern_files(
+                files * reader.antennas if each and len(files) == 1 else files,
+                azimuths_rad=body.element_azimuths_rad,  # the body only places the antennas
+                turns_rad=body.element_azimuths_rad if each else 0.0,
+                frequency_hz=frequency_hz,
+                phase_centres_m=body.element_feet_m,
+                load_ohm=reader.load_ohm,
+            )
+        element = reader.element(frequency_hz)
+        return reader_response(body, element, model=model, gap_m=reader.gap_m)
 
 
 def reader_responses(reader: Reader, radio: Radio) -> tuple[ReaderResponse, ...]:

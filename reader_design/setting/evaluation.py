@@ -3,22 +3,14 @@
 `keys` names cells; `experiments.sweep` runs many of them and keeps them.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from octant.em.antennas.embedded import ReaderResponse
-from octant.em.medium.radio_scene import radio_scene
-from octant.em.power.received_power import ReaderLink, reader_link
-from octant.em.search.candidates import SolverSettings
 from octant.geometries._arrays import frozen_array
-from octant.geometries.errors import ConfigError, SweepStateError
-from octant.geometries.scene import free_space_scene
+from octant.geometries.errors import SweepStateError
 from octant.reader_design.setting.capture import captured_share
-from octant.reader_design.setting.design import reader_responses
-from octant.reader_design.setting.links import tag_link
 from octant.reader_design.setting.receiver import scoring_readings_w
 from octant.reader_design.setting.samples import (
     free_points_m,
@@ -27,9 +19,8 @@ from octant.reader_design.setting.samples import (
     sample_rss_w,
 )
 from octant.reader_design.setting.scores import score_rss
-from octant.reader_design.setting.setting import PlacedTag, Setting
+from octant.reader_design.setting.setting import Setting
 from octant.reader_design.study_file.reader import Reader
-from octant.reader_design.study_file.schema import Study
 from octant.reader_design.study_file.scores import Scores
 
 FloatArray = npt.NDArray[np.float64]
@@ -85,20 +76,6 @@ class Cell:
             object.__setattr__(self, name, array)
 
 
-def reference_tag(study: Study, setting: Setting) -> PlacedTag:
-    """Return the tag of the free-space scores: the mission's first, or the study's first.
-
-    Parameters
-    ----------
-    study : The study.
-    setting : Its room with tags.
-    """
-    if not setting.tags:
-        msg = "the study has no [[tag]], but designs are scored by the RSS of one; add a tag."
-        raise ConfigError(msg)
-    return setting.tags[0] if study.mission is None else setting.tag(study.mission.tags[0])
-
-
 def failed_cell(design: Reader, key: str, reason: str, *, unexpected: bool = False) -> Cell:
     """Return a cell without numbers.
 
@@ -120,47 +97,47 @@ def failed_cell(design: Reader, key: str, reason: str, *, unexpected: bool = Fal
     )
 
 
-def scored_cell(context: Setting, design: Reader) -> Cell:
-    """Return the scores and RSS of one design, or raise why there are none.
+def scored_cell(setting: Setting) -> Cell:
+    """Return the scores and RSS of the reader of a setting, or raise why there are none.
 
     Parameters
     ----------
-    context, design : Study, room and sampling, and the design.
+    setting : The reader in its room.
 
     Notes
     -----
-    Free space uses :func:`reference_tag` at its height, without the room; the room uses every tag
+    Free space uses the reference tag at its height, without the room; the room uses every tag
     and every place of the floor on which the reader fits. RSS is coherent.
     """
-    study, setting, sampling = context.study, context, context.sampling
-    responses = reader_responses(design, study.radio)
+    study, sampling, responses = setting.study, setting.sampling, setting.responses
     elements = np.asarray(responses[0].azimuths_rad, dtype=np.float64)
-    tag = reference_tag(study, setting)
-    link = free_link(context, tag, responses)
+    tag = setting.reference_tag
+    link = setting.free_link(tag)
     azimuths = grid_azimuths_rad(elements.size, sampling.free_azimuths)
     distances, travel = sampling.distances_m(), sampling.travel_m()
     origin = tag.position_m[:2]
     free = sample_rss_w(link, origin + free_points_m(distances), origin, azimuths)
     along = sample_rss_w(link, origin + free_points_m(travel), origin, elements[:1])
     room = None
-    if context.has_room:
+    if setting.has_room:
         room_azimuths = grid_azimuths_rad(elements.size, sampling.room_azimuths)
-        rss = room_samples_w(context, responses, room_azimuths)
+        rss = room_samples_w(setting, room_azimuths)
         room = score_rss(
             rss,
             room_azimuths,
             elements,
-            usable_dbm=context.usable_dbm,
+            usable_dbm=setting.usable_dbm,
             readings_w=scoring_readings_w(study, rss),
-            captured_share=captured_share(study, setting, sampling, responses),
+            captured_share=captured_share(setting),
         )
+    warned = (text for one in responses for text in one.warnings)
     return Cell(
-        design=design,
+        design=setting.reader,
         free=score_rss(
             free,
             azimuths,
             elements,
-            usable_dbm=context.usable_dbm,
+            usable_dbm=setting.usable_dbm,
             readings_w=scoring_readings_w(study, free),
         ),
         room=room,
@@ -168,47 +145,19 @@ def scored_cell(context: Setting, design: Reader) -> Cell:
         free_rss_w=free,
         travel_m=travel,
         travel_rss_w=along[:, 0],
-        notes=tuple(dict.fromkeys((*design.notes(), *(w for r in responses for w in r.warnings)))),
+        notes=tuple(dict.fromkeys((*setting.reader.notes(), *warned))),
     )
 
 
-def free_link(context: Setting, tag: PlacedTag, responses: Sequence[ReaderResponse]) -> ReaderLink:
-    """Return the link from a tag to the reader at the same heights, without any room.
+def room_samples_w(setting: Setting, azimuths_rad: FloatArray) -> FloatArray:
+    """Return a reader's RSS in its room [W], by tag and place, azimuth, antenna.
 
     Parameters
     ----------
-    context : Study and room, which gives the height of the floor [m].
-    tag : Its place and antenna are kept.
-    responses : Of the design, one for each frequency.
-    """
-    study, scene = context.study, free_space_scene()
-    place = np.array(tag.position_m)
-    place[2] -= context.reader_z_m - study.reader.height_m
-    return reader_link(
-        [radio_scene(scene, antenna.frequency_hz) for antenna in tag.antennas],
-        tag_position_m=place,
-        tag_antenna=tag.antennas,
-        tag_power_w=study.radio.tag_power_w,
-        response=responses,
-        reader_height_m=study.reader.height_m,
-        solver=SolverSettings(max_reflections=0),
-    )
-
-
-def room_samples_w(
-    context: Setting, responses: Sequence[ReaderResponse], azimuths_rad: FloatArray
-) -> FloatArray:
-    """Return a reader's RSS in the study's room [W], by tag and place, azimuth, antenna.
-
-    Parameters
-    ----------
-    context : Study, room and sampling.
-    responses : Of the design, one for each frequency.
+    setting : The room with its reader, and the sampling.
     azimuths_rad : (a,) float64 — Azimuths of the tag in the reader frame [rad].
     """
-    study, setting, sampling = context.study, context, context.sampling
     rows = []
-    for tag, places in room_places_m(study, setting, sampling):
-        link = tag_link(study, setting, tag, responses)
-        rows.append(sample_rss_w(link, places, tag.position_m[:2], azimuths_rad))
+    for tag, places in room_places_m(setting):
+        rows.append(sample_rss_w(setting.link(tag), places, tag.position_m[:2], azimuths_rad))
     return np.concatenate(rows)

@@ -8,7 +8,6 @@ import numpy.typing as npt
 from octant.em.power.radio_map import grid_axis_m
 from octant.geometries.errors import ConfigError
 from octant.reader_design.setting.setting import Setting
-from octant.reader_design.study_file.schema import Study
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -18,15 +17,15 @@ FREE_SPACE_MARGIN_M = 1.0
 """How far a map of free space reaches beyond the tags and the start [m]."""
 
 
-def map_axes_m(study: Study, setting: Setting) -> tuple[FloatArray, FloatArray]:
+def map_axes_m(setting: Setting) -> tuple[FloatArray, FloatArray]:
     """Return x and y of a study's map grid, cell centres [m]; refuse more than `LARGEST_MAP`.
 
     Parameters
     ----------
-    study : Its ``map.spacing_m`` is the greatest distance between neighbours.
-    setting : The room; in free space the grid spans tags, start and objects with a margin.
+    setting : The room, whose ``map.spacing_m`` is the greatest distance between neighbours; in free
+        space the grid spans tags, start and objects with a margin.
     """
-    scene = setting.scene
+    study, scene = setting.study, setting.scene
     if scene.has_room:
         low, high = scene.bounds_m[0, :2], scene.bounds_m[1, :2]
     else:

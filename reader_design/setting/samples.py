@@ -16,8 +16,8 @@ from octant.geometries.errors import ConfigError
 from octant.geometries.scene import Scene
 from octant.geometries.tolerances import LENGTHS
 from octant.navigation.sensing.sensor import PowerLink
-from octant.reader_design.setting.setting import PlacedTag, Sampling, Setting
-from octant.reader_design.study_file.schema import Study
+from octant.reader_design.setting.placing import PlacedTag
+from octant.reader_design.setting.setting import Setting
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -142,21 +142,19 @@ def floor_points_m(
     return grid[fits]
 
 
-def room_places_m(
-    study: Study, setting: Setting, sampling: Sampling
-) -> list[tuple[PlacedTag, FloatArray]]:
+def room_places_m(setting: Setting) -> list[tuple[PlacedTag, FloatArray]]:
     """Return tags with their places in range where the reader fits [m]; refuse when there are none.
 
     Parameters
     ----------
-    study, setting : A study and one of its rooms.
-    sampling : Grid and range [m].
+    setting : The room; its sampling gives grid and range [m].
     """
+    sampling = setting.sampling
     places = floor_points_m(
         setting.scene,
         spacing_m=sampling.room_spacing_m,
         reader_z_m=setting.reader_z_m,
-        clearance_m=study.reader.ground_plane_m / 2.0,
+        clearance_m=setting.reader.ground_plane_m / 2.0,
     )
     found = []
     for tag in setting.tags:

@@ -1,60 +1,37 @@
 """A study as the radio model computes with it: scene, materials, tags in their places, sampling."""
 
+import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import msgspec
 import numpy as np
 import numpy.typing as npt
 
-from octant.em.antennas.kinds import Antenna
+from octant.em.antennas.embedded import ReaderResponse
 from octant.em.medium.radio_scene import RadioScene, radio_scene
+from octant.em.power.received_power import ReaderLink, reader_link
 from octant.em.search.candidates import Candidates, SolverSettings, radio_scenes, search_candidates
-from octant.geometries._arrays import frozen_array
-from octant.geometries.errors import ConfigError, OctantError
-from octant.geometries.scene import Scene, build_scene
-from octant.geometries.tolerances import LENGTHS
-from octant.reader_design.setting.antennas import named_antenna
+from octant.geometries.errors import ConfigError, OctantError, PhysicsWarning
+from octant.geometries.scene import Scene, build_scene, free_space_scene
+from octant.reader_design.setting.design import reader_responses
+from octant.reader_design.setting.placing import PlacedTag, check_heights, check_starts, place_tags
 from octant.reader_design.setting.scores import USABLE_DBM
 from octant.reader_design.study_file.bodies import object_bodies, room_bodies, study_materials
 from octant.reader_design.study_file.checks import rooms_of
 from octant.reader_design.study_file.errors import unknown_name
+from octant.reader_design.study_file.mission import Mission as MissionTable
 from octant.reader_design.study_file.reader import Reader
-from octant.reader_design.study_file.schema import Layout, Radio, Study, Tag
+from octant.reader_design.study_file.schema import Layout, Study
 
 FloatArray = npt.NDArray[np.float64]
 
 COORDINATE_BITS = {"flat": 24, "as_stored": 53}
 """Bits [-] of the coordinates that ``solver.faces`` takes for exact: of single or double precision.
 """
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PlacedTag:
-    """A tag where the radio model sees it.
-
-    Parameters
-    ----------
-    id : Its name.
-    position_m : (3,) float64 — Place in the room, after the stand-off [m].
-    given_m : (3,) float64 — Place that the study gives [m].
-    antennas : Its antenna at each frequency of the study [Hz]: the same metal, cut for the carrier;
-        axis in the room's frame.
-    """
-
-    id: str
-    position_m: FloatArray
-    given_m: FloatArray
-    antennas: tuple[Antenna, ...]
-
-    def __post_init__(self) -> None:
-        for name in ("position_m", "given_m"):
-            value = frozen_array(getattr(self, name), name=name, shape=(3,))
-            object.__setattr__(self, name, value)
-
-    @property
-    def point_m(self) -> FloatArray:
-        """The tag's point on the ground, (2,) float64 [m]: below where the study puts the tag."""
-        return self.given_m[:2]
+DIRECT_ONLY = SolverSettings(max_reflections=0)
+"""The model of free space."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -102,14 +79,17 @@ class Sampling:
         )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True)
 class Setting:
-    """One room of a study, ready for the radio model, and how readers are judged in it; picklable.
+    """One room of a study with its reader, ready for the radio model, and how it is judged there.
+
+    Picklable. The reader's response is computed when it is first asked for; a copy with another
+    study or reader computes its own.
 
     Parameters
     ----------
     study : The study; its ``[reader]`` is the reader that stands here.
-    name : The study's name, or the layout's.
+    layout : The layout whose room this is; None: the study's own room.
     scene : Room and objects.
     radios : One for each frequency over which RSS is averaged [Hz].
     tags : In the order of the study.
@@ -122,7 +102,7 @@ class Setting:
     """
 
     study: Study
-    name: str
+    layout: Layout | None = None
     scene: Scene
     radios: tuple[RadioScene, ...]
     tags: tuple[PlacedTag, ...]
@@ -133,6 +113,11 @@ class Setting:
     usable_dbm: float = USABLE_DBM
 
     @property
+    def name(self) -> str:
+        """The layout's name, or the study's."""
+        return self.study.name if self.layout is None else self.layout.name
+
+    @property
     def has_room(self) -> bool:
         """Whether there is a room to score in, besides free space."""
         return self.scene.has_room
@@ -141,6 +126,47 @@ class Setting:
     def reader(self) -> Reader:
         """The reader that stands here: the study's table ``[reader]``."""
         return self.study.reader
+
+    @property
+    def mission(self) -> MissionTable:
+        """The study's table ``[mission]``; a study without one is refused."""
+        return mission_table(self.study)
+
+    @property
+    def solver(self) -> SolverSettings:
+        """What the radio model includes: the study's table ``[solver]``."""
+        return solver_settings(self.study)
+
+    @property
+    def reference_tag(self) -> PlacedTag:
+        """The tag of the scores in free space: the mission's first, or the study's first."""
+        if not self.tags:
+            msg = "the study has no [[tag]], but designs are scored by the RSS of one; add a tag."
+            raise ConfigError(msg)
+        mission = self.study.mission
+        return self.tags[0] if mission is None else self.tag(mission.tags[0])
+
+    @cached_property
+    def responses(self) -> tuple[ReaderResponse, ...]:
+        """The reader's response at each frequency, with the warnings of its model."""
+        return reader_responses(self.reader, self.study.radio)
+
+    def solved(self) -> "Setting":
+        """Return the setting with its responses; a PhysicsWarning says what does not hold."""
+        for text in dict.fromkeys(text for one in self.responses for text in one.warnings):
+            warnings.warn(text, PhysicsWarning, stacklevel=2)
+        return self
+
+    def with_responses(self, responses: Sequence[ReaderResponse]) -> "Setting":
+        """Return the same setting with given responses in place of those of its reader's model.
+
+        Parameters
+        ----------
+        responses : One for each of ``study.radio.frequencies_hz``.
+        """
+        other = replace(self)
+        vars(other)["responses"] = tuple(responses)  # where functools keeps a cached property
+        return other
 
     def with_reader(self, reader: Reader) -> "Setting":
         """Return the same room with another reader in it.
@@ -168,6 +194,123 @@ class Setting:
         raise ConfigError(
             unknown_name("the tag", tag_id, [t.id for t in self.tags], what="[[tag]]")
         )
+
+    def radio_at(self, frequency_hz: float) -> RadioScene:
+        """Return the room, its edges too, at a frequency that may be none of its channels.
+
+        Parameters
+        ----------
+        frequency_hz : Frequency [Hz].
+        """
+        for radio in self.radios:
+            if radio.frequency_hz == frequency_hz:
+                return radio
+        return radio_scene(
+            self.scene,
+            frequency_hz,
+            study_materials(self.study),
+            transmission=self.study.solver.transmission,
+            wedges=self.radios[0].wedges,
+        )
+
+    def candidates(
+        self,
+        source_m: npt.ArrayLike,
+        *,
+        radio: RadioScene | None = None,
+        max_reflections: int | None = None,
+        region_m: npt.ArrayLike | None = None,
+    ) -> Candidates:
+        """Return the candidates for paths from a place, searched as the study's solver says.
+
+        Parameters
+        ----------
+        source_m : (3,) array_like — Place of the source [m].
+        radio : The room at one frequency; None: at the first.
+        max_reflections : Greatest order; None: the study's.
+        region_m : (2, 3) array_like or None — Box [m] that all receivers lie in; None: the room.
+        """
+        solver = self.solver
+        if max_reflections is not None:
+            solver = replace(solver, max_reflections=max_reflections)
+        return search_candidates(radio or self.radios[0], source_m, solver, region_m=region_m)
+
+    def link(self, tag: PlacedTag, *, height_m: float | None = None) -> ReaderLink:
+        """Return the link of a tag to the reader: RSS [W] for any pose, mean over the channels.
+
+        Parameters
+        ----------
+        tag : One of the room's tags.
+        height_m : Ground plane above the floor [m]; None: the study's.
+        """
+        return self._link(self.radios, tag, tag.position_m, height_m=height_m, solver=self.solver)
+
+    def free_link(self, tag: PlacedTag) -> ReaderLink:
+        """Return the link of a tag to the reader at the same heights, without any room.
+
+        Parameters
+        ----------
+        tag : Its place and antenna are kept.
+        """
+        place = np.array(tag.position_m)
+        place[2] -= self.reader_z_m - self.reader.height_m
+        return self._link(_free_space(tag), tag, place)
+
+    def open_link(self, tag: PlacedTag) -> ReaderLink:
+        """Return the link of a tag that hangs over (0, 0) as high as here, but in free space.
+
+        Parameters
+        ----------
+        tag : Only its height above the floor and its antenna count [m].
+        """
+        place = np.array([0.0, 0.0, self.height_m(tag)])
+        return self._link(_free_space(tag), tag, place)
+
+    def height_m(self, tag: PlacedTag) -> float:
+        """Return how high a tag hangs above the floor [m].
+
+        Parameters
+        ----------
+        tag : One of the room's tags.
+        """
+        return float(tag.position_m[2]) - self.scene.floor_height_m
+
+    def _link(
+        self,
+        radios: Sequence[RadioScene],
+        tag: PlacedTag,
+        position_m: FloatArray,
+        *,
+        height_m: float | None = None,
+        solver: SolverSettings = DIRECT_ONLY,
+    ) -> ReaderLink:
+        return reader_link(
+            radios,
+            tag_position_m=position_m,
+            tag_antenna=tag.antennas,
+            tag_power_w=self.study.radio.tag_power_w,
+            response=self.responses,
+            reader_height_m=self.reader.height_m if height_m is None else height_m,
+            solver=solver,
+        )
+
+
+def _free_space(tag: PlacedTag) -> list[RadioScene]:
+    scene = free_space_scene()
+    return [radio_scene(scene, antenna.frequency_hz) for antenna in tag.antennas]
+
+
+def mission_table(study: Study) -> MissionTable:
+    """Return the study's table ``[mission]``; refuse a study without one.
+
+    Parameters
+    ----------
+    study : The study.
+    """
+    if study.mission is None:
+        msg = "the study has no table [mission], which is needed to drive; add start_m and tags."
+        raise ConfigError(msg)
+    return study.mission
 
 
 def build_setting(
@@ -198,8 +341,8 @@ def build_setting(
         tags, notes = place_tags(study, scene)
         reader_z_m = scene.floor_height_m + study.reader.height_m
         map_z_m = scene.floor_height_m + (study.map.height_m or study.reader.height_m)
-        _check_heights(study, scene, reader_z_m, map_z_m)
-        _check_starts(study, scene, reader_z_m)
+        check_heights(study, scene, reader_z_m, map_z_m)
+        check_starts(study, scene, reader_z_m)
     except OctantError as exc:
         if not where:
             raise
@@ -207,7 +350,7 @@ def build_setting(
         raise ConfigError(msg) from exc
     return Setting(
         study=study,
-        name=study.name if layout is None else layout.name,
+        layout=layout,
         scene=scene,
         radios=radios,
         tags=tags,
@@ -216,50 +359,6 @@ def build_setting(
         notes=tuple(where + note for note in notes),
         sampling=sampling or Sampling(),
     )
-
-
-def radio_at(study: Study, setting: Setting, frequency_hz: float) -> RadioScene:
-    """Return a study's room, its edges too, at a frequency that may be none of its channels.
-
-    Parameters
-    ----------
-    study, setting : A study and one of its rooms.
-    frequency_hz : Frequency [Hz].
-    """
-    for radio in setting.radios:
-        if radio.frequency_hz == frequency_hz:
-            return radio
-    return radio_scene(
-        setting.scene,
-        frequency_hz,
-        study_materials(study),
-        transmission=study.solver.transmission,
-        wedges=setting.radios[0].wedges,
-    )
-
-
-def candidates_from(
-    study: Study,
-    radio: RadioScene,
-    source_m: npt.ArrayLike,
-    *,
-    max_reflections: int | None = None,
-    region_m: npt.ArrayLike | None = None,
-) -> Candidates:
-    """Return the candidates for paths from a place, searched as the study's solver says.
-
-    Parameters
-    ----------
-    study : The study.
-    radio : Its room at one frequency.
-    source_m : (3,) array_like — Place of the source [m].
-    max_reflections : Greatest order; None: the study's.
-    region_m : (2, 3) array_like or None — Box [m] that all receivers lie in; None: the room.
-    """
-    solver = solver_settings(study)
-    if max_reflections is not None:
-        solver = replace(solver, max_reflections=max_reflections)
-    return search_candidates(radio, source_m, solver, region_m=region_m)
 
 
 def solver_settings(study: Study) -> SolverSettings:
@@ -278,137 +377,3 @@ def solver_settings(study: Study) -> SolverSettings:
         search=solver.search,
         rays=solver.rays,
     )
-
-
-def place_tags(study: Study, scene: Scene) -> tuple[tuple[PlacedTag, ...], tuple[str, ...]]:
-    """Return the tags in their places, and a line for each that had to be moved.
-
-    Parameters
-    ----------
-    study : With its tags [m].
-    scene : The room they hang in.
-    """
-    placed, notes = [], []
-    for i, tag in enumerate(study.tags):
-        position, moved = place_antenna(
-            scene,
-            tag.position_m,
-            study.solver.standoff_m,
-            name=f"tag {tag.id!r}",
-            key=f"tag[{i}].position_m",
-        )
-        if moved:
-            notes.append(moved)
-        placed.append(
-            PlacedTag(
-                id=tag.id,
-                position_m=position,
-                given_m=np.array(tag.position_m),
-                antennas=_tag_antennas(tag, study.radio, key=f"tag[{i}].antenna"),
-            )
-        )
-    return tuple(placed), tuple(notes)
-
-
-def place_antenna(
-    scene: Scene, point_m: npt.ArrayLike, standoff_m: float, *, name: str, key: str
-) -> tuple[FloatArray, str]:
-    """Return where an antenna is put, and a line that says so when that is not where it was given.
-
-    A place outside the room or inside an object is refused.
-
-    Parameters
-    ----------
-    scene : The room.
-    point_m : (3,) array_like — Given place [m].
-    standoff_m : How far it is moved off a surface that it lies on [m].
-    name, key : Name in the line, and key path or option that gave the place, for errors.
-    """
-    given = np.asarray(point_m, dtype=np.float64)
-    text = _point_text(given)
-    points, moved = scene.stand_off(given[None, :], standoff_m)
-    if not scene.inside_room(points)[0]:
-        low, high = (_point_text(corner) for corner in scene.bounds_m)
-        msg = (
-            f"{key} is {text} m, which is outside the room that spans {low} to {high} m; "
-            "move it inside."
-        )
-        raise ConfigError(msg)
-    if scene.inside_solid(points)[0]:
-        msg = f"{key} is {text} m, which is inside a solid object; move it out, or the object."
-        raise ConfigError(msg)
-    if not moved[0]:
-        return given, ""
-    note = (
-        f"{name} at {text} m lies on a surface and is moved "
-        f"{100.0 * float(np.linalg.norm(points[0] - given)):.3g} cm off it, "
-        f"to {_point_text(points[0])} m (solver.standoff_m)."
-    )
-    return np.asarray(points[0], dtype=np.float64), note
-
-
-def _tag_antennas(tag: Tag, radio: Radio, *, key: str) -> tuple[Antenna, ...]:
-    antennas: list[Antenna] = []
-    cut = None
-    for f in (radio.frequency_hz, *radio.frequencies_hz):
-        antennas.append(
-            named_antenna(
-                tag.antenna, f, key=key, axis=tag.axis, azimuth_deg=tag.azimuth_deg, length_m=cut
-            )
-        )
-        cut = antennas[0].length_m or None  # the same metal at all frequencies
-    return tuple(antennas[1:])
-
-
-def _check_starts(study: Study, scene: Scene, reader_z_m: float) -> None:
-    if study.mission is None:
-        return
-    _check_start(study, scene, reader_z_m, key="mission.start_m", place_m=study.mission.start_m)
-    for i, (x, y, _) in enumerate(study.mission.starts):
-        _check_start(study, scene, reader_z_m, key=f"mission.starts[{i}]", place_m=(x, y))
-
-
-def _check_start(
-    study: Study, scene: Scene, reader_z_m: float, *, key: str, place_m: tuple[float, float]
-) -> None:
-    start = np.array([*place_m, reader_z_m])
-    shown = f"{key} is {list(place_m)} m"
-    if not scene.inside_room(start[None, :])[0]:
-        low, high = scene.bounds_m[:, :2].tolist()
-        msg = f"{shown}, which is outside the room that spans {low} to {high} m; start inside it."
-        raise ConfigError(msg)
-    heights = np.linspace(scene.floor_height_m + LENGTHS.step_m, reader_z_m, 5)
-    column = np.column_stack([np.tile(start[:2], (5, 1)), heights])
-    if scene.inside_solid(column).any():
-        msg = f"{shown}, which is inside an object; start beside it."
-        raise ConfigError(msg)
-    radius_m = study.reader.ground_plane_m / 2.0
-    distance_m = float(scene.distance_to_facets_m(start[None, :])[0][0])
-    beside = distance_m < radius_m and distance_m < study.reader.height_m - LENGTHS.same_m
-    if beside:
-        msg = (
-            f"{shown}, {distance_m:g} m from a wall or an object, but the reader reaches "
-            f"{radius_m:g} m from its centre; start further off (or move the room: room.origin_m)."
-        )
-        raise ConfigError(msg)
-
-
-def _check_heights(study: Study, scene: Scene, reader_z_m: float, map_z_m: float) -> None:
-    if not scene.has_room:
-        return
-    top_m = float(scene.bounds_m[1, 2])
-    heights = {
-        "reader.height_m": (study.reader.height_m, reader_z_m),
-        "map.height_m": (study.map.height_m, map_z_m),
-    }
-    for path, (height_m, z_m) in heights.items():
-        if z_m >= top_m:
-            msg = (
-                f"{path} is {height_m:g} m above the floor, but the room is only "
-                f"{top_m - scene.floor_height_m:g} m high; choose less."
-            )
-            raise ConfigError(msg)
-
-
-def _point_text(point_m: npt.ArrayLike) -> str:
-    return "(" + ", ".join(f"{c:.6g}" for c in np.asarray(point_m)) + ")"

@@ -15,7 +15,6 @@ from octant.reader_design.experiments.docking.compute import (
     docking_task,
     kept_runs,
 )
-from octant.reader_design.setting.links import study_responses
 from octant.reader_design.study_file.loading import load_study
 
 STUDY = """
@@ -91,7 +90,7 @@ def test_a_study_leaves_tables_figures_and_a_report(octant, study_file, tmp_path
 def test_runs_are_kept_and_the_same_bits(study_file, tmp_path):
     study = load_study(study_file(STUDY))
     rooms = docking_rooms(study)
-    jobs = docking_jobs(study, rooms, study_responses(study))
+    jobs = docking_jobs(rooms)
     content = compute_docking(study, rooms, jobs, tmp_path)
     assert kept_runs(study, jobs, tmp_path) == "8 runs, of which 8 are computed already."
     job, _ = jobs["station"]
@@ -147,7 +146,7 @@ def test_the_example_in_the_furnished_office_fits_its_room():
 )
 def test_a_reader_that_receives_nothing_never_docks(study_file, table):
     study = load_study(study_file(STUDY.replace("[dock]", f"[sensor]\n{table}\n[dock]")))
-    job = docking_job(study, docking_rooms(study)[0], study_responses(study))
+    job = docking_job(docking_rooms(study)[0])
     result = job(np.random.SeedSequence(3))
     assert not result.success
     assert result.outcome == "tag not found"
@@ -162,8 +161,8 @@ def test_the_readers_ground_plane_counts_in_a_narrow_gap(study_file, plane_m, pa
     )
     text = STUDY.replace("[[tag]]", post.format(0.05) + post.format(0.75) + "[[tag]]", 1)
     text = text.replace("[reader]", f"[reader]\nground_plane_m = {plane_m}")
-    room, _ = docking_rooms(study := load_study(study_file(text)))
-    assert docking_space(study, room)(np.array([[2.1, 0.5]]))[0] == passes
+    room, _ = docking_rooms(load_study(study_file(text)))
+    assert docking_space(room)(np.array([[2.1, 0.5]]))[0] == passes
 
 
 def test_a_study_without_a_dock_is_refused(octant, study_file, tmp_path):

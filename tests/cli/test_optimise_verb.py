@@ -111,7 +111,7 @@ def test_interrupted_search_goes_on_to_the_same_bits(
     def interrupted(*arguments):
         if len(calls) == 3:
             raise KeyboardInterrupt
-        calls.append(arguments[2])
+        calls.append(arguments[1])
         return true_rss(*arguments)
 
     monkeypatch.setattr(evaluation, "rss_over_azimuth", interrupted)
@@ -122,7 +122,7 @@ def test_interrupted_search_goes_on_to_the_same_bits(
     assert len(list((out / "evaluations").iterdir())) >= 3
 
     monkeypatch.setattr(
-        evaluation, "rss_over_azimuth", lambda *a: calls.append(a[2]) or true_rss(*a)
+        evaluation, "rss_over_azimuth", lambda *a: calls.append(a[1]) or true_rss(*a)
     )
     assert octant("optimise", study, "--out", out, "--workers", "1").code == 0
     assert len(calls) == len(set(calls))  # nothing was computed twice

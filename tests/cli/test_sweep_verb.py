@@ -150,10 +150,10 @@ def test_a_value_with_which_no_reader_can_be_built_is_a_cell_with_that_result(
 def test_unexpected_failures_are_in_the_table_and_pass(octant, study_file, tmp_path, monkeypatch):
     real = plan.scored_cell
 
-    def broken(context, design):
-        if design.antenna == "monopole":
+    def broken(setting):
+        if setting.reader.antenna == "monopole":
             raise MemoryError
-        return real(context, design)
+        return real(setting)
 
     monkeypatch.setattr(plan, "scored_cell", broken)
     study, out = study_file(STUDY), tmp_path / "out"
@@ -167,11 +167,11 @@ def test_unexpected_failures_are_in_the_table_and_pass(octant, study_file, tmp_p
 def test_interruption_keeps_the_table_of_what_is_there(octant, study_file, tmp_path, monkeypatch):
     real, done = plan.scored_cell, []
 
-    def interrupted(context, design):
+    def interrupted(setting):
         if len(done) == 3:
             raise KeyboardInterrupt
-        done.append(design)
-        return real(context, design)
+        done.append(setting)
+        return real(setting)
 
     monkeypatch.setattr(plan, "scored_cell", interrupted)
     study, out = study_file(STUDY), tmp_path / "out"

@@ -67,20 +67,27 @@ CALLS = (
 
 PROGRAM = """
 import sys
-from pathlib import Path
+from numba.core.dispatcher import Dispatcher
 from octant.reader_design.cli import run
 
-def kept():
-    return {p.name for p in Path("kernels").rglob("*.nb[ic]")}
+def called():
+    return {
+        (kernel.py_func.__module__, kernel.py_func.__name__, str(signature))
+        for name, module in list(sys.modules.items()) if name.startswith("octant.")
+        for kernel in vars(module).values() if isinstance(kernel, Dispatcher)
+        for signature in kernel.signatures
+    }
 
 assert run(["warm-up"]) == 0
-before = kept()
-assert len(before) > 50
+warm = called()
+assert len(warm) > 25, warm
 for call in sys.argv[1:]:
     assert run(call.split()) == 0, call
-    assert kept() == before, (call, kept() - before)
+    assert called() <= warm, (call, called() - warm)
 assert run(["warm-up", "-q"]) == 0
 """
+"""What is compiled, or found on disk, while warm-up runs, is all that the other calls need. That it
+is found on disk where it is, is numba's own; so this needs no second compilation of everything."""
 
 
 @pytest.mark.slow
@@ -94,7 +101,6 @@ def test_after_warm_up_no_command_compiles(tmp_path):
     (tmp_path / "tracker.toml").write_text(text)
     (tmp_path / "poses.csv").write_text("x_m,y_m,heading_deg\n1.0,1.0,0.0\n2.0,1.5,90.0\n")
     environment = os.environ | {
-        "NUMBA_CACHE_DIR": str(tmp_path / "kernels"),
         "OCTANT_CACHE_DIR": str(tmp_path / "responses"),
         "MPLBACKEND": "agg",
     }
@@ -107,7 +113,6 @@ def test_after_warm_up_no_command_compiles(tmp_path):
         check=False,
     )
     assert done.returncode == 0, done.stderr
-    assert done.stdout.startswith("compiled ")
     assert done.stdout.endswith("nothing to compile: every kernel is ready.\n")
     assert "warm-up: 100%" in done.stderr
 

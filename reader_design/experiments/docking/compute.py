@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 
-from octant.em.antennas.embedded import ReaderResponse
 from octant.geometries.errors import ConfigError, NavigationError
 from octant.navigation.control.docking_law import DockingLaw, TwistLimits
 from octant.navigation.docking.run import DockingJob
@@ -32,7 +31,6 @@ from octant.reader_design.experiments.docking.published import (
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.keeping.seeded import count_seeded, map_seeded
 from octant.reader_design.keeping.workers import Crew
-from octant.reader_design.setting.links import tag_link
 from octant.reader_design.setting.receiver import study_sensor
 from octant.reader_design.setting.robot import robot_space
 from octant.reader_design.setting.setting import Setting, build_setting
@@ -96,22 +94,22 @@ def docking_task(table: Dock) -> DockingTask:
     )
 
 
-def docking_space(study: Study, built: Setting) -> RobotSpace:
+def docking_space(setting: Setting) -> RobotSpace:
     """Return where the study's robot can stand in one of its rooms, once its station is checked.
 
     Parameters
     ----------
-    study, built : A study with a table ``[dock]``, and one of its rooms [m].
+    setting : A room of a study with a table ``[dock]`` [m].
     """
-    table = dock_table(study)
+    table = dock_table(setting.study)
     task = docking_task(table)
     try:
-        task.landmark.check(built.scene)
+        task.landmark.check(setting.scene)
     except NavigationError as exc:
         msg = f"dock.landmark_position_m: {exc}"
         raise ConfigError(msg) from exc
     space = robot_space(
-        built.scene, study.reader, radius_m=table.robot_radius_m, height_m=table.robot_height_m
+        setting.scene, setting.reader, radius_m=table.robot_radius_m, height_m=table.robot_height_m
     )
     if not space(task.goal[None, :2])[0]:
         x, y = task.goal[:2]
@@ -123,24 +121,23 @@ def docking_space(study: Study, built: Setting) -> RobotSpace:
     return space
 
 
-def docking_job(study: Study, built: Setting, responses: Sequence[ReaderResponse]) -> DockingJob:
+def docking_job(setting: Setting) -> DockingJob:
     """Return what makes one docking mission of a study from its seed, in one of its rooms.
 
     Parameters
     ----------
-    study, built : A study with a table ``[dock]``, and one of its rooms [m].
-    responses : The reader's, one for each of ``study.radio.frequencies_hz`` [Hz].
+    setting : The reader in a room of a study with a table ``[dock]`` [m].
     """
-    table = dock_table(study)
-    task, space = docking_task(table), docking_space(study, built)
-    link = tag_link(study, built, built.tag(table.tag), responses)
+    table = dock_table(setting.study)
+    task, space = docking_task(table), docking_space(setting)
+    link = setting.link(setting.tag(table.tag))
     return DockingJob(
         task=task,
         setting=DockingSetting(
             reader=study_sensor(
-                study.sensor,
+                setting.study.sensor,
                 {table.tag: link},
-                responses[0].azimuths_rad,
+                link.azimuths_rad,
                 noise_db=table.noise_db,
             ),
             camera=LandmarkSensor(
@@ -150,7 +147,7 @@ def docking_job(study: Study, built: Setting, responses: Sequence[ReaderResponse
                 attitude_sd_rad=math.radians(table.attitude_sd_deg),
                 detection_probability=table.detection_probability,
                 false_probability=table.false_probability,
-                scene=built.scene,
+                scene=setting.scene,
             ),
             robot=DifferentialDrive(),
             blocked=space.footprint,
@@ -180,7 +177,7 @@ def docking_rooms(study: Study) -> tuple[Setting, ...]:
     """
     rooms = tuple(build_setting(study, layout) for layout in (None, *study.layouts))
     for room in rooms:
-        docking_space(study, room)
+        docking_space(room)
     return rooms
 
 
@@ -204,18 +201,16 @@ class DockingContent:
         return {name: runs for name, (_, runs) in self.rooms.items()}
 
 
-def docking_jobs(
-    study: Study, rooms: Sequence[Setting], responses: Sequence[ReaderResponse]
-) -> dict[str | bool, tuple[DockingJob, int]]:
+def docking_jobs(rooms: Sequence[Setting]) -> dict[str | bool, tuple[DockingJob, int]]:
     """Return jobs and their runs: missions by room, the paper's by whether slips are compensated.
 
     Parameters
     ----------
-    study, rooms : A study with a table ``[dock]``, and its `docking_rooms`.
-    responses : The reader's, one for each of ``study.radio.frequencies_hz`` [Hz].
+    rooms : The `docking_rooms` of a study; they share one reader.
     """
-    runs = dock_table(study).runs
-    missions = {room.name: docking_job(study, room, responses) for room in rooms}
+    runs = dock_table(rooms[0].study).runs
+    responses = rooms[0].solved().responses
+    missions = {room.name: docking_job(room.with_responses(responses)) for room in rooms}
     first = missions[rooms[0].name]
     task, camera = first.task, first.setting.camera
     most = min(runs, _MOST_REPETITIONS)

@@ -26,7 +26,6 @@ from octant.reader_design.experiments.docking.published import (
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.keeping.results import STUDY_FILE, refuse_another, write_once
 from octant.reader_design.keeping.workers import open_crew
-from octant.reader_design.setting.links import study_responses
 from octant.reader_design.showing.pages import (
     Report,
     ReportFigure,
@@ -344,7 +343,7 @@ def run_docking_study(
     write_text(out_dir / STUDY_FILE, text)
     for note in dict.fromkeys(note for room in rooms for note in room.notes):
         progress.say(note)
-    jobs = docking_jobs(study, rooms, study_responses(study))
+    jobs = docking_jobs(rooms)
     with open_crew(workers=workers, cluster=cluster) as crew:
         content = compute_docking(study, rooms, jobs, cases, crew=crew, progress=progress)
     write_once(
@@ -364,5 +363,5 @@ def plan_line(study: Study, out_dir: Path) -> str:
     ----------
     study, out_dir : A study with a table ``[dock]``, and the folder of its results.
     """
-    jobs = docking_jobs(study, docking_rooms(study), study_responses(study))
+    jobs = docking_jobs(docking_rooms(study))
     return kept_runs(study, jobs, out_dir / CASES)

@@ -8,18 +8,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from octant.em.antennas.embedded import ReaderResponse
 from octant.em.decibels import power_dbm
 from octant.geometries.files import whole_file
 from octant.navigation.missions.records import MissionResult
 from octant.navigation.sensing.bearing import room_azimuth, vector_sum_bearing
 from octant.reader_design.experiments.missions.drive_figures import PATH_COLOUR, Drive
-from octant.reader_design.setting.links import tag_link
 from octant.reader_design.setting.samples import standing_room
 from octant.reader_design.setting.setting import Setting
 from octant.reader_design.showing.plan import Plan, draw_plan, draw_tags, plan_of
 from octant.reader_design.showing.style import ANTENNA_COLOURS, draw_antennas, figure_style
-from octant.reader_design.study_file.schema import Study
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -285,9 +282,7 @@ _AROUND_M = 0.7
 
 
 def run_scenery(
-    study: Study,
-    built: Setting,
-    responses: Sequence[ReaderResponse],
+    setting: Setting,
     result: MissionResult,
     *,
     spacing_m: float = SPACING_M,
@@ -296,41 +291,40 @@ def run_scenery(
 
     Parameters
     ----------
-    study, built, result : The study, its room, the run.
-    responses : The reader's, one for each of ``study.radio.frequencies_hz``.
+    setting, result : The reader in its room; the run.
     spacing_m : Distance of neighbouring points of the field [m].
     """
     mission = result.mission
     points = dict(zip(mission.tag_ids, mission.tag_points_m, strict=True))
-    low, high = _extent_m(built, np.vstack([mission.tag_points_m, result.poses[:, :2]]))
+    low, high = _extent_m(setting, np.vstack([mission.tag_points_m, result.poses[:, :2]]))
     x_m, y_m = (
         np.arange(a, b + 0.5 * spacing_m, spacing_m) for a, b in zip(low, high, strict=True)
     )
     x, y = np.meshgrid(x_m, y_m)
     places = np.column_stack([x.ravel(), y.ravel()])
     open_floor = standing_room(
-        built.scene, places, reader_z_m=built.reader_z_m, clearance_m=_CLEARANCE_M
+        setting.scene, places, reader_z_m=setting.reader_z_m, clearance_m=_CLEARANCE_M
     )
     poses = np.column_stack([places, np.full(len(places), 0.5 * np.pi)])[open_floor]
     fields: dict[str, FloatArray] = {}
     for tag_id in points:
         level = np.full(len(places), np.nan)
-        rss_w = tag_link(study, built, built.tag(tag_id), responses).rss_w(poses)
+        rss_w = setting.link(setting.tag(tag_id)).rss_w(poses)
         level[open_floor] = power_dbm(rss_w.max(axis=1))
         fields[tag_id] = np.where(np.isfinite(level), level, np.nan).reshape(x.shape)
     return Scenery(
-        plan=plan_of(built.scene, built.reader_z_m),
+        plan=plan_of(setting.scene, setting.reader_z_m),
         tags=points,
         field=FieldMap(
             x_m=x_m, y_m=y_m, rss_dbm=np.stack([fields[tag_id] for tag_id in mission.tag_ids])
         ),
-        azimuths_rad=responses[0].azimuths_rad,
-        antenna_radius_m=study.reader.antenna_radius_m,
+        azimuths_rad=setting.responses[0].azimuths_rad,
+        antenna_radius_m=setting.reader.antenna_radius_m,
     )
 
 
-def _extent_m(built: Setting, way_m: FloatArray) -> tuple[FloatArray, FloatArray]:
-    if built.scene.has_room:
-        low, high = built.scene.bounds_m[:, :2]
+def _extent_m(setting: Setting, way_m: FloatArray) -> tuple[FloatArray, FloatArray]:
+    if setting.scene.has_room:
+        low, high = setting.scene.bounds_m[:, :2]
         return np.asarray(low), np.asarray(high)
     return way_m.min(axis=0) - _AROUND_M, way_m.max(axis=0) + _AROUND_M

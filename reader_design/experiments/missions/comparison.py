@@ -4,7 +4,7 @@ import itertools
 import math
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -20,8 +20,7 @@ from octant.reader_design.experiments.missions.stage import RoomMission, mission
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.keeping.results import STUDY_FILE, refuse_another, write_once
 from octant.reader_design.keeping.workers import Crew, open_crew
-from octant.reader_design.setting.links import mission_table, study_responses
-from octant.reader_design.setting.setting import build_setting
+from octant.reader_design.setting.setting import build_setting, mission_table
 from octant.reader_design.showing.tables import put_table
 from octant.reader_design.study_file.errors import sentence
 from octant.reader_design.study_file.loading import load_study, vary
@@ -443,14 +442,11 @@ def _outcomes(
     """Yield each cell's outcome; cells that share room and reader build them once."""
     for _, group in itertools.groupby(cells, key=lambda c: (c.layout, c.link, c.reader)):
         alike = list(group)
-        study = alike[0].study
-        built = build_setting(study)
-        responses = study_responses(study)
+        setting = build_setting(alike[0].study).solved()
+        responses = setting.responses
         for cell in alike:
             mission = mission_stage(
-                cell.study,
-                built,
-                responses,
+                replace(setting, study=cell.study).with_responses(responses),
                 name=cell.layout,
                 slug=_slug(cell.layout),
                 runs=mission_table(cell.study).runs,
@@ -501,16 +497,16 @@ def _cell_figure(outcome: CellOutcome, folder: Path) -> list[tuple[str, str, Pat
     from octant.reader_design.showing.style import save_figure
 
     mission = outcome.mission
-    drive, built, data = mission.drive, mission.built, mission.data
-    if drive is None or built is None or data is None:
+    drive, setting, data = mission.drive, mission.setting, mission.data
+    if drive is None or setting is None or data is None:
         return []
     path = folder / f"{mission.folder.name.removeprefix('mission-')}.png"
     if not path.exists():
         tags = mission_table(outcome.cell.study).tags
         figure = run_figure(
             drive,
-            plan_of(built.scene, built.reader_z_m),
-            {tag_id: built.tag(tag_id).point_m for tag_id in tags},
+            plan_of(setting.scene, setting.reader_z_m),
+            {tag_id: setting.tag(tag_id).point_m for tag_id in tags},
             title=f"{outcome.cell.layout}: {outcome.cell.label}",
         )
         save_figure(figure, path)

@@ -10,7 +10,6 @@ import msgspec
 import numpy as np
 import numpy.typing as npt
 
-from octant.em.antennas.embedded import ReaderResponse
 from octant.geometries.errors import ConfigError, GeometryError, NavigationError
 from octant.navigation.control.controllers import (
     Controller,
@@ -33,14 +32,13 @@ from octant.navigation.sensing.sensor import PowerLink
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.keeping.seeded import count_seeded, map_seeded
 from octant.reader_design.keeping.workers import Crew, worker_map
-from octant.reader_design.setting.links import mission_table, mission_tables, open_link, tag_link
+from octant.reader_design.setting.links import mission_tables
 from octant.reader_design.setting.receiver import study_sensor
 from octant.reader_design.setting.robot import robot_space
 from octant.reader_design.setting.setting import Setting, build_setting
 from octant.reader_design.study_file.mission import Mission as MissionTable
 from octant.reader_design.study_file.room import RoomObject
 from octant.reader_design.study_file.rules import mission_rules
-from octant.reader_design.study_file.schema import Layout, Study
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -50,28 +48,23 @@ _WATT_PER_NANOWATT = 1e-9
 _DRAWS = 100
 
 
-def study_mission(
-    study: Study,
-    built: Setting,
-    links: Mapping[str, PowerLink],
-    responses: Sequence[ReaderResponse],
-) -> Mission:
+def study_mission(setting: Setting, links: Mapping[str, PowerLink]) -> Mission:
     """Return the mission of a study in one of its rooms [m], [rad], [s].
 
     Parameters
     ----------
-    study, built : With a mission; the room.
-    links : Link of each tag of the mission; the arrival thresholds [W] come from them.
-    responses : For the threshold of free space, where a tag's link gives nothing, as behind metal.
+    setting : The reader in a room of a study with a mission.
+    links : Link of each tag of the mission; the arrival thresholds [W] come from them, or from free
+        space where a tag's link gives nothing, as behind metal.
     """
-    table = mission_table(study)
-    points = np.array([built.tag(tag_id).point_m for tag_id in table.tags])
+    table = setting.mission
+    points = np.array([setting.tag(tag_id).point_m for tag_id in table.tags])
     arrivals: list[ArrivalTest] = []
     for tag_id, point in zip(table.tags, points, strict=True):
         try:
             arrivals += arrival_tests(links, [tag_id], point[None], radius_m=table.arrival_radius_m)
         except NavigationError:
-            lone = {tag_id: open_link(study, built, tag_id, responses)}
+            lone = {tag_id: setting.open_link(setting.tag(tag_id))}
             arrivals += arrival_tests(
                 lone, [tag_id], np.zeros((1, 2)), radius_m=table.arrival_radius_m
             )
@@ -95,28 +88,27 @@ def study_mission(
     )
 
 
-def mission_space(study: Study, built: Setting) -> RobotSpace:
+def mission_space(setting: Setting) -> RobotSpace:
     """Return where the robot of a study's mission can stand in one of its rooms.
 
     Parameters
     ----------
-    study, built : With a mission; the room [m].
+    setting : The reader in a room of a study with a mission [m].
     """
-    table = mission_table(study)
+    table = setting.mission
     return robot_space(
-        built.scene, study.reader, radius_m=table.robot_radius_m, height_m=table.robot_height_m
+        setting.scene, setting.reader, radius_m=table.robot_radius_m, height_m=table.robot_height_m
     )
 
 
-def mission_starts(study: Study, space: RobotSpace, points_m: FloatArray) -> Starts | None:
+def mission_starts(table: MissionTable, space: RobotSpace, points_m: FloatArray) -> Starts | None:
     """Return the starts of a study's runs, checked [m], [rad]; None: all at the mission's start.
 
     Parameters
     ----------
-    study, space : With a mission; where the robot can stand.
+    table, space : ``[mission]``; where the robot can stand.
     points_m : (k, 2) float64 — Under the tags; random starts in free space lie around them [m].
     """
-    table = mission_table(study)
     if table.random_starts:
         if space.scene.has_room:
             low, high = space.scene.bounds_m[:, :2]
@@ -140,39 +132,32 @@ def mission_starts(study: Study, space: RobotSpace, points_m: FloatArray) -> Sta
     return ListedStarts(poses=poses)
 
 
-def mission_job(
-    study: Study,
-    built: Setting,
-    responses: Sequence[ReaderResponse],
-    *,
-    noise_db: float | None = None,
-) -> MissionJob:
+def mission_job(setting: Setting, *, noise_db: float | None = None) -> MissionJob:
     """Return what makes one run of a study's mission from its seed, in one of its rooms.
 
     Parameters
     ----------
-    study, built : With a mission; the room [m].
-    responses : The reader's, one for each of ``study.radio.frequencies_hz`` [Hz].
+    setting : The reader in a room of a study with a mission [m].
     noise_db : Noise of each reading [dB]; None: the study's.
     """
-    table = mission_table(study)
-    links = {t: tag_link(study, built, built.tag(t), responses) for t in dict.fromkeys(table.tags)}
+    table = setting.mission
+    links = {tag_id: setting.link(setting.tag(tag_id)) for tag_id in dict.fromkeys(table.tags)}
     robot = DifferentialDrive()
-    mission = study_mission(study, built, links, responses)
-    space = mission_space(study, built)
+    mission = study_mission(setting, links)
+    space = mission_space(setting)
     return MissionJob(
         mission=mission,
         sensor=study_sensor(
-            study.sensor,
+            setting.study.sensor,
             links,
-            responses[0].azimuths_rad,
+            setting.responses[0].azimuths_rad,
             noise_db=table.noise_db if noise_db is None else noise_db,
         ),
-        navigator=study_navigator(study, built, mission, responses, robot=robot),
+        navigator=study_navigator(setting, mission, robot=robot),
         robot=robot,
         blocked=space.footprint,
         outside=space.outside,
-        starts=mission_starts(study, space, mission.tag_points_m),
+        starts=mission_starts(table, space, mission.tag_points_m),
     )
 
 
@@ -182,45 +167,38 @@ class MissionRuns:
 
     Attributes
     ----------
-    job, built : Makes one run from its seed; the room [m].
+    job, setting : Makes one run from its seed; the room [m].
     runs, seed : Number of runs, and their base seed.
     """
 
     job: MissionJob
-    built: Setting
+    setting: Setting
     runs: int
     seed: int
 
 
 def mission_runs(
-    study: Study,
-    built: Setting,
-    responses: Sequence[ReaderResponse],
-    *,
-    layout: Layout | None = None,
-    runs: int | None = None,
-    noise_db: float | None = None,
+    setting: Setting, *, runs: int | None = None, noise_db: float | None = None
 ) -> tuple[MissionRuns, ...]:
     """Return the runs of a study's mission, shared evenly by the placements of its objects.
 
     Parameters
     ----------
-    study, runs, noise_db : With a mission; None: its own number of runs in all and noise [dB].
-    built : The room [m], driven in as it is where objects are not placed at random.
-    responses : The reader's, one for each of ``study.radio.frequencies_hz`` [Hz].
-    layout : The table of the room, whose objects are placed; None: the study's own.
+    setting : The reader in a room of a study with a mission [m], driven in as it is where objects
+        are not placed at random.
+    runs, noise_db : Number of runs in all and noise [dB]; None: the study's.
     """
-    table = mission_table(study)
+    table, seed = setting.mission, setting.study.seed
     total = table.runs if runs is None else runs
     if table.placement_m == 0.0:
-        job = mission_job(study, built, responses, noise_db=noise_db)
-        return (MissionRuns(job=job, built=built, runs=total, seed=study.seed),)
+        job = mission_job(setting, noise_db=noise_db)
+        return (MissionRuns(job=job, setting=setting, runs=total, seed=seed),)
     found = []
-    for share, child in _shares(study, total):
-        moved, there = placed(study, layout, np.random.default_rng(child))
-        job = mission_job(moved, there, responses, noise_db=noise_db)
-        seed = int(child.generate_state(1)[0])
-        found.append(MissionRuns(job=job, built=there, runs=share, seed=seed))
+    for share, child in _shares(np.random.SeedSequence(seed), total, table.placements):
+        there = placed(setting, np.random.default_rng(child))
+        job = mission_job(there, noise_db=noise_db)
+        own_seed = int(child.generate_state(1)[0])
+        found.append(MissionRuns(job=job, setting=there, runs=share, seed=own_seed))
     return tuple(found)
 
 
@@ -269,9 +247,7 @@ def count_kept(runs: Sequence[MissionRuns], *, folder: Path) -> int:
 
 
 def drive_missions(
-    study: Study,
-    built: Setting,
-    responses: Sequence[ReaderResponse],
+    setting: Setting,
     *,
     runs: int | None = None,
     noise_db: float | None = None,
@@ -282,13 +258,13 @@ def drive_missions(
 
     Parameters
     ----------
-    study, built, responses, runs, noise_db : As for `mission_runs` ([m], [Hz], [dB]).
+    setting, runs, noise_db : As for `mission_runs` ([m], [dB]).
     workers, progress : Processes that share the runs; called with the number of finished runs.
     """
     with worker_map(workers) as mapper:
         return tuple(
             result
-            for one in mission_runs(study, built, responses, runs=runs, noise_db=noise_db)
+            for one in mission_runs(setting, runs=runs, noise_db=noise_db)
             for result in run_seeded(
                 one.job, runs=one.runs, seed=one.seed, mapper=mapper, progress=progress
             )
@@ -318,31 +294,22 @@ def study_controller(table: MissionTable, pattern: PowerTable | None = None) -> 
 
 
 def study_navigator(
-    study: Study,
-    built: Setting,
-    mission: Mission,
-    responses: Sequence[ReaderResponse],
-    *,
-    robot: DifferentialDrive,
+    setting: Setting, mission: Mission, *, robot: DifferentialDrive
 ) -> Navigator[Any]:
     """Return the navigator that a study's mission names.
 
     Parameters
     ----------
-    study, mission, robot : The study, its `study_mission` [m], [rad], [s] and robot.
-    built : The room: how the tags hang is taken from it, and not where.
-    responses : The reader's, one for each of ``study.radio.frequencies_hz``.
+    setting : The reader in its room: how the tags hang is taken from it, and not where.
+    mission, robot : From `study_mission` [m], [rad], [s]; the robot.
     """
-    table = mission_table(study)
+    table = setting.mission
     if table.navigator == "tracker":
-        return tracker_navigator(
-            mission, tables=mission_tables(study, built, responses), robot=robot
-        )
-    wanted = table.controller == "pattern"
-    pattern = mission_tables(study, built, responses)[0] if wanted else None
+        return tracker_navigator(mission, tables=mission_tables(setting), robot=robot)
+    pattern = mission_tables(setting)[0] if table.controller == "pattern" else None
     return thesis_navigator(
         mission,
-        azimuths_rad=responses[0].azimuths_rad,
+        azimuths_rad=setting.responses[0].azimuths_rad,
         controller=study_controller(table, pattern),
         robot=robot,
         rotation=table.rotation,
@@ -350,15 +317,16 @@ def study_navigator(
     )
 
 
-def placed(study: Study, layout: Layout | None, rng: np.random.Generator) -> tuple[Study, Setting]:
-    """Return a study with objects at random places that leave start and tags free; its room [m].
+def placed(setting: Setting, rng: np.random.Generator) -> Setting:
+    """Return a setting with objects at random places that leave start and tags free [m].
 
     Parameters
     ----------
-    study : With a mission; its ``placement_m`` says how far objects move along x and y [m].
-    layout, rng : Room whose own objects alone move, None: the study's; source of the places.
+    setting : With a mission, whose ``placement_m`` says how far the room's own objects move along x
+        and y [m].
+    rng : Source of the places.
     """
-    table = mission_table(study)
+    study, layout, table = setting.study, setting.layout, setting.mission
     places = [table.start_m, *(t.position_m[:2] for t in study.tags if t.id in table.tags)]
     for _ in range(_DRAWS):
         if layout is None:
@@ -369,11 +337,11 @@ def placed(study: Study, layout: Layout | None, rng: np.random.Generator) -> tup
             objects = _moved(layout.objects, table.placement_m, rng)
             moved, there = study, msgspec.structs.replace(layout, objects=objects)
         try:
-            built = build_setting(moved, there)
+            other = build_setting(moved, there)
         except (ConfigError, GeometryError):
             continue
-        if bool(mission_space(moved, built)(np.array(places)).all()):
-            return moved, built
+        if bool(mission_space(other)(np.array(places)).all()):
+            return other.with_responses(setting.responses)
     msg = (
         f"mission.placement_m is {table.placement_m:g} m, but in {_DRAWS} draws the objects always "
         "covered the start or a tag's point; move them less, or start them farther off."
@@ -381,10 +349,11 @@ def placed(study: Study, layout: Layout | None, rng: np.random.Generator) -> tup
     raise ConfigError(msg)
 
 
-def _shares(study: Study, total: int) -> Iterator[tuple[int, np.random.SeedSequence]]:
+def _shares(
+    seeds: np.random.SeedSequence, total: int, count: int
+) -> Iterator[tuple[int, np.random.SeedSequence]]:
     """Yield the number of runs and the seed of each placement that gets any."""
-    count = mission_table(study).placements
-    for number, child in enumerate(np.random.SeedSequence(study.seed).spawn(count)):
+    for number, child in enumerate(seeds.spawn(count)):
         share = total * (number + 1) // count - total * number // count
         if share:
             yield share, child

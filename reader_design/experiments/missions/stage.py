@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from octant.em.antennas.embedded import ReaderResponse
 from octant.geometries.errors import ConfigError, OctantError, PhysicsWarning
 from octant.navigation.missions.files import write_missions_csv, write_trajectory_csv
 from octant.navigation.missions.metrics import MissionMetrics, measure
@@ -20,11 +19,10 @@ from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.keeping.seeded import runs_key
 from octant.reader_design.keeping.workers import Crew
 from octant.reader_design.setting.design import content_hash
-from octant.reader_design.setting.links import mission_table
-from octant.reader_design.setting.setting import Setting
+from octant.reader_design.setting.setting import Setting, mission_table
 from octant.reader_design.showing.netcdf import dataset, variable
 from octant.reader_design.study_file.loading import to_toml
-from octant.reader_design.study_file.schema import Layout, Study
+from octant.reader_design.study_file.schema import Study
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -58,7 +56,7 @@ class RoomMission:
     name, slug : Name of the room or layout, and the same fit for file names.
     reason, notes : Why the mission could not be driven, empty when it was; models' warnings.
     data : Metrics by ``run``, and run 0 by ``step`` ([s], [m], [rad], [W]).
-    folder, built : Where its `TABLES` lie; the room of run 0, with its objects as placed.
+    folder, setting : Where its `TABLES` lie; the room of run 0, with its objects as placed.
     """
 
     name: str
@@ -67,7 +65,7 @@ class RoomMission:
     notes: tuple[str, ...]
     data: "xr.Dataset | None"
     folder: Path
-    built: Setting | None = None
+    setting: Setting | None = None
 
     @property
     def drive(self) -> Drive | None:
@@ -87,16 +85,13 @@ class RoomMission:
 
 
 def mission_stage(
-    study: Study,
-    built: Setting,
-    responses: tuple[ReaderResponse, ...],
+    setting: Setting,
     *,
     name: str,
     slug: str,
     runs: int,
     folder: Path,
     progress: Progress,
-    layout: Layout | None = None,
     crew: Crew | None = None,
 ) -> RoomMission:
     """Return the missions in one room; runs that the folder holds are read ([s], [m], [rad], [W]).
@@ -105,10 +100,9 @@ def mission_stage(
 
     Parameters
     ----------
-    study, built, responses : With a mission; the room; the reader's responses.
+    setting : The reader in a room of a study with a mission.
     name, slug : Name of the room, and the same fit for file names.
     runs, folder, progress : Number of runs; where runs and tables are kept; shows runs.
-    layout : The table of the room, for random placements of its objects; None: the study's own.
     crew : Workers that share the runs; None: this process drives.
     """
     reason, data = "", None
@@ -116,7 +110,7 @@ def mission_stage(
     place = folder / f"mission-{slug}"
     with collected_warnings() as notes:
         try:
-            shares = mission_runs(study, built, responses, layout=layout, runs=runs)
+            shares = mission_runs(setting, runs=runs)
             label = f"missions in {name}"
             results = drive(shares, folder=folder / RUNS, crew=crew, progress=progress, label=label)
         except ConfigError:
@@ -124,12 +118,12 @@ def mission_stage(
         except OctantError as exc:
             reason = str(exc)
         else:
-            built = shares[0].built
+            setting = shares[0].setting
             keys = [runs_key(one.job, runs=one.runs, seed=one.seed) for one in shares]
             place = folder / f"mission-{slug}-{content_hash(keys)[:16]}"
     if results:
         _write_tables(place, results)
-        data = _dataset(study, name, results)
+        data = _dataset(setting.study, name, results)
     return RoomMission(
         name=name,
         slug=slug,
@@ -137,7 +131,7 @@ def mission_stage(
         notes=tuple(notes),
         data=data,
         folder=place,
-        built=built,
+        setting=setting,
     )
 
 

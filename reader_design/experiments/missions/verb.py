@@ -11,11 +11,9 @@ from octant.geometries.errors import ConfigError
 from octant.reader_design.options import Ended, RunOptions, experiment
 
 if TYPE_CHECKING:
-    from octant.em.antennas.embedded import ReaderResponse
     from octant.navigation.missions.metrics import MissionMetrics
     from octant.navigation.missions.records import MissionResult
     from octant.reader_design.setting.setting import Setting
-    from octant.reader_design.study_file.schema import Study
 
 
 _FILES = ("missions.csv", "missions_summary.csv", "trajectory.csv")
@@ -69,8 +67,7 @@ def navigate(
     from octant.reader_design.experiments.missions.compute import count_kept, drive, mission_runs
     from octant.reader_design.keeping.results import STUDY_FILE, refuse_another, write_once
     from octant.reader_design.keeping.workers import open_crew
-    from octant.reader_design.setting.links import mission_table, study_responses
-    from octant.reader_design.setting.setting import build_setting
+    from octant.reader_design.setting.setting import build_setting, mission_table
     from octant.reader_design.study_file.loading import load_study, replace, to_toml, vary
 
     loaded, out, progress = load_study(study), options.out, options.progress
@@ -82,15 +79,14 @@ def navigate(
     values = {key: value for key, value in given.items() if value is not None}
     loaded = replace(vary(loaded, values), sweep=loaded.sweep)
     text, folder = to_toml(loaded, relative_to=out), out / "runs"
-    built = build_setting(loaded)
+    setting = build_setting(loaded)
     if not options.dry_run:
         refuse_overwrite(*([animate] if animate else []), force=options.force)
         refuse_another(out, text, force=options.force, outputs=(*_FILES, "figures/*.png"))
         write_text(out / STUDY_FILE, text)
-    for note in built.notes:
+    for note in setting.notes:
         progress.say(note)
-    responses = study_responses(loaded)
-    driven = mission_runs(loaded, built, responses)
+    driven = mission_runs(setting.solved())
     if options.dry_run:
         there = count_kept(driven, folder=folder)
         return Ended(
@@ -98,12 +94,12 @@ def navigate(
         )
     with open_crew(workers=options.workers, cluster=options.cluster) as crew:
         results = drive(driven, folder=folder, crew=crew, progress=progress)
-    built = driven[0].built
+    setting = driven[0].setting
     metrics = [measure(result) for result in results]
     write_once(
         folder / "finished.json",
         text,
-        lambda: _publish(loaded, built, results, out),
+        lambda: _publish(setting, results, out),
         force=options.force,
         progress=progress,
     )
@@ -114,17 +110,11 @@ def navigate(
         f"written: {files} and {out / 'figures'}",
     ]
     if animate is not None:
-        lines.append(_animated(animate, loaded, built, responses, results[0]))
+        lines.append(_animated(animate, setting, results[0]))
     return Ended(lines=tuple(lines))
 
 
-def _animated(
-    path: Path,
-    study: "Study",
-    built: "Setting",
-    responses: "Sequence[ReaderResponse]",
-    result: "MissionResult",
-) -> str:
+def _animated(path: Path, setting: "Setting", result: "MissionResult") -> str:
     """Write run 0 as an animation; return what was written."""
     from octant.reader_design.experiments.missions.animation import (
         drive_frames,
@@ -133,14 +123,12 @@ def _animated(
     )
     from octant.reader_design.experiments.missions.drive_figures import drive_of
 
-    scenery = run_scenery(study, built, responses, result)
-    frames = drive_frames(drive_of(result), scenery, title=study.name)
+    scenery = run_scenery(setting, result)
+    frames = drive_frames(drive_of(result), scenery, title=setting.study.name)
     return f"written: {path}, {write_gif(path, frames)} frames"
 
 
-def _publish(
-    study: "Study", built: "Setting", results: "Sequence[MissionResult]", out: Path
-) -> list[Path]:
+def _publish(setting: "Setting", results: "Sequence[MissionResult]", out: Path) -> list[Path]:
     """Return the files of a mission, once written."""
     from octant.navigation.missions.files import write_missions_csv, write_trajectory_csv
     from octant.navigation.missions.metrics import measure
@@ -152,7 +140,6 @@ def _publish(
         trajectory_figure,
     )
     from octant.reader_design.experiments.missions.figures import membership_figure
-    from octant.reader_design.setting.links import mission_table
     from octant.reader_design.showing.plan import plan_of
     from octant.reader_design.showing.style import save_figure
     from octant.reader_design.study_file.rules import mission_rules
@@ -163,17 +150,17 @@ def _publish(
     write_trajectory_csv(trajectory, results[0])
     first, mission = drive_of(results[0]), results[0].mission
     points = dict(zip(mission.tag_ids, mission.tag_points_m, strict=True))
-    title = f"{study.name}: {study.reader.label()}"
-    shown = [(built.name, first, plan_of(built.scene, built.reader_z_m))]
+    title = f"{setting.study.name}: {setting.reader.label()}"
+    shown = [(setting.name, first, plan_of(setting.scene, setting.reader_z_m))]
     figures = {
         "trajectory": trajectory_figure(shown, points, title=title),
-        "percentiles": percentile_figure([(built.name, first)], title=title),
+        "percentiles": percentile_figure([(setting.name, first)], title=title),
         "rss": rss_time_figure(first, mission.tag_ids, title=title),
     }
-    table = mission_table(study)
+    table = setting.mission
     if table.navigator == "thesis" and table.controller == "fuzzy":
         figures["membership"] = membership_figure(
-            mission_rules(table), title=f"{study.name}: rules of the fuzzy controller"
+            mission_rules(table), title=f"{setting.study.name}: rules of the fuzzy controller"
         )
     paths = {name: out / "figures" / f"{name}.png" for name in figures}
     for name, figure in figures.items():

@@ -14,7 +14,6 @@ from octant.reader_design.keeping.keeper import RecordCodec, map_cases
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.keeping.workers import Crew
 from octant.reader_design.setting.design import reader_responses
-from octant.reader_design.setting.evaluation import free_link, reference_tag
 from octant.reader_design.setting.samples import free_points_m, grid_azimuths_rad, sample_rss_w
 from octant.reader_design.setting.scores import score_rss
 from octant.reader_design.setting.setting import Sampling, Setting, build_setting
@@ -24,7 +23,7 @@ from octant.reader_design.study_file.schema import Study
 FloatArray = npt.NDArray[np.float64]
 
 LEFT_OUT = (
-    "Setting.name",
+    "Setting.layout",
     "Setting.notes",
     "Setting.map_z_m",
     *(
@@ -90,18 +89,21 @@ class Bench:
 
     Attributes
     ----------
-    study : The study, with its table ``[optimise]``.
-    built, reference : Its room, and the id of the only tag of it that is used.
+    setting, reference : The room, and the id of its only tag that is used.
     distances_m : Horizontal distances of the tag [m].
     footprint_m, height_m : Greatest size of the ground plane; of plates and antennas above it [m].
     """
 
-    study: Study
-    built: Setting
+    setting: Setting
     reference: str
     distances_m: tuple[float, ...]
     footprint_m: float
     height_m: float
+
+    @property
+    def study(self) -> Study:
+        """The study, with its table ``[optimise]``."""
+        return self.setting.study
 
 
 def bench(study: Study) -> Bench:
@@ -120,11 +122,10 @@ def bench(study: Study) -> Bench:
             '"fullwave", "rays" or "isolated".'
         )
         raise ConfigError(msg)
-    built, table = build_setting(study), study.optimise
+    setting, table = build_setting(study, sampling=Sampling()), study.optimise
     return Bench(
-        study=study,
-        built=built,
-        reference=reference_tag(study, built).id,
+        setting=setting,
+        reference=setting.reference_tag.id,
         distances_m=tuple(table.distances_m),
         footprint_m=table.footprint_m,
         height_m=table.height_m,
@@ -132,7 +133,7 @@ def bench(study: Study) -> Bench:
 
 
 def rss_over_azimuth(
-    study: Study, built: Setting, design: Reader, distances_m: Sequence[float]
+    place: Setting, design: Reader, distances_m: Sequence[float]
 ) -> tuple[FloatArray, FloatArray, FloatArray, tuple[str, ...]]:
     """Return (RSS [W], azimuths of the tag [rad], of the antennas [rad], the model's warnings).
 
@@ -140,17 +141,15 @@ def rss_over_azimuth(
 
     Parameters
     ----------
-    study : Frequencies [Hz], the model of the reader, power of the tag [W].
-    built : Its room, of which the reference tag's height and antenna are used [m].
+    place : The room, of which the reference tag's height and antenna are used [m].
     design : The reader.
     distances_m : Horizontal distances of the tag [m].
     """
-    context = replace(built, study=study, sampling=Sampling())
-    responses = reader_responses(design, study.radio)
+    responses = reader_responses(design, place.study.radio)
     elements = np.asarray(responses[0].azimuths_rad, dtype=np.float64)
-    tag = reference_tag(study, built)
-    link = free_link(context, tag, responses)
-    azimuths = grid_azimuths_rad(elements.size, context.sampling.free_azimuths)
+    tag = place.reference_tag
+    link = place.with_responses(responses).free_link(tag)
+    azimuths = grid_azimuths_rad(elements.size, place.sampling.free_azimuths)
     origin = tag.position_m[:2]
     rss = sample_rss_w(link, origin + free_points_m(distances_m), origin, azimuths)
     notes = dict.fromkeys((*design.notes(), *(w for r in responses for w in r.warnings)))
@@ -232,9 +231,7 @@ def _beyond_limits(place: Bench, width_m: float, height_m: float) -> str:
 
 
 def _scores(place: Bench, design: Reader) -> tuple[dict[str, FloatArray], tuple[str, ...]]:
-    rss, azimuths, elements, notes = rss_over_azimuth(
-        place.study, place.built, design, place.distances_m
-    )
+    rss, azimuths, elements, notes = rss_over_azimuth(place.setting, design, place.distances_m)
     found = [score_rss(rss[i : i + 1], azimuths, elements) for i in range(len(rss))]
     return {
         "right_share": np.array([s.right_share for s in found]),

@@ -335,7 +335,7 @@ def _write_figures(
     for name, trial in (("chosen design", found.winner), ("study's reader", found.reader)):
         if trial.evaluation.feasible:
             rss, azimuths, _, _ = rss_over_azimuth(
-                study, place.built, trial.evaluation.design, place.distances_m
+                place.setting, trial.evaluation.design, place.distances_m
             )
             rows.append((name, rss))
     title = "Received power against the tag's azimuth"

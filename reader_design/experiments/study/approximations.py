@@ -4,31 +4,29 @@ import math
 
 from octant.em.reader.comparison import FLOOR_DB, ResponseDifference, compare_responses
 from octant.reader_design.setting.design import FULLWAVE, response_at
-from octant.reader_design.setting.evaluation import reference_tag
 from octant.reader_design.setting.setting import Setting
 from octant.reader_design.showing.pages import ReportTable
-from octant.reader_design.study_file.reader import Reader
 
 APPROXIMATIONS = ("rays", "isolated")
 """Models that are compared with the full-wave one [-]."""
 
 
-def approximation_errors(context: Setting, design: Reader) -> tuple[ResponseDifference, ...]:
+def approximation_errors(setting: Setting) -> tuple[ResponseDifference, ...]:
     """Return both errors at the carrier ([dB], shares); none unless the study itself is full-wave.
 
     Parameters
     ----------
-    context, design : Its distances [m] say under which angles tags are seen; the reader.
+    setting : The reader; the sampled distances [m] say under which angles tags are seen.
     """
     import numpy as np
 
-    study = context.study
+    study, design = setting.study, setting.reader
     if study.reader.response != FULLWAVE:
         return ()
     frequency_hz = study.radio.frequency_hz
-    tag = reference_tag(study, context)
-    rise_m = float(tag.position_m[2]) - context.reader_z_m
-    theta = np.arctan2(context.sampling.distances_m(), rise_m)
+    tag = setting.reference_tag
+    rise_m = float(tag.position_m[2]) - setting.reader_z_m
+    theta = np.arctan2(setting.sampling.distances_m(), rise_m)
     truth = response_at(design, frequency_hz)
     return tuple(
         compare_responses(truth, response_at(design, frequency_hz, model), theta.tolist())

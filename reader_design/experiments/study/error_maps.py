@@ -1,18 +1,15 @@
 """Maps of the bearing error over the floor, all headings together, and of capture."""
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
-from octant.em.antennas.embedded import ReaderResponse
 from octant.em.power.received_power import ReaderLink
 from octant.navigation.sensing.bearing import reader_azimuth
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.setting.bearing_errors import vector_errors_rad
 from octant.reader_design.setting.capture import arriving_paths, captured
-from octant.reader_design.setting.links import tag_link
 from octant.reader_design.setting.measures import strongest_errors_rad
 from octant.reader_design.setting.samples import grid_azimuths_rad
 from octant.reader_design.setting.setting import Setting
@@ -49,8 +46,7 @@ def heading_errors_rad(
 
 
 def error_maps(
-    context: Setting,
-    responses: Sequence[ReaderResponse],
+    setting: Setting,
     places_m: FloatArray,
     standing: npt.NDArray[np.bool_],
     progress: Progress,
@@ -59,16 +55,14 @@ def error_maps(
 
     Parameters
     ----------
-    context, progress : Study and room, its sampling gives the number of headings; shows places.
-    responses : The reader's, one for each frequency.
+    setting, progress : Reader and room, its sampling gives the number of headings; shows places.
     places_m, standing : (nx, ny, 2), (nx, ny) — Grid [m]; where the reader fits: elsewhere NaN.
     """
-    study, built = context.study, context
-    headings = grid_azimuths_rad(responses[0].antennas, context.sampling.room_azimuths)
+    headings = grid_azimuths_rad(setting.responses[0].antennas, setting.sampling.room_azimuths)
     places = places_m[standing]
-    tables = np.full((3, len(built.tags), *standing.shape), np.nan)
-    for number, tag in enumerate(built.tags):
-        link = tag_link(study, built, tag, responses)
+    tables = np.full((3, len(setting.tags), *standing.shape), np.nan)
+    for number, tag in enumerate(setting.tags):
+        link = setting.link(tag)
         columns = np.empty((3, len(places)))
         with progress.count(len(places), label=f"bearing errors of tag {tag.id}") as done:
             for begin in range(0, len(places), BLOCK):
@@ -76,8 +70,8 @@ def error_maps(
                 near = places[block]
                 columns[:2, block] = heading_errors_rad(link, near, headings)
                 towards = np.arctan2(*(tag.position_m[:2] - near).T[::-1])
-                paths = arriving_paths(study, built, tag, near)
-                columns[2, block] = captured(paths, towards, responses).mean(axis=1)
+                paths = arriving_paths(setting, tag, near)
+                columns[2, block] = captured(paths, towards, setting.responses).mean(axis=1)
                 done(begin + len(near))
         tables[:, number, standing] = columns
     dims = ["tag", "x", "y"]

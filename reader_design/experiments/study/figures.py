@@ -133,20 +133,20 @@ def reader_figures(
 
 
 def room_figures(
-    context: Setting, room_map: "xr.Dataset", elements_rad: FloatArray
+    setting: Setting, room_map: "xr.Dataset", elements_rad: FloatArray
 ) -> Iterator[NamedFigure]:
     """Yield the maps of the room: RSS [dBm] of the strongest antenna, bearing error [deg].
 
     Parameters
     ----------
-    context, room_map : Study and room; its maps.
+    setting, room_map : Study and room; its maps.
     elements_rad : (n,) float64 — Azimuths of the antennas [rad].
     """
-    data, built = room_map, context
-    plan = plan_of(built.scene, built.reader_z_m)
+    data = room_map
+    plan = plan_of(setting.scene, setting.reader_z_m)
     x, y = data["x"].values, data["y"].values
     blocked = data["standing"].values == 0
-    points = {tag.id: tag.point_m for tag in built.tags}
+    points = {tag.id: tag.point_m for tag in setting.tags}
 
     def panel(title: str, values: FloatArray, *names: str) -> MapPanel:
         masked = np.where(blocked, np.nan, values).T
@@ -156,7 +156,7 @@ def room_figures(
     mean = power_dbm(data["local_mean_rss_w"].values.max(axis=-1).astype(np.float64))
     coherent, mean = (np.where(np.isfinite(v), v, np.nan) for v in (coherent, mean))
     names = list(points)[:MOST_PANELS]
-    first = 0 if context.study.mission is None else names.index(context.study.mission.tags[0])
+    first = 0 if setting.study.mission is None else names.index(setting.study.mission.tags[0])
     heading = f"heading {float(data.attrs['heading_deg']):g}°"
     yield NamedFigure(
         file="map_rss.png",
@@ -278,20 +278,20 @@ def _map_errors_deg(
 
 
 def mission_figures(
-    context: Setting, missions: Sequence[tuple[RoomMission, Plan]], *, label: str
+    setting: Setting, missions: Sequence[tuple[RoomMission, Plan]], *, label: str
 ) -> Iterator[NamedFigure]:
     """Yield the missions' figures, as thesis Fig. 5.12: way [m], errors [cm, deg], RSS [dBm].
 
     Parameters
     ----------
-    context, missions, label : Study and room; one for each room, with its RSS; the design.
+    setting, missions, label : Study and room; one for each room, with its RSS; the design.
     """
-    table = context.study.mission
+    table = setting.study.mission
     driven = [(m.name, m.drive, plan, m.slug) for m, plan in missions]
     shown = [(name, drive, plan, slug) for name, drive, plan, slug in driven if drive is not None]
     if table is None or not shown:
         return
-    points = {tag_id: context.tag(tag_id).point_m for tag_id in table.tags}
+    points = {tag_id: setting.tag(tag_id).point_m for tag_id in table.tags}
     yield NamedFigure(
         file="trajectory.png",
         section="mission",

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from octant.em.antennas.embedded import ReaderResponse
 from octant.em.power.radio_map import map_reader
 from octant.geometries.errors import OctantError
 from octant.reader_design.experiments.study.error_maps import error_maps
@@ -14,7 +13,6 @@ from octant.reader_design.keeping.keeper import map_cases
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.keeping.small_netcdf import DatasetCodec
 from octant.reader_design.setting.evaluation import room_samples_w
-from octant.reader_design.setting.links import tag_link
 from octant.reader_design.setting.map_grid import map_axes_m
 from octant.reader_design.setting.samples import grid_azimuths_rad, standing_room
 from octant.reader_design.setting.setting import Setting
@@ -27,7 +25,7 @@ if TYPE_CHECKING:
 
 LEFT_OUT = (
     "MapCase.progress",
-    "Setting.name",
+    "Setting.layout",
     "Setting.notes",
     *(
         f"Study.{table}"
@@ -46,12 +44,10 @@ class MapCase:
 
     Attributes
     ----------
-    context, progress : Study, room and sampling; shows receivers.
-    responses : Of the chosen reader, one for each frequency.
+    setting, progress : The chosen reader in its room, and the sampling; shows receivers.
     """
 
-    context: Setting
-    responses: tuple[ReaderResponse, ...]
+    setting: Setting
     progress: Progress
 
 
@@ -87,20 +83,20 @@ def mapped(_context: None, case: MapCase) -> "xr.Dataset":
     ----------
     case : What they are made of.
     """
-    context, responses, progress = case.context, case.responses, case.progress
-    study, built = context.study, context
+    setting, progress = case.setting, case.progress
+    study = setting.study
     heading_rad = float(np.radians(90.0 if study.mission is None else study.mission.heading_deg))
-    x, y = map_axes_m(study, built)
+    x, y = map_axes_m(setting)
     grid = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
     standing = standing_room(
-        built.scene,
+        setting.scene,
         grid,
-        reader_z_m=built.reader_z_m,
+        reader_z_m=setting.reader_z_m,
         clearance_m=study.reader.ground_plane_m / 2.0,
     ).reshape(x.size, y.size)
     maps = []
-    for tag in built.tags:
-        link = tag_link(study, built, tag, responses)
+    for tag in setting.tags:
+        link = setting.link(tag)
         with progress.count(x.size * y.size, label=f"map of tag {tag.id}") as done:
             maps.append(
                 map_reader(
@@ -111,9 +107,9 @@ def mapped(_context: None, case: MapCase) -> "xr.Dataset":
                     progress=lambda rows, _, done=done: done(rows),  # type: ignore[misc]
                 )
             )
-    n = responses[0].antennas
+    n = setting.reader.antennas
     variables = {
-        **error_maps(context, responses, grid.reshape(*standing.shape, 2), standing, progress),
+        **error_maps(setting, grid.reshape(*standing.shape, 2), standing, progress),
         "rss_w": variable(
             ["tag", "x", "y", "antenna"],
             np.array([m.coherent_w for m in maps], dtype=np.float32),
@@ -139,14 +135,14 @@ def mapped(_context: None, case: MapCase) -> "xr.Dataset":
     coordinates = {
         "x": variable(["x"], x, units="m", long_name="x of the reader"),
         "y": variable(["y"], y, units="m", long_name="y of the reader"),
-        "tag": variable(["tag"], [t.id for t in built.tags], units="1", long_name="tag"),
+        "tag": variable(["tag"], [t.id for t in setting.tags], units="1", long_name="tag"),
         "antenna": variable(["antenna"], np.arange(1, n + 1), units="1", long_name="antenna"),
     }
-    if context.has_room:
-        azimuths = grid_azimuths_rad(n, context.sampling.room_azimuths)
+    if setting.has_room:
+        azimuths = grid_azimuths_rad(n, setting.sampling.room_azimuths)
         variables["sample_rss_w"] = variable(
             ["sample", "sample_azimuth", "antenna"],
-            room_samples_w(context, responses, azimuths).astype(np.float32),
+            room_samples_w(setting, azimuths).astype(np.float32),
             units="W",
             long_name="RSS over places, tags and azimuths of the room, for the scores",
         )

@@ -46,7 +46,7 @@ class StudyContent:
 
     Attributes
     ----------
-    context : Study, room and sampling.
+    setting : Study, room and sampling.
     cells, candidates, choice : All cells, failed ones too; the scored ones; their ranking.
     driven : The designs that drove the missions, the chosen one first.
     notes : What the user should know: tags that were moved, validity of models.
@@ -55,7 +55,7 @@ class StudyContent:
     study_toml, quick, seconds : The resolved study; whether a quick look; time since start [s].
     """
 
-    context: Setting
+    setting: Setting
     cells: tuple[Cell, ...]
     candidates: tuple[Candidate, ...]
     choice: Choice
@@ -82,7 +82,7 @@ class StudyContent:
         """Claims of the thesis that the sweep tests, numbers with their units."""
         if any(cell.label != cell.design.label() for cell in self.cells):
             return ()  # the thesis varies antenna, r_a and h_p alone
-        power_w = self.context.study.radio.tag_power_w
+        power_w = self.setting.study.radio.tag_power_w
         return thesis_claims(self.cells, self.candidates, self.choice, tag_power_w=power_w)
 
     @property
@@ -98,7 +98,7 @@ def study_report(content: StudyContent, figures: dict[str, list[tuple[str, str, 
     ----------
     content, figures : The results; by section: title, caption and file of each figure.
     """
-    study, chosen = content.context.study, content.chosen
+    study, chosen = content.setting.study, content.chosen
     failed = [c for c in content.cells if c.reason]
     claims = content.claims
     summary = (
@@ -189,12 +189,12 @@ def _sweep_section(content: StudyContent, figures: tuple[ReportFigure, ...]) -> 
         )
     if claims := content.claims:
         tables.append(claim_table(claims))
-    sampling = content.context.sampling
+    sampling = content.setting.sampling
     text = (
         f"Every design is scored at horizontal distances of {sampling.nearest_m:g} to "
         f"{sampling.farthest_m:g} m and at all azimuths of the tag, in free space and, with every "
         "tag and every place of the floor where the reader fits, in the room. RSS is the coherent "
-        f"sum over paths without noise; usable means at least {content.context.usable_dbm:g} dBm."
+        f"sum over paths without noise; usable means at least {content.setting.usable_dbm:g} dBm."
     )
     return ReportSection(
         heading="The sweep",
@@ -231,7 +231,7 @@ def _design_points(content: StudyContent) -> tuple[str, ...]:
             f"{design.antennas} antennas, given by {design.label()} from the axis{turn}",
             f"{100 * design.height_m:.4g} cm above the floor",
         )
-    element = design.element(content.context.study.radio.frequency_hz)
+    element = design.element(content.setting.study.radio.frequency_hz)
     points = [
         (
             f"{design.antennas} vertical {design.antenna}s, each {100 * element.length_m:.3g} cm "
@@ -252,7 +252,7 @@ def _design_points(content: StudyContent) -> tuple[str, ...]:
             f"each monopole on its own plane of {100 * own_m:.3g} cm, {1000 * design.gap_m:.3g} mm "
             "above the ground plane"
         )
-    if content.context.study.reader.response == FULLWAVE:
+    if content.setting.study.reader.response == FULLWAVE:
         points.append(
             f"wire of {1000 * design.wire_radius_m:.3g} mm radius, feeds of "
             f"{1000 * design.feed_gap_m:.3g} mm, loads of {design.load_ohm:g} ohm"
@@ -262,7 +262,7 @@ def _design_points(content: StudyContent) -> tuple[str, ...]:
 
 
 def _room_points(content: StudyContent) -> tuple[str, ...]:
-    scene, study = content.context.scene, content.context.study
+    scene, study = content.setting.scene, content.setting.study
     if not scene.bodies:
         return ("Free space: no walls and no objects.",)
     size = scene.bounds_m[1] - scene.bounds_m[0]
@@ -307,7 +307,7 @@ def _study_section(content: StudyContent) -> ReportSection:
     return ReportSection(
         heading="The study",
         paragraphs=(
-            f"Seed {content.context.study.seed}; versions: {found}.",
+            f"Seed {content.setting.study.seed}; versions: {found}.",
             (
                 f"Computing time of the cells {sum(c.seconds for c in content.cells):.0f} s, of "
                 f"this run of the study {content.seconds:.0f} s."

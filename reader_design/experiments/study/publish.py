@@ -50,7 +50,7 @@ def publish(
         {
             "cells": [[c.key, c.reason] for c in content.cells],
             "missions": [[m.folder.name, m.reason] for d in content.driven for m in d.missions],
-            "map": content.context.study.map.spacing_m,
+            "map": content.setting.study.map.spacing_m,
             "as_built": None if content.as_built is None else list(content.as_built.paragraphs),
             "study": content.study_toml,
         },
@@ -105,7 +105,7 @@ def _figures(
     from octant.reader_design.showing.plan import plan_of
     from octant.reader_design.showing.style import save_figure
 
-    study = content.context.study
+    study = content.setting.study
     cell = content.chosen_cell
     elements = cell.design.body().element_azimuths_rad
     plans = [plan_of(built.scene, built.reader_z_m) for _, _, built in rooms]
@@ -115,8 +115,8 @@ def _figures(
             content.cells, content.candidates, content.choice, frequency_hz=study.radio.frequency_hz
         ),
         reader_figures(study, cell, elements, room_map),
-        room_figures(content.context, room_map, elements),
-        mission_figures(content.context, pairs, label=cell.label),
+        room_figures(content.setting, room_map, elements),
+        mission_figures(content.setting, pairs, label=cell.label),
     )
     entries: dict[str, list[tuple[str, str, Path]]] = {}
     with progress.track(drawn, label="figures") as figures:

@@ -8,7 +8,7 @@ where the last run stopped, however that ended.
 import re
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import msgspec
@@ -23,7 +23,11 @@ from octant.reader_design.experiments.study.map_stage import MapCase, map_stage
 from octant.reader_design.experiments.study.mission_sections import mission_sentence
 from octant.reader_design.experiments.study.page import StudyContent
 from octant.reader_design.experiments.study.publish import publish
-from octant.reader_design.experiments.study.shortlist import candidates_of, drive_shortlist
+from octant.reader_design.experiments.study.shortlist import (
+    NamedRoom,
+    candidates_of,
+    drive_shortlist,
+)
 from octant.reader_design.experiments.study.tolerance_stage import tolerance_stage
 from octant.reader_design.experiments.sweep.cells import run_sweep
 from octant.reader_design.experiments.sweep.cost import cell_cost
@@ -37,7 +41,6 @@ from octant.reader_design.experiments.sweep.table import (
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.keeping.results import refuse_another
 from octant.reader_design.keeping.workers import open_crew
-from octant.reader_design.setting.design import reader_responses
 from octant.reader_design.setting.evaluation import Cell
 from octant.reader_design.setting.ranking import choose
 from octant.reader_design.setting.setting import Sampling, Setting, build_setting
@@ -105,7 +108,7 @@ def plan_lines(
     study, out_dir : What would be studied; its folder, where cells may be kept already.
     quick, workers : Coarse sampling and map, few runs; processes, None: one for each core.
     """
-    plan = plan_sweep(_context(study, quick=quick))
+    plan = plan_sweep(_setting(study, quick=quick))
     rows = known_rows(plan, out_dir, progress=Progress())
     rooms = 1 + len(study.layouts)
     runs = 0 if study.mission is None else study.mission.runs
@@ -144,12 +147,12 @@ def run_study(
     text = (QUICK_LINE if quick else "") + to_toml(study, relative_to=out_dir)
     refuse_another(out_dir, text, force=force, outputs=OUTPUTS)
     with collected_warnings() as warned:
-        context = _context(study, quick=quick)
-        rooms = list(_rooms(study, context))
-        for note in dict.fromkeys(n for _, _, built in rooms for n in built.notes):
+        first = _setting(study, quick=quick)
+        rooms = list(_rooms(first))
+        for note in dict.fromkeys(note for _, _, there in rooms for note in there.notes):
             progress.say(note)
         write_text(out_dir / "study.toml", text)
-        plan = plan_sweep(context)
+        plan = plan_sweep(first)
         cells = _swept(plan, out_dir, workers=workers, cluster=cluster, progress=progress)
         scored = [c for c in cells if c.free is not None]
         _refuse_nothing_scored(cells)
@@ -157,22 +160,23 @@ def run_study(
         choice = choose(candidates, model=study.reader.response, rules=study.choice)
         chosen = scored[choice.chosen]
         progress.say(choice.reason[0])
-        contexts = {p.key: p.context for p in plan.cells}
+        settings = {p.key: p.setting for p in plan.cells}
 
-        def setting(cell: Cell) -> tuple[Study, list[tuple[str, str, Setting]]]:
-            own = contexts[cell.key]
-            same = own.scene is rooms[0][2].scene and own.study.room == study.room
-            return own.study, rooms if same else list(_rooms(own.study, own))
+        def rooms_of(cell: Cell) -> list[NamedRoom]:
+            own = settings[cell.key]
+            if own.scene is not first.scene or own.study.room != study.room:
+                return list(_rooms(own))
+            return [
+                (name, slug, replace(there, study=own.study).with_responses(own.responses))
+                for name, slug, there in rooms
+            ]
 
-        context = contexts[chosen.key]
-        responses = reader_responses(chosen.design, context.study.radio)
-        approximations = approximation_errors(context, chosen.design)
+        setting = settings[chosen.key]
+        approximations = approximation_errors(setting)
         stages = out_dir / "stages"
-        room_map = map_stage(
-            MapCase(context=context, responses=responses, progress=progress), stages
-        )
+        room_map = map_stage(MapCase(setting=setting, progress=progress), stages)
         driven = drive_shortlist(
-            setting,
+            rooms_of,
             scored,
             choice,
             most_runs=QUICK_RUNS if quick else None,
@@ -183,17 +187,17 @@ def run_study(
         if not quick:
             second = scored[choice.ranking[1]] if len(scored) > 1 else None
             as_built = tolerance_stage(
-                context.study,
+                setting.study,
                 second,
                 folder=out_dir / "tolerance",
                 progress=progress,
                 workers=workers,
             )
-        rooms = setting(chosen)[1]
+        rooms = rooms_of(chosen)
         for mission in driven[0].missions:
             progress.say(mission_sentence(mission))
     content = StudyContent(
-        context=context,
+        setting=setting,
         cells=cells,
         candidates=candidates,
         choice=choice,
@@ -226,7 +230,7 @@ def _swept(
         return run_sweep(plan, out_dir / CELLS_FOLDER, crew=crew, progress=progress)
 
 
-def _context(study: Study, *, quick: bool) -> Setting:
+def _setting(study: Study, *, quick: bool) -> Setting:
     if quick:
         spacing = max(study.map.spacing_m, QUICK_SPACING_M)
         study = msgspec.structs.replace(
@@ -236,16 +240,16 @@ def _context(study: Study, *, quick: bool) -> Setting:
     return build_setting(study, sampling=sampling)
 
 
-def _rooms(study: Study, own: Setting) -> Iterator[tuple[str, str, Setting]]:
-    """Yield name, file name and scene of the study's room and of its layouts, all checked."""
+def _rooms(own: Setting) -> Iterator[NamedRoom]:
+    """Yield the study's room and its layouts, all checked."""
     yield OWN_ROOM, "room", own
-    layouts: Sequence[Layout] = study.layouts
+    layouts: Sequence[Layout] = own.study.layouts
     used = {"room"}
     for number, layout in enumerate(layouts, 1):
         slug = re.sub(r"[^a-z0-9]+", "-", layout.name.lower()).strip("-") or "layout"
         slug = slug if slug not in used else f"{slug}-{number}"
         used.add(slug)
-        yield layout.name, slug, build_setting(study, layout)
+        yield layout.name, slug, build_setting(own.study, layout)
 
 
 def _refuse_nothing_scored(cells: Sequence[Cell]) -> None:

@@ -6,11 +6,13 @@ from pathlib import Path
 
 from octant.reader_design.experiments.missions.stage import RoomMission, mission_stage
 from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.setting.design import reader_responses
 from octant.reader_design.setting.evaluation import Cell
 from octant.reader_design.setting.ranking import Candidate, Choice
 from octant.reader_design.setting.setting import Setting
 from octant.reader_design.study_file.schema import Study
+
+NamedRoom = tuple[str, str, Setting]
+"""A room's name, the same fit for file names, and the room with its reader."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,7 +54,7 @@ def candidates_of(study: Study, cells: Sequence[Cell]) -> tuple[Candidate, ...]:
 
 
 def drive_shortlist(
-    settings: Callable[[Cell], tuple[Study, Sequence[tuple[str, str, Setting]]]],
+    rooms: Callable[[Cell], Sequence[NamedRoom]],
     scored: Sequence[Cell],
     choice: Choice,
     *,
@@ -64,31 +66,27 @@ def drive_shortlist(
 
     Parameters
     ----------
-    settings : Returns the study of a cell, and name, file name and scene of each of its rooms.
+    rooms : Returns the rooms of a cell, with its reader in them.
     scored, choice : The candidates' cells, in their order, and the ranking.
     most_runs : Runs in each room at most; None: as many as the study says.
     folder, progress : Where stages are kept; shows runs.
     """
     driven = []
     for index in choice.ranking[: choice.rules.missions]:
-        cell, missions = scored[index], []
-        study, rooms = settings(cell)
-        if study.mission is not None:
-            responses = reader_responses(cell.design, study.radio)
-            runs = study.mission.runs
-            missions = [
-                mission_stage(
-                    study,
-                    built,
-                    responses,
-                    name=name,
-                    slug=slug,
-                    runs=runs if most_runs is None else min(runs, most_runs),
-                    folder=folder,
-                    progress=progress,
-                    layout=layout,
+        cell = scored[index]
+        missions: list[RoomMission] = []
+        for name, slug, setting in rooms(cell):
+            if setting.study.mission is not None:
+                runs = setting.study.mission.runs
+                missions.append(
+                    mission_stage(
+                        setting,
+                        name=name,
+                        slug=slug,
+                        runs=runs if most_runs is None else min(runs, most_runs),
+                        folder=folder,
+                        progress=progress,
+                    )
                 )
-                for layout, (name, slug, built) in zip((None, *study.layouts), rooms, strict=True)
-            ]
         driven.append(DrivenDesign(index=index, missions=tuple(missions)))
     return tuple(driven)

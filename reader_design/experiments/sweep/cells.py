@@ -81,7 +81,7 @@ class CellCodec:
             "travel_rss_w": (["travel", "antenna"], record.travel_rss_w, "W", facing),
             **stored_scores([(record.free, record.room)], dim=None),
         }
-        study = case.context.study
+        study = case.setting.study
         attributes: dict[str, str | int | float] = {
             "title": f"sweep cell: {case.label}",
             "study": to_toml(study),

@@ -117,7 +117,7 @@ def sweep_study(
     text = to_toml(study, relative_to=out_dir)
     refuse_another(out_dir, text, force=force)
     plan = study_plan(study)
-    for note in plan.context.notes:
+    for note in plan.setting.notes:
         progress.say(note)
     rows = known_rows(plan, out_dir, progress=Progress() if not merge_only else progress)
     missing = 0 if merge_only else len(missing_cells(plan, rows))

@@ -103,9 +103,9 @@ def cell_cost(planned: PlannedCell) -> CellCost:
     """
     if planned.reason:
         return CellCost(unknowns=0, memory_bytes=0.0, seconds=0.0)
-    study, design = planned.context.study, planned.design
+    study, design = planned.setting.study, planned.design
     model, channels = study.reader.response, len(study.radio.frequencies_hz)
-    unknowns, memory, seconds = 0, PROCESS_BYTES, FREE_S + _room_seconds(planned.context)
+    unknowns, memory, seconds = 0, PROCESS_BYTES, FREE_S + _room_seconds(planned.setting)
     if model == FULLWAVE:
         count = design.antennas
         shortest_m = SPEED_OF_LIGHT_M_PER_S / max(study.radio.frequencies_hz)
@@ -121,11 +121,11 @@ def cell_cost(planned: PlannedCell) -> CellCost:
     return CellCost(unknowns=unknowns, memory_bytes=memory, seconds=seconds)
 
 
-def _room_seconds(context: Setting) -> float:
-    if not context.has_room:
+def _room_seconds(setting: Setting) -> float:
+    if not setting.has_room:
         return 0.0
-    study, sampling = context.study, context.sampling
-    size_m = np.ptp(context.scene.bounds_m, axis=0)
+    study, sampling = setting.study, setting.sampling
+    size_m = np.ptp(setting.scene.bounds_m, axis=0)
     places = float(size_m[0] * size_m[1]) / sampling.room_spacing_m**2
     azimuths = study.reader.antennas * sampling.room_azimuths
     images = 1 + sum(4 * order**2 + 2 for order in range(1, study.solver.max_reflections + 1))
@@ -186,7 +186,7 @@ def plan_lines(
 
 
 def _sizes(plan: SweepPlan) -> str:
-    lists = plan.context.study.sweep
+    lists = plan.setting.study.sweep
     sizes = [f"{name} ({len({repr(cell.values[name]) for cell in plan.cells})})" for name in lists]
     return " x ".join(sizes) or "the reader as it stands"
 

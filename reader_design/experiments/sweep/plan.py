@@ -14,7 +14,7 @@ import msgspec
 
 from octant.geometries.errors import InfeasibleDesignError, OctantError
 from octant.reader_design.keeping.keys import case_keys
-from octant.reader_design.setting.evaluation import Cell, reference_tag, scored_cell
+from octant.reader_design.setting.evaluation import Cell, scored_cell
 from octant.reader_design.setting.setting import Setting, build_setting
 from octant.reader_design.study_file.loading import vary
 from octant.reader_design.study_file.reader import Reader
@@ -37,7 +37,7 @@ LEFT_OUT = (
     "PlannedCell.values",
     "PlannedCell.label",
     "PlannedCell.key",
-    "Setting.name",
+    "Setting.layout",
     "Setting.notes",
     "Setting.map_z_m",
     *(
@@ -62,7 +62,8 @@ class PlannedCell:
     label : Human name, with every swept parameter.
     key : Hash of its full input.
     design : The reader.
-    context : Study, room and sampling; those of the whole sweep when the cell was refused.
+    setting : The reader in its room, and the sampling; those of the whole sweep where the cell was
+        refused.
     reference : Id of the tag that the scores in free space use; empty without one.
     reason : Why these values cannot be together; empty when they can.
     """
@@ -71,7 +72,7 @@ class PlannedCell:
     label: str
     key: str = ""
     design: Reader
-    context: Setting
+    setting: Setting
     reference: str = ""
     reason: str = ""
 
@@ -82,11 +83,11 @@ class SweepPlan:
 
     Attributes
     ----------
-    context : The study as it stands, its room and the sampling.
+    setting : The study as it stands, its room and the sampling.
     cells : Every combination; the first parameter varies slowest.
     """
 
-    context: Setting
+    setting: Setting
     cells: tuple[PlannedCell, ...]
 
     @property
@@ -123,19 +124,19 @@ def designs_of(study: Study) -> tuple[Reader, ...]:
     return tuple(_design(study, values) for values in combinations(study))
 
 
-def plan_sweep(context: Setting) -> SweepPlan:
+def plan_sweep(setting: Setting) -> SweepPlan:
     """Return the cells that a study asks for; lengths in [m].
 
     Parameters
     ----------
-    context : Study, room and sampling.
+    setting : Study, room and sampling.
     """
     rooms: dict[bytes, Setting | OctantError] = {}
-    rooms[_room_inputs(context.study)] = context
-    cells = [_planned(context, values, rooms) for values in combinations(context.study)]
+    rooms[_room_inputs(setting.study)] = setting
+    cells = [_planned(setting, values, rooms) for values in combinations(setting.study)]
     keys = case_keys(compute_cell, cells, context=None, leave_out=LEFT_OUT)
     named = (replace(cell, key=key) for cell, key in zip(cells, keys, strict=True))
-    return SweepPlan(context=context, cells=tuple(named))
+    return SweepPlan(setting=setting, cells=tuple(named))
 
 
 def compute_cell(_context: None, planned: PlannedCell) -> Cell:
@@ -149,31 +150,34 @@ def compute_cell(_context: None, planned: PlannedCell) -> Cell:
     """
     if planned.reason:
         raise InfeasibleDesignError(planned.reason)
-    return scored_cell(planned.context, planned.design)
+    return scored_cell(planned.setting)
 
 
 def _planned(
-    context: Setting,
+    setting: Setting,
     values: dict[str, Any],
     rooms: dict[bytes, Setting | OctantError],
 ) -> PlannedCell:
-    design = _design(context.study, values)
+    design = _design(setting.study, values)
     label = cell_label(design, values)
     try:
-        study = vary(context.study, values, shapes=False) if values else context.study
-        built = _built(study, rooms)
+        study = vary(setting.study, values, shapes=False) if values else setting.study
+        there = replace(
+            _room(study, rooms),
+            study=study,
+            sampling=setting.sampling,
+            usable_dbm=setting.usable_dbm,
+        )
     except OctantError as exc:
         return PlannedCell(
-            values=values, label=label, design=design, context=context, reason=str(exc)
+            values=values, label=label, design=design, setting=setting, reason=str(exc)
         )
     return PlannedCell(
         values=values,
         label=label,
         design=design,
-        context=replace(
-            built, study=study, sampling=context.sampling, usable_dbm=context.usable_dbm
-        ),
-        reference=reference_tag(study, built).id if built.tags else "",
+        setting=there,
+        reference=there.reference_tag.id if there.tags else "",
     )
 
 
@@ -186,7 +190,7 @@ def _room_inputs(study: Study) -> bytes:
     return msgspec.json.encode([study.radio, study.room, study.tags, study.solver, heights_m])
 
 
-def _built(study: Study, rooms: dict[bytes, Setting | OctantError]) -> Setting:
+def _room(study: Study, rooms: dict[bytes, Setting | OctantError]) -> Setting:
     """Return a study's room, built once for all cells that share it."""
     inputs = _room_inputs(study)
     if inputs not in rooms:

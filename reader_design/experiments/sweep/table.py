@@ -196,7 +196,7 @@ def _table_bytes(plan: SweepPlan, rows: Sequence[CellRow], toml: str) -> bytes:
         "scored": (["cell", "surrounding"], np.array(there, dtype=np.int8), "1", "1 with scores"),
         **stored_scores([(row.free, row.room) for row in rows], dim="cell"),
     }
-    study: Study = plan.context.study
+    study: Study = plan.setting.study
     attributes: dict[str, str | int | float] = {
         "title": f"Octant sweep {study.name}",
         "study": toml,

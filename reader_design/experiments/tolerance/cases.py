@@ -17,7 +17,7 @@ from octant.reader_design.experiments.tolerance.draws import Deviation
 from octant.reader_design.keeping.keeper import RecordCodec, map_cases
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.setting.design import reader_responses
-from octant.reader_design.setting.evaluation import free_link, reference_tag, room_samples_w
+from octant.reader_design.setting.evaluation import room_samples_w
 from octant.reader_design.setting.samples import free_points_m, grid_azimuths_rad, sample_rss_w
 from octant.reader_design.setting.scores import score_rss
 from octant.reader_design.setting.setting import Setting, build_setting
@@ -28,7 +28,7 @@ from octant.reader_design.study_file.scores import Scores
 FloatArray = npt.NDArray[np.float64]
 
 LEFT_OUT = (
-    "Setting.name",
+    "Setting.layout",
     "Setting.notes",
     "Setting.map_z_m",
     *(
@@ -106,18 +106,18 @@ def compute_case(context: ToleranceContext, case: Case) -> CaseScores:
     context, case : What all cases share; the case.
     """
     context = _shifted(context, case.deviation)
-    study, sampling = context.study, context.setting.sampling
-    responses = built_responses(study, case)
+    setting = context.setting.with_responses(built_responses(context.study, case))
+    sampling, responses = setting.sampling, setting.responses
     elements = np.asarray(responses[0].azimuths_rad, dtype=np.float64)
     azimuths = grid_azimuths_rad(elements.size, sampling.free_azimuths)
-    tag = reference_tag(study, context.setting)
-    link, origin = free_link(context.setting, tag, responses), tag.position_m[:2]
+    tag = setting.reference_tag
+    link, origin = setting.free_link(tag), tag.position_m[:2]
     rss = sample_rss_w(link, origin + free_points_m(context.distances_m), origin, azimuths)
-    usable = context.setting.usable_dbm
+    usable = setting.usable_dbm
     room = None
     if context.room:
         room_azimuths = grid_azimuths_rad(elements.size, sampling.room_azimuths)
-        in_room = room_samples_w(context.setting, responses, room_azimuths)
+        in_room = room_samples_w(setting, room_azimuths)
         room = score_rss(in_room, room_azimuths, elements, usable_dbm=usable)
     return CaseScores(
         free=score_rss(rss, azimuths, elements, usable_dbm=usable),
@@ -189,8 +189,8 @@ def _drawn_length_m(study: Study, case: Case) -> float:
 
 def _shifted(context: ToleranceContext, deviation: Deviation) -> ToleranceContext:
     """Return the context with another frequency and other materials, where they deviate."""
-    study, built = context.study, context.setting
-    usable_dbm = built.usable_dbm
+    study, setting = context.study, context.setting
+    usable_dbm = setting.usable_dbm
     factor = deviation.frequency_factor
     if factor != 1.0:
         radio = study.radio
@@ -200,30 +200,28 @@ def _shifted(context: ToleranceContext, deviation: Deviation) -> ToleranceContex
             tag_power_w=radio.tag_power_w,
         )
         study = msgspec.structs.replace(study, radio=shifted)
-        built = build_setting(study, sampling=built.sampling)
+        setting = build_setting(study, sampling=setting.sampling)
     factors = (deviation.permittivity_factor, deviation.conductivity_factor)
     if factors != (1.0, 1.0):
-        built = _other_materials(study, built, *factors)
-    return replace(context, setting=replace(built, study=study, usable_dbm=usable_dbm))
+        setting = _other_materials(setting, *factors)
+    return replace(context, setting=replace(setting, usable_dbm=usable_dbm))
 
 
-def _other_materials(
-    study: Study, built: Setting, permittivity: float, conductivity: float
-) -> Setting:
+def _other_materials(setting: Setting, permittivity: float, conductivity: float) -> Setting:
     """Return the room with its materials' constants multiplied by two factors."""
 
     def other(radio: RadioScene) -> RadioScene:
-        names = built.scene.material_names
+        names = setting.scene.material_names
         changed = [scaled_material(m, permittivity, conductivity) for m in radio.materials]
         return radio_scene(
             radio.scene,
             radio.frequency_hz,
             dict(zip(names, changed, strict=True)),
-            transmission=study.solver.transmission,
+            transmission=setting.study.solver.transmission,
             wedges=radio.wedges,
         )
 
-    return replace(built, radios=tuple(other(radio) for radio in built.radios))
+    return replace(setting, radios=tuple(other(radio) for radio in setting.radios))
 
 
 def scaled_material(material: Material, permittivity: float, conductivity: float) -> Material:

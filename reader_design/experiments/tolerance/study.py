@@ -35,7 +35,7 @@ from octant.reader_design.experiments.tolerance.statistics import Explained, exp
 from octant.reader_design.experiments.tolerance.views import View, meets, values_of, views
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.setting.design import FULLWAVE
-from octant.reader_design.setting.evaluation import reference_tag, room_samples_w
+from octant.reader_design.setting.evaluation import room_samples_w
 from octant.reader_design.setting.samples import grid_azimuths_rad
 from octant.reader_design.setting.setting import Sampling, build_setting
 from octant.reader_design.study_file.reader import Reader
@@ -143,7 +143,7 @@ def run_tolerance_study(
         setting=setting,
         distances_m=tolerance.distances_m,
         room=tolerance.room,
-        reference=reference_tag(study, setting).id,
+        reference=setting.reference_tag.id,
     )
     designs = [("the study's reader", study.reader)]
     designs += [(rival.name, _rival_design(study, rival)) for rival in tolerance.rivals]
@@ -268,10 +268,10 @@ def _over_places(context: ToleranceContext, built: list[BuiltDesign]) -> tuple[I
     probed = []
     for one in built if len(built) > 1 else []:
         case = Case(design=one.design, deviation=as_drawn(one.design.antennas))
-        responses = built_responses(context.study, case)
-        elements = np.asarray(responses[0].azimuths_rad, dtype=np.float64)
-        azimuths = grid_azimuths_rad(elements.size, context.setting.sampling.room_azimuths)
-        rss = room_samples_w(context.setting, responses, azimuths)
+        setting = context.setting.with_responses(built_responses(context.study, case))
+        elements = np.asarray(setting.responses[0].azimuths_rad, dtype=np.float64)
+        azimuths = grid_azimuths_rad(elements.size, setting.sampling.room_azimuths)
+        rss = room_samples_w(setting, azimuths)
         probed.append(
             (one.nominal, RoomRss(rss_w=rss, azimuths_rad=azimuths, element_azimuths_rad=elements))
         )

@@ -34,7 +34,7 @@ from octant.navigation.tracking.closed_loop import drive, run_seeds
 from octant.reader_design.experiments.tracking.chapters import neighbouring_setup
 from octant.reader_design.experiments.tracking.results import Outcome
 from octant.reader_design.experiments.tracking.settings import LEMNISCATE_START, Settings
-from octant.reader_design.setting.setting import Setting, build_setting, solver_settings
+from octant.reader_design.setting.setting import Setting, build_setting
 from octant.reader_design.study_file.bodies import study_materials
 
 FloatArray = npt.NDArray[np.float64]
@@ -163,20 +163,20 @@ def check_room(settings: Settings) -> None:
     ----------
     settings : The study [m].
     """
-    built = build_setting(settings.study)
+    setting = build_setting(settings.study)
     for mesh in MESHES:
-        _tags(settings, built, mesh)
+        _tags(settings, setting, mesh)
 
 
-def _tags(settings: Settings, built: Setting, mesh: int) -> FloatArray:
+def _tags(settings: Settings, setting: Setting, mesh: int) -> FloatArray:
     """Return the tags' places (s, 3), heights above the antenna [m]."""
     track, standoff_m = settings.track, settings.study.solver.standoff_m
     side, spacing_m = (
         (track.feedback_tags, track.tag_spacing_m),
         (track.tags, track.room_tag_spacing_m),
     )[mesh]
-    low, high = built.scene.bounds_m
-    height_m = float(high[2]) - standoff_m - built.map_z_m
+    low, high = setting.scene.bounds_m
+    height_m = float(high[2]) - standoff_m - setting.map_z_m
     tags = tag_grid(side, spacing_m=spacing_m, height_m=height_m)
     wanted = max(REACH_M, float(np.abs(tags[:, :2]).max()) + standoff_m)
     if (low[:2] > -wanted).any() or (high[:2] < wanted).any():
@@ -192,8 +192,8 @@ def _tags(settings: Settings, built: Setting, mesh: int) -> FloatArray:
 def _field(settings: Settings, mesh: int, *, wrong: bool = False) -> tuple[ImageField, FloatArray]:
     """Return the tags' fields and places (s, 3), heights above the antenna [m]."""
     study = settings.study
-    built = build_setting(study)
-    tags, z_m = _tags(settings, built, mesh), built.map_z_m
+    setting = build_setting(study)
+    tags, z_m = _tags(settings, setting, mesh), setting.map_z_m
     carrier = study.radio.frequency_hz
     materials = study_materials(study)
     if wrong:
@@ -202,13 +202,13 @@ def _field(settings: Settings, mesh: int, *, wrong: bool = False) -> tuple[Image
         tags = tags + rng.normal(0.0, MISPLACED_M, tags.shape) * (1.0, 1.0, 0.0)
     axis = grid_axis_m(-REACH_M - 0.5, REACH_M + 0.5, spacing_m=TRACE_SPACING_M)
     field = trace_image_field(
-        radio_scene(built.scene, carrier, materials, transmission=study.solver.transmission),
+        radio_scene(setting.scene, carrier, materials, transmission=study.solver.transmission),
         [((*tag[:2], tag[2] + z_m), make_antenna("dipole", carrier)) for tag in tags],
         receiver=make_antenna("isotropic_theta", carrier),
         x_m=axis,
         y_m=axis,
         z_m=z_m,
-        solver=solver_settings(study),
+        solver=setting.solver,
         channels_hz=np.array(study.radio.frequencies_hz),
         power_w=study.radio.tag_power_w,
     )

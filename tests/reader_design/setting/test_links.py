@@ -22,7 +22,6 @@ from octant.reader_design.experiments.missions.compute import (
     study_mission,
     study_navigator,
 )
-from octant.reader_design.setting.links import tag_link
 from octant.reader_design.setting.receiver import study_sensor
 from octant.reader_design.setting.setting import build_setting
 from octant.reader_design.study_file.loading import parse_study, to_toml
@@ -64,9 +63,9 @@ def study_of(text=STUDY):
     return parse_study(text, source="s.toml", directory=Path.cwd())
 
 
-def responses_of(study):
+def setting_of(study):
     body = reader_body()
-    return tuple(
+    return build_setting(study).with_responses(
         reader_response(body, make_antenna("dipole", f), model="isolated", gap_m=0.005)
         for f in study.radio.frequencies_hz
     )
@@ -93,14 +92,13 @@ def friis_w(place_m, height_m, frequency_hz, **tag):
 
 @pytest.mark.parametrize("height_m", [None, 0.9])
 def test_a_link_averages_friis_over_channels_with_the_tags_own_antenna(height_m):
-    study = study_of()
-    built, responses = build_setting(study), responses_of(study)
+    setting = setting_of(study := study_of())
     for name, tag in (
         ("dipole", {"kind": "dipole", "axis": (0.3, 0.2, 1.0)}),
         ("patch", {"kind": "patch", "azimuth_rad": math.radians(30.0)}),
     ):
-        link = tag_link(study, built, built.tag(name), responses, height_m=height_m)
-        place = built.tag(name).position_m
+        link = setting.link(setting.tag(name), height_m=height_m)
+        place = setting.tag(name).position_m
         each = [friis_w(place, height_m or 0.4, f, **tag) for f in study.radio.frequencies_hz]
         # All elements are alike and see the plane wave from one direction.
         assert link.rss_w(POSE)[0] == pytest.approx(np.full(8, np.mean(each)), rel=1e-5)
@@ -108,32 +106,30 @@ def test_a_link_averages_friis_over_channels_with_the_tags_own_antenna(height_m)
 
 
 def test_without_a_sensor_table_missions_are_those_of_a_reader_with_log_normal_errors():
-    study = study_of()
-    built, responses = build_setting(study), responses_of(study)
-    links = {t: tag_link(study, built, built.tag(t), responses) for t in study.mission.tags}
-    sensor = FieldSensor(links=links, azimuths_rad=responses[0].azimuths_rad, noise_db=1.0)
-    mission, robot = study_mission(study, built, links, responses), DifferentialDrive()
-    space = mission_space(study, built)
+    setting = setting_of(study := study_of())
+    links = {t: setting.link(setting.tag(t)) for t in study.mission.tags}
+    azimuths = setting.responses[0].azimuths_rad
+    sensor = FieldSensor(links=links, azimuths_rad=azimuths, noise_db=1.0)
+    mission, robot = study_mission(setting, links), DifferentialDrive()
+    space = mission_space(setting)
     mine = run_missions(
         mission,
         sensor,
-        study_navigator(study, built, mission, responses, robot=robot),
+        study_navigator(setting, mission, robot=robot),
         robot,
         runs=2,
         seed=3,
         blocked=space.footprint,
-        starts=mission_starts(study, space, mission.tag_points_m),
+        starts=mission_starts(study.mission, space, mission.tag_points_m),
     )
-    for given, wanted in zip(drive_missions(study, built, responses), mine, strict=True):
+    for given, wanted in zip(drive_missions(setting), mine, strict=True):
         assert (given.poses == wanted.poses).all()
         assert (given.rss_w == wanted.rss_w).all()
 
 
 def test_the_sensor_table_reaches_the_missions():
     quiet = "[sensor]\nread_probability = 0.0\n"
-    study = study_of(STUDY + quiet)
-    built, responses = build_setting(study), responses_of(study)
-    results = drive_missions(study, built, responses, noise_db=0.0)
+    results = drive_missions(setting_of(study_of(STUDY + quiet)), noise_db=0.0)
     assert [result.outcome for result in results] == ["no signal", "no signal"]
     assert not np.any(results[0].rss_w)
 

@@ -72,13 +72,13 @@ def test_channels_and_a_tag_that_looks_down_each_help_and_both_help_most(reader,
 
 def test_random_poses_come_from_the_generator_and_lie_in_the_area():
     study = bench.study_of(room=True, channels=(), antenna="dipole", reader="")
-    built = build_setting(study)
+    setting = build_setting(study)
     response = sector_response(np.arange(8) * np.pi / 4, frequency_hz=2.4e9)
 
     def drawn(seed):
         rng = np.random.default_rng(seed)
         return bench.random_pose_errors_rad(
-            study, built, (response,), area_m=(5.0, 5.0), poses=50, rng=rng
+            setting.with_responses([response]), area_m=(5.0, 5.0), poses=50, rng=rng
         )
 
     np.testing.assert_array_equal(drawn(1), drawn(1))

@@ -137,8 +137,8 @@ position_m = [5.0, 3.0, 2.9]
 def test_room_samples_take_only_places_within_range_of_each_tag():
     study = parse_study(STUDY, source="test", directory=Path())
     sampling = Sampling(nearest_m=0.5, farthest_m=2.0)
-    built = build_setting(study)
-    found = {tag.id: places for tag, places in room_places_m(study, built, sampling)}
+    setting = build_setting(study, sampling=sampling)
+    found = {tag.id: places for tag, places in room_places_m(setting)}
     assert set(found) == {"A", "B"}
     for name, point in (("A", (1.0, 1.0)), ("B", (5.0, 3.0))):
         distance = np.hypot(*(found[name] - point).T)
@@ -151,7 +151,7 @@ def test_room_without_a_place_in_range_is_refused():
     study = parse_study(STUDY, source="test", directory=Path())
     sampling = Sampling(nearest_m=20.0, farthest_m=30.0)
     with pytest.raises(ConfigError, match=r"none of the \d+ places on the floor lies 20 to 30 m"):
-        room_places_m(study, build_setting(study), sampling)
+        room_places_m(build_setting(study, sampling=sampling))
 
 
 def test_a_link_and_a_stand_in_give_the_same_samples():

@@ -9,7 +9,8 @@ from octant.geometries.errors import ConfigError, GeometryError
 from octant.geometries.furniture import box
 from octant.geometries.mesh_files import save_bodies
 from octant.geometries.rooms import box_room
-from octant.reader_design.setting.setting import build_setting, place_antenna
+from octant.reader_design.setting.placing import place_antenna
+from octant.reader_design.setting.setting import build_setting
 from octant.reader_design.study_file.loading import load_study, parse_study
 
 TAG = '[[tag]]\nid = "a"\nposition_m = [2.0, 0.5, 3.0]\n'

@@ -20,8 +20,8 @@ def parsed(sweep, head=ROOM + TAG):
 
 def plan(sweep, head=ROOM + TAG + '[reader]\nresponse = "isolated"\n'):
     study = parsed(sweep, head)
-    context = build_setting(study)
-    return plan_sweep(context)
+    setting = build_setting(study)
+    return plan_sweep(setting)
 
 
 def test_every_key_of_the_reader_is_a_bare_name_and_every_table_is_reached_by_path():
@@ -139,8 +139,8 @@ def test_labels_name_every_swept_parameter_and_the_thesis_keeps_its_own():
         "room.box = (5, 5, 3) m room.material = wood"
     )
     study = load_study()
-    context = build_setting(study)
-    thesis = plan_sweep(context).cells
+    setting = build_setting(study)
+    thesis = plan_sweep(setting).cells
     assert [cell.label for cell in thesis] == [cell.design.label() for cell in thesis]
 
 
@@ -172,10 +172,10 @@ def test_every_swept_parameter_names_its_cells_apart(sweep):
 
 def test_cells_see_the_swept_values_and_what_depends_on_them():
     cells = plan('"tag.antenna" = ["dipole", "patch"]\nheight_m = [0.3, 0.5]').cells
-    studies = [cell.context.study for cell in cells]
+    studies = [cell.setting.study for cell in cells]
     assert [s.tags[0].axis for s in studies] == [(0, 0, 1)] * 2 + [(0, 0, -1)] * 2
     assert [s.map.height_m for s in studies] == [0.3, 0.5, 0.3, 0.5]
-    assert [cell.context.reader_z_m for cell in cells] == [0.3, 0.5, 0.3, 0.5]
+    assert [cell.setting.reader_z_m for cell in cells] == [0.3, 0.5, 0.3, 0.5]
     assert [cell.design.height_m for cell in cells] == [0.3, 0.5, 0.3, 0.5]
 
 

@@ -11,7 +11,6 @@ from octant.geometries.audit import audit_mesh
 from octant.geometries.mesh_files import load_bodies
 from octant.reader_design.experiments.missions.comparison import load_comparison, plan_comparison
 from octant.reader_design.experiments.missions.compute import mission_space
-from octant.reader_design.setting.links import mission_table
 from octant.reader_design.setting.setting import build_setting
 from octant.reader_design.study_file.loading import load_study
 
@@ -53,13 +52,13 @@ def test_there_are_the_nine_layouts_and_the_room_in_which_the_robot_arrives():
 @pytest.mark.parametrize("path", STUDIES, ids=stem)
 def test_the_robot_can_drive_to_every_tag_of_a_layout(path):
     study = load_study(path)
-    built = build_setting(study)
-    table = mission_table(study)
+    setting = build_setting(study)
+    table = setting.mission
     assert len(table.tags) >= 4
-    space = mission_space(study, built)
-    points = np.array([built.tag(tag_id).point_m for tag_id in table.tags])
+    space = mission_space(setting)
+    points = np.array([setting.tag(tag_id).point_m for tag_id in table.tags])
     assert space(np.vstack([points, table.start_m])).all()
-    low, high = built.scene.bounds_m[:, :2]
+    low, high = setting.scene.bounds_m[:, :2]
     if study.room.free_space:
         low, high = np.array([-1.0, -1.0]), np.array([6.0, 6.0])
     places = reached_from(table.start_m, space, low, high)

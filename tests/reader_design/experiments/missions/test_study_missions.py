@@ -22,7 +22,7 @@ from octant.reader_design.experiments.missions.compute import (
     study_controller,
 )
 from octant.reader_design.experiments.missions.figures import membership_figure
-from octant.reader_design.setting.links import mission_tables, open_link, tag_link
+from octant.reader_design.setting.links import mission_tables
 from octant.reader_design.setting.setting import build_setting
 from octant.reader_design.study_file.loading import parse_study, to_toml
 from octant.reader_design.study_file.rules import mission_rules
@@ -65,9 +65,11 @@ def study_of(extra="", *, room=ROOM):
     return parse_study(room + extra, source="test", directory=Path())
 
 
-def responses(study):
+def setting_of(study):
     azimuths = 2.0 * np.pi * np.arange(8) / 8
-    return tuple(sector_response(azimuths, frequency_hz=f) for f in study.radio.frequencies_hz)
+    return build_setting(study).with_responses(
+        sector_response(azimuths, frequency_hz=f) for f in study.radio.frequencies_hz
+    )
 
 
 def test_the_default_membership_functions_are_the_thesis_ones_and_a_study_can_give_others():
@@ -125,15 +127,15 @@ def test_the_membership_figure_shows_every_term_and_both_wheels():
 
 def test_the_open_link_is_the_free_space_link_of_the_tag_as_it_hangs():
     study = study_of()
-    built = build_setting(study)
-    lone = open_link(study, built, "a", responses(study))
+    setting = setting_of(study)
+    lone = setting.open_link(setting.tag("a"))
     free = parse_study(
         ROOM[: ROOM.index("box_m")] + "free_space = true\n" + ROOM[ROOM.index("[[tag]]") :],
         source="free",
         directory=Path(),
     )
-    there = build_setting(free)
-    link = tag_link(free, there, there.tag("a"), responses(free))
+    there = setting_of(free)
+    link = there.link(there.tag("a"))
     pose = np.array([[1.0, 0.2, 0.4]])
     assert lone.rss_w(pose - [[2.0, 1.0, 0.0]]) == pytest.approx(link.rss_w(pose), rel=1e-9)
 
@@ -144,7 +146,7 @@ def test_tags_that_hang_alike_share_what_is_known_of_them():
         study = study_of(
             room=ROOM.replace("[solver]", other.format(antenna)).replace('["a"]', '["a", "b"]')
         )
-        tables = mission_tables(study, build_setting(study), responses(study))
+        tables = mission_tables(setting_of(study))
         assert (tables[0] is tables[1]) == alike
     assert tables[0].power_w.shape[2] == 16  # a patch differs from side to side
     assert tables[1].power_w.shape[2] == 1
@@ -152,19 +154,18 @@ def test_tags_that_hang_alike_share_what_is_known_of_them():
 
 def test_starts_are_checked_listed_or_drawn():
     study = study_of("starts = [[0.0, 0.0, 90.0], [1.0, 2.0, 0.0]]\n")
-    built = build_setting(study)
-    space = mission_space(study, built)
+    space = mission_space(setting_of(study))
     seeds = np.random.SeedSequence(0).spawn(2)
-    starts = mission_starts(study, space, np.zeros((1, 2)))
+    starts = mission_starts(study.mission, space, np.zeros((1, 2)))
     assert starts.start(seeds[1]) == pytest.approx([1.0, 2.0, 0.0])
     assert starts.start(seeds[0])[2] == pytest.approx(np.pi / 2)
-    assert mission_starts(study_of(), space, np.zeros((1, 2))) is None
-    drawn = mission_starts(study_of("random_starts = true\n"), space, np.zeros((1, 2)))
+    assert mission_starts(study_of().mission, space, np.zeros((1, 2))) is None
+    drawn = mission_starts(study_of("random_starts = true\n").mission, space, np.zeros((1, 2)))
     poses = np.array([drawn.start(seed) for seed in np.random.SeedSequence(0).spawn(50)])
     assert space(poses[:, :2]).all()
     beside = study_of("starts = [[3.42, 3.2, 0.0]]\n")  # the reader clears it, the robot does not
     with pytest.raises(ConfigError, match=r"mission.starts\[0\] is \[3.42, 3.2\] m"):
-        mission_starts(beside, space, np.zeros((1, 2)))
+        mission_starts(beside.mission, space, np.zeros((1, 2)))
 
 
 def test_sample_times_that_are_not_positive_and_unknown_tags_are_refused():
@@ -182,10 +183,10 @@ def test_the_tag_of_a_concrete_room_is_reached_over_four_channels(navigator):
     study = msgspec.structs.replace(
         study, radio=msgspec.structs.replace(study.radio, channels_hz=tuple(CHANNELS))
     )
-    built, kinds = build_setting(study), responses(study)
-    results = drive_missions(study, built, kinds)
+    setting = setting_of(study)
+    results = drive_missions(setting)
     metrics = [measure(result, success_radius_m=0.4) for result in results]
-    (job,) = (one.job for one in mission_runs(study, built, kinds))
+    (job,) = (one.job for one in mission_runs(setting))
     if navigator == "tracker":
         assert isinstance(job.navigator, TrackerNavigator)
         assert all(m.success for m in metrics)
@@ -196,28 +197,27 @@ def test_the_tag_of_a_concrete_room_is_reached_over_four_channels(navigator):
 
 
 def test_objects_move_with_the_placement_and_leave_start_and_tags_free():
-    study = study_of("placement_m = 1.5\nplacements = 2\n")
+    setting = setting_of(study_of("placement_m = 1.5\nplacements = 2\n"))
     rng = np.random.default_rng(0)
     for _ in range(4):
-        moved, built = placed(study, None, rng)
-        (x, y, z) = moved.room.objects[0].position_m
+        moved = placed(setting, rng)
+        (x, y, z) = moved.study.room.objects[0].position_m
         assert max(abs(x - 3.5), abs(y - 3.0)) <= 1.5
         assert (x, y) != (3.5, 3.0)
         assert z == 0.0
-        assert mission_space(moved, built)(np.array([[0.0, 0.0], [2.0, 1.0]])).all()
+        assert mission_space(moved)(np.array([[0.0, 0.0], [2.0, 1.0]])).all()
 
 
 def test_placements_share_the_runs_and_repeat_to_the_bit():
     study = study_of("placement_m = 1.0\nplacements = 2\nmax_time_s = 4.0\n")
-    kinds = responses(study)
-    built = build_setting(study)
-    first, second = mission_runs(study, built, kinds)
+    setting = setting_of(study)
+    first, second = mission_runs(setting)
     assert (first.runs, second.runs) == (1, 2)
-    results, again = (drive_missions(study, built, kinds) for _ in range(2))
+    results, again = (drive_missions(setting) for _ in range(2))
     assert len(results) == 3
     assert all(np.array_equal(a.rss_w, b.rss_w) for a, b in zip(results, again, strict=True))
     assert not np.array_equal(results[0].rss_w[0], results[2].rss_w[0])
-    assert first.built.scene.has_room
+    assert first.setting.scene.has_room
 
 
 def test_a_tag_behind_closed_metal_ends_the_run_with_that_result():
@@ -228,7 +228,7 @@ def test_a_tag_behind_closed_metal_ends_the_run_with_that_result():
     room = ROOM.replace("[[tag]]", shut, 1).replace("box_m = [6.0, 5.0", "box_m = [6.0, 4.0")
     room = room.replace("[3.5, 3.0, 0.0]", "[3.5, 2.0, 0.0]")
     study = study_of(TRACKER + "runs = 1\n", room=room.replace("runs = 3\n", ""))
-    (result,) = drive_missions(study, build_setting(study), responses(study))
+    (result,) = drive_missions(setting_of(study))
     assert result.outcome in ("stuck", "no signal", "time-out")
     assert "tag a" in result.reason
     assert not measure(result).success

@@ -11,7 +11,6 @@ from octant.navigation.angles import wrap_angle
 from octant.navigation.sensing.bearing import reader_azimuth, vector_sum_bearing
 from octant.reader_design.experiments.study.error_maps import error_maps, heading_errors_rad
 from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.setting.links import tag_link
 from octant.reader_design.setting.setting import build_setting
 from octant.reader_design.study_file.loading import parse_study
 
@@ -26,15 +25,15 @@ ROOM = (
 HEADINGS = np.arange(16) * np.pi / 8
 
 
-def context_of(text):
+def setting_of(text):
     study = parse_study(text, source="test", directory=Path())
-    return build_setting(study)
+    return build_setting(study).with_responses([READER])
 
 
 def test_error_at_a_place_is_the_rms_over_single_poses():
-    context = context_of(ROOM)
-    tag = context.tags[0]
-    link = tag_link(context.study, context, tag, (READER,))
+    setting = setting_of(ROOM)
+    tag = setting.tags[0]
+    link = setting.link(tag)
     places = np.array([[3.0, 2.5], [1.4, 1.2]])
     vector, strongest = heading_errors_rad(link, places, HEADINGS)
     for row, place in enumerate(places):
@@ -54,8 +53,8 @@ def test_error_at_a_place_is_the_rms_over_single_poses():
 
 
 def test_sector_reader_has_no_error_in_free_space_but_that_of_its_sectors():
-    context = context_of(f"[room]\nfree_space = true\n{TAGS}")
-    link = tag_link(context.study, context, context.tags[0], (READER,))
+    setting = setting_of(f"[room]\nfree_space = true\n{TAGS}")
+    link = setting.link(setting.tags[0])
     headings = np.arange(720) * np.pi / 360
     vector, strongest = heading_errors_rad(link, np.array([[4.0, 3.0]]), headings)
     assert vector[0] < 1e-3
@@ -63,15 +62,15 @@ def test_sector_reader_has_no_error_in_free_space_but_that_of_its_sectors():
 
 
 def test_maps_hold_each_tag_and_nothing_where_no_robot_stands():
-    context = context_of(ROOM)
+    setting = setting_of(ROOM)
     places = np.stack(np.meshgrid([1.0, 2.0, 3.0], [1.0, 2.0], indexing="ij"), axis=-1)
     standing = np.array([[True, True], [True, False], [True, True]])
-    maps = error_maps(context, (READER,), places, standing, Progress())
+    maps = error_maps(setting, places, standing, Progress())
     for name in ("vector_error", "strongest_error", "captured_share"):
         values = maps[name].values
         assert values.shape == (2, 3, 2)
         np.testing.assert_array_equal(np.isnan(values), np.broadcast_to(~standing, (2, 3, 2)))
-    link = tag_link(context.study, context, context.tags[1], (READER,))
+    link = setting.link(setting.tags[1])
     alone = heading_errors_rad(link, places[2, 1][None], np.arange(32) * np.pi / 16)
     assert maps["vector_error"].values[1, 2, 1] == pytest.approx(alone[0][0], rel=1e-12)
     assert maps["strongest_error"].values[1, 2, 1] == pytest.approx(alone[1][0], rel=1e-12)

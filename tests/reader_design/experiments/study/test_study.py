@@ -348,7 +348,7 @@ def test_design_of_another_height_and_number_of_antennas_is_driven_as_it_was_sco
     text = text.replace('"rays"', '"isolated"')
     outcome = run_study(small(text[: text.index("[[layout]]")]), tmp_path, quick=True)
     chosen = outcome.content.chosen_cell.design
-    used = outcome.content.context.study
+    used = outcome.content.setting.study
     assert (used.reader.antennas, used.reader.height_m) == (chosen.antennas, chosen.height_m)
     assert used.map.height_m == chosen.height_m
     data = read_dataset(tmp_path / "results.nc")

@@ -11,7 +11,7 @@ from octant.reader_design.experiments.sweep import plan as plan_module
 from octant.reader_design.experiments.sweep.cells import run_sweep
 from octant.reader_design.experiments.sweep.plan import designs_of, plan_sweep
 from octant.reader_design.keeping.workers import open_crew
-from octant.reader_design.setting.evaluation import reference_tag, scored_cell
+from octant.reader_design.setting.evaluation import scored_cell
 from octant.reader_design.setting.setting import Sampling, build_setting
 from octant.reader_design.study_file.loading import load_study, parse_study
 
@@ -37,14 +37,14 @@ antenna_radius_m = [0.05, 0.10]
 SAMPLING = Sampling(room_spacing_m=1.0, free_azimuths=2, room_azimuths=2, travel_step_m=0.5)
 
 
-def context_of(text=STUDY, sampling=SAMPLING):
+def setting_of(text=STUDY, sampling=SAMPLING):
     study = parse_study(text, source="test", directory=Path.cwd())
     return build_setting(study, sampling=sampling)
 
 
 @pytest.fixture(scope="module")
-def context():
-    return context_of()
+def setting():
+    return setting_of()
 
 
 def same(first, second):
@@ -63,9 +63,9 @@ def test_designs_are_every_combination_and_the_first_list_varies_slowest():
     assert {d.antenna_radius_m for d in designs[:3]} == {0.05}
 
 
-def test_cell_holds_the_scores_of_both_surroundings(context):
-    plan = plan_sweep(context)
-    cell = scored_cell(context, plan.designs[0])
+def test_cell_holds_the_scores_of_both_surroundings(setting):
+    plan = plan_sweep(setting)
+    cell = scored_cell(plan.cells[0].setting)
     assert cell.reason == ""
     assert cell.free_rss_w.shape == (10, 16, 8)
     assert cell.travel_rss_w.shape == (11, 8)
@@ -77,9 +77,9 @@ def test_cell_holds_the_scores_of_both_surroundings(context):
     assert any("isolated" in note for note in cell.notes)
 
 
-def test_free_space_received_power_is_friis(context):
-    plan = plan_sweep(context)
-    cell = scored_cell(context, plan.designs[2])  # monopoles on the plane itself
+def test_free_space_received_power_is_friis(setting):
+    plan = plan_sweep(setting)
+    cell = scored_cell(plan.cells[2].setting)  # monopoles on the plane itself
     wavelength, height = 299792458.0 / 2.4e9, 2.9 - 0.3
     distance = cell.distances_m[:, None, None]
     slant = np.hypot(distance, height)
@@ -94,8 +94,8 @@ def test_free_space_received_power_is_friis(context):
     np.testing.assert_allclose(cell.free_rss_w, np.broadcast_to(expected, (10, 16, 8)), rtol=1e-3)
 
 
-def test_keys_differ_between_designs_and_with_everything_that_changes_the_numbers(context):
-    base = plan_sweep(context)
+def test_keys_differ_between_designs_and_with_everything_that_changes_the_numbers(setting):
+    base = plan_sweep(setting)
     assert len(set(base.keys)) == len(base.designs)
     changes = {
         "tag": STUDY.replace("[1.0, 1.0, 2.9]", "[1.0, 1.1, 2.9]"),
@@ -107,25 +107,25 @@ def test_keys_differ_between_designs_and_with_everything_that_changes_the_number
         "frequency": STUDY.replace("[room]", "[radio]\nfrequency_hz = 2.45e9\n[room]", 1),
         "gap": STUDY.replace("[reader]", "[reader]\ngap_m = 0.006"),
     }
-    keys = {name: plan_sweep(context_of(text)).keys[0] for name, text in changes.items()}
+    keys = {name: plan_sweep(setting_of(text)).keys[0] for name, text in changes.items()}
     finer = dataclasses.replace(SAMPLING, room_azimuths=4)
-    keys["sampling"] = plan_sweep(context_of(sampling=finer)).keys[0]
+    keys["sampling"] = plan_sweep(setting_of(sampling=finer)).keys[0]
     assert len({*keys.values(), base.keys[0]}) == len(keys) + 1
 
 
-def test_keys_do_not_change_with_what_does_not_matter(context):
+def test_keys_do_not_change_with_what_does_not_matter(setting):
     renamed = (
         STUDY.replace('"small"', '"other"') + "plate_height_m = [0.08]\n[map]\nspacing_m = 9\n"
     )
-    assert plan_sweep(context_of(renamed)).keys == plan_sweep(context).keys
+    assert plan_sweep(setting_of(renamed)).keys == plan_sweep(setting).keys
 
 
-def test_keys_are_the_same_when_the_room_is_built_again(context):
-    assert plan_sweep(context_of()).keys == plan_sweep(context).keys
+def test_keys_are_the_same_when_the_room_is_built_again(setting):
+    assert plan_sweep(setting_of()).keys == plan_sweep(setting).keys
 
 
-def test_cells_are_read_back_bit_by_bit_and_not_computed_again(context, tmp_path, monkeypatch):
-    plan = plan_sweep(context)
+def test_cells_are_read_back_bit_by_bit_and_not_computed_again(setting, tmp_path, monkeypatch):
+    plan = plan_sweep(setting)
     first = run_sweep(plan, tmp_path)
     assert [cell.key for cell in first] == list(plan.keys)
     assert {p.name for p in tmp_path.iterdir()} == {f"{key[:32]}.nc" for key in plan.keys}
@@ -140,7 +140,7 @@ def test_cells_are_read_back_bit_by_bit_and_not_computed_again(context, tmp_path
 
 def test_design_that_cannot_be_built_is_recorded_with_its_reason_and_stops_nobody(tmp_path):
     text = STUDY.replace("[0.05, 0.10]", "[0.002, 0.10]")
-    plan = plan_sweep(context_of(text))
+    plan = plan_sweep(setting_of(text))
     cells = run_sweep(plan, tmp_path)
     failed = [c for c in cells if c.reason]
     assert [c.design.label() for c in failed] == ["monopole r_a = 0.2 cm h_p = 8 cm"]
@@ -157,34 +157,34 @@ def test_processes_compute_the_same_bits(tmp_path):
     text = STUDY.replace('antenna = ["dipole", "monopole"]\n', "").replace(
         "box_m", "free_space = true\n#"
     )
-    plan = plan_sweep(context_of(text.replace("origin_m", "#"), Sampling()))
+    plan = plan_sweep(setting_of(text.replace("origin_m", "#"), Sampling()))
     with open_crew(workers=2) as crew:
         there = run_sweep(plan, tmp_path / "there", crew=crew)
     for a, b in zip(run_sweep(plan, tmp_path / "here"), there, strict=True):
         same(a, b)
 
 
-def test_reference_tag_is_the_missions_first(context):
-    assert reference_tag(context.study, context).id == "A"
-    driven = context_of(STUDY + '[mission]\nstart_m = [0.0, 0.0]\ntags = ["B", "A"]\n')
-    assert reference_tag(driven.study, driven).id == "B"
+def test_reference_tag_is_the_missions_first(setting):
+    assert setting.reference_tag.id == "A"
+    driven = setting_of(STUDY + '[mission]\nstart_m = [0.0, 0.0]\ntags = ["B", "A"]\n')
+    assert driven.reference_tag.id == "B"
 
 
 def test_study_without_tags_cannot_be_scored():
     text = STUDY[: STUDY.index("[[tag]]")] + STUDY[STUDY.index("[reader]") :]
-    context = context_of(text)
+    setting = setting_of(text)
     with pytest.raises(ConfigError, match=r"\[\[tag\]\]"):
-        reference_tag(context.study, context)
-    plan = plan_sweep(context)
+        _ = setting.reference_tag
+    plan = plan_sweep(setting)
     with pytest.raises(ConfigError, match=r"\[\[tag\]\]"):
-        scored_cell(context, plan.designs[0])
+        scored_cell(plan.cells[0].setting)
 
 
 def test_free_space_study_has_no_room_scores():
     start = STUDY.index("box_m")
     text = STUDY[:start] + "free_space = true\n" + STUDY[STUDY.index("[[tag]]") :]
-    context = context_of(text)
-    plan = plan_sweep(context)
-    cell = scored_cell(context, plan.designs[0])
+    setting = setting_of(text)
+    plan = plan_sweep(setting)
+    cell = scored_cell(plan.cells[0].setting)
     assert cell.room is None
     assert cell.free is not None
