@@ -40,6 +40,44 @@ POINT = click.types.FuncParamType(point)
 POINT.name = "X,Y,Z"  # as help and messages call it
 
 
+MOST_FREQUENCIES = 1001
+"""Frequencies that one call takes at most [-]."""
+
+
+def frequencies(text: str) -> tuple[float, ...]:
+    """Return the frequencies of the command line, rising [Hz].
+
+    Parameters
+    ----------
+    text : FROM:TO:COUNT with both ends, or numbers with commas between them [Hz].
+    """
+    numbers: list[float] = []
+    try:
+        if ":" in text:
+            first, last, count = text.split(":")
+            low, high, steps = float(first), float(last), int(count) - 1
+            if low < high and 0 < steps < MOST_FREQUENCIES:
+                share = [k / steps for k in range(steps + 1)]
+                numbers = [(1.0 - t) * low + t * high for t in share]
+        else:
+            numbers = sorted({float(part) for part in text.split(",")})
+    except ValueError:
+        numbers = []
+    if not 2 <= len(numbers) <= MOST_FREQUENCIES or not all(
+        math.isfinite(f) and f > 0.0 for f in numbers
+    ):
+        msg = (
+            f"{text[:60]!r} is no band; write FROM:TO:COUNT or frequencies with commas between "
+            f"them, 2 to {MOST_FREQUENCIES} of them, in Hz, such as 865e6:928e6:22."
+        )
+        raise click.BadParameter(msg)
+    return tuple(numbers)
+
+
+FREQUENCIES = click.types.FuncParamType(frequencies)
+FREQUENCIES.name = "FROM:TO:COUNT"
+
+
 def common_options(command: Decorated) -> Decorated:
     """Return a command that also takes ``--quiet`` and ``--force``, and announces compilation.
 

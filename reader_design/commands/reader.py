@@ -6,7 +6,7 @@ import click
 
 from octant.geometries.errors import ConfigError
 from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.options import common_options
+from octant.reader_design.options import FREQUENCIES, common_options
 
 
 @click.command()
@@ -25,6 +25,12 @@ from octant.reader_design.options import common_options
     help="How the reader's body enters; default: the study's reader.response.",
 )
 @click.option(
+    "--frequencies",
+    type=FREQUENCIES,
+    help="Band over which the ports are solved [Hz], or frequencies with commas; default: the "
+    "study's radio.channels_hz.",
+)
+@click.option(
     "--convergence", is_flag=True, help="Solve with 8, 10 and 14 cells per wavelength too."
 )
 @common_options
@@ -34,6 +40,7 @@ def reader(
     out: Path,
     step_deg: float,
     model: str | None,
+    frequencies: tuple[float, ...] | None,
     convergence: bool,
     force: bool,
     quiet: bool,
@@ -42,12 +49,14 @@ def reader(
 
     Prints impedances, S-matrix and power balance. Writes reader.nc (patterns, impedances, S-matrix
     in the reader's frame), one .ffe file for each antenna, reader.sNp (Touchstone), study.toml, and
-    figures of gains, S-matrix and surface currents.
+    figures of gains, S-matrix and surface currents. Over a band, reader.sNp has a point for each
+    frequency, and band.csv and a figure show impedance and return loss.
     """
     from msgspec.structs import replace
 
     from octant.geometries.files import refuse_overwrite, write_text
     from octant.reader_design.face.reader import check_step, solve_reader_of
+    from octant.reader_design.face.reader_band import band_of
     from octant.reader_design.showing.style import save_figure
     from octant.reader_design.study_file.loading import load_study, to_toml
 
@@ -62,10 +71,20 @@ def reader(
             "out, or give --model fullwave."
         )
         raise ConfigError(msg)
+    if frequencies and chosen != "fullwave":
+        msg = (
+            f"--frequencies is given, but the model is {chosen!r}, which gives patterns only; "
+            "leave it out, or give --model fullwave."
+        )
+        raise ConfigError(msg)
+    band_hz = frequencies or tuple(sorted(set(loaded.radio.channels_hz)))
+    has_band = chosen == "fullwave" and len(band_hz) > 1
     ports = loaded.reader.antennas
     names = ["reader.nc", "study.toml", *(f"antenna_{i + 1}.ffe" for i in range(ports))]
     if chosen == "fullwave":
         names.append(f"reader.s{ports}p")
+    if has_band:
+        names.append("band.csv")
     files = [out / name for name in names]
     refuse_overwrite(*files, force=force)
     progress = Progress(quiet=quiet)
@@ -75,12 +94,17 @@ def reader(
     write_text(out / "study.toml", to_toml(loaded, relative_to=out))
     solved.to_netcdf(out / "reader.nc", force=True)
     solved.to_ffe(out)
-    if solved.results:
+    band = band_of(loaded, band_hz, progress=progress) if has_band else None
+    if band:
+        band.to_touchstone(out / f"reader.s{ports}p")
+        band.to_csv(out / "band.csv")
+        save_figure(band.figure(), out / "figures" / "return_loss.png")
+    elif solved.results:
         solved.to_touchstone(out / "reader")
     with progress.track(solved.figures(), label="figures") as figures:
         for name, figure in figures:
             save_figure(figure, out / "figures" / f"{name}.png")
-    for line in (*solved.alone_lines(), *solved.lines()):
+    for line in (*solved.alone_lines(), *solved.lines(), *(band.lines() if band else ())):
         click.echo(line)
     if convergence:
         for line in solved.convergence_lines(progress=progress):

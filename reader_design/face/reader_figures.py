@@ -207,6 +207,41 @@ def s_matrix_figure(s_matrix: npt.NDArray[np.complex128], *, title: str) -> "Fig
     return figure
 
 
+def return_loss_figure(
+    frequencies_hz: FloatArray,
+    impedance_ohm: npt.NDArray[np.complex128],
+    return_loss_db: FloatArray,
+    *,
+    title: str,
+) -> "Figure":
+    """Return every antenna's return loss [dB], resistance and reactance [ohm] over frequency.
+
+    Parameters
+    ----------
+    frequencies_hz : (f,) float64 — Frequencies [Hz].
+    impedance_ohm : (f, n) complex128 — Input impedances [ohm].
+    return_loss_db : (f, n) float64 — Return loss [dB]; its axis runs downwards, so that a good
+        match is a dip.
+    title : Above the figure.
+    """
+    x = frequencies_hz / 1e9
+    panels = (
+        ("return loss [dB]", return_loss_db),
+        ("resistance [ohm]", impedance_ohm.real),
+        ("reactance [ohm]", impedance_ohm.imag),
+    )
+    with figure_style():
+        figure, axes = new_figure(width_in=10.6, height_in=3.8, title=title, columns=len(panels))
+        for ax, (label, values) in zip(axes[0], panels, strict=True):
+            draw_antennas(ax, x, values)
+            ax.set_xlabel("frequency [GHz]")
+            ax.set_ylabel(label)
+            ax.set_xlim(float(x[0]), float(x[-1]))
+        axes[0, 0].set_ylim(max(float(return_loss_db.max()), 10.0) + 2.0, 0.0)
+        antenna_legend(figure, axes[0, 0])
+    return figure
+
+
 def current_figure(corners_m: FloatArray, current_a_per_m: FloatArray, *, title: str) -> "Figure":
     """Return the surface current on a mesh, coloured over 60 dB below the greatest; axes in [cm].
 

@@ -1,9 +1,12 @@
 """``octant reader``: what it prints and leaves, and what it refuses."""
 
+import csv
+
 import numpy as np
 import pytest
 import xarray as xr
 
+from octant import Reader
 from octant.em.antennas.pattern_files.ffe import read_ffe
 from octant.em.antennas.pattern_files.touchstone import read_touchstone
 
@@ -126,6 +129,63 @@ def test_figures_are_there(done, folder):
     }
 
 
+@pytest.fixture(scope="module")
+def band(folder):
+    """The same reader over a band, the carrier in its middle."""
+    from octant.reader_design.cli import run
+
+    study = folder / "band.toml"
+    study.write_text(SMALL)
+    call = ["reader", str(study), "--out", str(folder / "band"), "--step-deg", "45", "-q"]
+    assert run([*call, "--frequencies", "2.3e9:2.5e9:9"]) == 0
+    return folder / "band"
+
+
+@pytest.mark.slow
+def test_a_band_has_the_ports_at_every_frequency(band):
+    written = read_touchstone(band / "reader.s4p")
+    np.testing.assert_allclose(written.frequencies_hz, np.linspace(2.3e9, 2.5e9, 9))
+    with (band / "band.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 9 * 4
+    z = np.array([complex(float(r["resistance_ohm"]), float(r["reactance_ohm"])) for r in rows])
+    reflection = np.diagonal(written.s_matrices, axis1=1, axis2=2).ravel()
+    np.testing.assert_allclose((z - 60.0) / (z + 60.0), reflection, atol=1e-6)
+    level = [float(r["reflection_db"]) for r in rows]
+    np.testing.assert_allclose(level, 20.0 * np.log10(np.abs(reflection)), atol=1e-6)
+    shares = [float(r["radiated_share"]) + float(r["other_loads_share"]) for r in rows]
+    np.testing.assert_allclose(shares, 1.0 - np.abs(reflection) ** 2, atol=2e-3)
+    assert (band / "figures" / "return_loss.png").is_file()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("place", [3, 8])
+def test_a_band_is_what_single_solutions_say(band, place):
+    # at the highest frequency the mesh is the same, between nodes it is interpolated
+    reader = Reader(
+        antennas=4,
+        antenna_radius_m=0.08,
+        plate_height_m=0.0,
+        cells_per_wavelength=6.0,
+        load_ohm=60.0,
+        antenna_length_m=0.5 * 299792458.0 / 2.4e9,
+    )
+    written = read_touchstone(band / "reader.s4p")
+    solved = reader.solve(written.frequencies_hz[place], step_deg=45.0, progress=False)
+    off = np.abs(written.s_matrices[place] - solved.s.to_numpy()[0]).max()
+    assert off < (1e-6 if place == 8 else 0.02)
+
+
+@pytest.mark.slow
+def test_the_channels_of_a_study_are_its_band(octant, study_file, tmp_path):
+    text = SMALL + "[radio]\nchannels_hz = [2.48e9, 2.402e9, 2.44e9]\n"
+    call = octant("reader", study_file(text), "--out", tmp_path / "out", "--step-deg", "45")
+    assert call.code == 0
+    assert "band.csv" in call.out
+    written = read_touchstone(tmp_path / "out" / "reader.s4p")
+    assert written.frequencies_hz.tolist() == [2.402e9, 2.44e9, 2.48e9]
+
+
 def test_what_is_there_is_not_overwritten(octant, done, folder):
     assert "reader.nc" in done
     line = octant("reader", folder / "study.toml", "--out", folder / "out").refused()
@@ -170,6 +230,11 @@ def test_convergence_solves_finer_meshes_and_says_what_changes(
     [
         (SMALL, ["--step-deg", "7"], "must divide 180"),
         (SMALL, ["--model", "rays", "--convergence"], "no mesh"),
+        (SMALL, ["--model", "rays", "--frequencies", "2.3e9:2.5e9:9"], "patterns only"),
+        (SMALL, ["--frequencies", "2.5e9:2.3e9:9"], "is no band"),
+        (SMALL, ["--frequencies", "2.3e9:2.5e9:1"], "is no band"),
+        (SMALL, ["--frequencies", "2.3e9:2.5e9:9999999999"], "is no band"),
+        (SMALL, ["--frequencies", "2.3e9,nan"], "is no band"),
         (SMALL.replace("0.08", "0.001").replace("= 0.0\n", "= 0.08\n"), [], "touches"),
         (SMALL + "feed_gap_m = 0.07\n", [], "feed_gap_m"),
     ],
