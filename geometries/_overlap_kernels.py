@@ -1,5 +1,5 @@
 # mypy: allow-untyped-defs
-"""Compiled kernels for flat pieces that overlap themselves: crossings of edges, sides of edges."""
+"""Compiled kernel for flat pieces that overlap themselves: where edges cross."""
 
 import numpy as np
 from numba import njit
@@ -33,28 +33,3 @@ def crossings(ends, tolerance):
             along[count, 0], along[count, 1] = s, t
             count += 1
     return pairs[:count].copy(), along[:count].copy()
-
-
-@njit(cache=True, error_model="numpy")
-def right_windings(ends, weights, aside):
-    """Return (k,) how often the weighted edges (k, 4) wind around a point on the right of each.
-
-    The point is ``aside`` [m] off the middle of the edge.
-    """
-    winding = np.zeros(len(ends), dtype=np.int64)
-    for i in range(len(ends)):
-        du, dv = ends[i, 2] - ends[i, 0], ends[i, 3] - ends[i, 1]
-        length = np.sqrt(du * du + dv * dv)
-        u = 0.5 * (ends[i, 0] + ends[i, 2]) + aside * dv / length
-        v = 0.5 * (ends[i, 1] + ends[i, 3]) - aside * du / length
-        for j in range(len(ends)):
-            v0, v1 = ends[j, 1], ends[j, 3]
-            if (v0 <= v) == (v1 <= v):
-                continue
-            u0, u1 = ends[j, 0], ends[j, 2]
-            side = (u1 - u0) * (v - v0) - (u - u0) * (v1 - v0)
-            if v0 <= v and side > 0.0:
-                winding[i] += weights[j]
-            elif v0 > v and side < 0.0:
-                winding[i] -= weights[j]
-    return winding

@@ -97,6 +97,9 @@ def _cut_at_corners(places_m: FloatArray, corner: IntArray, tolerance_m: float) 
     tree = cKDTree(places_m[used])
     chains = []
     for a, b in corner:
+        if a == b:  # an edge no longer than what counts as one place: there is none
+            chains.append([])
+            continue
         span = places_m[b] - places_m[a]
         length = float(np.linalg.norm(span))
         near = used[tree.query_ball_point(places_m[a] + 0.5 * span, 0.5 * length + tolerance_m)]

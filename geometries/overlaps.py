@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
-from octant.geometries import _overlap_kernels
+from octant.geometries import _outline_kernels, _overlap_kernels
 from octant.geometries._plane_geometry import (
     FloatArray,
     IntArray,
@@ -86,33 +86,97 @@ def _may_overlap(
 
 
 def _outer_edges(
-    corners: IntArray, places_m: FloatArray, normal: FloatArray, tolerance_m: float
+    ends: IntArray, places_m: FloatArray, normal: FloatArray, tolerance_m: float
 ) -> tuple[IntArray, FloatArray]:
-    """Return (m, 2) edges with nothing on their right, and corners (c, 3) [m] where some cross."""
-    number, first, member = row_numbers(corners)
-    corners, weights = corners[member[first[:-1]]], np.bincount(number)
-    span = places_m[corners[:, 1]] - places_m[corners[:, 0]]
-    length = np.linalg.norm(span, axis=1)
-    axes = np.stack((span[0], np.cross(normal, span[0]))) / length[0]
+    """Return (m, 2) edges between covered and bare ground, and corners (c, 3) [m] where some cross.
+
+    The edges cut the plane into cells, each covered by whole layers. What bounds the covered cells
+    is closed whatever the corners' noise, since the way around each cell is.
+    """
+    span = places_m[ends[:, 1]] - places_m[ends[:, 0]]
+    axes = np.stack((span[0], np.cross(normal, span[0]))) / np.linalg.norm(span[0])
+    # Corners and edges that noise keeps apart come together before anything is cut.
+    near = weld(places_m, 2.0 * tolerance_m)[ends]
+    near = near[near[:, 0] != near[:, 1]]
+    ends = _outline_kernels.split_edges(
+        np.array([0, len(near)]), near[:, 0], near[:, 1], places_m, tolerance_m
+    )[:, 1:]
     uv = (places_m - places_m[0]) @ axes.T
-    pairs, along = _overlap_kernels.crossings(uv[corners].reshape(-1, 4), tolerance_m)
-    share = along / length[pairs]
-    crossed = places_m[corners[pairs[:, 0], 0]] + share[:, :1] * span[pairs[:, 0]]
-    joined = len(places_m) + np.repeat(weld(crossed, 2.0 * tolerance_m), 2)
-    cuts: list[list[tuple[float, int]]] = [[] for _ in corners]
-    for edge, place, corner in zip(pairs.flat, along.flat, joined, strict=True):
+    pairs, along = _overlap_kernels.crossings(uv[ends].reshape(-1, 4), tolerance_m)
+    first = ends[pairs[:, 0]]
+    span = places_m[first[:, 1]] - places_m[first[:, 0]]
+    crossed = places_m[first[:, 0]] + along[:, :1] / np.linalg.norm(span, axis=1)[:, None] * span
+    cuts: list[list[tuple[float, int]]] = [[] for _ in ends]
+    for edge, place, corner in zip(
+        pairs.flat, along.flat, len(places_m) + np.repeat(np.arange(len(pairs)), 2), strict=True
+    ):
         cuts[edge].append((float(place), int(corner)))
     rows = np.array(
         [
-            (a, b, k)
-            for k, (begin, end) in enumerate(corners.tolist())
-            for a, b in pairwise([begin, *(corner for _, corner in sorted(cuts[k])), end])
-            if a != b
-        ]
-    )
-    uv = np.concatenate((uv, (crossed - places_m[0]) @ axes.T))
-    winding = _overlap_kernels.right_windings(
-        uv[rows[:, :2]].reshape(-1, 4), weights[rows[:, 2]], 2.0 * tolerance_m
-    )
-    outer: IntArray = np.unique(rows[winding == 0, :2], axis=0)
-    return outer, crossed
+            pair
+            for k, (begin, end) in enumerate(ends.tolist())
+            for pair in pairwise([begin, *(corner for _, corner in sorted(cuts[k])), end])
+        ],
+        dtype=np.int64,
+    ).reshape(-1, 2)
+    corners = np.concatenate((places_m, crossed))
+    rows = weld(corners, 2.0 * tolerance_m)[rows]
+    return _bounds_of_covered(rows, (corners - places_m[0]) @ axes.T), crossed
+
+
+def _bounds_of_covered(rows: IntArray, uv_m: FloatArray) -> IntArray:
+    """Return (m, 2) the edges, of (k, 2) that meet at corners (n, 2) [m] only, around their left.
+
+    A cell is a way along the left of edges; the layers on it differ from those of the next cell by
+    the edge between them, and are counted from the cell around all.
+    """
+    low, high = rows.min(axis=1), rows.max(axis=1)
+    _, first, member = row_numbers(np.column_stack((low, high)))
+    net = np.add.reduceat(np.sign(rows[:, 1] - rows[:, 0])[member], first[:-1])
+    one = member[first[:-1]][net != 0]
+    a, b, layers, count = low[one], high[one], net[net != 0], int((net != 0).sum())
+    if count == 0:
+        return np.zeros((0, 2), dtype=np.int64)
+    # Each edge is walked both ways: way k from a to b, way k + count back.
+    start, end = np.concatenate((a, b)), np.concatenate((b, a))
+    direction = uv_m[end] - uv_m[start]
+    order = np.lexsort((np.arctan2(direction[:, 1], direction[:, 0]), start))
+    begin = np.searchsorted(start[order], start[order], side="left")
+    last = np.searchsorted(start[order], start[order], side="right") - 1
+    number = np.arange(2 * count)
+    clockwise = np.empty(2 * count, dtype=np.int64)
+    clockwise[order] = order[np.where(number > begin, number - 1, last)]
+    cell = connected_labels(2 * count, np.column_stack((number, np.roll(clockwise, count))))
+    left, right = cell[:count], cell[count:]
+    twice = uv_m[start, 0] * uv_m[end, 1] - uv_m[end, 0] * uv_m[start, 1]
+    area = np.bincount(cell, weights=twice)
+    part = connected_labels(len(area), np.column_stack((left, right)))
+    around = np.lexsort((area, part))
+    around = around[np.searchsorted(part[around], np.arange(int(part.max()) + 1))]
+    steps: list[list[tuple[int, int]]] = [[] for _ in area]
+    for i, j, step in zip(left.tolist(), right.tolist(), layers.tolist(), strict=True):
+        steps[i].append((j, -step))
+        steps[j].append((i, step))
+    layer = np.full(len(area), np.iinfo(np.int64).min)
+    for outermost in around.tolist():
+        others = part[left] != part[outermost]
+        place = uv_m[start[np.flatnonzero(cell == outermost)[0]]]
+        layer[outermost] = _windings(uv_m[a[others]], uv_m[b[others]], layers[others], place)
+        waiting = [outermost]
+        for here in waiting:
+            for there, step in steps[here]:
+                if layer[there] == np.iinfo(np.int64).min:
+                    layer[there] = layer[here] + step
+                    waiting.append(there)
+    covered = layer > 0
+    forward, back = covered[left] & ~covered[right], covered[right] & ~covered[left]
+    bounds = (np.column_stack((a, b))[forward], np.column_stack((b, a))[back])
+    return np.unique(np.concatenate(bounds), axis=0)
+
+
+def _windings(start_m: FloatArray, end_m: FloatArray, times: IntArray, place_m: FloatArray) -> int:
+    """Return how often edges (k, 2), each counted ``times``, wind around a place (2,) [m]."""
+    (u0, v0), (u1, v1) = (start_m - place_m).T, (end_m - place_m).T
+    side = u0 * v1 - u1 * v0
+    up, down = (v0 <= 0.0) & (v1 > 0.0) & (side > 0.0), (v0 > 0.0) & (v1 <= 0.0) & (side < 0.0)
+    return int(times[up].sum() - times[down].sum())
