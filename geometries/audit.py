@@ -1,5 +1,6 @@
 """What is wrong with a mesh, and what that means for rays; Octant repairs nothing."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -122,13 +123,18 @@ class MeshAudit:
             for name, count in zip(self.body_names, self.body_faces, strict=True)
         )
         places = f"{self.welded_vertices} places, joined within {1000 * self.tolerance_m:g} mm"
-        spans = zip("xyz", low, high, strict=True)
+        places_after_point = max(0, 3 - math.floor(math.log10(max(float(size.max()), 1e-9))))
+        spans = [
+            f"{axis} {round(a, places_after_point) + 0.0:.12g} to "
+            f"{round(b, places_after_point) + 0.0:.12g} m"
+            for axis, a, b in zip("xyz", low.tolist(), high.tolist(), strict=True)
+        ]
         facts = (
             f"{self.source}: {_counted(len(self.body_names), 'body', 'bodies')}, "
             f"{_counted(self.faces, 'triangle')}, {_counted(self.vertices, 'vertex', 'vertices')} "
             f"({places})\n"
             f"  bodies (triangles): {names}\n"
-            f"  bounds: {', '.join(f'{axis} {a:.4g} to {b:.4g} m' for axis, a, b in spans)}\n"
+            f"  bounds: {', '.join(spans)}\n"
             f"  size: {size[0]:.4g} x {size[1]:.4g} m, {size[2]:.4g} m high (z is up)\n"
             f"  surface: {self.area_m2:.4g} m2; edges: {shortest:.4g} to {longest:.4g} m long, "
             f"median {median:.4g} m\n"

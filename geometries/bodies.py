@@ -11,6 +11,9 @@ from octant.geometries._arrays import frozen_array
 from octant.geometries._checks import finite_number
 from octant.geometries.errors import GeometryError
 
+FARTHEST_M = 1e8
+"""Greatest coordinate of a corner [m], where float64 still tells 0.01 µm apart."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Body:
@@ -22,12 +25,14 @@ class Body:
     vertices_m : (n, 3) float64 — Corners [m], z up; places may repeat, as facets join by position.
     faces : (m, 3) int64 — Vertices of each triangle [-], counter-clockwise seen from its normal.
     material : Label, such as "concrete" or "pec"; `octant.em` says what it means.
+    rounding_m : How far its file's rounding has moved all its corners at least [m].
     """
 
     name: str
     vertices_m: npt.NDArray[np.float64]
     faces: npt.NDArray[np.int64]
     material: str
+    rounding_m: float = 0.0
 
     def __post_init__(self) -> None:
         for field, label in (("name", self.name), ("material", self.material)):
@@ -37,6 +42,13 @@ class Body:
         vertices = frozen_array(
             self.vertices_m, name=f"vertices_m of body {self.name!r}", shape=(None, 3)
         )
+        farthest = float(np.abs(vertices).max(initial=0.0))
+        if farthest > FARTHEST_M:
+            msg = (
+                f"body {self.name!r} has a corner at {farthest:.3g} m, but at most "
+                f"{FARTHEST_M:g} m from the origin is possible; check the file and its unit."
+            )
+            raise GeometryError(msg)
         if len(vertices) == 0 or np.size(self.faces) == 0:
             msg = f"body {self.name!r} is empty; it needs at least one triangle."
             raise GeometryError(msg)

@@ -19,6 +19,8 @@ from octant.geometries.bodies import Body, placed
 from octant.geometries.errors import GeometryError
 from octant.geometries.mitsuba_scene import read_mitsuba
 from octant.geometries.names import nearest_name, unused_name
+from octant.geometries.planes import FLOAT32_BITS, observed_rounding
+from octant.geometries.tolerances import LENGTHS
 
 UpAxis = Literal["y", "z"]
 
@@ -127,6 +129,7 @@ def load_bodies(
     file = Path(path)
     kind = _kind_of(file)
     own: dict[str, str] = {}
+    stored: dict[str, float] = {}
     if kind == "obj":
         parts, declared = read_obj(file), None
     elif kind == _SCENE:
@@ -134,7 +137,7 @@ def load_bodies(
         parts, declared = [(s.name, s.vertices, s.faces) for s in shapes], "m"
         own = {s.name: s.material for s in shapes if s.material}
     else:
-        parts, declared = _read_with_trimesh(file, kind, own)
+        parts, declared = _read_with_trimesh(file, kind, own, stored)
     if not parts:
         msg = (
             f"{file} holds no triangles; it is empty, or not a {kind.upper()} mesh, or holds only "
@@ -147,11 +150,19 @@ def load_bodies(
     if vertical not in ("y", "z"):
         msg = f"up is {up!r} for {file}, but the vertical axis of a mesh file is 'y' or 'z'."
         raise GeometryError(msg)
+    rounding_m = {name: scale * stored.get(name, observed_rounding(v)) for name, v, _ in parts}
+    _refuse_far_float32(file, rounding_m)
     bodies = []
     for name, vertices, faces in parts:
         upright = vertices[:, [0, 2, 1]] * (1.0, -1.0, 1.0) if vertical == "y" else vertices
         try:
-            body = Body(name=name, vertices_m=upright * scale, faces=faces, material=labels[name])
+            body = Body(
+                name=name,
+                vertices_m=upright * scale,
+                faces=faces,
+                material=labels[name],
+                rounding_m=rounding_m[name],
+            )
         except GeometryError as exc:
             msg = f"{file}: {exc}"
             raise GeometryError(msg) from exc
@@ -248,8 +259,26 @@ def _materials(
     return labels
 
 
-def _read_with_trimesh(file: Path, kind: str, own: dict[str, str]) -> tuple[list[Part], str | None]:
-    """Return the named, placed meshes of a file and its unit; ``own`` gets the materials in it."""
+def _refuse_far_float32(file: Path, rounding_m: Mapping[str, float]) -> None:
+    """Refuse a file so far from its origin that float32 has moved its corners noticeably."""
+    least = min(rounding_m.values())
+    if 4.0 * least > LENGTHS.step_m:
+        msg = (
+            f"{file} stands {least * 2**FLOAT32_BITS / 1000.0:.4g} km from its origin and holds "
+            f"float32 numbers, which are rounded to {2000.0 * least:.2g} mm there, so that thin "
+            "walls bend or vanish; export it about an origin of its own (and move it with "
+            "room.origin_m), or with all digits of float64, as OBJ."
+        )
+        raise GeometryError(msg)
+
+
+def _read_with_trimesh(
+    file: Path, kind: str, own: dict[str, str], stored: dict[str, float]
+) -> tuple[list[Part], str | None]:
+    """Return the named, placed meshes of a file and its unit.
+
+    ``own`` gets the materials in it, ``stored`` the rounding [unit of the file] seen in it.
+    """
     import trimesh
 
     node_names = _gltf_node_names(file) if kind in GLTF else None
@@ -277,11 +306,13 @@ def _read_with_trimesh(file: Path, kind: str, own: dict[str, str]) -> tuple[list
         name = _body_name(file, scene, node, geometry_name, node_names, single=len(order) == 1)
         vertices = np.asarray(mesh.vertices, dtype=np.float64)
         faces = np.asarray(mesh.faces, dtype=np.int64)
+        rounding = observed_rounding(vertices)
         with np.errstate(invalid="ignore"):  # Body refuses what is not finite, and says so
             vertices = vertices @ matrix[:3, :3].T + matrix[:3, 3]
         if np.linalg.det(matrix[:3, :3]) < 0.0:  # a mirrored instance would turn inside out
             faces = faces[:, ::-1]
         name = unused_name(name, used)
+        stored[name] = rounding * float(np.linalg.norm(matrix[:3, :3], 2))
         found.append((order[geometry_name], (name, vertices, faces)))
         label = getattr(getattr(mesh.visual, "material", None), "name", None)
         if kind in GLTF and label:

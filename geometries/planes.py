@@ -19,28 +19,67 @@ from octant.geometries.tolerances import LENGTHS
 FLOAT32_BITS = 24
 """Significant bits [-] of the coordinates in most mesh files."""
 
+FLOAT64_BITS = 53
+"""Significant bits [-] of arithmetic, and of what text files can hold."""
+
+TYPED_DIGITS = 8
+"""Decimal digits [-] that coordinates are drawn with at most; float32 numbers have more."""
+
+PRINTED_SHARE = 0.02
+"""Share [-] of a float32 number's last bit that is lost when a text file prints it."""
+
 SLIVER_ASPECT = 1e-4
 """Height over longest side [-] below which a triangle's own normal is not trusted."""
 
 
-def rounding_m(vertices_m: FloatArray, *, coordinate_bits: int, extent_m: float) -> FloatArray:
+def rounding_m(
+    vertices_m: FloatArray,
+    *,
+    coordinate_bits: int,
+    extent_m: float,
+    stored_m: FloatArray | float = 0.0,
+) -> FloatArray:
     """Return (n,) how far [m] rounding may have moved each vertex off the plane it was drawn in.
 
     Rounding moves a coordinate c by at most 2^-bits |c|, and a corner at x off its plane by at most
     2^-bits |x| (Cauchy's inequality). Corner and plane are both rounded, and files turned, moved
     and scaled afterwards: four times that is allowed. Near the origin it is 2^-(bits - 1) of the
     extent, but never more than ``LENGTHS.place_m``, and always what arithmetic in float64 adds.
+    A scene that stands further from the origin than it is large was drawn about an origin of its
+    own: only rounding that was seen in its file (`observed_rounding`) counts from the file's.
 
     Parameters
     ----------
     vertices_m : (n, 3) float64 — Vertices [m].
     coordinate_bits : Significant bits of the stored coordinates: 24 for float32, 53 for float64.
     extent_m : Size of the scene [m].
+    stored_m : (n,) or one — Rounding seen in the vertices' files [m].
     """
     unit = 0.5**coordinate_bits
     floor = min(LENGTHS.place_m, 2.0 * unit * extent_m) + 0.5**50 * extent_m
-    tolerance: FloatArray = 4.0 * unit * np.linalg.norm(vertices_m, axis=1) + floor
+    size = np.linalg.norm(vertices_m, axis=1)
+    rounded = np.maximum(unit * np.minimum(size, extent_m), 0.5**FLOAT64_BITS * size)
+    tolerance: FloatArray = 4.0 * np.maximum(rounded, stored_m) + floor
     return tolerance
+
+
+def observed_rounding(coordinates: FloatArray) -> float:
+    """Return how far [unit of the file] float32 has moved all corners (n, 3) at least; 0: not seen.
+
+    Along one axis they are float32 numbers when all agree with one to some per cent of its last
+    bit (what a text prints of it), and some have more digits than anyone types.
+    """
+    size = np.abs(coordinates)
+    with np.errstate(over="ignore"):
+        stored = coordinates.astype(np.float32)
+    if len(coordinates) == 0 or not np.isfinite(stored).all():
+        return 0.0
+    last_bit = np.spacing(np.abs(stored).max(axis=0)).astype(np.float64)
+    alike = (np.abs(coordinates - stored) <= PRINTED_SHARE * last_bit).all(axis=0)
+    digits = size * 10.0 ** (TYPED_DIGITS - 1 - np.floor(np.log10(np.maximum(size, 1e-30))))
+    typed = np.abs(digits - np.rint(digits)) < 1e-4
+    seen = coordinates[:, alike & ~typed.all(axis=0)]
+    return float(0.5**FLOAT32_BITS * np.linalg.norm(seen, axis=1).min())
 
 
 def group_planes(

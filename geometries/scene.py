@@ -246,10 +246,13 @@ def build_scene(
     everything = (*bodies, *objects)
     names = tuple(dict.fromkeys(body.material for body in everything))
     if not everything:
-        vertices, faces = np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64)
+        vertices, faces, stored = np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64), np.zeros(0)
         bounds = np.zeros((2, 3))
     else:
         vertices, faces = _concatenated(everything)
+        stored = np.repeat(
+            [b.rounding_m for b in everything], [len(b.vertices_m) for b in everything]
+        )
         bounds = triangle_bounds_m(vertices, faces)
     extent = _extent_m(bounds)
     sizes = [len(body.faces) for body in everything]
@@ -261,9 +264,14 @@ def build_scene(
         faces, material = faces[kept], material[kept]
         room_faces = int(np.searchsorted(kept, room_faces))
         places, faces = np.unique(faces, return_inverse=True)
-        vertices, faces = vertices[places], faces.reshape(-1, 3)
+        vertices, faces, stored = vertices[places], faces.reshape(-1, 3), stored[places]
     tolerance = LENGTHS.plane_per_extent * extent
-    rounding = rounding_m(vertices, coordinate_bits=coordinate_bits, extent_m=extent)
+    rounding = rounding_m(
+        vertices,
+        coordinate_bits=coordinate_bits,
+        extent_m=extent,
+        stored_m=stored if coordinate_bits <= FLOAT32_BITS else 0.0,
+    )
     facets = build_facets(vertices, faces, material, tolerance_m=tolerance, rounding_m=rounding)
     if everything and len(facets.facet_plane) == 0:
         msg = (
