@@ -68,6 +68,10 @@ def observed_rounding(coordinates: FloatArray) -> float:
 
     Along one axis they are float32 numbers when all agree with one to some per cent of its last
     bit (what a text prints of it), and some have more digits than anyone types.
+
+    Parameters
+    ----------
+    coordinates : (n, 3) float64 — Corners as the file holds them [unit of the file].
     """
     size = np.abs(coordinates)
     with np.errstate(over="ignore"):
