@@ -5,6 +5,9 @@ import numpy.typing as npt
 
 FloatArray = npt.NDArray[np.float64]
 
+POLE_MISMATCH = 0.02
+"""Difference [-], over the greatest amplitude, up to which a pattern agrees over a pole."""
+
 
 def angle_grid(rows: int, columns: int) -> tuple[FloatArray, FloatArray]:
     """Return theta (rows,) from 0 to pi and phi (columns,) from 0 up to, not including, 2 pi [rad].

@@ -110,6 +110,7 @@ class PatternArrays(NamedTuple):
     """One antenna given by a table of its complex far field for the kernels."""
 
     table: np.ndarray  # (T + 2 PAD, P + 2 PAD, 1, 2) complex128, padded over the poles and around
+    linear: np.ndarray  # (T - 1, P) bool: cells of straight lines, at steps
     step_theta: float  # [rad]
     step_phi: float  # [rad]
     axis_x: float
@@ -131,7 +132,8 @@ class PatternChannels(NamedTuple):
     """One antenna given by tables of one grid at c frequencies."""
 
     tables: np.ndarray  # (c, T + 2 PAD, P + 2 PAD, 1, 2) complex128
-    numbers: np.ndarray  # (c, 8): what follows the table in PatternArrays
+    linear: np.ndarray  # (c, T - 1, P) bool
+    numbers: np.ndarray  # (c, 8): what follows these two in PatternArrays
 
 
 class ResponseArrays(NamedTuple):
@@ -143,6 +145,7 @@ class ResponseArrays(NamedTuple):
 
     table: np.ndarray  # (T + 2 PAD, P + 2 PAD, c n 4): real and imaginary parts of F_theta, F_phi,
     # phase at each antenna's own centre
+    linear: np.ndarray  # (T - 1, P) bool: cells of straight lines, at steps
     step_theta: float  # [rad]
     step_phi: float  # [rad]
     centre_rad: np.ndarray  # (c, n, 3): wavenumber times phase centre, reader frame

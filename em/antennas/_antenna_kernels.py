@@ -8,7 +8,7 @@ from numba import njit
 from numba.extending import overload
 
 from octant.em.antennas._phase_kernels import sine_cosine
-from octant.em.antennas._response_kernels import PAD, cubic_weights
+from octant.em.antennas._response_kernels import PAD, cell_weights
 from octant.em.records import AntennaArrays, PatternArrays, PatternChannels
 
 ISOTROPIC_THETA = 0
@@ -43,8 +43,8 @@ def _closed_form_at(antennas, channel):
 @njit(cache=True, error_model="numpy")
 def _pattern_at(antennas, channel):
     n = antennas.numbers[channel]
-    table = antennas.tables[channel]
-    return PatternArrays(table, n[0], n[1], n[2], n[3], n[4], n[5], n[6], n[7])
+    table, linear = antennas.tables[channel], antennas.linear[channel]
+    return PatternArrays(table, linear, n[0], n[1], n[2], n[3], n[4], n[5], n[6], n[7])
 
 
 def far_field(antenna: Any, dx: float, dy: float, dz: float) -> Any:
@@ -129,7 +129,7 @@ def _patch_field(antenna, dx, dy, dz, c):
 
 @njit(cache=True, error_model="numpy")
 def _pattern_field(antenna, dx, dy, dz):
-    """Return the field of a table, between its points by cubic Lagrange interpolation."""
+    """Return the field of a table, between its points cubic, or linear at steps."""
     ax, ay, az = antenna.axis_x, antenna.axis_y, antenna.axis_z
     ux, uy, uz = antenna.side_x, antenna.side_y, antenna.side_z
     vx, vy, vz = ay * uz - az * uy, az * ux - ax * uz, ax * uy - ay * ux
@@ -141,9 +141,12 @@ def _pattern_field(antenna, dx, dy, dz):
     a = np.arctan2(across, z) / antenna.step_theta
     b = np.arctan2(sp, cp) / antenna.step_phi
     i, j = min(int(a), table.shape[0] - 2 * PAD - 2), int(np.floor(b))
-    row, column = cubic_weights(a - i), cubic_weights(b - j)
+    fraction = b - j
+    j = j % (table.shape[1] - 2 * PAD)
+    linear = antenna.linear[i, j]
+    row, column = cell_weights(a - i, linear), cell_weights(fraction, linear)
     i += PAD - 1
-    j = j % (table.shape[1] - 2 * PAD) + PAD - 1
+    j += PAD - 1
     f_theta, f_phi = complex(0.0), complex(0.0)
     for p in range(4):
         for q in range(4):

@@ -20,7 +20,15 @@ def cubic_weights(t):
 
 
 @njit(cache=True, error_model="numpy")
-def far_fields(table, step_theta, step_phi, centre, theta, phi, parts, out):
+def cell_weights(t, linear):
+    """Return the four weights of `cubic_weights`, or those of a straight line at a step."""
+    if linear:
+        return 0.0, 1.0 - t, t, 0.0
+    return cubic_weights(t)
+
+
+@njit(cache=True, error_model="numpy")
+def far_fields(table, linear, step_theta, step_phi, centre, theta, phi, parts, out):
     """Fill (c, n, 2) F_theta, F_phi of every antenna in one direction of the reader frame.
 
     ``parts`` (c n 4,) is worked in.
@@ -29,10 +37,12 @@ def far_fields(table, step_theta, step_phi, centre, theta, phi, parts, out):
     b = phi / step_phi
     i = min(int(a), table.shape[0] - 2 * PAD - 2)
     j = int(np.floor(b))
-    row = cubic_weights(a - i)
-    v0, v1, v2, v3 = cubic_weights(b - j)
+    fraction = b - j
+    j = j % (table.shape[1] - 2 * PAD)
+    row = cell_weights(a - i, linear[i, j])
+    v0, v1, v2, v3 = cell_weights(fraction, linear[i, j])
     i += PAD - 1
-    j = j % (table.shape[1] - 2 * PAD) + PAD - 1
+    j += PAD - 1
     for m in range(len(parts)):
         parts[m] = 0.0
     for p in range(4):
@@ -69,6 +79,7 @@ def fill_far_fields(response, theta, phi, out):
     for i in range(len(theta)):
         far_fields(
             response.table,
+            response.linear,
             response.step_theta,
             response.step_phi,
             response.centre_rad,

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from octant.em.antennas import _response_kernels
 from octant.em.antennas._response_kernels import PAD
-from octant.em.antennas.kinds import padded_table
+from octant.em.antennas.kinds import checked_steps, linear_cells, padded_table
 from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
 from octant.em.directions import angle_grid, phase_ahead_rad
 from octant.em.records import ResponseArrays
@@ -37,6 +37,8 @@ class ReaderResponse:
     pattern : (n, 2, T, P) complex128 — F_theta and F_phi [-], |F|^2 = gain, on a uniform grid: T
         values of theta from 0 to pi, P of phi from 0 to below 2 pi; P is even.
     warnings : Where the model is known not to hold.
+    steps : (T - 1, P) bool or None — Cells of the grid that are interpolated along straight lines,
+        since a step of a file runs through them [-].
     """
 
     model: str
@@ -45,6 +47,7 @@ class ReaderResponse:
     phase_centres_m: npt.NDArray[np.float64]
     pattern: npt.NDArray[np.complex128]
     warnings: tuple[str, ...] = ()
+    steps: npt.NDArray[np.bool_] | None = None
 
     def __post_init__(self) -> None:
         pattern = frozen_array(
@@ -68,6 +71,7 @@ class ReaderResponse:
             self.phase_centres_m, name="phase_centres_m", shape=(n, 3), error=AntennaError
         )
         object.__setattr__(self, "pattern", pattern)
+        object.__setattr__(self, "steps", checked_steps(self.steps, pattern.shape))
         object.__setattr__(self, "azimuths_rad", azimuths)
         object.__setattr__(self, "phase_centres_m", centres)
 
@@ -139,7 +143,7 @@ class ReaderResponse:
     ) -> npt.NDArray[np.complex128]:
         """Return (n, ..., 2) F_theta, F_phi [-] of all antennas, phase at the reader's centre.
 
-        Between the grid's points by cubic Lagrange interpolation.
+        Between the grid's points by cubic Lagrange interpolation, at steps linear.
 
         Parameters
         ----------
@@ -170,12 +174,15 @@ def response_arrays(responses: tuple[ReaderResponse, ...]) -> ResponseArrays:
     n, _, rows, columns = first.pattern.shape
     shape = (rows + 2 * PAD, columns + 2 * PAD, len(responses), n, 2)
     table = np.empty(shape, dtype=np.complex128)
+    linear = np.zeros((rows - 1, columns), dtype=np.bool_)
     for channel, response in enumerate(responses):
         table[:, :, channel] = padded_table(response.pattern)
+        linear |= linear_cells(response.pattern, response.steps)
     wavenumbers = [2.0 * math.pi * r.frequency_hz / SPEED_OF_LIGHT_M_PER_S for r in responses]
     centres = [k * r.phase_centres_m for k, r in zip(wavenumbers, responses, strict=True)]
     return ResponseArrays(
         table=table.reshape(*shape[:2], -1).view(np.float64),
+        linear=linear,
         step_theta=math.pi / (rows - 1),
         step_phi=2.0 * math.pi / columns,
         centre_rad=np.array(centres),

@@ -30,6 +30,8 @@ WIDEST_INTERPOLATION = 0.05
 """Relative distance [-] of two tables up to which patterns are interpolated between them."""
 
 _MOST_EFFICIENCY = 1.05
+_SAME_RAD = 1e-6
+_WIDEST_DEG = 60.0
 _DIRECTIVE = 0.1
 """Share [-] of a pattern's power over azimuth in its first harmonic, from which it faces one way:
 the length of the mean of unit vectors, weighted by power; 0 where it is equal all around."""
@@ -44,7 +46,7 @@ def reader_from_pattern_files(
     turns_rad: npt.ArrayLike = 0.0,
     load_ohm: float = 50.0,
     incident_power_w: float | None = None,
-    step_deg: float = GRID_STEP_DEG,
+    step_deg: float | None = None,
     outside: Outside = "error",
 ) -> ReaderResponse:
     """Return a reader's response that is given entirely by pattern files (model ``files``).
@@ -66,7 +68,8 @@ def reader_from_pattern_files(
         and phase with it: the antennas' azimuths where all files are of antenna 1.
     load_ohm : Load [ohm] of realised gain where a file gives the input impedance.
     incident_power_w : Power [W] behind files that do not tell it; see `read_pattern`.
-    step_deg : Step [deg] of the response's grid; must divide 180 deg.
+    step_deg : Step [deg] of the response's grid; must divide 180 deg. None: about 1.5, so that the
+        files' own directions are on it where they can be.
     outside : {"error", "zero"} — What to do where a file does not cover theta down to a pole.
     """
     azimuths = frozen_array(
@@ -89,15 +92,19 @@ def reader_from_pattern_files(
     turns = frozen_array(
         np.broadcast_to(turns_rad, (n,)), name="turns_rad", shape=(n,), error=PatternFileError
     )
+    read = {path: _read(Path(path), incident_power_w) for path in dict.fromkeys(paths)}
+    if step_deg is None:
+        step_deg = _grid_step_deg([table for tables in read.values() for table in tables])
     half_turn = half_turn_steps(step_deg)
     notes: dict[str, None] = {}
     patterns = []
+    steps = np.zeros((half_turn, 2 * half_turn), dtype=np.bool_)
     for path, centre_m, turn_rad in zip(paths, centres, turns.tolist(), strict=True):
         pattern = np.zeros((2, half_turn + 1, 2 * half_turn), dtype=np.complex128)
-        parts = _at_frequency(Path(path), frequency_hz, incident_power_w, notes)
+        parts = _at_frequency(read[path], frequency_hz, notes)
         for weight, table in parts:
             matched = turned(_realised(table, load_ohm, notes), turn_rad)
-            pattern += weight * response_pattern(
+            sampled, at_steps = response_pattern(
                 matched,
                 frequency_hz=table.frequency_hz or frequency_hz,
                 phase_centre_m=centre_m,
@@ -105,6 +112,8 @@ def reader_from_pattern_files(
                 columns=2 * half_turn,
                 outside=outside,
             )
+            pattern += weight * sampled
+            steps |= at_steps
         _check_power(Path(path), pattern, notes)
         patterns.append(pattern)
     if n > 1:
@@ -118,6 +127,7 @@ def reader_from_pattern_files(
         phase_centres_m=centres,
         pattern=np.stack(patterns),
         warnings=tuple(notes),
+        steps=steps if steps.any() else None,
     )
 
 
@@ -148,18 +158,39 @@ def antenna_from_pattern_file(
         axis=axis,  # type: ignore[arg-type]  # checked and frozen there
         azimuth_rad=azimuth_rad,
         pattern=table.pattern[0],
+        steps=table.steps,
     )
 
 
+def _read(path: Path, incident_power_w: float | None) -> tuple[PatternTable, ...]:
+    """Return the tables of a file; they hold its warnings, which are reported once, later."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", PhysicsWarning)
+        return read_pattern(path, incident_power_w=incident_power_w)
+
+
+def _grid_step_deg(tables: Sequence[PatternTable]) -> float:
+    """Return the greatest step [deg] up to ``GRID_STEP_DEG`` that meets the tables' own theta.
+
+    Steps of a pattern then stand where the file has them. Tables that differ, are finer than half
+    of it, or do not run evenly from pole to pole have ``GRID_STEP_DEG`` itself.
+    """
+    counts = {len(table.theta_rad) for table in tables}
+    even = all(
+        np.abs(t.theta_rad - np.linspace(0.0, math.pi, len(t.theta_rad))).max() < _SAME_RAD
+        for t in tables
+    )
+    cells = min(counts) - 1
+    own_deg = 180.0 / max(cells, 1)
+    if len(counts) > 1 or not even or not 0.5 * GRID_STEP_DEG <= own_deg <= _WIDEST_DEG:
+        return GRID_STEP_DEG
+    return 180.0 / (cells * math.ceil(own_deg / GRID_STEP_DEG - 1e-9))
+
+
 def _at_frequency(
-    path: Path, frequency_hz: float, incident_power_w: float | None, notes: dict[str, None]
+    tables: Sequence[PatternTable], frequency_hz: float, notes: dict[str, None]
 ) -> list[tuple[float, PatternTable]]:
     """Return the tables of a file that make its pattern at a frequency, with their weights."""
-    with warnings.catch_warnings():
-        warnings.simplefilter(
-            "ignore", PhysicsWarning
-        )  # the tables hold them; they are reported once, below
-        tables = read_pattern(path, incident_power_w=incident_power_w)
     nameless = [table for table in tables if table.frequency_hz is None]
     known = [(table.frequency_hz, table) for table in tables if table.frequency_hz is not None]
     near = [t for f, t in known if abs(f - frequency_hz) <= FREQUENCY_TOLERANCE * frequency_hz]

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from octant.em.antennas import _antenna_kernels
 from octant.em.antennas._response_kernels import PAD
 from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
+from octant.em.directions import POLE_MISMATCH
 from octant.em.records import AntennaArrays, AntennaChannels, PatternArrays, PatternChannels
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import AntennaError
@@ -52,6 +53,8 @@ class Antenna:
         +x as far as it is across the axis (+y where the axis is along x).
     pattern : (2, T, P) complex128 or None — F_theta and F_phi [-] of a table, |F|^2 = gain: theta
         over T values from 0 to pi, phi over P, an even number, from 0 to below 2 pi.
+    steps : (T - 1, P) bool or None — Cells of the table that are interpolated along straight lines,
+        since a step runs through them [-].
     """
 
     kind: str
@@ -60,6 +63,7 @@ class Antenna:
     axis: npt.NDArray[np.float64]
     azimuth_rad: float = 0.0
     pattern: npt.NDArray[np.complex128] | None = None
+    steps: npt.NDArray[np.bool_] | None = None
 
     def __post_init__(self) -> None:
         axis = frozen_array(self.axis, name="axis", shape=(3,), error=AntennaError)
@@ -77,6 +81,7 @@ class Antenna:
             raise AntennaError(msg)
         if self.pattern is not None:
             object.__setattr__(self, "pattern", _checked_pattern(self.pattern))
+            object.__setattr__(self, "steps", checked_steps(self.steps, self.pattern.shape))
 
     @property
     def wavelength_m(self) -> float:
@@ -101,6 +106,7 @@ class Antenna:
         if self.pattern is not None:
             return PatternArrays(
                 padded_table(self.pattern[None]),
+                linear_cells(self.pattern[None], self.steps),
                 math.pi / (self.pattern.shape[1] - 1),
                 2.0 * math.pi / self.pattern.shape[2],
                 *self.axis,
@@ -130,7 +136,7 @@ class Antenna:
         """Return (..., 2) F_theta, F_phi [-] towards directions; |F|^2 is the gain.
 
         Phase is that of the dipole's or patch's centre, the monopole's foot, the table's origin.
-        Between the points of a table by cubic Lagrange interpolation.
+        Between the points of a table by cubic Lagrange interpolation, at its steps linear.
 
         The patch is the cavity model's dominant mode on thin air over an infinite plane: two
         in-phase magnetic currents of its width, its length apart; on a dielectric a real one is
@@ -166,9 +172,10 @@ def antenna_channels(antennas: Sequence[Antenna]) -> AntennaChannels | PatternCh
     antennas : One or more, all of closed form or all tables of one grid.
     """
     arrays = [antenna.kernel_arrays() for antenna in antennas]
-    numbers = np.array([one[1:] for one in arrays], dtype=np.float64)
     if isinstance(arrays[0], PatternArrays):
-        return PatternChannels(np.stack([one[0] for one in arrays]), numbers)
+        tables, linear = (np.stack([one[k] for one in arrays]) for k in (0, 1))
+        return PatternChannels(tables, linear, np.array([one[2:] for one in arrays], np.float64))
+    numbers = np.array([one[1:] for one in arrays], dtype=np.float64)
     return AntennaChannels(np.array([one[0] for one in arrays], dtype=np.int64), numbers)
 
 
@@ -290,3 +297,45 @@ def padded_table(pattern: npt.NDArray[np.complex128]) -> npt.NDArray[np.complex1
     above, below = opposite[PAD:0:-1], opposite[-2 : -2 - PAD : -1]
     table = np.concatenate((above, table, below))
     return np.ascontiguousarray(np.concatenate((table[:, -PAD:], table, table[:, :PAD]), axis=1))
+
+
+def checked_steps(
+    steps: npt.NDArray[np.bool_] | None, shape: tuple[int, ...]
+) -> npt.NDArray[np.bool_] | None:
+    """Return the steps of a table as a read-only array [-].
+
+    Parameters
+    ----------
+    steps : (T - 1, P) bool or None — See `Antenna`.
+    shape : Shape of the table, ending in T, P.
+    """
+    if steps is None:
+        return None
+    size = (shape[-2] - 1, shape[-1])
+    return frozen_array(steps, name="steps", shape=size, dtype=np.bool_, error=AntennaError)
+
+
+def linear_cells(
+    pattern: npt.NDArray[np.complex128], steps: npt.NDArray[np.bool_] | None
+) -> npt.NDArray[np.bool_]:
+    """Return the cells (T - 1, P) in which kernels interpolate patterns along straight lines [-].
+
+    Those of steps, and those at a pole over which a pattern does not go on with both unit vectors
+    reversed, such as one of amplitudes: cubic interpolation over the pole would rise above it.
+
+    Parameters
+    ----------
+    pattern : (n, 2, T, P) complex128 — F_theta and F_phi [-].
+    steps : (T - 1, P) bool or None — See `Antenna`.
+    """
+    rows, columns = pattern.shape[2:]
+    cells = np.zeros((rows - 1, columns), dtype=np.bool_)
+    if steps is not None:
+        cells |= steps
+    peak = float(np.abs(pattern).max())
+    for row in (0, -1):
+        ring = pattern[:, :, row]
+        apart = np.abs(ring + np.roll(ring, columns // 2, axis=-1)) > POLE_MISMATCH * peak
+        touched = apart.any(axis=(0, 1))
+        cells[row] |= touched | np.roll(touched, -1)
+    return cells

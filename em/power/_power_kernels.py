@@ -113,6 +113,7 @@ def reader_power(
                 for h in range(headings):
                     far_fields(
                         table,
+                        response.linear,
                         response.step_theta,
                         response.step_phi,
                         centre,
