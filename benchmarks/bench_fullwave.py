@@ -2,10 +2,13 @@
 
 Run from a checkout with ``octant`` installed::
 
-    python benchmarks/bench_fullwave.py [--sweep] [--cells 10 14 20]
+    python benchmarks/bench_fullwave.py [--sweep] [--ratios] [--cells 10 14 20]
 
 Each line is one design of the thesis at one mesh density, warm (a small run goes first), with and
 without the reader's rotational symmetry; the exponents say how each step grows with the unknowns.
+``--ratios`` sets side by side, each pair one after the other on the same machine: the far field in
+every direction against few directions and interpolation, and four loads by four solutions against
+one.
 """
 
 import argparse
@@ -13,9 +16,13 @@ import itertools
 import math
 import resource
 import time
+from dataclasses import replace
 
 import numpy as np
 
+from octant.em.antennas.embedded import GRID_SHAPE
+from octant.em.directions import angle_grid
+from octant.em.reader.fullwave.far_field import band_limited
 from octant.em.reader.fullwave.mesh import reader_mesh
 from octant.em.reader.fullwave.solve import solve_reader
 from octant.geometries.reader_body import reader_body
@@ -68,6 +75,55 @@ def densities(cells):
         print(f"  greatest memory so far {peak_gib:.2f} GiB")
 
 
+def seconds(work):
+    """Return the least time of three calls, and what the last returned."""
+    times = []
+    for _ in range(3):
+        start = time.perf_counter()
+        done = work()
+        times.append(time.perf_counter() - start)
+    return min(times), done
+
+
+def ratios():
+    """Print what few directions and loads by circuit theory save, and what they are off."""
+    theta, phi = angle_grid(*GRID_SHAPE)
+    loads = (50.0, 75.0, 100.0, 150.0)
+    for shape, radius_m in (("square", 0.10), ("round", 0.099)):
+        body = reader_body(ground_plane_shape=shape, antenna_radius_m=radius_m)
+        mesh = reader_mesh(body, frequency_hz=FREQUENCY_HZ)
+        result = solve_reader(mesh)
+        share = result.basis.sectors if result.port_step else 1
+        slow, exact = seconds(
+            lambda r=result, s=share: r.samples.far_field(theta[:, None], phi[: len(phi) // s])
+        )
+        fast, few = seconds(
+            lambda r=result: band_limited(
+                r.samples, sectors=r.basis.sectors, port_step=r.port_step
+            ).on_grid(theta, len(phi))
+        )
+        off = float(np.abs(few[:, :, : exact.shape[2]] - exact).max() / np.abs(exact).max())
+        print(
+            f"  {shape:7s} far field: {slow:.3f} s in {theta.size * phi.size} directions, "
+            f"{fast:.3f} s by few, {slow / fast:.1f} times; off by {off:.0e}"
+        )
+        slow, _ = seconds(
+            lambda m=mesh: [
+                solve_reader(m, load_ohm=load).pattern_grid(theta, len(phi)) for load in loads
+            ]
+        )
+        fast, _ = seconds(
+            lambda m=mesh: [
+                replace(solved, load_ohm=load).pattern_grid(theta, len(phi))
+                for solved in (solve_reader(m),)
+                for load in loads
+            ]
+        )
+        print(
+            f"  {shape:7s} four loads: {slow:.2f} s solved, {fast:.2f} s, {slow / fast:.1f} times"
+        )
+
+
 def sweep():
     """Print the time of the thesis' twelve designs at the default density."""
     start = time.perf_counter()
@@ -94,9 +150,13 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--cells", type=float, nargs="+", default=[7.0, 10.0, 14.0])
     parser.add_argument("--sweep", action="store_true", help="the thesis' twelve designs")
+    parser.add_argument("--ratios", action="store_true", help="what was slow against what is fast")
     arguments = parser.parse_args()
     run(5.0, symmetry=True)
     run(5.0, symmetry=False)
+    if arguments.ratios:
+        ratios()
+        return
     densities(arguments.cells)
     if arguments.sweep:
         sweep()

@@ -1,7 +1,8 @@
 """Full-wave solutions of readers, kept on disk by the hash of everything they depend on.
 
-A file is renamed when it is whole, so that parallel runs can share the folder; one that is damaged
-or from another solver is computed again. Where nothing can be kept, a warning says so.
+They are kept without loads, which are put on when they are read, so that no key holds the loads. A
+file is renamed when it is whole, so that parallel runs can share the folder; one that is damaged or
+from another solver is computed again. Where nothing can be kept, a warning says so.
 """
 
 import hashlib
@@ -21,24 +22,25 @@ import numpy as np
 import numpy.typing as npt
 import platformdirs
 
-from octant.em.antennas.embedded import GRID_SHAPE, ReaderResponse
+from octant.em.antennas.embedded import ReaderResponse
 from octant.em.antennas.kinds import Antenna
 from octant.em.reader.fullwave.band import NODES, solve_band
+from octant.em.reader.fullwave.far_field import FarField
+from octant.em.reader.fullwave.loads import LoadedReader, UnloadedReader, checked_loads
 from octant.em.reader.fullwave.mesh import (
     CELLS_PER_WAVELENGTH,
     FEED_GAP_M,
     WIRE_RADIUS_M,
     reader_mesh,
 )
-from octant.em.reader.fullwave.response import MODEL, fullwave_response, response_of
+from octant.em.reader.fullwave.response import response_of, solved_reader
 from octant.em.reader.fullwave.result import FullwaveResult
-from octant.geometries._arrays import frozen_array
 from octant.geometries.bodies import Body
-from octant.geometries.errors import AntennaError, CacheWarning, ConfigError
+from octant.geometries.errors import CacheWarning, ConfigError
 from octant.geometries.files import whole_file
 from octant.geometries.reader_body import ReaderBody
 
-CACHE_FORMAT = 1
+CACHE_FORMAT = 2
 """Raised when the content of a file changes, so that old files are computed again [-]."""
 
 CACHE_VARIABLE = "OCTANT_CACHE_DIR"
@@ -49,50 +51,16 @@ _DAMAGED = (OSError, EOFError, ValueError, KeyError, TypeError, zipfile.BadZipFi
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ReaderSolution:
-    """What is kept of a full-wave solution: patterns, matrices and powers, without the currents.
+    """A full-wave solution without its currents.
 
     Parameters
     ----------
-    response, unknowns : Embedded realised patterns; number of independent functions solved for.
-    impedance_ohm : (n, n) complex128 — Open-circuit impedance matrix Z [ohm].
-    input_impedance_ohm : (n,) complex128 — Seen by each source, the other ports loaded [ohm].
-    s_matrix : (n, n) complex128 — S-matrix of power waves, ports referred to their loads [-].
-    radiated_share, accepted_share, lost_share : (n,) float64 — Of the available power, each port
-        driven in turn [-].
+    ports : Matrices and powers, loads put on.
+    response : Embedded realised patterns at those loads.
     """
 
+    ports: LoadedReader
     response: ReaderResponse
-    impedance_ohm: npt.NDArray[np.complex128]
-    input_impedance_ohm: npt.NDArray[np.complex128]
-    s_matrix: npt.NDArray[np.complex128]
-    radiated_share: npt.NDArray[np.float64]
-    accepted_share: npt.NDArray[np.float64]
-    lost_share: npt.NDArray[np.float64]
-    unknowns: int
-
-    def __post_init__(self) -> None:
-        n = self.response.antennas
-        for name, shape in _SHAPES.items():
-            dtype = np.float64 if name.endswith("_share") else np.complex128
-            value = frozen_array(
-                getattr(self, name),
-                name=name,
-                shape=tuple(n for _ in range(shape)),
-                dtype=dtype,
-                error=AntennaError,
-            )
-            object.__setattr__(self, name, value)
-
-
-_SHAPES = {
-    "impedance_ohm": 2,
-    "input_impedance_ohm": 1,
-    "s_matrix": 2,
-    "radiated_share": 1,
-    "accepted_share": 1,
-    "lost_share": 1,
-}
-"""Arrays of a solution and their number of dimensions."""
 
 
 def cache_folder() -> Path | None:
@@ -119,8 +87,7 @@ def cached_responses(
 ) -> tuple[ReaderSolution, ...]:
     """Return a reader's full-wave solutions in the order of the frequencies, from disk or solved.
 
-    Patterns are always rounded to single precision (6e-8 of a value), also those not from disk. A
-    CacheWarning says when a solution cannot be kept.
+    A solution serves all loads. A CacheWarning says when it cannot be kept.
 
     Parameters
     ----------
@@ -143,8 +110,9 @@ def cached_responses(
     # An interpolated solution depends on the band that it was interpolated in.
     band = [wanted[0], wanted[-1], NODES] if len(wanted) > NODES else []
     numbers = {"band": band, "surroundings": [body_hash(b) for b in surroundings], **setup}
-    keys = {f: _key(body, antenna, f, load_ohm, numbers) for f in wanted}
+    keys = {f: _key(body, antenna, f, numbers) for f in wanted}
     setup["surroundings"] = tuple(surroundings)
+    loads = checked_loads(load_ohm, body.antennas)
     place = _folder(folder) if keep else None
     found = {f: _read(place, keys[f]) for f in wanted}
     missing = [f for f in wanted if found[f] is None]
@@ -152,13 +120,17 @@ def cached_responses(
         missing = wanted
     elements = {f: replace(antenna, frequency_hz=f) for f in wanted}
     if band and missing:
-        solved = _solved_band(body, elements[wanted[-1]], wanted, load_ohm, setup)
+        solved = _solved_band(body, elements[wanted[-1]], wanted, setup)
     else:
-        solved = (fullwave_response(body, elements[f], load_ohm=load_ohm, **setup) for f in missing)
-    for f, (response, result) in zip(missing, solved, strict=True):
-        solution = found[f] = _solution(response, result)
-        _write(place, keys[f], solution)
-    return tuple(kept for f in frequencies_hz if (kept := found[float(f)]) is not None)
+        solved = (solved_reader(body, elements[f], **setup) for f in missing)
+    for f, result in zip(missing, solved, strict=True):
+        found[f] = result.unloaded
+        _write(place, keys[f], result.unloaded)
+    loaded = {
+        f: LoadedReader(unloaded=u, load_ohm=loads) for f, u in found.items() if u is not None
+    }
+    done = {f: ReaderSolution(ports=p, response=response_of(p, body)) for f, p in loaded.items()}
+    return tuple(done[float(f)] for f in frequencies_hz)
 
 
 def _folder(given: Path | None) -> Path | None:
@@ -170,10 +142,9 @@ def _solved_band(
     body: ReaderBody,
     antenna: Antenna,
     frequencies_hz: Sequence[float],
-    load_ohm: npt.ArrayLike,
     setup: dict[str, Any],
-) -> Iterator[tuple[ReaderResponse, FullwaveResult]]:
-    """Yield patterns and solutions across a band, on the mesh of the antenna's frequency."""
+) -> Iterator[FullwaveResult]:
+    """Yield solutions across a band, on the mesh of the antenna's frequency."""
     mesh = reader_mesh(
         body,
         frequency_hz=antenna.frequency_hz,
@@ -181,25 +152,22 @@ def _solved_band(
         length_m=antenna.length_m,
         **setup,
     )
-    band = solve_band(mesh, frequencies_hz, nodes=NODES, load_ohm=load_ohm)
+    # The default loads damp what is interpolated; others are put on afterwards.
+    band = solve_band(mesh, frequencies_hz, nodes=NODES)
     for frequency_hz in frequencies_hz:
-        result = band.at(frequency_hz)
-        yield response_of(result, mesh, body), result
+        yield band.at(frequency_hz)
 
 
 def _key(
     body: ReaderBody,
     antenna: Antenna,
     frequency_hz: float,
-    load_ohm: npt.ArrayLike,
     numbers: dict[str, Any],
 ) -> str:
     """Return the SHA-256 of everything that a solution depends on, the solver included."""
-    load = np.asarray(load_ohm, dtype=np.complex128)
     value = {
         "format": CACHE_FORMAT,
         "solver": _solver_hash(),
-        "grid": GRID_SHAPE,
         "body": {
             "antennas": body.antennas,
             "antenna_radius_m": body.antenna_radius_m,
@@ -215,7 +183,6 @@ def _key(
         },
         "antenna": [antenna.kind, antenna.length_m, antenna.axis.tolist()],
         "frequency_hz": frequency_hz,
-        "load_ohm": [load.real.tolist(), load.imag.tolist()],
         **numbers,
     }
     return hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()
@@ -246,27 +213,14 @@ def _solver_hash() -> str:
     return digest.hexdigest()
 
 
-def _solution(response: ReaderResponse, result: FullwaveResult) -> ReaderSolution:
-    rounded = ReaderResponse(
-        model=response.model,
-        frequency_hz=response.frequency_hz,
-        azimuths_rad=response.azimuths_rad,
-        phase_centres_m=response.phase_centres_m,
-        pattern=response.pattern.astype(np.complex64),
-        warnings=response.warnings,
-    )
-    return ReaderSolution(
-        response=rounded,
-        unknowns=result.unknowns,
-        **{name: getattr(result, name) for name in _SHAPES},
-    )
-
-
 def _file(folder: Path, key: str) -> Path:
     return folder / f"{key[:40]}.npz"
 
 
-def _read(folder: Path | None, key: str) -> ReaderSolution | None:
+_ARRAYS = ("admittance_s", "heat_s", "phase_centres_m")
+
+
+def _read(folder: Path | None, key: str) -> UnloadedReader | None:
     """Return the solution of a key; None when there is no file that is whole and has this key."""
     if folder is None:
         return None
@@ -275,39 +229,30 @@ def _read(folder: Path | None, key: str) -> ReaderSolution | None:
         with _file(folder, key).open("rb") as handle, np.load(handle, allow_pickle=False) as data:
             if str(data["key"]) != key:
                 return None
-            response = ReaderResponse(
-                model=MODEL,
+            return UnloadedReader(
                 frequency_hz=float(data["frequency_hz"]),
-                azimuths_rad=data["azimuths_rad"],
-                phase_centres_m=data["phase_centres_m"],
-                pattern=data["pattern"],
-                warnings=tuple(data["warnings"].tolist()),
-            )
-            return ReaderSolution(
-                response=response,
+                shorted_v=FarField(values=data["shorted_v"]),
                 unknowns=int(data["unknowns"]),
-                **{name: data[name] for name in _SHAPES},
+                doubts=tuple(data["doubts"].tolist()),
+                **{name: data[name] for name in _ARRAYS},
             )
     except _DAMAGED:
         return None
 
 
-def _write(folder: Path | None, key: str, solution: ReaderSolution) -> None:
+def _write(folder: Path | None, key: str, solution: UnloadedReader) -> None:
     if folder is None:
         return
-    response = solution.response
     try:
         with whole_file(_file(folder, key)) as part:
             np.savez(
                 part,
                 key=np.array(key),
-                frequency_hz=np.array(response.frequency_hz),
-                azimuths_rad=response.azimuths_rad,
-                phase_centres_m=response.phase_centres_m,
-                pattern=response.pattern.astype(np.complex64),
-                warnings=np.array(response.warnings, dtype=np.str_),
+                frequency_hz=np.array(solution.frequency_hz),
+                shorted_v=solution.shorted_v.values,
                 unknowns=np.array(solution.unknowns),
-                **{name: getattr(solution, name) for name in _SHAPES},
+                doubts=np.array(solution.doubts, dtype=np.str_),
+                **{name: getattr(solution, name) for name in _ARRAYS},
             )
     except (OSError, ConfigError) as exc:
         reason = exc if isinstance(exc, OSError) else exc.__cause__

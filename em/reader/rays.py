@@ -14,12 +14,11 @@ import numpy.typing as npt
 
 from octant.em.antennas.kinds import Antenna, make_antenna
 from octant.em.blocks import run_blocks
-from octant.em.directions import angle_grid
 from octant.em.medium.radio_scene import RadioScene, radio_scene
 from octant.em.paths.tracing import path_arrays
 from octant.em.reader import _ray_kernels
 from octant.em.reader.fullwave._symmetry import turned_vertices
-from octant.em.reader.fullwave.far_field import CurrentSamples
+from octant.em.reader.fullwave.far_field import CurrentSamples, band_limited
 from octant.em.search.candidates import Candidates
 from octant.em.search.edges import search_edges
 from octant.em.search.images import search_images
@@ -117,11 +116,10 @@ def ray_patterns(
         raise AntennaError(msg)
     n = body.antennas
     step = _antennas_apart(body, columns)
-    phi = angle_grid(len(theta_rad), columns)[1]
     pattern = np.empty((n, 2, len(theta_rad), columns), dtype=np.complex128)
     for k in range(step):
         currents = antenna_currents(body, antenna, k, gap_m=gap_m, max_reflections=max_reflections)
-        field = np.moveaxis(currents.far_field(theta_rad[:, None], phi)[0], -1, 0)
+        field = np.moveaxis(band_limited(currents).on_grid(theta_rad, columns)[0], -1, 0)
         field /= math.sqrt(_mean_over_sphere(np.sum(np.abs(field) ** 2, axis=0), theta_rad))
         for other in range(k, n, step):
             pattern[other] = np.roll(field, (other - k) * columns // n, axis=-1)

@@ -17,7 +17,7 @@ from octant.em.antennas.from_files import pattern_tables
 from octant.em.antennas.pattern_files.ffe import write_ffe
 from octant.em.antennas.pattern_files.touchstone import write_touchstone
 from octant.em.reader.fullwave.convergence import convergence_study
-from octant.em.reader.fullwave.response import fullwave_response
+from octant.em.reader.fullwave.response import response_of, solved_reader
 from octant.em.reader.fullwave.result import FullwaveResult
 from octant.em.reader.fullwave.single import dipole_mesh, monopole_mesh
 from octant.em.reader.fullwave.solve import solve_reader
@@ -165,12 +165,14 @@ def _solved(
 ) -> tuple[ReaderResponse, FullwaveResult | None]:
     if study.reader.response != "fullwave":
         return response_at(design, frequency_hz), None
-    return fullwave_response(
-        design.body(),
+    body = design.body()
+    result = solved_reader(
+        body,
         design.element(frequency_hz),
         cells_per_wavelength=study.reader.cells_per_wavelength,
         **design.feed(),
     )
+    return response_of(result, body), result
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -503,12 +505,12 @@ class SolvedReader:
 
         def solve(cells: float) -> FullwaveResult:
             shown.say(f"convergence: {cells:g} cells per wavelength")
-            return fullwave_response(
+            return solved_reader(
                 self.design.body(),
                 self.design.element(self.frequencies_hz[0]),
                 cells_per_wavelength=cells,
                 **self.design.feed(),
-            )[1]
+            )
 
         yield "Convergence, against the finest mesh:"
         yield from convergence_study(solve, DENSITIES).lines()

@@ -6,9 +6,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
 from octant.em.reader.fullwave.basis import SurfaceBasis
-from octant.em.reader.fullwave.far_field import CurrentSamples, sphere_rule
 from octant.em.reader.fullwave.rwg import VACUUM_IMPEDANCE_OHM
 
 ComplexArray = npt.NDArray[np.complex128]
@@ -52,68 +50,31 @@ def realised_weights(admittance_s: ComplexArray, load_ohm: ComplexArray) -> Comp
     return weights
 
 
-def turned_pattern(
-    samples: CurrentSamples,
-    weights: npt.NDArray[np.complex128],
-    theta_rad: npt.NDArray[np.float64],
-    columns: int,
-    *,
-    sectors: int,
-    port_step: int,
-) -> npt.NDArray[np.complex128]:
-    """Return (n, t, columns, 2) realised patterns, the other sectors' by turning the first's."""
-    phi = 2.0 * math.pi * np.arange(columns) / columns
-    alone = port_step == 0 or columns % sectors != 0
-    wide = columns if alone else columns // sectors
-    shorted = samples.far_field(theta_rad[:, None], phi[:wide])
-    part: npt.NDArray[np.complex128] = np.tensordot(weights, shorted, axes=(1, 0))
-    if alone:
-        return part
-    turned = [np.roll(part, s * port_step, axis=0) for s in range(sectors)]
-    return np.concatenate(turned, axis=2)
-
-
-def radiated_shares(
-    samples: CurrentSamples,
-    admittance_s: npt.NDArray[np.complex128],
-    load_ohm: npt.NDArray[np.complex128],
-    *,
-    sectors: int,
-    port_step: int,
-) -> npt.NDArray[np.float64]:
-    """Return (n,) the mean realised gain over the sphere [-]."""
-    wavenumber = 2.0 * math.pi * samples.frequency_hz / SPEED_OF_LIGHT_M_PER_S
-    reach = float(np.linalg.norm(samples.points_m, axis=1).max())
-    theta, columns, weights = sphere_rule(wavenumber, reach, multiple_of=sectors)
-    pattern = turned_pattern(
-        samples,
-        realised_weights(admittance_s, load_ohm),
-        theta,
-        columns,
-        sectors=sectors,
-        port_step=port_step,
-    )
-    shares: npt.NDArray[np.float64] = np.einsum("t,ntpc->n", weights, np.abs(pattern) ** 2)
-    return shares
-
-
-def lost_shares(
+def heat_matrix(
     basis: SurfaceBasis,
     halves_a_per_m: npt.NDArray[np.complex128],
     sheet_ohm: npt.NDArray[np.complex128],
-    admittance_s: npt.NDArray[np.complex128],
-    load_ohm: npt.NDArray[np.complex128],
-) -> npt.NDArray[np.float64]:
-    """Return (n,) the share of the available power that heats the sheets [-]."""
+) -> ComplexArray:
+    """Return (n, n) the matrix H that gives twice the heat v* H v of port voltages v [S]."""
+    count = len(halves_a_per_m)
     if not sheet_ohm.real.any():
-        return np.zeros(len(load_ohm))
+        return np.zeros((count, count), dtype=np.complex128)
     corners = basis.corners_m
     offset = corners - corners.mean(axis=1, keepdims=True)
     spread = (offset**2).sum(axis=(1, 2)) / 12.0
     dots = np.einsum("fic,fjc->fij", offset, offset) + spread[:, None, None]
     edge = basis.edge_lengths_m
     gram = dots * edge[:, :, None] * edge[:, None, :] / (4.0 * basis.areas_m2[:, None, None])
-    driven = np.tensordot(embedded_voltages(admittance_s, load_ohm), halves_a_per_m, axes=(1, 0))
-    heat = np.einsum("kfi,fij,kfj->kf", driven.conj(), gram, driven, optimize=True).real
-    shares: npt.NDArray[np.float64] = 4.0 * load_ohm.real * (heat @ sheet_ohm.real)
-    return shares
+    gram *= sheet_ohm.real[:, None, None]
+    heat: ComplexArray = np.einsum(
+        "kfi,fij,lfj->kl", halves_a_per_m.conj(), gram, halves_a_per_m, optimize=True
+    )
+    return heat
+
+
+def powers_of(matrix: ComplexArray, rows: ComplexArray) -> npt.NDArray[np.float64]:
+    """Return (n,) x* M x for the rows x of a matrix [the rows' unit squared times M's]."""
+    power: npt.NDArray[np.float64] = np.einsum(
+        "ni,ij,nj->n", rows.conj(), matrix, rows, optimize=True
+    ).real
+    return power

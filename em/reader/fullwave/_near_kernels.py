@@ -40,19 +40,43 @@ def near_lists(tri, near, start, found):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def _fill_points(tri, p, touching, place, share):
+    """Fill the points (from the centroid) and weights of a triangle's rule; return their number."""
+    if not touching:
+        for a in range(7):
+            share[a] = tri.weight[a]
+            for c in range(3):
+                place[a, c] = tri.points[p, a, c]
+        return 7
+    for a in range(len(tri.close)):
+        share[a] = tri.close_weight[a]
+        for c in range(3):
+            place[a, c] = (
+                tri.close[a, 0] * tri.offset[p, 0, c]
+                + tri.close[a, 1] * tri.offset[p, 1, c]
+                + tri.close[a, 2] * tri.offset[p, 2, c]
+            )
+    return len(tri.close)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def add_near(
-    tri, fun, rows, begin, end, near_start, near_list, wavenumber, vector, scalar, sheet, z
+    tri, fun, rows, begin, end, near_start, near_list, wavenumber, close, vector, scalar, sheet, z
 ):
     """Add the near pairs of the triangles rows[begin:end] to z, with 1/R integrated in closed form.
 
-    The closed form runs once over either triangle, seven points over the other; the mean of both
-    keeps the matrix symmetric. ``sheet`` (f,) is the surface impedance.
+    The closed form runs once over either triangle, a rule of points over the other: that of
+    triangles that touch when their centroids are nearer than ``close`` times the sum of radii, else
+    seven points. The mean of both keeps the matrix symmetric. ``sheet`` (f,) is the surface
+    impedance.
     """
     count, sectors = tri.per_sector, tri.sectors
     corner, centre, offset, length, area = tri.corner, tri.centre, tri.offset, tri.length, tri.area
     seven, w7 = tri.points, tri.weight
     start, function, turn, local, sign = fun
     k = np.empty((3, 3), dtype=np.complex128)
+    place = np.empty((len(tri.close), 3))
+    share_at = np.empty(len(tri.close))
     for index in range(begin, end):
         p = rows[index]
         for at in range(near_start[p], near_start[p + 1]):
@@ -68,13 +92,16 @@ def add_near(
             dx = centre[p, 0] - centre[q, 0]
             dy = centre[p, 1] - centre[q, 1]
             dz = centre[p, 2] - centre[q, 2]
-            for a in range(7):  # the smooth rest (exp(-jkR) - 1) / R
-                ax, ay, az = seven[p, a, 0], seven[p, a, 1], seven[p, a, 2]
+            reach = close * (tri.radius[p] + tri.radius[q])
+            touching = dx * dx + dy * dy + dz * dz < reach * reach
+            number = _fill_points(tri, p, p == q, place, share_at)
+            for a in range(number):  # the smooth rest (exp(-jkR) - 1) / R; it has a kink at R = 0
+                ax, ay, az = place[a, 0], place[a, 1], place[a, 2]
                 for b in range(7):
                     bx, by, bz = seven[q, b, 0], seven[q, b, 1], seven[q, b, 2]
                     ox, oy, oz = dx + ax - bx, dy + ay - by, dz + az - bz
                     r = np.sqrt(ox * ox + oy * oy + oz * oz)
-                    w = w7[a] * w7[b]
+                    w = share_at[a] * w7[b]
                     if wavenumber * r < 1e-9:
                         er, ei = 0.0, -wavenumber * w
                     else:
@@ -118,8 +145,9 @@ def add_near(
                 ny *= norm
                 nz *= norm
                 share = 0.5 / area[inner]
-                for a in range(7):
-                    ax, ay, az = seven[outer, a, 0], seven[outer, a, 1], seven[outer, a, 2]
+                number = _fill_points(tri, outer, touching, place, share_at)
+                for a in range(number):
+                    ax, ay, az = place[a, 0], place[a, 1], place[a, 2]
                     px = centre[outer, 0] + ax
                     py = centre[outer, 1] + ay
                     pz = centre[outer, 2] + az
@@ -178,7 +206,7 @@ def add_near(
                     mx += (px - centre[inner, 0]) * potential
                     my += (py - centre[inner, 1]) * potential
                     mz += (pz - centre[inner, 2]) * potential
-                    w = w7[a] * share
+                    w = share_at[a] * share
                     gr += w * potential
                     dr += w * (ax * mx + ay * my + az * mz)
                     if side == 0:

@@ -32,6 +32,8 @@ class TriangleArrays(NamedTuple):
     length: np.ndarray  # (f, 3) length of the edge opposite each corner [m]
     points: np.ndarray  # (f, 10, 3) of the 7-point and the 3-point rule, less centroid [m]
     weight: np.ndarray  # (10,) of sum 1 in the 7-point rule, of 1 each in the 3-point rule
+    close: np.ndarray  # (c, 3) barycentric points of the rule for triangles that touch
+    close_weight: np.ndarray  # (c,) of sum 1
 
 
 class FunctionArrays(NamedTuple):

@@ -7,17 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from octant.em.reader.fullwave._circuit import (
-    admittance_of,
-    embedded_voltages,
-    lost_shares,
-    radiated_shares,
-    scattering,
-)
-from octant.em.reader.fullwave.far_field import current_samples
+from octant.em.reader.fullwave._circuit import admittance_of, embedded_voltages
 from octant.em.reader.fullwave.mesh import ReaderMesh
 from octant.em.reader.fullwave.result import FullwaveResult
-from octant.em.reader.fullwave.solve import solve_reader
+from octant.em.reader.fullwave.solve import result_of, solve_reader
 from octant.geometries._checks import positive_number
 from octant.geometries.errors import AntennaError
 
@@ -86,28 +79,16 @@ class FullwaveBand:
         admittance = admittance_of(np.asarray(s_matrix), load)
         back = np.linalg.inv(embedded_voltages(admittance, load))
         halves = np.tensordot(back, loaded, axes=(1, 0))
-        samples = current_samples(first.basis, halves, frequency_hz=frequency_hz)
-        sheet = first.sheet_ohm
-        return FullwaveResult(
+        return result_of(
+            first.basis,
+            halves,
+            admittance,
             frequency_hz=frequency_hz,
             load_ohm=load,
-            admittance_s=admittance,
-            samples=samples,
-            halves_a_per_m=halves,
-            basis=first.basis,
-            sheet_ohm=sheet,
-            radiated_share=radiated_shares(
-                samples,
-                admittance,
-                load,
-                sectors=first.basis.sectors,
-                port_step=first.port_step,
-            ),
-            accepted_share=1.0 - (np.abs(scattering(admittance, load)) ** 2).sum(axis=0),
-            lost_share=lost_shares(first.basis, halves, sheet, admittance, load),
+            sheet_ohm=first.sheet_ohm,
             port_step=first.port_step,
-            error=first.error,
-            warnings=first.warnings,
+            phase_centres_m=first.unloaded.phase_centres_m,
+            doubts=first.unloaded.doubts,
         )
 
 

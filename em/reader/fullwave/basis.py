@@ -35,7 +35,28 @@ def _seven_points() -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
     return np.array(points), np.array(weights)
 
 
+def _close_points() -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Return barycentric points and weights that gather towards the edges of a triangle.
+
+    Each third between the centroid and an edge holds four by four Gauss points; those across stand
+    at 1 - (1 - x)^2 of the way to the edge. A triangle's potential has t log t at a distance t from
+    its edges, which becomes a cube times a logarithm.
+    """
+    nodes, weights = np.polynomial.legendre.leggauss(4)
+    nodes, weights = 0.5 * (nodes + 1.0), 0.5 * weights
+    centre, points, shares = np.full(3, 1.0 / 3.0), [], []
+    for a, b in itertools.pairwise((0, 1, 2, 0)):
+        for x, w in zip(nodes, weights, strict=True):
+            out, step = 1.0 - (1.0 - x) ** 2, 2.0 * (1.0 - x) * w
+            for y, v in zip(nodes, weights, strict=True):
+                edge = (1.0 - y) * np.eye(3)[a] + y * np.eye(3)[b]
+                points.append(centre + out * (edge - centre))
+                shares.append(2.0 / 3.0 * out * step * v)
+    return np.array(points), np.array(shares)
+
+
 SEVEN_POINTS, SEVEN_WEIGHTS = _seven_points()
+CLOSE_POINTS, CLOSE_WEIGHTS = _close_points()
 RULES = np.concatenate((SEVEN_POINTS, THREE_POINTS))
 
 
@@ -134,6 +155,8 @@ class SurfaceBasis:
             length=self.edge_lengths_m,
             points=np.ascontiguousarray(np.einsum("ab,fbc->fac", RULES, offset)),
             weight=np.concatenate((SEVEN_WEIGHTS, np.ones(3))),
+            close=CLOSE_POINTS,
+            close_weight=CLOSE_WEIGHTS,
         )
 
     def half_coefficients(

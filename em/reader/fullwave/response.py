@@ -8,11 +8,11 @@ import numpy.typing as npt
 from octant.em.antennas.embedded import GRID_SHAPE, ReaderResponse
 from octant.em.antennas.kinds import Antenna
 from octant.em.directions import angle_grid
+from octant.em.reader.fullwave.loads import LoadedReader
 from octant.em.reader.fullwave.mesh import (
     CELLS_PER_WAVELENGTH,
     FEED_GAP_M,
     WIRE_RADIUS_M,
-    ReaderMesh,
     reader_mesh,
 )
 from octant.em.reader.fullwave.result import FullwaveResult
@@ -25,7 +25,7 @@ MODEL = "fullwave"
 """Name of the model [-]."""
 
 
-def fullwave_response(
+def solved_reader(
     body: ReaderBody,
     antenna: Antenna,
     *,
@@ -34,11 +34,11 @@ def fullwave_response(
     cells_per_wavelength: float = CELLS_PER_WAVELENGTH,
     wire_radius_m: float = WIRE_RADIUS_M,
     feed_gap_m: float = FEED_GAP_M,
-    graded_tips: bool = False,
+    graded_tips: bool = True,
     surroundings: Sequence[Body] = (),
     symmetry: bool = True,
-) -> tuple[ReaderResponse, FullwaveResult]:
-    """Return the embedded patterns of a reader and the solution that they come from.
+) -> FullwaveResult:
+    """Return the full-wave solution of a reader.
 
     Parameters
     ----------
@@ -53,11 +53,6 @@ def fullwave_response(
     graded_tips : Cut the strips' last cells finer; see `reader_mesh`.
     surroundings : Further perfectly conducting meshes in the reader frame.
     symmetry : Use the rotational symmetry that the mesh has.
-
-    Returns
-    -------
-    tuple of ReaderResponse and FullwaveResult
-        Realised patterns on a grid of ``GRID_STEP_DEG``, and matrices, powers, currents.
 
     Notes
     -----
@@ -82,17 +77,15 @@ def fullwave_response(
         graded_tips=graded_tips,
         surroundings=surroundings,
     )
-    result = solve_reader(mesh, load_ohm=load_ohm, symmetry=symmetry)
-    return response_of(result, mesh, body), result
+    return solve_reader(mesh, load_ohm=load_ohm, symmetry=symmetry)
 
 
-def response_of(result: FullwaveResult, mesh: ReaderMesh, body: ReaderBody) -> ReaderResponse:
+def response_of(result: LoadedReader, body: ReaderBody) -> ReaderResponse:
     """Return the patterns of a solution on the grid that radio maps read.
 
     Parameters
     ----------
     result : Solution.
-    mesh : What was solved; gives the phase centres.
     body : Gives the antennas' azimuths.
     """
     theta, phi = angle_grid(*GRID_SHAPE)
@@ -102,6 +95,6 @@ def response_of(result: FullwaveResult, mesh: ReaderMesh, body: ReaderBody) -> R
         model=MODEL,
         frequency_hz=result.frequency_hz,
         azimuths_rad=body.element_azimuths_rad,
-        phase_centres_m=mesh.phase_centres_m,
+        phase_centres_m=result.unloaded.phase_centres_m,
         warnings=result.warnings,
     )

@@ -21,6 +21,10 @@ VACUUM_IMPEDANCE_OHM = VACUUM_PERMEABILITY * SPEED_OF_LIGHT_M_PER_S
 NEAR = 1.5
 """Distance of centroids over the sum of both radii [-] below which 1/R is integrated exactly."""
 
+CLOSE = 1.001
+"""The same [-] below which the rule for triangles that touch is taken; those that do are never
+farther apart than 1."""
+
 MID = 8.0
 """The same [-] below which seven points are taken instead of three: it keeps the power balance of
 antennas deep between plates, which radiate a thousandth of what they store."""
@@ -56,6 +60,7 @@ def impedance_matrix(
     surface_impedance_ohm: npt.ArrayLike = 0.0,
     near: float = NEAR,
     mid: float = MID,
+    close: float = CLOSE,
 ) -> npt.NDArray[np.complex128]:
     """Return the matrix of the electric-field integral equation [ohm m^2].
 
@@ -67,6 +72,7 @@ def impedance_matrix(
         perfect conductor.
     near : Distance of centroids over the sum of radii [-] below which 1/R is integrated exactly.
     mid : The same [-] below which seven points are taken instead of three.
+    close : The same [-] below which 48 points that gather towards the edges are taken.
 
     Returns
     -------
@@ -78,7 +84,9 @@ def impedance_matrix(
     -----
     Z = j w mu <f, A> + <div f, div-potential> / (j w eps) with exp(-jkR) / (4 pi R); functions test
     themselves (Galerkin). Near pairs take the closed forms of [2]_ over one triangle, and the mean
-    of both orders. A closed surface has no solution at its interior resonances.
+    of both orders. What remains over the other has t log t at a distance t from an edge that both
+    share: 48 points leave 1e-4 of a triangle's interaction with itself or a neighbour, where seven
+    leave 5e-3. A closed surface has no solution at its interior resonances.
 
     References
     ----------
@@ -117,6 +125,7 @@ def impedance_matrix(
                 near_start,
                 near_list,
                 wavenumber,
+                close,
                 vector,
                 scalar,
                 sheet,

@@ -7,6 +7,7 @@ from octant.em.reader.fullwave._element_size import ElementSize
 from octant.em.reader.fullwave._reader_pieces import PieceMesher, joined_pieces
 from octant.em.reader.fullwave._strips import Strip, strip_cells, strip_triangles
 from octant.em.reader.fullwave.mesh import (
+    BODY,
     CELLS_PER_WAVELENGTH,
     FEED_GAP_M,
     WIRE_RADIUS_M,
@@ -135,7 +136,7 @@ def monopole_mesh(
     return ReaderMesh(
         vertices_m=vertices,
         faces=faces,
-        antenna_of_face=np.where(np.arange(len(faces)) < on_plane, -1, 0),
+        antenna_of_face=np.where(np.arange(len(faces)) < on_plane, BODY, 0),
         feed_bottom_m=np.zeros((1, 3)),
         feed_top_m=np.array(((0.0, 0.0, feed),)),
         strip_of_feed=np.zeros(1, dtype=np.int64),

@@ -8,25 +8,22 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
-from octant.em.reader.fullwave._circuit import lost_shares, radiated_shares, scattering
+from octant.em.reader.fullwave._circuit import heat_matrix
 from octant.em.reader.fullwave._symmetry import turns_of
 from octant.em.reader.fullwave.basis import SurfaceBasis, best_sectors, surface_basis
-from octant.em.reader.fullwave.far_field import current_samples
+from octant.em.reader.fullwave.far_field import band_limited, current_samples
 from octant.em.reader.fullwave.linear_solve import solve_currents
-from octant.em.reader.fullwave.mesh import ReaderMesh
+from octant.em.reader.fullwave.loads import UnloadedReader, checked_loads
+from octant.em.reader.fullwave.mesh import BESIDE, ReaderMesh
 from octant.em.reader.fullwave.ports import feed_excitation
 from octant.em.reader.fullwave.result import FullwaveResult
 from octant.em.reader.fullwave.rwg import impedance_matrix
-from octant.geometries.errors import AntennaError, GeometryError
-
-BALANCE_LIMIT = 1e-3
-"""Radiated and lost power less accepted power, over the latter [-], above which a run warns."""
-
+from octant.geometries.errors import GeometryError
 
 MOST_GIB = 8.0
 """Greatest size of the moment matrix [GiB]."""
 
-STEPS = ("functions", "assembly", "solution", "power balance")
+STEPS = ("functions", "assembly", "solution", "far field")
 """Steps of a run whose times are kept [-]."""
 
 
@@ -50,10 +47,7 @@ def solve_reader(
     symmetry : Use the rotational symmetry that the mesh has.
     """
     frequency = mesh.frequency_hz if frequency_hz is None else frequency_hz
-    load = np.broadcast_to(np.asarray(load_ohm, dtype=np.complex128), (mesh.antennas,))
-    if not (np.isfinite(load).all() and (load.real > 0.0).all()):
-        msg = f"load_ohm is {load_ohm!r} ohm, but every load must have a resistance above 0 ohm."
-        raise AntennaError(msg)
+    load = checked_loads(load_ohm, mesh.antennas)
     clock = [time.perf_counter()]
     sheet = np.zeros(len(mesh.faces), dtype=np.complex128) + np.asarray(surface_impedance_ohm)
     sectors = 1
@@ -69,36 +63,60 @@ def solve_reader(
     currents = solve_currents(basis, matrix, excitation)
     del matrix
     clock.append(time.perf_counter())
-    admittance = np.einsum("ism,jsm->ij", excitation, currents, optimize=True)
-    halves = basis.half_coefficients(currents)
-    samples = current_samples(basis, halves, frequency_hz=frequency)
-    step = _port_step(excitation)
-    s_matrix_power = np.abs(scattering(admittance, load)) ** 2
-    radiated = radiated_shares(samples, admittance, load, sectors=sectors, port_step=step)
-    lost = lost_shares(basis, halves, sheet, admittance, load)
-    clock.append(time.perf_counter())
-    result = FullwaveResult(
+    result = result_of(
+        basis,
+        basis.half_coefficients(currents),
+        np.einsum("ism,jsm->ij", excitation, currents, optimize=True),
         frequency_hz=frequency,
         load_ohm=load,
-        admittance_s=admittance,
-        samples=samples,
-        halves_a_per_m=halves,
-        basis=basis,
         sheet_ohm=sheet,
-        radiated_share=radiated,
-        accepted_share=1.0 - s_matrix_power.sum(axis=0),
-        lost_share=lost,
-        port_step=step,
-        seconds=dict(zip(STEPS, np.diff(clock).tolist(), strict=True)),
-        warnings=mesh.warnings,
+        port_step=_port_step(excitation),
+        phase_centres_m=mesh.phase_centres_m,
+        doubts=mesh.warnings,
     )
-    if result.balance_error <= BALANCE_LIMIT:
-        return result
-    doubt = (
-        f"radiated and accepted power differ by {100.0 * result.balance_error:.2g} %, more than "
-        f"{100.0 * BALANCE_LIMIT:g} %: the mesh is too coarse somewhere"
+    clock.append(time.perf_counter())
+    return replace(result, seconds=dict(zip(STEPS, np.diff(clock).tolist(), strict=True)))
+
+
+def result_of(
+    basis: SurfaceBasis,
+    halves_a_per_m: npt.NDArray[np.complex128],
+    admittance_s: npt.NDArray[np.complex128],
+    *,
+    frequency_hz: float,
+    load_ohm: npt.NDArray[np.complex128],
+    sheet_ohm: npt.NDArray[np.complex128],
+    port_step: int,
+    phase_centres_m: npt.NDArray[np.float64],
+    doubts: tuple[str, ...],
+) -> FullwaveResult:
+    """Return the result of currents: their far field, and the loads put on.
+
+    Parameters
+    ----------
+    basis : Functions.
+    halves_a_per_m, admittance_s, sheet_ohm, port_step : As in `FullwaveResult`.
+    frequency_hz, phase_centres_m, doubts : As in `UnloadedReader`.
+    load_ohm : Impedance of source and load of every port [ohm].
+    """
+    samples = current_samples(basis, halves_a_per_m, frequency_hz=frequency_hz)
+    return FullwaveResult(
+        unloaded=UnloadedReader(
+            frequency_hz=frequency_hz,
+            admittance_s=admittance_s,
+            heat_s=heat_matrix(basis, halves_a_per_m, sheet_ohm),
+            shorted_v=band_limited(samples, sectors=basis.sectors, port_step=port_step),
+            phase_centres_m=phase_centres_m,
+            unknowns=basis.unknowns,
+            doubts=doubts,
+        ),
+        load_ohm=load_ohm,
+        samples=samples,
+        halves_a_per_m=halves_a_per_m,
+        basis=basis,
+        sheet_ohm=sheet_ohm,
+        port_step=port_step,
     )
-    return replace(result, warnings=(*result.warnings, doubt))
 
 
 def _refuse_too_large(basis: SurfaceBasis, mesh: ReaderMesh) -> None:
@@ -107,14 +125,14 @@ def _refuse_too_large(basis: SurfaceBasis, mesh: ReaderMesh) -> None:
     if size_gib <= MOST_GIB:
         return
     cells = SPEED_OF_LIGHT_M_PER_S / mesh.frequency_hz / mesh.coarse_m
-    beside = mesh.beside[basis.given_face]
+    beside = mesh.antenna_of_face == BESIDE
     area, whole = basis.areas_m2, f"{basis.unknowns} unknowns"
     advice = [f"take fewer cells_per_wavelength than {cells:g}"]
     if beside.any():
         # A closed mesh has three functions for every two triangles.
         whole += f", about {1.5 * beside.sum():.0f} of them on the metal beside the reader"
         advice.append("give less of that metal, as what is far from the reader matters little")
-        used, own = np.unique(mesh.faces[~mesh.beside], return_inverse=True)
+        used, own = np.unique(mesh.faces[~beside], return_inverse=True)
         own = own.reshape(-1, 3)
         alone = best_sectors(mesh.vertices_m[used], own, turns_of(mesh.antennas))
         if alone > basis.sectors:

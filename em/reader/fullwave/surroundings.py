@@ -103,7 +103,8 @@ def _proper(points_m: FloatArray, faces: IntArray) -> IntArray:
     a, b, c = (points_m[joined[:, k]] for k in range(3))
     longest = np.maximum.reduce([((u - v) ** 2).sum(axis=1) for u, v in ((a, b), (b, c), (c, a))])
     area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
-    return joined[area > LENGTHS.same_share * longest]
+    proper: IntArray = joined[area > LENGTHS.same_share * longest]
+    return proper
 
 
 def _convex_rings(points_m: FloatArray, faces: IntArray) -> list[Ring]:

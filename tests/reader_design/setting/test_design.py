@@ -178,6 +178,21 @@ def test_full_wave_is_the_default_and_the_load_counts():
     assert not np.allclose(loaded.pattern, response.pattern, rtol=0.05)
 
 
+def test_readers_that_differ_in_their_load_alone_are_solved_once(monkeypatch, tmp_path):
+    from octant.em.reader import cache
+
+    monkeypatch.setenv(cache.CACHE_VARIABLE, str(tmp_path))
+    solved, solve = [], cache.solved_reader
+    monkeypatch.setattr(cache, "solved_reader", lambda *a, **k: solved.append(k) or solve(*a, **k))
+    study = parse_study(SMALL, source="test", directory=Path.cwd())
+    patterns = [
+        response_at(msgspec.structs.replace(study.reader, load_ohm=load), 2.4e9).pattern
+        for load in (50.0, 75.0, 100.0, 150.0)
+    ]
+    assert len(solved) == 1
+    assert not np.allclose(patterns[0], patterns[-1], rtol=0.05)
+
+
 def test_antenna_that_touches_a_plate_is_refused_by_the_full_wave_model():
     design = msgspec.structs.replace(THESIS, antenna_radius_m=0.002)
     with pytest.raises(GeometryError, match="touches"):

@@ -7,8 +7,15 @@ import pytest
 
 from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
 from octant.em.reader.fullwave import _far_kernels
-from octant.em.reader.fullwave.basis import SEVEN_POINTS, SEVEN_WEIGHTS, THREE_POINTS, surface_basis
-from octant.em.reader.fullwave.rwg import MID, NEAR, VACUUM_IMPEDANCE_OHM, impedance_matrix
+from octant.em.reader.fullwave.basis import (
+    CLOSE_POINTS,
+    CLOSE_WEIGHTS,
+    SEVEN_POINTS,
+    SEVEN_WEIGHTS,
+    THREE_POINTS,
+    surface_basis,
+)
+from octant.em.reader.fullwave.rwg import CLOSE, MID, NEAR, VACUUM_IMPEDANCE_OHM, impedance_matrix
 
 FREQUENCY_HZ = 2.4e9
 WAVENUMBER = 2.0 * math.pi * FREQUENCY_HZ / SPEED_OF_LIGHT_M_PER_S
@@ -81,13 +88,16 @@ def pair_moments(p, q):
         r = np.linalg.norm(u[:, None] - v[None], axis=2)
         g = np.exp(-1j * WAVENUMBER * r) / r * np.outer(rule[1], rule[1])
         return g.sum(), u.T @ g.sum(1), v.T @ g.sum(0), np.einsum("ab,ac,bc->", g, u, v)
-    u, v = SEVEN_POINTS @ p, SEVEN_POINTS @ q
+    seven, close = (SEVEN_POINTS, SEVEN_WEIGHTS), (CLOSE_POINTS, CLOSE_WEIGHTS)
+    first = close if apart == 0.0 else seven
+    u, v = first[0] @ p, SEVEN_POINTS @ q
     r = np.linalg.norm(u[:, None] - v[None], axis=2)
-    g = rest(r) * np.outer(SEVEN_WEIGHTS, SEVEN_WEIGHTS)
+    g = rest(r) * np.outer(first[1], SEVEN_WEIGHTS)
     parts = [g.sum(), u.T @ g.sum(1), v.T @ g.sum(0), np.einsum("ab,ac,bc->", g, u, v)]
     for outer, inner, swap in ((p, q, False), (q, p, True)):
         area = 0.5 * np.linalg.norm(np.cross(inner[1] - inner[0], inner[2] - inner[0]))
-        for point, weight in zip(SEVEN_POINTS @ outer, SEVEN_WEIGHTS, strict=True):
+        rule = close if apart < CLOSE * reach else seven
+        for point, weight in zip(rule[0] @ outer, rule[1], strict=True):
             scalar, vector = inverse_distance(inner, point)
             w = 0.5 * weight / area
             parts[0] += w * scalar
@@ -120,7 +130,41 @@ def slow_matrix(basis, sheet_ohm):
                 local[p, i, p, j] += (
                     sheet_ohm[p] * length[p, i] * length[p, j] * product / (4.0 * area[p])
                 )
-    return np.einsum("mpi,piqj,nqj->mn", halves, local, halves, optimize=True)
+    matrix = np.einsum("mpi,piqj,nqj->mn", halves, local, halves, optimize=True)
+    return 0.5 * (matrix + matrix.T)
+
+
+def own_inverse_distance(corner):
+    """Return the integral of 1/R over a triangle twice, in closed form (Eibert and Hansen 1995)."""
+    length = np.linalg.norm(corner - np.roll(corner, 1, axis=0), axis=1)
+    area = 0.5 * np.linalg.norm(np.cross(corner[1] - corner[0], corner[2] - corner[0]))
+    return -4.0 / 3.0 * area**2 * (np.log(1.0 - 2.0 * length / length.sum()) / length).sum()
+
+
+def by_rule(outer, inner, points, weights):
+    area = 0.5 * np.linalg.norm(np.cross(outer[1] - outer[0], outer[2] - outer[0]))
+    return area * sum(
+        w * inverse_distance(inner, x)[0] for x, w in zip(points @ outer, weights, strict=True)
+    )
+
+
+@pytest.mark.parametrize("apex", [(0.5, 0.87), (0.9, 0.35), (0.2, 0.25), (0.6, 2.0)])
+def test_triangles_that_touch_are_integrated_to_1e_4_and_not_to_1e_2(apex):
+    """A triangle cut in two has the interaction of its parts from three closed forms."""
+    whole = np.array(((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (*apex, 0.0)))
+    middle = 0.5 * (whole[0] + whole[1])
+    one, other = np.array((whole[0], middle, whole[2])), np.array((middle, whole[1], whole[2]))
+    own = own_inverse_distance(one)
+    both = 0.5 * (own_inverse_distance(whole) - own - own_inverse_distance(other))
+    off = {}
+    for name, rule in (
+        ("close", (CLOSE_POINTS, CLOSE_WEIGHTS)),
+        ("seven", (SEVEN_POINTS, SEVEN_WEIGHTS)),
+    ):
+        pair = 0.5 * (by_rule(one, other, *rule) + by_rule(other, one, *rule))
+        off[name] = abs(by_rule(one, one, *rule) / own - 1.0), abs(pair / both - 1.0)
+    assert max(off["close"]) < 2e-4
+    assert max(off["seven"]) > 4e-3
 
 
 def test_the_impedance_matrix_equals_its_slow_twin():
