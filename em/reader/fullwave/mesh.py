@@ -148,7 +148,7 @@ def reader_mesh(
     A strip of width 4 a has the capacitance and inductance of a round wire of radius a (the
     equivalent radius of a thin strip is a quarter of its width). A dipole of 6.25 cm, a = 0.5 mm,
     feed 5.7 mm, has 91.3 + j50.5 ohm as a round tube; as a strip of 24 cells with graded tips it
-    has 89.7 + j49.0 (2 % off), as with 96 even cells; with 24 even cells 88.8 + j47.0 (4 % off).
+    has 89.7 + j49.1 (2 % off), as with 96 even cells; with 24 even cells 88.9 + j47.1 (4 % off).
 
     Within a wedge of plates nearer than about 1 cm to the strip the result depends on the mesh;
     ``warnings`` says so.

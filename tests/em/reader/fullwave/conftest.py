@@ -20,7 +20,7 @@ BODIES = {
 
 
 @functools.cache
-def solution(name, cells=10.0, *, symmetry=True):
+def solution(name, cells=10.0, *, graded_tips=True):
     antenna = "monopole" if name.startswith("monopole") else "dipole"
     mesh = reader_mesh(
         reader_body(**BODIES[name]),
@@ -28,8 +28,9 @@ def solution(name, cells=10.0, *, symmetry=True):
         antenna=antenna,
         length_m=0.0625 if antenna == "dipole" else 0.03125,
         cells_per_wavelength=cells,
+        graded_tips=graded_tips,
     )
-    return solve_reader(mesh, symmetry=symmetry)
+    return solve_reader(mesh)
 
 
 @pytest.fixture(scope="session")

@@ -77,6 +77,13 @@ def disc_with_two_monopoles(length_m, width_m):
     return used, inverse.reshape(-1)[all_faces], len(faces)
 
 
+def test_graded_tips_are_nearer_to_the_fine_mesh_than_even_cells():
+    fine = impedance(length_m=0.0625, cells_per_wavelength=140.0)
+    graded, even = (impedance(length_m=0.0625, graded_tips=g) for g in (True, False))
+    assert abs(graded / fine - 1.0) < 0.015
+    assert abs(graded / fine - 1.0) < 0.5 * abs(even / fine - 1.0)
+
+
 @pytest.mark.parametrize("feed_m", [0.00285, 0.0])
 def test_two_monopoles_back_to_back_on_a_plate_are_one_dipole(feed_m):
     """Driven against each other they leave the plate without current, whatever its size."""
