@@ -2,10 +2,13 @@
 
 The two-port's columns run S11 S21 S12 S22; from three ports on, a row starts a line, four pairs at
 most a line. Source: EIA/IBIS Open Forum, Touchstone File Format Specification, Rev. 1.1 (2002).
+HFSS leaves data that are not renormalised at 50 ohm in the option line and writes what the ports
+have behind each frequency, as comments ``! Port Impedance``: they are read.
 """
 
 import math
 import re
+import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +19,7 @@ import numpy.typing as npt
 
 from octant.em.antennas.pattern_files._lines import HERTZ, number, read_lines, refusal
 from octant.geometries._arrays import frozen_array
-from octant.geometries.errors import PatternFileError
+from octant.geometries.errors import PatternFileError, PhysicsWarning
 from octant.geometries.files import write_text
 
 NumberForm = Literal["RI", "MA", "DB"]
@@ -33,12 +36,12 @@ class SMatrices:
     ----------
     frequencies_hz : (f,) float64 — Frequencies [Hz], ascending.
     s_matrices : (f, n, n) complex128 — S[i, j] [-]: wave out of port i for a unit wave into port j.
-    reference_ohm : Reference impedance [ohm] of every port.
+    reference_ohm : Reference impedance [ohm] of every port; (f, n) complex128 where they differ.
     """
 
     frequencies_hz: npt.NDArray[np.float64]
     s_matrices: npt.NDArray[np.complex128]
-    reference_ohm: float = 50.0
+    reference_ohm: float | npt.NDArray[np.complex128] = 50.0
 
     def __post_init__(self) -> None:
         frequencies = frozen_array(
@@ -58,7 +61,16 @@ class SMatrices:
         if frequencies[0] < 0.0 or (np.diff(frequencies) <= 0.0).any():
             msg = "frequencies_hz must ascend from 0 Hz or more; sort them, each once."
             raise PatternFileError(msg)
-        if not (math.isfinite(self.reference_ohm) and self.reference_ohm > 0.0):
+        if isinstance(self.reference_ohm, np.ndarray):
+            reference = frozen_array(
+                self.reference_ohm,
+                name="reference_ohm",
+                shape=matrices.shape[:2],
+                dtype=np.complex128,
+                error=PatternFileError,
+            )
+            object.__setattr__(self, "reference_ohm", reference)
+        elif not (math.isfinite(self.reference_ohm) and self.reference_ohm > 0.0):
             msg = f"reference_ohm = {self.reference_ohm} ohm; give an impedance above 0 ohm."
             raise PatternFileError(msg)
         object.__setattr__(self, "frequencies_hz", frequencies)
@@ -126,6 +138,9 @@ def _pair(value: complex, form: str) -> str:
 def read_touchstone(path: str | Path) -> SMatrices:
     """Return the S-matrices of a Touchstone file, version 1, without a two-port's noise table.
 
+    A PhysicsWarning says when comments tell of ports that are not at the option line's reference,
+    but not what they have.
+
     Parameters
     ----------
     path : The file; its suffix ``.sNp`` gives the number of ports.
@@ -155,8 +170,40 @@ def read_touchstone(path: str | Path) -> SMatrices:
     return SMatrices(
         frequencies_hz=np.array(frequencies),
         s_matrices=np.array(matrices),
-        reference_ohm=reference_ohm,
+        reference_ohm=_port_impedances(path, len(frequencies), ports, reference_ohm),
     )
+
+
+def _port_impedances(
+    path: Path, frequencies: int, ports: int, option_ohm: float
+) -> float | npt.NDArray[np.complex128]:
+    """Return the impedances [ohm] of HFSS's comments, (f, n); the option line's without any."""
+    blocks: list[list[float]] = []
+    said, due = False, 0
+    for line, raw in enumerate(read_lines(path), start=1):
+        comment = raw.partition("!")[2]
+        said = said or bool(re.search(r"\bnot\s+(re)?normali[sz]ed", comment, re.IGNORECASE))
+        head = re.match(r"\s*Port Impedance(.*)", comment, re.IGNORECASE)
+        if head:
+            blocks.append([])
+            due, comment = 2 * ports, head.group(1)
+        if due > 0:
+            words = comment.split()
+            blocks[-1] += [number(path, line, word) for word in words]
+            due = due - len(words) if words else 0
+    if blocks and {len(block) for block in blocks} == {2 * ports}:
+        table = np.array(blocks).reshape(len(blocks), ports, 2) @ np.array([1.0, 1.0j])
+        if len(blocks) in (1, frequencies):
+            table = np.broadcast_to(table, (frequencies, ports))
+            real = float(table[0, 0].real)
+            return real if real > 0.0 and (table == real).all() else np.array(table)
+    if blocks or said:
+        text = (
+            f"{path}: comments tell of ports that are not at the reference of {option_ohm:g} ohm, "
+            "but not of each port at each frequency: the S-matrices' reference is in doubt"
+        )
+        warnings.warn(text, PhysicsWarning, stacklevel=3)
+    return option_ohm
 
 
 def _options(path: Path) -> tuple[float, str, float, list[tuple[int, list[str]]]]:

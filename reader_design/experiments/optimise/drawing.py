@@ -84,7 +84,13 @@ def _extent_m(design: Reader) -> float:
     rim = ground_plane_outline_m(
         design.ground_plane_m, shape=design.ground_plane_shape, antennas=design.antennas
     )
-    return max(float(np.abs(rim).max()), design.antenna_radius_m)
+    outer_m = design.antenna_radius_m + 0.5e-3 * _own_plane_mm(design)
+    return max(float(np.abs(rim).max()), outer_m)
+
+
+def _own_plane_mm(design: Reader) -> float:
+    """Return the side of each monopole's own plane [mm]; 0 where there is none."""
+    return MM * design.body().fitted_monopole_plane_m if design.antenna == "monopole" else 0.0
 
 
 def _view(
@@ -158,8 +164,15 @@ def _draw_top(ax: "Axes", design: Reader, plates_rad: FloatArray, reach_m: float
     for azimuth in plates_rad:
         ax.plot(*zip((0.0, 0.0), _polar(reach, azimuth), strict=True), color=PLATE, linewidth=1.3)
     ax.add_patch(Circle((0, 0), r_a, fill=False, edgecolor=INK, linewidth=0.5, linestyle="-."))
+    own = 0.5 * _own_plane_mm(design)
+    square = np.array([(-own, -own), (own, -own), (own, own), (-own, own)])
     for i in range(design.antennas):
         azimuth = 2.0 * math.pi * i / design.antennas
+        if own:
+            radial = np.array(_polar(1.0, azimuth))
+            across = np.array((-radial[1], radial[0]))
+            corners = (r_a + square[:, :1]) * radial + square[:, 1:] * across
+            ax.add_patch(Polygon(corners, facecolor="white", edgecolor=INK, linewidth=0.8))
         ax.plot(*_polar(r_a, azimuth), marker="o", markersize=4.0, color=WIRE, zorder=6)
         ax.text(
             *_polar(r_a - 0.1 * half, azimuth), f"{i + 1}", ha="center", va="center", fontsize=8
@@ -239,6 +252,9 @@ def _draw_side(
         _draw_antenna(ax, design, side * r_a, down + foot, length_mm)
     low, high = (r_a, down + foot), (r_a, down + foot + length_mm)
     _dimension(ax, low, high, away=(extent * 1.15 - r_a, 0), text=_mm(length_mm))
+    if own := _own_plane_mm(design):
+        ends = (-r_a - 0.5 * own, down + foot), (-r_a + 0.5 * own, down + foot)
+        _dimension(ax, *ends, away=(0.0, -0.5 * foot), text=f"own plane {_mm(own)}")
     if foot > 0.0:
         ax.annotate(
             f"gap {_mm(foot)}",
@@ -286,7 +302,7 @@ def _draw_antenna(
         zorder=7,
         markeredgecolor=WIRE,
     )
-    if design.antenna == "monopole" and (own := MM * design.body().fitted_monopole_plane_m):
+    if own := _own_plane_mm(design):
         ax.plot((x_mm - 0.5 * own, x_mm + 0.5 * own), (foot_mm, foot_mm), color=INK, linewidth=1.4)
 
 
@@ -336,10 +352,19 @@ def _parts(design: Reader, length_mm: float, frequency_hz: float) -> list[tuple[
         f"{_mm(2.0 * radius)} or strip {_mm(4.0 * radius)} wide, lower end "
         f"{_mm(_foot_mm(design))} above the plane"
     )
+    if own := _own_plane_mm(design):
+        planes = (
+            f"{design.antennas}, square, side {_mm(own)}, two sides along the radius, "
+            f"{_mm(_foot_mm(design))} above the ground plane, insulated"
+        )
+        parts.append(("own planes", planes))
     parts.append(("antennas", antennas))
     feed = f"{_mm(MM * design.feed_gap_m)} long, each into {design.load_ohm:g} Ω"
     if design.antenna == "dipole":
         feed += ", balanced"
+    else:
+        on = "the middle of its own plane" if own else "the ground plane"
+        feed += f", between {on} and the wire's foot"
     parts.append(("feeds", feed))
     parts.append(("frequency", f"{frequency_hz / 1e9:g} GHz"))
     return parts
@@ -358,8 +383,9 @@ def _title_block(
     ax.add_patch(Rectangle((6, 6), w - 12, h - 12, fill=False, edgecolor=INK, linewidth=1.0))
     ax.add_patch(Rectangle((6, 6), w - 12, 48, fill=False, edgecolor=INK, linewidth=1.0))
     ax.plot((216, 216), (6, 54), color=INK, linewidth=0.8)
+    step = min(8.0, 38.0 / max(len(parts) - 1, 1))
     for i, (name, text) in enumerate(parts):
-        y = 47.5 - 8.0 * i
+        y = 47.5 - step * i
         ax.text(10, y, name, fontsize=7.5, fontweight="bold", va="center")
         ax.text(36, y, text, fontsize=7.5, va="center")
     lines = (

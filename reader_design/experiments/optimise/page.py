@@ -71,8 +71,11 @@ def design_text(design: Reader, frequency_hz: float) -> str:
             f"{1e3 * body.plate_height_m:.1f} mm at the rim, "
             f"{1e3 * body.plate_outer_radius_m:.1f} mm long"
         )
+    own = ""
+    if design.antenna == "monopole" and body.fitted_monopole_plane_m:
+        own = f", each on its own square plane of {1e3 * body.fitted_monopole_plane_m:.1f} mm"
     return (
-        f"{design.antennas} {design.antenna}s of {length:.1f} mm at r_a = "
+        f"{design.antennas} {design.antenna}s of {length:.1f} mm{own} at r_a = "
         f"{1e3 * design.antenna_radius_m:.1f} mm, gap {1e3 * design.gap_m:.1f} mm; {plates}; "
         f"{design.ground_plane_shape} plane of {1e3 * design.ground_plane_m:.1f} mm; load "
         f"{design.load_ohm:g} ohm"

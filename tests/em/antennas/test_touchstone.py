@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from octant.em.antennas.pattern_files.touchstone import read_touchstone, write_touchstone
-from octant.geometries.errors import PatternFileError
+from octant.geometries.errors import PatternFileError, PhysicsWarning
 
 
 def matrices(n, count=3, seed=0):
@@ -113,3 +113,56 @@ def test_what_is_no_s_matrix_is_not_written(f, s, more, tmp_path):
     with pytest.raises(PatternFileError):
         write_touchstone(tmp_path / "a.s2p", f, s, **more)
     assert list(tmp_path.iterdir()) == []
+
+
+HFSS = """! Touchstone file exported from HFSS 2019.2.0
+!Data is not renormalized
+# GHZ S MA R 50.000000
+"""
+
+
+def hfss_text(impedances, *, a_line=4):
+    """HFSS's comments after each frequency, wrapped as it does from five ports on."""
+    n = len(impedances[0])
+    text = HFSS
+    for k, row in enumerate(impedances):
+        lines = [" ".join(["0.1 180"] * n) for _ in range(n)]
+        lines = [" ".join(lines)] if n <= 2 else lines
+        text += f"{k + 1}.0 " + "\n".join(lines) + "\n! Gamma " + "0 10 " * n + "\n"
+        pairs = [f"{z.real:<17g}{z.imag:<17g}" for z in row]
+        parts = ["".join(pairs[i : i + a_line]) for i in range(0, n, a_line)]
+        text += "! Port Impedance" + "\n!               ".join(parts) + "\n"
+    return text
+
+
+@pytest.mark.parametrize(
+    "impedances",
+    [
+        [[30.0 + 0j, 75.0 + 0j]],
+        [[30.0 + 1j, 75.0 + 0j], [31.0 - 2j, 76.0 + 0j]],
+        [[50.0 + 5j * k for k in range(6)]] * 3,
+    ],
+)
+def test_port_impedances_of_hfss_are_read_from_its_comments(impedances, write):
+    ports = len(impedances[0])
+    read = read_touchstone(write(f"a.s{ports}p", hfss_text(impedances)))
+    np.testing.assert_array_equal(read.reference_ohm, impedances)
+
+
+def test_equal_real_port_impedances_are_one_reference(write):
+    read = read_touchstone(write("a.s2p", hfss_text([[75.0 + 0j, 75.0 + 0j]])))
+    assert read.reference_ohm == 75.0
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        HFSS + "1.0 0.1 180\n",
+        HFSS + "1.0 0.1 180\n! Port Impedance30\n",
+        hfss_text([[30.0 + 0j], [40.0 + 0j]]) + "3.0 0.1 180\n",
+    ],
+)
+def test_port_impedances_that_are_not_told_are_warned_of(text, write):
+    with pytest.warns(PhysicsWarning, match="reference is in doubt"):
+        read = read_touchstone(write("a.s1p", text))
+    assert read.reference_ohm == 50.0

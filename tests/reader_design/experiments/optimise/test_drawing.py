@@ -3,6 +3,7 @@
 import msgspec
 import numpy as np
 import pytest
+from matplotlib.patches import Polygon
 
 from octant.geometries.errors import GeometryError
 from octant.reader_design.experiments.optimise.drawing import drawing, save_drawing
@@ -50,6 +51,40 @@ def test_any_design_can_be_drawn(shape, antenna):
         design = msgspec.structs.replace(design, antennas=8)
     text = words(drawing(design, frequency_hz=2.4e9, title="any"))
     assert f"{design.antennas} {antenna}s" in text
+
+
+def corners_of_planes(figure, side_mm):
+    """The squares of the top view, (k, 4, 2) [mm]."""
+    shapes = [p.get_xy()[:-1] for p in figure.axes[0].patches if isinstance(p, Polygon)]
+    squares = [s for s in shapes if len(s) == 4]
+    return np.array([s for s in squares if np.isclose(np.ptp(s, axis=0).min(), side_mm, rtol=0.5)])
+
+
+@pytest.mark.parametrize("antennas", [6, 8])
+def test_own_planes_of_monopoles_are_on_the_sheet(antennas):
+    design = msgspec.structs.replace(
+        READER, antenna="monopole", antennas=antennas, gap_m=0.0261, monopole_plane_m=0.03
+    )
+    figure = drawing(design, frequency_hz=2.4e9, title="monopoles")
+    row = f"{antennas}, square, side 30, two sides along the radius, 26.1 above the ground plane"
+    assert row in words(figure)
+    assert "own plane 30" in words(figure)
+    planes = corners_of_planes(figure, 30.0)
+    assert len(planes) == antennas
+    for i, plane in enumerate(planes):
+        at = 2.0 * np.pi * i / antennas
+        middle = 94.5 * np.array((np.cos(at), np.sin(at)))
+        np.testing.assert_allclose(plane.mean(axis=0), middle, atol=1e-9)
+        along = (plane - middle) @ np.array((np.cos(at), np.sin(at)))
+        np.testing.assert_allclose(np.abs(along), 15.0, atol=1e-9)  # two sides along the radius
+        np.testing.assert_allclose(np.hypot(*(plane - middle).T), 15.0 * np.sqrt(2.0), atol=1e-9)
+
+
+def test_monopoles_on_the_ground_plane_have_no_own_planes_on_the_sheet():
+    design = msgspec.structs.replace(READER, antenna="monopole", monopole_plane_m=0.0)
+    figure = drawing(design, frequency_hz=2.4e9, title="joined")
+    assert "own plane" not in words(figure)
+    assert "between the ground plane and the wire's foot" in words(figure)
 
 
 def test_a_reader_without_plates_has_none_on_the_sheet():
