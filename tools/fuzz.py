@@ -22,6 +22,7 @@ import os
 import random
 import re
 import resource
+import runpy
 import signal
 import subprocess
 import sys
@@ -38,6 +39,8 @@ import click
 import msgspec
 import numpy as np
 
+from octant.em.antennas.from_files import reader_from_pattern_files
+from octant.em.antennas.pattern_files.touchstone import read_touchstone
 from octant.geometries.errors import OctantError
 from octant.reader_design.cli import VERBS, octant, run
 from octant.reader_design.study_file.loading import load_study, parse_study
@@ -58,7 +61,7 @@ class Trial:
     ----------
     files : Content of each file of an empty folder.
     arguments : What is typed behind ``octant`` in that folder.
-    load_only : Only load ``study.toml``, which takes a millisecond.
+    load_only : Only load the first file, a study or an antenna's, which takes milliseconds.
     expected : Content that files must have after exit code 0.
     """
 
@@ -385,6 +388,58 @@ def csv_files(rng: random.Random) -> Trial:
     return Trial(files={"study.toml": STUDY.encode(), name: content}, arguments=tuple(call.split()))
 
 
+def pattern_files(rng: random.Random) -> Trial:
+    """Return an antenna's file of any format, mutated as text or in its numbers, that is read."""
+    form = rng.choice(tuple(_pattern_texts()))
+    content = _pattern_texts()[form].encode()
+    if rng.random() < 0.5:
+        content = mutated_bytes(rng, content)
+    else:
+        lines = content.decode().split("\n")
+        head = range(min(40, len(lines)))
+        for _ in range(rng.choice((1, 1, 2, 3, 8))):
+            at = rng.choice(head) if rng.random() < 0.5 else rng.randrange(len(lines))
+            found = list(re.finditer(r"[-+]?\d[\d.]*([eE][-+]?\d+)?", lines[at]))
+            if found:
+                one, line = rng.choice(found), lines[at]
+                value = wild_number(rng, float(one.group()))
+                lines[at] = f"{line[: one.start()]}{value}{line[one.end() :]}"
+        content = "\n".join(lines).encode()
+    name = f"antenna.{form}"
+    call = f"paths study.toml --tx 0,0,1 --rx 1,1,0.3 --tx-antenna {name} --csv paths.csv"
+    alone = form == "s2p" or rng.random() < 0.9
+    files = {name: content} if alone else {"study.toml": FREE_SPACE, name: content}
+    return Trial(files=files, arguments=tuple(call.split()), load_only=alone)
+
+
+FREE_SPACE = b'[room]\nfree_space = true\n[[tag]]\nid = "a"\nposition_m = [0.0, 0.0, 1.0]\n'
+S2P = """! Touchstone file exported from HFSS
+# GHZ S MA R 50.0
+2.3 0.1 180 0.9 -90 0.9 -90 0.1 0
+! Port Impedance30               0                75               0
+2.4 0.2 170 0.8 -80 0.8 -80 0.2 10 ! near
+! Port Impedance30               1                75               0
+"""
+
+
+@functools.cache
+def _pattern_texts() -> dict[str, str]:
+    """Return a sound file of each format, by its suffix: those of the tests."""
+    made = runpy.run_path(str(ROOT / "tests/support/pattern_texts.py"))["TEXTS"]
+    rows = [
+        f"{t},{p},{-t / 20:g},{-p / 30:g}" for t in range(0, 181, 15) for p in range(0, 360, 15)
+    ]
+    cuts = [f"{cut},{a},{-abs(a) / 9:g}" for cut in ("horizontal", "vertical") for a in ANGLES]
+    return {{"nec": "nout"}.get(form, form): make() for form, make in made.items()} | {
+        "gains.csv": "\n".join(("theta_deg,phi_deg,gain_theta_db,gain_phi_db", *rows)),
+        "cuts.csv": "\n".join(("cut,angle_deg,gain_db", *cuts)),
+        "s2p": S2P,
+    }
+
+
+ANGLES = range(-180, 180, 10)
+
+
 def caches(rng: random.Random) -> Trial:
     """Return files that a run has kept, one of them mutated, and the same command once more."""
     call = rng.choice(KEEPING)
@@ -426,6 +481,7 @@ GENERATORS: dict[str, Callable[[random.Random], Trial]] = {
     "verbs": study_verbs,
     "options": option_lines,
     "csv": csv_files,
+    "patterns": pattern_files,
     "caches": caches,
 }
 
@@ -502,7 +558,7 @@ def judged(trial: Trial) -> Finding | None:
         began = time.perf_counter()
         try:
             with _time_limit():
-                code = _loaded() if trial.load_only else run(trial.arguments)
+                code = _loaded(next(iter(trial.files))) if trial.load_only else run(trial.arguments)
         except (Exception, SystemExit) as exc:  # noqa: BLE001  that is what is looked for
             where = _place(traceback.extract_tb(exc.__traceback__))
             text = re.sub(r"[-+]?\d[\d.e+-]*", "#", str(exc))[:80]
@@ -523,10 +579,20 @@ def _place(frames: Any) -> str:
     return f"{'/'.join(Path(last.filename).parts[-2:])}:{last.lineno}"
 
 
-def _loaded() -> int:
-    """Return the exit code that loading a study would lead to; its sentence goes to stderr."""
+def _loaded(name: str) -> int:
+    """Return the exit code that loading a file would lead to; its sentence goes to stderr."""
     try:
-        load_study("study.toml")
+        if name.endswith(".toml"):
+            load_study(name)
+        elif name.endswith(".s2p"):
+            read_touchstone(name)
+        else:
+            made = reader_from_pattern_files(
+                [name], azimuths_rad=[0.0], frequency_hz=2.4e9, step_deg=15.0
+            )
+            if not np.isfinite(made.far_field(*np.ogrid[0.0:3.1:0.4, 0.0:6.0:0.5])).all():
+                msg = "the far field is not finite"
+                raise FloatingPointError(msg)
     except OctantError as exc:
         sys.stderr.write(f"error: {' '.join(str(exc).split())}\n")
         return 2

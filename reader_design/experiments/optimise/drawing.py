@@ -354,8 +354,8 @@ def _parts(design: Reader, length_mm: float, frequency_hz: float) -> list[tuple[
     )
     if own := _own_plane_mm(design):
         planes = (
-            f"{design.antennas}, square, side {_mm(own)}, two sides along the radius, "
-            f"{_mm(_foot_mm(design))} above the ground plane, insulated"
+            f"{design.antennas}, square, side {_mm(own)}, turned to the radius, "
+            f"{_mm(_foot_mm(design))} above the plane, not joined to it, held by an insulator"
         )
         parts.append(("own planes", planes))
     parts.append(("antennas", antennas))

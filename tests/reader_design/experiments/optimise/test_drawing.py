@@ -66,7 +66,7 @@ def test_own_planes_of_monopoles_are_on_the_sheet(antennas):
         READER, antenna="monopole", antennas=antennas, gap_m=0.0261, monopole_plane_m=0.03
     )
     figure = drawing(design, frequency_hz=2.4e9, title="monopoles")
-    row = f"{antennas}, square, side 30, two sides along the radius, 26.1 above the ground plane"
+    row = f"{antennas}, square, side 30, turned to the radius, 26.1 above the plane, not joined"
     assert row in words(figure)
     assert "own plane 30" in words(figure)
     planes = corners_of_planes(figure, 30.0)
