@@ -62,8 +62,10 @@ def reader(
 
     loaded = load_study(study)
     chosen = model or loaded.reader.response
-    files = {} if chosen == "files" else {"pattern_files": (), "pattern_turn": "none"}
-    loaded = replace(loaded, reader=replace(loaded.reader, response=chosen, **files))
+    design = replace(loaded.reader, response=chosen)
+    if chosen != "files":
+        design = replace(design, pattern_files=(), pattern_turn="none")
+    loaded = replace(loaded, reader=design)
     check_step(step_deg, name="--step-deg")
     if convergence and chosen != "fullwave":
         msg = (

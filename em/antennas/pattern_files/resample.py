@@ -219,7 +219,8 @@ def _resampled(
         circle = np.append(circle, circle[0] + turn)
     if not table.phase_known:
         out = np.maximum(out.real, 0.0).astype(np.complex128)
-    return out, _Straight(circle, straight.any(axis=1), theta, phi, around.any(axis=1).T)
+    along_theta, along_phi = (np.logical_or.reduce(cells, axis=1) for cells in (straight, around))
+    return out, _Straight(circle, along_theta, theta, phi, along_phi.T)
 
 
 def _along(
@@ -340,7 +341,8 @@ def _linear_cells(straight: _Straight, rows: int, columns: int) -> BoolArray:
     over = np.roll(cells[[0, -1]], columns // 2, axis=1)  # over the poles
     tall = np.concatenate((over[:1], cells, over[1:]))
     cells = tall[:-2] | tall[1:-1] | tall[2:]
-    return cells | np.roll(cells, 1, axis=1) | np.roll(cells, -1, axis=1)
+    wider: BoolArray = cells | np.roll(cells, 1, axis=1) | np.roll(cells, -1, axis=1)
+    return wider
 
 
 def response_pattern(
