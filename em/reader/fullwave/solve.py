@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
+from octant.em.blocks import memory_bytes
 from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
 from octant.em.reader.fullwave._circuit import heat_matrix
 from octant.em.reader.fullwave._symmetry import turns_of
@@ -21,7 +22,10 @@ from octant.em.reader.fullwave.rwg import impedance_matrix
 from octant.geometries.errors import GeometryError
 
 MOST_GIB = 8.0
-"""Greatest size of the moment matrix [GiB]."""
+"""Greatest size of the moment matrix [GiB], on any machine."""
+
+MOST_SHARE = 0.7
+"""Greatest share of the machine's memory that the matrix may take [-]."""
 
 STEPS = ("functions", "assembly", "solution", "far field")
 """Steps of a run whose times are kept [-]."""
@@ -122,7 +126,8 @@ def result_of(
 def _refuse_too_large(basis: SurfaceBasis, mesh: ReaderMesh) -> None:
     """Raise before a matrix is made that no workstation holds; say what makes it large."""
     size_gib = 16.0 * basis.functions**2 * basis.sectors / 2**30
-    if size_gib <= MOST_GIB:
+    limit_gib = min(MOST_GIB, MOST_SHARE * memory_bytes() / 2**30)
+    if size_gib <= limit_gib:
         return
     cells = SPEED_OF_LIGHT_M_PER_S / mesh.frequency_hz / mesh.coarse_m
     beside = mesh.antenna_of_face == BESIDE
@@ -146,7 +151,7 @@ def _refuse_too_large(basis: SurfaceBasis, mesh: ReaderMesh) -> None:
         advice.append("give smaller sheets")
     msg = (
         f"the mesh has {whole}, and its matrix takes {size_gib:.1f} GiB, but at most "
-        f"{MOST_GIB:g} GiB is allowed; {', or '.join(advice)}."
+        f"{limit_gib:.3g} GiB is allowed here; {', or '.join(advice)}."
     )
     raise GeometryError(msg)
 

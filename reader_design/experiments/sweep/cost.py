@@ -35,7 +35,7 @@ SECTORS = {"square": 4, "octagon": 8}
 
 PROCESS_BYTES = 450e6
 """Memory [B] of a process with all libraries and a small room."""
-PATTERN_S, ASSEMBLY_S, FACTORS_S = 0.6, 4e-7, 1.5e-10
+PATTERN_S, ASSEMBLY_S, FACTORS_S = 0.2, 4e-7, 1.5e-10
 """Time [s] of a solution: patterns; times N^2/s; times N^3/s^2, for N unknowns in s sectors."""
 APPROXIMATE_S = {"rays": 1.5, "isolated": 0.05, "files": 1.0}
 """Time [s] of the responses that need no solution."""

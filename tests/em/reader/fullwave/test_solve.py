@@ -204,7 +204,14 @@ def test_available_power_is_shared_out_between_source_loads_and_space(solved, na
 
 def test_a_mesh_beyond_memory_is_refused_before_it_is_solved():
     mesh = dipole_mesh(frequency_hz=FREQUENCY_HZ, cells_per_wavelength=20000.0)
-    with pytest.raises(GeometryError, match="GiB is allowed; take fewer"):
+    with pytest.raises(GeometryError, match="GiB is allowed here; take fewer"):
+        solve_reader(mesh)
+
+
+def test_a_matrix_beyond_the_machines_memory_is_refused(monkeypatch):
+    mesh = dipole_mesh(frequency_hz=FREQUENCY_HZ)
+    monkeypatch.setattr("octant.em.reader.fullwave.solve.memory_bytes", lambda: 1e4)
+    with pytest.raises(GeometryError, match="GiB is allowed here"):
         solve_reader(mesh)
 
 
