@@ -5,9 +5,15 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 
-from octant.reader_design.study_file.room import NotNegative, Positive, PositiveCount, Table
-
-Share = Annotated[float, Meta(ge=0.0, le=1.0)]
+from octant.reader_design.study_file.quantities import (
+    Count,
+    Deviation,
+    Level,
+    NotNegative,
+    Part,
+    Share,
+)
+from octant.reader_design.study_file.room import Table
 
 
 class Scoring(Table, frozen=True, kw_only=True):
@@ -23,12 +29,12 @@ class Scoring(Table, frozen=True, kw_only=True):
     draws : Readings of every sample.
     """
 
-    noise_db: NotNegative = 1.0
-    thermal_noise_dbm: float = -100.0
+    noise_db: Deviation = 1.0
+    thermal_noise_dbm: Level = -100.0
     bits: Annotated[int, Meta(ge=0, le=16)] = 8
-    floor_dbm: float = -100.0
-    full_scale_dbm: float = 0.0
-    draws: PositiveCount = 4
+    floor_dbm: Level = -100.0
+    full_scale_dbm: Level = 0.0
+    draws: Count = 4
 
 
 class Criterion(Table, frozen=True, kw_only=True):
@@ -84,10 +90,10 @@ class Choice(Table, frozen=True, kw_only=True):
     """
 
     least_usable_share: Share = 0.95
-    greatest_width_m: Positive | None = None
-    greatest_height_m: Positive | None = None
+    greatest_width_m: Part | None = None
+    greatest_height_m: Part | None = None
     criteria: Annotated[tuple[Criterion, ...], Meta(min_length=1)] = msgspec.field(
         default=CRITERIA, name="criterion"
     )
-    shortlist: PositiveCount = 5
-    missions: PositiveCount = 1
+    shortlist: Count = 5
+    missions: Count = 1

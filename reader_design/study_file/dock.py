@@ -5,16 +5,24 @@ from typing import Annotated, Literal
 
 from msgspec import Meta
 
-from octant.reader_design.study_file.room import (
+from octant.reader_design.study_file.quantities import (
+    Angle,
+    AngleDeviation,
+    Count,
+    Deviation,
+    Distance,
+    Gain,
     Name,
-    NotNegative,
+    Period,
     Point,
-    Positive,
-    PositiveCount,
-    Table,
+    Share,
+    Speed,
+    SpeedError,
+    Spot,
+    TurnRate,
+    TurnRateError,
 )
-
-Share = Annotated[float, Meta(ge=0.0, le=1.0)]
+from octant.reader_design.study_file.room import Table
 
 
 class Dock(Table, frozen=True, kw_only=True):
@@ -53,31 +61,31 @@ class Dock(Table, frozen=True, kw_only=True):
 
     tag: Name
     landmark_position_m: Point
-    landmark_heading_deg: float = 0.0
-    stand_off_m: Positive = 0.5
-    staging_m: Positive = 2.0
-    tries: PositiveCount = 4
-    runs: PositiveCount = 100
-    start_low_m: tuple[float, float] | None = None
-    start_high_m: tuple[float, float] | None = None
-    noise_db: NotNegative = 1.0
-    reading_time_s: Positive = 1.0
-    sample_time_s: Positive = 0.1
-    gamma_per_s: Positive = 0.125
-    h: Positive = 20.0
-    k_per_s: Positive = 1.0
-    max_speed_m_per_s: Positive = 0.2
-    max_turn_rate_deg_per_s: Positive = math.degrees(0.2)
+    landmark_heading_deg: Angle = 0.0
+    stand_off_m: Distance = 0.5
+    staging_m: Distance = 2.0
+    tries: Count = 4
+    runs: Count = 100
+    start_low_m: Spot | None = None
+    start_high_m: Spot | None = None
+    noise_db: Deviation = 1.0
+    reading_time_s: Period = 1.0
+    sample_time_s: Period = 0.1
+    gamma_per_s: Gain = 0.125
+    h: Gain = 20.0
+    k_per_s: Gain = 1.0
+    max_speed_m_per_s: Speed = 0.2
+    max_turn_rate_deg_per_s: TurnRate = math.degrees(0.2)
     saturation: Literal["curvature", "clip"] = "curvature"
-    latch_radius_m: Positive = 0.02
+    latch_radius_m: Distance = 0.02
     compensate_slips: bool = True
-    linear_slip_m_per_s: float = -0.01
-    angular_slip_deg_per_s: float = 0.5
-    robot_radius_m: Positive = 0.2
-    robot_height_m: Positive = 0.8
-    camera_range_m: Positive = 4.5
-    camera_width_deg: Annotated[float, Meta(gt=0.0, le=180.0)] = 57.0
-    position_sd_m: Positive = 0.1
-    attitude_sd_deg: Positive = math.degrees(0.1)
+    linear_slip_m_per_s: SpeedError = -0.01
+    angular_slip_deg_per_s: TurnRateError = 0.5
+    robot_radius_m: Distance = 0.2
+    robot_height_m: Distance = 0.8
+    camera_range_m: Distance = 4.5
+    camera_width_deg: Annotated[float, Meta(ge=0.1, le=180.0)] = 57.0
+    position_sd_m: Distance = 0.1
+    attitude_sd_deg: AngleDeviation = math.degrees(0.1)
     detection_probability: Share = 0.95
     false_probability: Share = 0.02

@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 import msgspec
 
 from octant.geometries.names import nearest_name
+from octant.reader_design.study_file.quantities import limits, range_text
 
 Path = tuple[str | int, ...]
 
@@ -38,6 +39,23 @@ _WORDS = {
 }
 
 
+LONGEST_VALUE = 60
+"""Characters of a value that a message repeats."""
+MOST_NAMES = 40
+"""Names that a message lists."""
+
+
+def shortened(value: Any) -> str:  # noqa: ANN401  any value
+    """Return how Python writes a value, cut where it is long.
+
+    Parameters
+    ----------
+    value : Any value of a study.
+    """
+    shown = repr(value)
+    return shown if len(shown) <= LONGEST_VALUE else shown[: LONGEST_VALUE - 3] + "..."
+
+
 def unknown_name(path: str, name: str, allowed: Sequence[str], *, what: str) -> str:
     """Return the sentence for a name that does not exist.
 
@@ -47,10 +65,11 @@ def unknown_name(path: str, name: str, allowed: Sequence[str], *, what: str) -> 
     allowed : Names that exist.
     what : What the names are, for example ``tag``.
     """
-    near = nearest_name(name, allowed, least_likeness=0.5)
-    known = ", ".join(allowed) if allowed else "none"
+    near = nearest_name(name[:LONGEST_VALUE], allowed, least_likeness=0.5)
+    known = ", ".join(allowed[:MOST_NAMES]) if allowed else "none"
+    known += f" and {len(allowed) - MOST_NAMES} more" if len(allowed) > MOST_NAMES else ""
     hint = f"did you mean {near!r} (known are: {known})?" if near else f"known are: {known}."
-    return f"{path} is {name!r}, but there is no such {what}; {hint}"
+    return f"{path} is {shortened(name)}, but there is no such {what}; {hint}"
 
 
 def path_text(path: Path) -> str:
@@ -65,7 +84,8 @@ def path_text(path: Path) -> str:
         if isinstance(part, int):
             text += f"[{part}]"
         else:
-            text += f".{part}" if re.fullmatch(r"[\w-]+", part) else f".{part!r}"
+            plain = re.fullmatch(r"[\w-]+", part) and len(part) <= LONGEST_VALUE
+            text += f".{part}" if plain else f".{shortened(part)}"
     return text.lstrip(".") or "the study"
 
 
@@ -89,8 +109,7 @@ def value_text(path: Path, value: Any) -> str:  # noqa: ANN401  any TOML value
     """
     if isinstance(value, bool):
         return str(value).lower()
-    shown = repr(value)
-    shown = shown if len(shown) <= 60 else shown[:57] + "..."
+    shown = shortened(value)
     unit = unit_of(path)
     return f"{shown} {unit}" if unit and isinstance(value, int | float) else shown
 
@@ -118,6 +137,10 @@ def sentence(error: msgspec.ValidationError, raw: Any, root: type) -> str:  # no
     text, _, where = str(error).partition(" - at ")
     path, value, kind = _locate(where.strip("`"), raw, root)
     shown = path_text(path)
+    if where.startswith("`key` in"):
+        kind = next(get_args(m)[0] for m in _members(kind) if get_origin(m) is dict)
+        value = next(name for name in value if not _converts(name, kind))
+        shown = f"a name in {shown}"
     if found := re.match(r"Object contains unknown field `(.+)`", text):
         keys = struct_names(_struct_for(kind, value))
         near = nearest_name(found[1], keys, least_likeness=0.5)
@@ -127,7 +150,7 @@ def sentence(error: msgspec.ValidationError, raw: Any, root: type) -> str:  # no
         return f"{path_text((*path, found[1]))} is missing; every {_table(path)} needs it."
     if text.startswith("Invalid"):
         return unknown_name(shown, str(value), _choices(kind, path), what="choice")
-    return f"{shown} is {value_text(path, value)}, but {_wanted(text)} is needed."
+    return f"{shown} is {value_text(path, value)}, but {_wanted(text, kind, path)} is needed."
 
 
 def _table(path: Path) -> str:
@@ -139,14 +162,13 @@ def _table(path: Path) -> str:
     )
 
 
-def _wanted(text: str) -> str:
-    if found := re.match(r"Expected `(\w+)` (>=|>|<=|<) ([-\d.e+]+)$", text):
-        compared = {">=": "of at least", ">": "greater than", "<=": "of at most", "<": "below"}
-        bound = found[3].removesuffix(".0")
-        return f"{_WORDS[found[1]]} {compared[found[2]]} {bound}"
-    if found := re.match(r"Expected `(array|str)` of length (>= )?(\d+)", text):
-        least = "at least " if found[2] else ""
-        return "text that is not empty" if found[1] == "str" else f"a list of {least}{found[3]}"
+def _wanted(text: str, kind: Any, path: Path) -> str:  # noqa: ANN401
+    allowed = limits(kind)
+    if allowed and re.match(r"Expected `(int|float)` [<>]|Expected `str` [om]|Integer", text):
+        return range_text(*allowed, unit_of(path))
+    if found := re.match(r"Expected `(array|object)` of length (>= |<= )?(\d+)", text):
+        compared = {">= ": "at least ", "<= ": "at most ", None: ""}[found[2]]
+        return f"{_WORDS[found[1]]} of {compared}{found[3]}"
     if found := re.match(r"Expected `([^`]+)`", text):
         words = [_WORDS.get(w, w) for w in found[1].split(" | ") if w != "null"]
         return " or ".join(words)

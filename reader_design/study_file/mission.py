@@ -4,10 +4,27 @@ from typing import Annotated, Literal
 
 from msgspec import Meta
 
-from octant.reader_design.study_file.room import NotNegative, Positive, PositiveCount, Table
+from octant.reader_design.study_file.quantities import (
+    Angle,
+    Coordinate,
+    Count,
+    Deviation,
+    Distance,
+    DistanceOrZero,
+    Duration,
+    DurationOrZero,
+    Name,
+    Number,
+    Period,
+    PowerNanowatt,
+    Share,
+    Spot,
+)
+from octant.reader_design.study_file.room import Table
 
-Corners = Annotated[tuple[float, ...], Meta(min_length=3, max_length=4)]
-Start = tuple[float, float, float]
+Corners = Annotated[tuple[Number, ...], Meta(min_length=3, max_length=4)]
+Terms = Annotated[dict[Name, Corners], Meta(min_length=1, max_length=100)]
+Start = tuple[Coordinate, Coordinate, Angle]
 
 
 class Membership(Table, frozen=True, kw_only=True):
@@ -21,9 +38,9 @@ class Membership(Table, frozen=True, kw_only=True):
     rules : For each term of the input the terms of the right and the left wheel's speed.
     """
 
-    input: dict[str, Corners]
-    speed: dict[str, Corners]
-    rules: dict[str, tuple[str, str]]
+    input: Terms
+    speed: Terms
+    rules: dict[Name, tuple[Name, Name]]
 
 
 class Mission(Table, frozen=True, kw_only=True):
@@ -70,30 +87,30 @@ class Mission(Table, frozen=True, kw_only=True):
     encoder_counts : Counts of an encoder in a turn of the wheel; None: exact.
     """
 
-    start_m: tuple[float, float]
-    heading_deg: float = 90.0
-    tags: Annotated[tuple[str, ...], Meta(min_length=1)]
+    start_m: Spot
+    heading_deg: Angle = 90.0
+    tags: Annotated[tuple[Name, ...], Meta(min_length=1, max_length=10_000)]
     navigator: Literal["thesis", "tracker"] = "thesis"
     controller: Literal["fuzzy", "vector_sum", "pattern"] = "fuzzy"
     membership: Membership | None = None
     steering_input: Literal["normalised", "nanowatt"] = "normalised"
-    full_scale_nw: Positive = 1200.0
+    full_scale_nw: PowerNanowatt = 1200.0
     rotation: Literal["strongest", "vector_sum"] = "strongest"
-    rerotate_for_s: NotNegative = 0.0
-    sample_time_s: Positive = 1.0
-    cruise_step_m: Positive = 0.09
-    runs: PositiveCount = 100
-    noise_db: NotNegative = 1.0
-    arrival_radius_m: Positive = 0.2
-    max_time_s: Positive | None = None
-    silent_limit: PositiveCount = 5
+    rerotate_for_s: DurationOrZero = 0.0
+    sample_time_s: Period = 1.0
+    cruise_step_m: Distance = 0.09
+    runs: Count = 100
+    noise_db: Deviation = 1.0
+    arrival_radius_m: Distance = 0.2
+    max_time_s: Duration | None = None
+    silent_limit: Count = 5
     starts: tuple[Start, ...] = ()
     random_starts: bool = False
-    placement_m: NotNegative = 0.0
-    placements: PositiveCount = 1
+    placement_m: DistanceOrZero = 0.0
+    placements: Count = 1
     contact: Literal["end", "slide"] = "end"
-    robot_radius_m: Positive = 0.15
-    robot_height_m: Positive = 0.4
-    wheel_slip: NotNegative = 0.0
-    wheel_scale: NotNegative = 0.0
-    encoder_counts: PositiveCount | None = None
+    robot_radius_m: Distance = 0.15
+    robot_height_m: Distance = 0.4
+    wheel_slip: Share = 0.0
+    wheel_scale: Share = 0.0
+    encoder_counts: Count | None = None

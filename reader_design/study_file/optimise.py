@@ -1,14 +1,29 @@
 """The table ``[optimise]`` of a study: what may be varied, within which limits, to which goals."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, TypeVar
 
 import msgspec
 from msgspec import Meta
 
 from octant.geometries.errors import ConfigError
-from octant.reader_design.study_file.room import NotNegative, Positive, PositiveCount, Table
+from octant.reader_design.study_file.quantities import (
+    Antennas,
+    Cells,
+    Count,
+    CountOrZero,
+    Distance,
+    Load,
+    LoadBound,
+    Number,
+    Part,
+    PartOrZero,
+    Weight,
+)
+from octant.reader_design.study_file.room import Table
 
-Bounds = tuple[NotNegative, NotNegative]
+Bounds = tuple[PartOrZero, PartOrZero]
+Kind = TypeVar("Kind")
+OneOrMore = Annotated[tuple[Kind, ...], Meta(min_length=1, max_length=1000)]
 Score = Literal[
     "right_share",
     "margin_db",
@@ -45,7 +60,7 @@ class Parameters(Table, frozen=True, kw_only=True):
     ground_plane_m: Bounds | None = None
     gap_m: Bounds | None = None
     monopole_plane_m: Bounds | None = None
-    load_ohm: Bounds | None = None
+    load_ohm: tuple[LoadBound, LoadBound] | None = None
 
     def given(self) -> dict[str, tuple[float, float]]:
         """Return the bounds of the keys that vary, in the unit that each name carries."""
@@ -58,7 +73,7 @@ class Choices(Table, frozen=True, kw_only=True):
 
     Parameters
     ----------
-    antenna : Of ``dipole`` and ``monopole``; empty: the reader's own, as in the other keys.
+    antenna : Of ``dipole`` and ``monopole``; None: the reader's own, as in the other keys.
     ground_plane_shape : Of ``square``, ``round`` and ``octagon``.
     antennas : Numbers of antennas.
     antenna_length_m, antenna_radius_m, plate_height_m, plate_height_axis_m : Values [m] of the key
@@ -67,23 +82,23 @@ class Choices(Table, frozen=True, kw_only=True):
     load_ohm : The same [ohm].
     """
 
-    antenna: tuple[Literal["dipole", "monopole"], ...] = ()
-    ground_plane_shape: tuple[Literal["square", "round", "octagon"], ...] = ()
-    antennas: tuple[Annotated[int, Meta(ge=3)], ...] = ()
-    antenna_length_m: tuple[Positive, ...] = ()
-    antenna_radius_m: tuple[Positive, ...] = ()
-    plate_height_m: tuple[NotNegative, ...] = ()
-    plate_height_axis_m: tuple[NotNegative, ...] = ()
-    plate_outer_radius_m: tuple[Positive, ...] = ()
-    ground_plane_m: tuple[Positive, ...] = ()
-    gap_m: tuple[Positive, ...] = ()
-    monopole_plane_m: tuple[NotNegative, ...] = ()
-    load_ohm: tuple[Positive, ...] = ()
+    antenna: OneOrMore[Literal["dipole", "monopole"]] | None = None
+    ground_plane_shape: OneOrMore[Literal["square", "round", "octagon"]] | None = None
+    antennas: OneOrMore[Antennas] | None = None
+    antenna_length_m: OneOrMore[Part] | None = None
+    antenna_radius_m: OneOrMore[Part] | None = None
+    plate_height_m: OneOrMore[PartOrZero] | None = None
+    plate_height_axis_m: OneOrMore[PartOrZero] | None = None
+    plate_outer_radius_m: OneOrMore[Part] | None = None
+    ground_plane_m: OneOrMore[Part] | None = None
+    gap_m: OneOrMore[Part] | None = None
+    monopole_plane_m: OneOrMore[PartOrZero] | None = None
+    load_ohm: OneOrMore[Load] | None = None
 
     def given(self) -> dict[str, tuple[str | float, ...]]:
-        """Return the lists that are not empty, in the unit that each name carries."""
+        """Return the lists that are given, in the unit that each name carries."""
         lists = {name: getattr(self, name) for name in self.__struct_fields__}
-        return {name: values for name, values in lists.items() if values}
+        return {name: values for name, values in lists.items() if values is not None}
 
 
 class Goal(Table, frozen=True, kw_only=True):
@@ -105,9 +120,9 @@ class Goal(Table, frozen=True, kw_only=True):
     """
 
     score: Score
-    value: float
-    weight: Positive = 1.0
-    at_m: tuple[Positive, ...] = ()
+    value: Number
+    weight: Weight = 1.0
+    at_m: tuple[Distance, ...] = ()
 
 
 DEFAULT_GOALS = (
@@ -147,15 +162,15 @@ class Optimise(Table, frozen=True, kw_only=True):
     goals: Annotated[tuple[Goal, ...], Meta(min_length=1)] = msgspec.field(
         default=DEFAULT_GOALS, name="goal"
     )
-    distances_m: Annotated[tuple[Positive, ...], Meta(min_length=1)] = (1.0, 2.0, 4.0)
-    footprint_m: Positive = 0.2
-    height_m: Positive = 0.10
-    survey: Annotated[int, Meta(ge=0)] = 8
-    starts: PositiveCount = 1
-    evaluations: Annotated[int, Meta(ge=0)] = 60
+    distances_m: OneOrMore[Distance] = (1.0, 2.0, 4.0)
+    footprint_m: Part = 0.2
+    height_m: Part = 0.10
+    survey: CountOrZero = 8
+    starts: Count = 1
+    evaluations: CountOrZero = 60
     method: Literal["nelder-mead", "cobyqa", "differential-evolution"] = "nelder-mead"
-    shortlist: PositiveCount = 5
-    confirm_cells_per_wavelength: Annotated[float, Meta(ge=4.0, le=40.0)] = 14.0
+    shortlist: Count = 5
+    confirm_cells_per_wavelength: Cells = 14.0
 
 
 def check_optimise(table: Optimise) -> None:

@@ -4,18 +4,26 @@ It is also what sweeps, searches and tolerances vary: a design *is* such a table
 """
 
 from pathlib import PurePath
-from typing import Annotated, Any, Literal, TypedDict
+from typing import Any, Literal, TypedDict
 
 import msgspec
 import numpy as np
-from msgspec import Meta
 
 from octant.em.antennas.kinds import Antenna, make_antenna
 from octant.geometries.bodies import Body
 from octant.geometries.build_errors import BuildErrors
 from octant.geometries.reader_body import GroundPlaneShape, ReaderBody, reader_body
 from octant.geometries.tolerances import LENGTHS
-from octant.reader_design.study_file.room import Name, NotNegative, Positive, RoomObject, Table
+from octant.reader_design.study_file.quantities import (
+    Antennas,
+    Cells,
+    Distance,
+    FileName,
+    Load,
+    Part,
+    PartOrZero,
+)
+from octant.reader_design.study_file.room import RoomObject, Table
 
 ReaderAntenna = Literal["dipole", "monopole"]
 ReaderModel = Literal["fullwave", "rays", "isolated", "files"]
@@ -76,23 +84,23 @@ class Reader(Table, frozen=True, kw_only=True):
     """
 
     antenna: ReaderAntenna = "dipole"
-    antenna_length_m: Positive | None = None
-    antenna_radius_m: Positive = 0.10
-    plate_height_m: NotNegative = 0.08
-    plate_height_axis_m: NotNegative | None = None
-    plate_outer_radius_m: Positive | None = None
-    ground_plane_m: Positive = 0.20
+    antenna_length_m: Part | None = None
+    antenna_radius_m: Part = 0.10
+    plate_height_m: PartOrZero = 0.08
+    plate_height_axis_m: PartOrZero | None = None
+    plate_outer_radius_m: Part | None = None
+    ground_plane_m: Part = 0.20
     ground_plane_shape: GroundPlaneShape = "square"
-    antennas: Annotated[int, Meta(ge=3)] = 8
-    gap_m: Positive = 0.005
-    monopole_plane_m: NotNegative = 0.04
-    height_m: Positive = 0.3
-    load_ohm: Positive = 50.0
-    wire_radius_m: Positive = 0.0005
-    feed_gap_m: NotNegative = 0.0057
-    cells_per_wavelength: Annotated[float, Meta(ge=4.0, le=40.0)] = 10.0
+    antennas: Antennas = 8
+    gap_m: Part = 0.005
+    monopole_plane_m: PartOrZero = 0.04
+    height_m: Distance = 0.3
+    load_ohm: Load = 50.0
+    wire_radius_m: Part = 0.0005
+    feed_gap_m: PartOrZero = 0.0057
+    cells_per_wavelength: Cells = 10.0
     response: ReaderModel = "fullwave"
-    pattern_files: tuple[Name, ...] = ()
+    pattern_files: tuple[FileName, ...] = ()
     pattern_turn: PatternTurn = "none"
     objects: tuple[RoomObject, ...] = msgspec.field(default=(), name="object")
 

@@ -5,12 +5,20 @@ from typing import Annotated, ClassVar, Literal
 import msgspec
 from msgspec import Meta
 
-Positive = Annotated[float, Meta(gt=0.0)]
-NotNegative = Annotated[float, Meta(ge=0.0)]
-PositiveCount = Annotated[int, Meta(ge=1)]
-Name = Annotated[str, Meta(min_length=1)]
-Point = tuple[float, float, float]
-Size = tuple[Positive, Positive, Positive]
+from octant.reader_design.study_file.quantities import (
+    Angle,
+    Conductivity,
+    CountOrZero,
+    Extent,
+    FileName,
+    Permittivity,
+    Point,
+    Size,
+    Spot,
+    Thickness,
+    Word,
+)
+
 UpAxis = Literal["y", "z"]
 
 
@@ -31,14 +39,14 @@ class LayerTable(Table, frozen=True, kw_only=True):
         behind.
     """
 
-    material: Name | None = None
-    name: Name | None = None
-    eps_r: Annotated[float, Meta(ge=1.0)] | None = None
-    sigma_s_per_m: NotNegative | None = None
-    thickness_m: Positive | None = None
+    material: Word | None = None
+    name: Word | None = None
+    eps_r: Permittivity | None = None
+    sigma_s_per_m: Conductivity | None = None
+    thickness_m: Thickness | None = None
 
 
-Layers = Annotated[tuple[LayerTable, ...], Meta(min_length=2)]
+Layers = Annotated[tuple[LayerTable, ...], Meta(min_length=2, max_length=100)]
 
 
 class MaterialTable(Table, frozen=True, kw_only=True):
@@ -54,14 +62,14 @@ class MaterialTable(Table, frozen=True, kw_only=True):
         inside) to the back, instead of all the other keys.
     """
 
-    name: Name | None = None
-    eps_r: Annotated[float, Meta(ge=1.0)] | None = None
-    sigma_s_per_m: NotNegative | None = None
-    thickness_m: Positive | None = None
+    name: Word | None = None
+    eps_r: Permittivity | None = None
+    sigma_s_per_m: Conductivity | None = None
+    thickness_m: Thickness | None = None
     layers: Layers | None = None
 
 
-MaterialSpec = str | MaterialTable
+MaterialSpec = Word | MaterialTable
 
 
 class RoomMaterial(Table, frozen=True, kw_only=True):
@@ -74,10 +82,10 @@ class RoomMaterial(Table, frozen=True, kw_only=True):
     walls, floor, ceiling : A material for each kind of surface; all three are given, or none.
     """
 
-    name: Name | None = None
-    eps_r: Annotated[float, Meta(ge=1.0)] | None = None
-    sigma_s_per_m: NotNegative | None = None
-    thickness_m: Positive | None = None
+    name: Word | None = None
+    eps_r: Permittivity | None = None
+    sigma_s_per_m: Conductivity | None = None
+    thickness_m: Thickness | None = None
     layers: Layers | None = None
     walls: MaterialSpec | None = None
     floor: MaterialSpec | None = None
@@ -95,9 +103,9 @@ class Placed(Table, frozen=True, kw_only=True):
     yaw_deg : Turn about the vertical through ``position_m``, counter-clockwise from above [deg].
     """
 
-    name: Name | None = None
+    name: Word | None = None
     position_m: Point
-    yaw_deg: float = 0.0
+    yaw_deg: Angle = 0.0
 
 
 class Cabinet(Placed, frozen=True, kw_only=True, tag_field="kind", tag="cabinet"):
@@ -138,8 +146,8 @@ class Cylinder(Placed, frozen=True, kw_only=True, tag_field="kind", tag="cylinde
     """
 
     placed_by: ClassVar[str] = "the centre of its base"
-    radius_m: Positive
-    height_m: Positive
+    radius_m: Extent
+    height_m: Extent
     material: MaterialSpec
 
 
@@ -153,7 +161,7 @@ class Sphere(Placed, frozen=True, kw_only=True, tag_field="kind", tag="sphere"):
     """
 
     placed_by: ClassVar[str] = "its centre"
-    radius_m: Positive
+    radius_m: Extent
     material: MaterialSpec
 
 
@@ -169,8 +177,8 @@ class MeshObject(Placed, frozen=True, kw_only=True, tag_field="kind", tag="mesh"
     """
 
     placed_by: ClassVar[str] = "the origin of its file"
-    file: Name
-    unit: Name | None = None
+    file: FileName
+    unit: Word | None = None
     up: UpAxis | None = None
     material: MaterialSpec
 
@@ -190,11 +198,11 @@ class RoomMesh(Table, frozen=True, kw_only=True):
     materials : Material by the name of the body in the file.
     """
 
-    file: Name
-    unit: Name | None = None
+    file: FileName
+    unit: Word | None = None
     up: UpAxis | None = None
     material: MaterialSpec | None = None
-    materials: dict[str, MaterialSpec] = {}
+    materials: dict[Word, MaterialSpec] = {}
 
 
 class DoorwayTable(Table, frozen=True, kw_only=True):
@@ -209,10 +217,10 @@ class DoorwayTable(Table, frozen=True, kw_only=True):
     height_m : Height [m], less than the room's.
     """
 
-    wall: Annotated[int, Meta(ge=0)]
-    offset_m: Positive
-    width_m: Positive
-    height_m: Positive
+    wall: CountOrZero
+    offset_m: Extent
+    width_m: Extent
+    height_m: Extent
 
 
 class Room(Table, frozen=True, kw_only=True):
@@ -238,14 +246,14 @@ class Room(Table, frozen=True, kw_only=True):
     """
 
     box_m: Size | None = None
-    outline_m: Annotated[tuple[tuple[float, float], ...], Meta(min_length=3)] | None = None
-    height_m: Positive | None = None
-    mesh: str | tuple[RoomMesh, ...] | None = None
-    unit: Name | None = None
+    outline_m: Annotated[tuple[Spot, ...], Meta(min_length=3, max_length=10_000)] | None = None
+    height_m: Extent | None = None
+    mesh: FileName | tuple[RoomMesh, ...] | None = None
+    unit: Word | None = None
     up: UpAxis | None = None
     free_space: bool = False
     origin_m: Point = (0.0, 0.0, 0.0)
-    material: str | RoomMaterial | None = None
-    materials: dict[str, MaterialSpec] = {}
+    material: Word | RoomMaterial | None = None
+    materials: dict[Word, MaterialSpec] = {}
     doorways: tuple[DoorwayTable, ...] = msgspec.field(default=(), name="doorway")
     objects: tuple[RoomObject, ...] = msgspec.field(default=(), name="object")

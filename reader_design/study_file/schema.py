@@ -13,16 +13,22 @@ from octant.reader_design.study_file.choice import Choice, Scoring
 from octant.reader_design.study_file.dock import Dock
 from octant.reader_design.study_file.mission import Mission
 from octant.reader_design.study_file.optimise import Optimise
-from octant.reader_design.study_file.reader import Reader
-from octant.reader_design.study_file.room import (
+from octant.reader_design.study_file.quantities import (
+    Angle,
+    Direction,
+    Distance,
+    FileName,
+    Frequency,
     Name,
     Point,
-    Positive,
-    PositiveCount,
-    Room,
-    RoomObject,
-    Table,
+    Power,
+    Seed,
+    Step,
+    Swept,
+    Word,
 )
+from octant.reader_design.study_file.reader import Reader
+from octant.reader_design.study_file.room import Room, RoomObject, Table
 from octant.reader_design.study_file.sensor import Sensor
 from octant.reader_design.study_file.tolerance import Tolerance
 from octant.reader_design.study_file.track import Track
@@ -38,9 +44,9 @@ class Radio(Table, frozen=True, kw_only=True):
     tag_power_w : Power [W] that a tag radiates.
     """
 
-    frequency_hz: Positive = 2.4e9
-    channels_hz: tuple[Positive, ...] = ()
-    tag_power_w: Positive = 1.0
+    frequency_hz: Frequency = 2.4e9
+    channels_hz: Annotated[tuple[Frequency, ...], Meta(max_length=1000)] = ()
+    tag_power_w: Power = 1.0
 
     @property
     def frequencies_hz(self) -> tuple[float, ...]:
@@ -67,9 +73,9 @@ class Tag(Table, frozen=True, kw_only=True):
 
     id: Name
     position_m: Point
-    antenna: Name = "dipole"
-    axis: Point | None = None
-    azimuth_deg: float = 0.0
+    antenna: FileName = "dipole"
+    axis: Direction | None = None
+    azimuth_deg: Angle = 0.0
 
 
 class Range(Table, frozen=True, kw_only=True):
@@ -84,13 +90,13 @@ class Range(Table, frozen=True, kw_only=True):
         ``to`` only where a whole number of steps leads there.
     """
 
-    low: float = msgspec.field(name="from")
-    high: float = msgspec.field(name="to")
-    count: Annotated[int, Meta(ge=2)] | None = None
-    step: Positive | None = None
+    low: Swept = msgspec.field(name="from")
+    high: Swept = msgspec.field(name="to")
+    count: Annotated[int, Meta(ge=2, le=1_000_000)] | None = None
+    step: Step | None = None
 
 
-Sweep = dict[str, tuple[Any, ...] | Range]
+Sweep = dict[Word, tuple[Any, ...] | Range]
 """The design space: table ``[sweep]``; every combination of its values is one study.
 
 A name is a key of ``[reader]``, or the dotted path of any key of ``[radio]``, ``[room]``,
@@ -122,9 +128,9 @@ class Solver(Table, frozen=True, kw_only=True):
     max_diffractions: Literal[1, 2] = 1
     transmission: bool = False
     search: Literal["complete", "rays"] = "complete"
-    rays: PositiveCount = 1_000_000
+    rays: Annotated[int, Meta(ge=1, le=100_000_000)] = 1_000_000
     faces: Literal["flat", "as_stored"] = "flat"
-    standoff_m: Positive = 0.05
+    standoff_m: Distance = 0.05
 
 
 class Map(Table, frozen=True, kw_only=True):
@@ -136,8 +142,8 @@ class Map(Table, frozen=True, kw_only=True):
     height_m : Height of the receivers above the floor [m]; None: the reader's ground plane.
     """
 
-    spacing_m: Positive = 0.1
-    height_m: Positive | None = None
+    spacing_m: Distance = 0.1
+    height_m: Distance | None = None
 
 
 class Layout(Table, frozen=True, kw_only=True):
@@ -177,7 +183,7 @@ class Study(Table, frozen=True, kw_only=True):
     """
 
     name: Name = "study"
-    seed: Annotated[int, Meta(ge=0)] = 1
+    seed: Seed = 1
     radio: Radio = Radio()
     room: Room
     tags: tuple[Tag, ...] = msgspec.field(default=(), name="tag")

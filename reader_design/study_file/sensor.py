@@ -4,9 +4,16 @@ from typing import Annotated
 
 from msgspec import Meta
 
-from octant.reader_design.study_file.room import NotNegative, Positive, PositiveCount, Table
-
-Probability = Annotated[float, Meta(ge=0.0, le=1.0)]
+from octant.reader_design.study_file.quantities import (
+    Bandwidth,
+    Count,
+    Deviation,
+    Level,
+    PeriodOrZero,
+    Ratio,
+    Share,
+)
+from octant.reader_design.study_file.room import Table
 
 
 class Sensor(Table, frozen=True, kw_only=True):
@@ -28,14 +35,14 @@ class Sensor(Table, frozen=True, kw_only=True):
     read_probability : Probability that a tag within reach answers at all.
     """
 
-    dwell_s: NotNegative = 0.0
-    bandwidth_hz: Positive | None = None
-    noise_figure_db: NotNegative = 6.0
-    samples: PositiveCount = 1
-    required_snr_db: float | None = None
-    sensitivity_dbm: float | None = None
+    dwell_s: PeriodOrZero = 0.0
+    bandwidth_hz: Bandwidth | None = None
+    noise_figure_db: Deviation = 6.0
+    samples: Count = 1
+    required_snr_db: Ratio | None = None
+    sensitivity_dbm: Level | None = None
     bits: Annotated[int, Meta(ge=1, le=16)] | None = None
-    floor_dbm: float = -100.0
-    full_scale_dbm: float = 0.0
-    drop_out_probability: Probability = 0.0
-    read_probability: Probability = 1.0
+    floor_dbm: Level = -100.0
+    full_scale_dbm: Level = 0.0
+    drop_out_probability: Share = 0.0
+    read_probability: Share = 1.0

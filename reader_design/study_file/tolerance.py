@@ -4,9 +4,20 @@ from typing import Annotated, Literal
 
 from msgspec import Meta, field
 
-from octant.reader_design.study_file.room import Name, NotNegative, Positive, PositiveCount, Table
-
-Percent = Annotated[float, Meta(ge=0.0, lt=100.0)]
+from octant.reader_design.study_file.quantities import (
+    AngleDeviation,
+    Count,
+    Distance,
+    Level,
+    Load,
+    Name,
+    Part,
+    PartOrZero,
+    Percent,
+    Ratio,
+    Share,
+)
+from octant.reader_design.study_file.room import Table
 
 
 class CommonTolerance(Table, frozen=True, kw_only=True):
@@ -18,10 +29,10 @@ class CommonTolerance(Table, frozen=True, kw_only=True):
     gap_m, antenna_length_m : Errors of the gap and of the antennas' length [m].
     """
 
-    antenna_radius_m: NotNegative = 0.0005
-    gap_m: NotNegative = 0.0005
-    antenna_length_m: NotNegative = 0.0005
-    plate_height_m: NotNegative = 0.0005
+    antenna_radius_m: PartOrZero = 0.0005
+    gap_m: PartOrZero = 0.0005
+    antenna_length_m: PartOrZero = 0.0005
+    plate_height_m: PartOrZero = 0.0005
 
 
 class Limits(Table, frozen=True, kw_only=True):
@@ -36,11 +47,11 @@ class Limits(Table, frozen=True, kw_only=True):
     least_level_dbm : Mean level of the strongest antenna at every distance [dBm].
     """
 
-    least_right_share: Annotated[float, Meta(ge=0.0, le=1.0)] | None = 1.0
-    least_margin_db: float | None = None
-    most_vector_rms_deg: Positive | None = None
-    least_front_to_back_db: float | None = None
-    least_level_dbm: float | None = None
+    least_right_share: Share | None = 1.0
+    least_margin_db: Ratio | None = None
+    most_vector_rms_deg: AngleDeviation | None = None
+    least_front_to_back_db: Ratio | None = None
+    least_level_dbm: Level | None = None
 
 
 class Rival(Table, frozen=True, kw_only=True):
@@ -59,16 +70,16 @@ class Rival(Table, frozen=True, kw_only=True):
 
     name: Name
     antenna: Literal["dipole", "monopole"] | None = None
-    antenna_radius_m: Positive | None = None
-    plate_height_m: NotNegative | None = None
-    plate_height_axis_m: NotNegative | None = None
-    plate_outer_radius_m: Positive | None = None
-    ground_plane_m: Positive | None = None
+    antenna_radius_m: Part | None = None
+    plate_height_m: PartOrZero | None = None
+    plate_height_axis_m: PartOrZero | None = None
+    plate_outer_radius_m: Part | None = None
+    ground_plane_m: Part | None = None
     ground_plane_shape: Literal["square", "round", "octagon"] | None = None
-    gap_m: Positive | None = None
-    antenna_length_m: Positive | None = None
-    monopole_plane_m: NotNegative | None = None
-    load_ohm: Positive | None = None
+    gap_m: Part | None = None
+    antenna_length_m: Part | None = None
+    monopole_plane_m: PartOrZero | None = None
+    load_ohm: Load | None = None
 
 
 class Tolerance(Table, frozen=True, kw_only=True):
@@ -95,19 +106,23 @@ class Tolerance(Table, frozen=True, kw_only=True):
     rivals : The tables ``[[tolerance.rival]]``.
     """
 
-    samples: PositiveCount = 64
+    samples: Count = 64
     distribution: Literal["uniform", "normal"] = "uniform"
-    position_m: NotNegative = 0.001
-    angle_deg: NotNegative = 2.0
-    gap_m: NotNegative = 0.001
-    antenna_length_m: NotNegative = 0.001
-    plate_height_m: NotNegative = 0.001
-    ground_plane_m: NotNegative = 0.001
+    position_m: PartOrZero = 0.001
+    angle_deg: Annotated[float, Meta(ge=0.0, le=90.0)] = 2.0
+    gap_m: PartOrZero = 0.001
+    antenna_length_m: PartOrZero = 0.001
+    plate_height_m: PartOrZero = 0.001
+    ground_plane_m: PartOrZero = 0.001
     frequency_percent: Percent = 0.0
     permittivity_percent: Percent = 0.0
     conductivity_percent: Percent = 0.0
     room: bool = False
-    distances_m: Annotated[tuple[Positive, ...], Meta(min_length=1)] = (1.0, 2.0, 4.0)
+    distances_m: Annotated[tuple[Distance, ...], Meta(min_length=1, max_length=1000)] = (
+        1.0,
+        2.0,
+        4.0,
+    )
     common: CommonTolerance = CommonTolerance()
     limits: Limits = Limits()
     rivals: tuple[Rival, ...] = field(default=(), name="rival")

@@ -5,13 +5,32 @@ from typing import Annotated, Literal
 import msgspec
 from msgspec import Meta
 
-from octant.reader_design.study_file.room import Name, NotNegative, Positive, PositiveCount, Table
+from octant.reader_design.study_file.quantities import (
+    Angle,
+    AngleDeviation,
+    Count,
+    Deviation,
+    Distance,
+    Duration,
+    Level,
+    Name,
+    Number,
+    Period,
+    Ratio,
+    Spot,
+    WheelRate,
+    WheelRateDeviation,
+)
+from octant.reader_design.study_file.room import Table
 
 Chapter = Literal["rss", "feedback", "nominal", "neighbouring", "slam", "room", "costs"]
 Shape = Literal[
     "line", "sine", "sigmoid", "parabola", "ellipse", "lemniscate", "u-shape", "point", "spline"
 ]
-Weight = Annotated[tuple[float | tuple[float, ...], ...], Meta(min_length=1)]
+Weights = Annotated[
+    tuple[Number | Annotated[tuple[Number, ...], Meta(max_length=3)], ...],
+    Meta(min_length=1, max_length=3),
+]
 
 
 class Trajectory(Table, frozen=True, kw_only=True):
@@ -31,11 +50,11 @@ class Trajectory(Table, frozen=True, kw_only=True):
 
     name: Name
     shape: Shape
-    waypoints_m: tuple[tuple[float, float], ...] = ()
+    waypoints_m: Annotated[tuple[Spot, ...], Meta(max_length=10_000)] = ()
     closed: bool = False
-    duration_s: Positive = 60.0
-    start_m: tuple[float, float] | None = None
-    start_heading_deg: float | None = None
+    duration_s: Duration = 60.0
+    start_m: Spot | None = None
+    start_heading_deg: Angle | None = None
 
 
 class Track(Table, frozen=True, kw_only=True):
@@ -83,31 +102,31 @@ class Track(Table, frozen=True, kw_only=True):
         "room",
         "costs",
     )
-    runs: PositiveCount = 50
-    slam_runs: PositiveCount = 100
-    period_s: Positive = 0.1
-    alpha_dbm: float = -60.0
-    beta_per_m: float = 0.2
-    rss_mean_db: float = -30.0
-    rss_sigma_db: NotNegative = 50.0
-    wheel_sigma_rad_per_s: NotNegative = 0.1
-    encoder_counts: PositiveCount | None = None
-    start_sigma_m: Positive = 0.05
-    start_sigma_deg: Positive = 3.0
-    feedback_tags: PositiveCount = 3
-    tags: PositiveCount = 5
-    tag_spacing_m: Positive = 3.0
-    tag_height_m: Positive = 3.0
-    feedback_wheel_rate_rad_per_s: Positive = 12.1
-    wheel_rate_rad_per_s: Positive = 10.0
-    state_weight: Weight = (1.0, 1.0, 2.0)
-    final_weight: Weight = (0.5, 0.5, 1.0)
-    input_weight: Weight = (0.01, 0.01)
-    training_iterations: PositiveCount = 4000
-    training_records: PositiveCount = 10
-    room_noise_db: NotNegative = 2.0
-    room_reading_every_s: Positive = 0.5
-    room_tag_spacing_m: Positive = 2.5
-    room_map_spacing_m: Positive = 0.04
-    room_particles: PositiveCount = 500
+    runs: Count = 50
+    slam_runs: Count = 100
+    period_s: Period = 0.1
+    alpha_dbm: Level = -60.0
+    beta_per_m: Annotated[float, Meta(ge=-100.0, le=100.0)] = 0.2
+    rss_mean_db: Ratio = -30.0
+    rss_sigma_db: Deviation = 50.0
+    wheel_sigma_rad_per_s: WheelRateDeviation = 0.1
+    encoder_counts: Count | None = None
+    start_sigma_m: Distance = 0.05
+    start_sigma_deg: AngleDeviation = 3.0
+    feedback_tags: Annotated[int, Meta(ge=1, le=100)] = 3
+    tags: Annotated[int, Meta(ge=1, le=100)] = 5
+    tag_spacing_m: Distance = 3.0
+    tag_height_m: Distance = 3.0
+    feedback_wheel_rate_rad_per_s: WheelRate = 12.1
+    wheel_rate_rad_per_s: WheelRate = 10.0
+    state_weight: Weights = (1.0, 1.0, 2.0)
+    final_weight: Weights = (0.5, 0.5, 1.0)
+    input_weight: Weights = (0.01, 0.01)
+    training_iterations: Count = 4000
+    training_records: Count = 10
+    room_noise_db: Deviation = 2.0
+    room_reading_every_s: Period = 0.5
+    room_tag_spacing_m: Distance = 2.5
+    room_map_spacing_m: Distance = 0.04
+    room_particles: Count = 500
     trajectories: tuple[Trajectory, ...] = msgspec.field(default=(), name="trajectory")

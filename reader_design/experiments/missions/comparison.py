@@ -24,7 +24,8 @@ from octant.reader_design.setting.setting import build_setting, mission_table
 from octant.reader_design.showing.tables import put_table
 from octant.reader_design.study_file.errors import sentence
 from octant.reader_design.study_file.loading import load_study, vary
-from octant.reader_design.study_file.room import Name, Positive, PositiveCount, Table
+from octant.reader_design.study_file.quantities import Count, Distance, FileName, Name, Seed, Word
+from octant.reader_design.study_file.room import Table
 from octant.reader_design.study_file.schema import Map, Study
 from octant.reader_design.study_file.toml import toml_text
 from octant.reader_design.study_file.toml_files import toml_file_text, toml_tables
@@ -35,7 +36,7 @@ if TYPE_CHECKING:
 FloatArray = npt.NDArray[np.float64]
 
 
-Keys = dict[str, Any]
+Keys = dict[Word, Any]
 
 OWN = "the study's"
 """Name of a link or reader that is as each study has it."""
@@ -50,8 +51,8 @@ class LayoutEntry(Table, frozen=True, kw_only=True):
     published_rmse_m : RMSE that was published for it [m], to stand beside the computed ones.
     """
 
-    study: Name
-    published_rmse_m: Positive | None = None
+    study: FileName
+    published_rmse_m: Distance | None = None
 
 
 class ControllerEntry(Table, frozen=True, kw_only=True):
@@ -104,8 +105,8 @@ class Comparison(Table, frozen=True, kw_only=True):
     """
 
     name: Name = "comparison"
-    seed: Annotated[int, Meta(ge=0)] = 1
-    runs: PositiveCount = 100
+    seed: Seed = 1
+    runs: Count = 100
     layouts: Annotated[tuple[LayoutEntry, ...], Meta(min_length=1)] = msgspec.field(name="layout")
     links: tuple[LinkEntry, ...] = msgspec.field(default=(LinkEntry(),), name="link")
     readers: tuple[ReaderEntry, ...] = msgspec.field(default=(ReaderEntry(),), name="reader")

@@ -101,14 +101,15 @@ def test_unknown_names_are_refused_with_the_nearest(text, parts):
 @pytest.mark.parametrize(
     ("text", "parts"),
     [
-        (MINIMAL.replace("[5, 5", "[5, -5"), ["room.box_m[1]", "-5 m", "greater than 0"]),
+        (MINIMAL.replace("[5, 5", "[5, -5"), ["room.box_m[1]", "-5 m", "from 0.0001 to 1000 m"]),
         (MINIMAL.replace("[5, 5", "[5, nan"), ["room.box_m[1]", "nan m", "finite"]),
         (MINIMAL.replace("[5, 5", "[inf, 5"), ["room.box_m[0]", "inf m", "finite"]),
         (MINIMAL.replace("[5, 5, 3]", "[5, 5]"), ["room.box_m", "list of 3"]),
         (MINIMAL + "[radio]\nfrequency_hz = -1.0\n", ["radio.frequency_hz", "-1.0 Hz"]),
         (MINIMAL + '[radio]\nfrequency_hz = "2.4 GHz"\n', ["radio.frequency_hz", "a number"]),
-        (MINIMAL + "[radio]\nfrequency_hz = 1e15\n", ["room.material", "concrete"]),
-        (MINIMAL + "[reader]\nantennas = 2\n", ["reader.antennas", "at least 3"]),
+        (MINIMAL + "[radio]\nfrequency_hz = 1e15\n", ["radio.frequency_hz", "from 1e6 to 1e12 Hz"]),
+        (MINIMAL + "[radio]\nfrequency_hz = 9e11\n", ["room.material", "concrete"]),
+        (MINIMAL + "[reader]\nantennas = 2\n", ["reader.antennas", "from 3 to 100"]),
         (MINIMAL + "[reader]\nantenna_radius_m = 0.3\n", ["antenna_radius_m", "0.3 m", "0.1 m"]),
         (MINIMAL + "[sweep]\nplate_height_m = [0.1, 0.1]\n", ["sweep.plate_height_m[1]", "once"]),
         (MINIMAL + "[solver]\nmax_diffractions = 3\n", ["solver.max_diffractions", "3"]),

@@ -12,8 +12,10 @@ from octant.reader_design.study_file.schema import Study
 lengths = st.floats(min_value=1e-3, max_value=1e3)
 points = st.tuples(*[st.floats(min_value=-1e6, max_value=1e6)] * 3)
 names = st.text(
-    st.characters(exclude_categories=("Cs",), exclude_characters="\r"), min_size=1, max_size=12
-)
+    st.characters(exclude_categories=("Cs", "Cc"), exclude_characters="/\\"),
+    min_size=1,
+    max_size=12,
+).filter(str.strip)
 materials = st.one_of(
     st.sampled_from(["concrete", "metal", "pec"]),
     st.builds(lambda t: {"name": "concrete", "thickness_m": t}, lengths),
