@@ -8,6 +8,7 @@ from xml.etree import ElementTree as ET
 
 import draw_house
 import house
+import list_keys
 import networkx as nx
 import pytest
 
@@ -384,3 +385,8 @@ def test_what_scripts_import_is_there(folder):
                 and f"{node.module}.{alias.name}" not in known
             ]
     complain(missing, "imported, but not there")
+
+
+def test_the_list_of_keys_is_up_to_date():
+    found = list_keys.PAGE.read_text("utf-8") == list_keys.page()
+    assert found, "docs/study_file.md: python tools/list_keys.py"
