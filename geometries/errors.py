@@ -33,6 +33,10 @@ class ConfigError(OctantError, ValueError):
     """A study file or a command-line value is wrong; the message names the key."""
 
 
+class ResultError(OctantError, ArithmeticError):
+    """What was computed cannot be true, so that it is not written; the message names the place."""
+
+
 class InfeasibleDesignError(ConfigError):
     """A reader whose numbers are sound one by one, but that nobody can build together."""
 

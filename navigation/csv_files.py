@@ -2,20 +2,25 @@
 
 import csv
 import io
+import math
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+from octant.geometries.errors import ResultError
 from octant.geometries.files import write_text
 
 
 def number_text(value: float) -> str:
-    """Return a number as the shortest text that reads back to the same bits.
+    """Return a number as the shortest text that reads back to the same bits; of NaN none.
 
     Parameters
     ----------
-    value : Any number, in the unit of its column [any].
+    value : Any number, in the unit of its column [any]; NaN: there is none.
     """
-    return repr(float(value))
+    if math.isinf(value):
+        msg = f"a value is {value}, so that the table is not written; report it with the study."
+        raise ResultError(msg)
+    return "" if math.isnan(value) else repr(float(value))
 
 
 def write_csv(path: Path, header: Sequence[str], rows: Iterable[Sequence[object]]) -> None:

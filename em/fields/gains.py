@@ -11,6 +11,7 @@ from octant.em.fields import _field_kernels
 from octant.em.medium.radio_scene import RadioScene
 from octant.em.paths.tracing import scene_arrays
 from octant.em.records import DIFFRACTION, REFLECTION, TRANSMISSION, TRANSMITTED, PathSet
+from octant.em.soundness import check_power
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -69,6 +70,7 @@ def path_gains(
         gain,
         directions,
     )
+    check_power(np.abs(gain) ** 2, 1.0, paths.receivers_m[paths.receiver])
     return PathGains(
         gain=gain,
         length_m=paths.length_m,

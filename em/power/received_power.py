@@ -17,6 +17,7 @@ from octant.em.paths.tracing import checked_receivers, path_arrays
 from octant.em.power import _power_kernels
 from octant.em.power.link_bands import LinkBand, check_clearance, link_bands, link_channels
 from octant.em.search.candidates import Candidates, SolverSettings
+from octant.em.soundness import check_power
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import AntennaError
 
@@ -68,6 +69,7 @@ def antenna_power(
         _power_kernels.antenna_power(*arrays, places, begin, end, coherent, mean, count)
 
     run_blocks(work, m, executor=executor, progress=progress)
+    check_power(power_w * coherent, power_w, places)
     return ReceivedPower(power_w * coherent, power_w * mean, count)
 
 
@@ -142,6 +144,7 @@ class ReaderLink:
         for band, count in zip(self.bands, counts, strict=True):
             band.add_power(places, headings_rad, (coherent, mean, count), progress)
         scale = self.tag_power_w / sum(band.channels for band in self.bands)
+        check_power(scale * coherent, self.tag_power_w, places)
         return ReceivedPower(scale * coherent, scale * mean, counts[0])
 
     def rss_w(self, poses: npt.ArrayLike) -> FloatArray:

@@ -81,7 +81,7 @@ def write_docking_trajectory_csv(path: str | Path, result: DockingResult) -> Non
     Parameters
     ----------
     path : File to write; an existing one is replaced in one move.
-    result : The run. Estimates are nan in the phases that have none.
+    result : The run. Estimates are empty in the phases that have none.
     """
     table = np.column_stack(
         [

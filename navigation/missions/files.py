@@ -44,7 +44,7 @@ def write_missions_csv(
 ) -> None:
     """Write one row for each run.
 
-    `arrivals_m` lists the arrival error of each tag [m], separated by semicolons, `nan` where it
+    `arrivals_m` lists the arrival error of each tag [m], separated by semicolons, nothing where it
     was not reached; `success`, `captured` and `collided` of `metrics.MissionMetrics` are 1 or 0.
 
     Parameters

@@ -315,6 +315,7 @@ def _bearing_variables(layers: Sequence[TagLayers], heading_rad: float) -> dict[
             np.degrees(np.stack(errors)),
             units="degree",
             long_name="bearing of the RSS-weighted vector sum less the true bearing of the tag",
+            missing="no direction: no power arrives, or from all sides alike",
         ),
     }
 
@@ -333,18 +334,21 @@ def _spread_variables(layers: Sequence[TagLayers]) -> dict[str, "xr.Variable"]:
             layer("delay_spread_s", NANOSECONDS_PER_SECOND),
             units="ns",
             long_name="rms delay spread, power-weighted over paths",
+            missing="no path",
         ),
         "azimuth_spread": variable(
             dims,
             layer("azimuth_spread_rad", degrees),
             units="degree",
             long_name="circular angle spread of the azimuth of arrival (3GPP TR 38.901, Annex A)",
+            missing="no path",
         ),
         "direction_spread": variable(
             dims,
             layer("direction_spread_rad", degrees),
             units="degree",
             long_name="rms spread of the direction of arrival over the sphere (Fleury 2000)",
+            missing="no path",
         ),
     }
 

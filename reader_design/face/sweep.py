@@ -190,7 +190,7 @@ def _scores(kept: Sequence[Kept[Scored]], study: StudyTables) -> "xr.Dataset":
     data = {}
     for name in names:
         values = np.array([row.get(name, math.nan) for row in rows]).reshape(shape)
-        data[name] = variable(list(axes), values, units="1", long_name=name)
+        data[name] = variable(list(axes), values, units="1", long_name=name, missing="no score")
     reasons = np.array([one.reason for one in kept]).reshape(shape)
     data["failed_because"] = variable(
         list(axes), reasons, units="1", long_name="why there is no score"

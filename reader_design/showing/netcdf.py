@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from octant.geometries.errors import ConfigError
+from octant.geometries.errors import ConfigError, ResultError
 from octant.geometries.files import refuse_overwrite, whole_file
 from octant.reader_design.keeping.versions import versions
 
@@ -18,7 +18,12 @@ PARTS = ("re", "im")
 
 
 def variable(
-    dims: Sequence[str], values: npt.ArrayLike, *, units: str, long_name: str
+    dims: Sequence[str],
+    values: npt.ArrayLike,
+    *,
+    units: str,
+    long_name: str,
+    missing: str = "",
 ) -> "xr.Variable":
     """Return an xarray variable that says what it is, in which unit.
 
@@ -28,6 +33,7 @@ def variable(
     values : array_like — The numbers, in the unit [``units``]; text is allowed.
     units : Unit, for example ``W``; ``1`` for a number without one.
     long_name : What it is, in words.
+    missing : What NaN means, for example ``no path``; without it the variable may have none.
     """
     import xarray as xr
 
@@ -37,7 +43,10 @@ def variable(
     array, names = np.asarray(values), list(dims)
     if np.iscomplexobj(array):
         array, names = np.stack([array.real, array.imag], axis=-1), [*names, "part"]
-    return xr.Variable(names, array, attrs={"units": units, "long_name": long_name})
+    attributes = {"units": units, "long_name": long_name}
+    if missing:
+        attributes["missing"] = missing
+    return xr.Variable(names, array, attrs=attributes)
 
 
 def dataset(
@@ -89,8 +98,30 @@ def write_dataset(data: "xr.Dataset", path: Path, *, force: bool) -> None:
         if not item.attrs.get("units") or not item.attrs.get("long_name"):
             msg = f"{name} has no units or long_name; make it with showing.netcdf.variable."
             raise ValueError(msg)
+        _refuse_unsound(str(name), item)
     with whole_file(path) as part:
         data.to_netcdf(part, engine="h5netcdf")
+
+
+def _refuse_unsound(name: str, item: "xr.Variable") -> None:
+    """Refuse NaN that means nothing, and infinity that is not the level of no power."""
+    values = item.to_numpy()
+    if values.dtype.kind != "f":
+        return
+    wrong = np.isposinf(values)
+    if "dB" not in item.attrs["units"]:
+        wrong |= np.isneginf(values)
+    if "missing" not in item.attrs:
+        wrong |= np.isnan(values)
+    if wrong.any():
+        first = ", ".join(
+            f"{dim} {i}" for dim, i in zip(item.dims, np.argwhere(wrong)[0], strict=True)
+        )
+        msg = (
+            f"{name} has {int(wrong.sum())} values of {values.size} that cannot be true, first at "
+            f"{first}, so that the file is not written; report it with the study."
+        )
+        raise ResultError(msg)
 
 
 def read_dataset(path: Path) -> "xr.Dataset":

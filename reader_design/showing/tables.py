@@ -11,7 +11,7 @@ from typing import TextIO
 import numpy as np
 import numpy.typing as npt
 
-from octant.geometries.errors import ConfigError
+from octant.geometries.errors import ConfigError, ResultError
 from octant.geometries.files import refuse_overwrite, whole_file
 from octant.geometries.names import nearest_name
 
@@ -57,7 +57,7 @@ def put_table(
     ----------
     target : A file's path; None or ``-``: stdout.
     header : Column names, with their units.
-    rows : Values; floats get the digits that read back to the same number.
+    rows : Values; floats get the digits that read back to the same number, NaN an empty cell.
     force : Replace a file that exists.
     """
     if target is None or target == "-":
@@ -75,7 +75,7 @@ def csv_text(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
     Parameters
     ----------
     header : Column names, with their units.
-    rows : Values; floats get the digits that read back to the same number.
+    rows : Values; floats get the digits that read back to the same number, NaN an empty cell.
     """
     text = io.StringIO(newline="")
     _write_rows(text, header, rows)
@@ -86,7 +86,20 @@ def _write_rows(file: TextIO, header: Sequence[str], rows: Iterable[Sequence[obj
     writer = csv.writer(file, lineterminator="\n")
     writer.writerow(header)
     for row in rows:
-        writer.writerow([repr(float(v)) if isinstance(v, float) else v for v in row])
+        writer.writerow(
+            [
+                _cell(v, name) if isinstance(v, float) else v
+                for v, name in zip(row, header, strict=True)
+            ]
+        )
+
+
+def _cell(value: float, column: str) -> str:
+    """Return a number's text: none for NaN, -inf for the level of no power; refuse infinity."""
+    if math.isinf(value) and (value > 0.0 or "_db" not in column):
+        msg = f"{column} is {value}, so that the table is not written; report it with the study."
+        raise ResultError(msg)
+    return "" if math.isnan(value) else repr(float(value))
 
 
 def _place(path: Path, header: Sequence[str], name: str) -> int:

@@ -41,19 +41,22 @@ _WORDS = {
 
 LONGEST_VALUE = 60
 """Characters of a value that a message repeats."""
+LONGEST_NAME = 300
+"""Characters of a name or a path that it repeats."""
 MOST_NAMES = 40
 """Names that a message lists."""
 
 
-def shortened(value: Any) -> str:  # noqa: ANN401  any value
-    """Return how Python writes a value, cut where it is long.
+def shortened(value: Any, most: int = LONGEST_VALUE) -> str:  # noqa: ANN401  any value
+    """Return how Python writes a value, without its middle where it is long.
 
     Parameters
     ----------
-    value : Any value of a study.
+    value, most : Any value of a study; greatest number of characters.
     """
     shown = repr(value)
-    return shown if len(shown) <= LONGEST_VALUE else shown[: LONGEST_VALUE - 3] + "..."
+    half = (most - 3) // 2
+    return shown if len(shown) <= most else f"{shown[:half]}...{shown[-half:]}"
 
 
 def unknown_name(path: str, name: str, allowed: Sequence[str], *, what: str) -> str:
@@ -69,7 +72,7 @@ def unknown_name(path: str, name: str, allowed: Sequence[str], *, what: str) -> 
     known = ", ".join(allowed[:MOST_NAMES]) if allowed else "none"
     known += f" and {len(allowed) - MOST_NAMES} more" if len(allowed) > MOST_NAMES else ""
     hint = f"did you mean {near!r} (known are: {known})?" if near else f"known are: {known}."
-    return f"{path} is {shortened(name)}, but there is no such {what}; {hint}"
+    return f"{path} is {shortened(name, LONGEST_NAME)}, but there is no such {what}; {hint}"
 
 
 def path_text(path: Path) -> str:

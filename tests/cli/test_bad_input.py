@@ -201,3 +201,11 @@ def test_poses_with_bad_numbers_name_the_line(octant, study_file, tmp_path):
 def test_missions_that_cannot_be_driven_are_refused(refusal, keys, part):
     reader = '[reader]\nresponse = "isolated"\n'
     assert part in refusal(ROOM + CABINET + TAG + reader + MISSION + keys, VERBS[2])
+
+
+def test_ends_so_close_that_more_would_arrive_than_was_sent_are_refused(octant, study_file):
+    # Friis: (1.64 lambda / (4 pi d))^2 is above 1 nearer than 1.63 cm at 2.4 GHz.
+    study = study_file('name = "x"\n[room]\nfree_space = true\n')
+    near, far = ("1.0162,1,1", "1.0164,1,1")
+    octant("paths", study, "--tx", "1,1,1", "--rx", far)
+    assert "(1.0162, 1, 1) m" in octant("paths", study, "--tx", "1,1,1", "--rx", near).refused()

@@ -75,18 +75,27 @@ def error_maps(
                 done(begin + len(near))
         tables[:, number, standing] = columns
     dims = ["tag", "x", "y"]
-    over = "over all headings of the robot"
+    over, nowhere = "over all headings of the robot", "the reader does not fit there"
     return {
         "vector_error": variable(
-            dims, tables[0], units="rad", long_name=f"rms error of the vector sum {over}"
+            dims,
+            tables[0],
+            units="rad",
+            long_name=f"rms error of the vector sum {over}",
+            missing=nowhere,
         ),
         "strongest_error": variable(
-            dims, tables[1], units="rad", long_name=f"rms error of the strongest antenna {over}"
+            dims,
+            tables[1],
+            units="rad",
+            long_name=f"rms error of the strongest antenna {over}",
+            missing=nowhere,
         ),
         "captured_share": variable(
             dims,
             tables[2],
             units="1",
             long_name="share of facing antennas at which a reflection beats the direct ray",
+            missing=nowhere,
         ),
     }

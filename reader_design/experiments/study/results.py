@@ -192,12 +192,14 @@ def _sweep_variables(content: StudyContent) -> "dict[str, xr.Variable]":
             filled("free_rss_w"),
             units="W",
             long_name="RSS in free space, of designs with as many antennas as the chosen one",
+            missing="failed, or another number of antennas",
         ),
         "travel_rss_w": variable(
             ["design", "travel", "antenna"],
             filled("travel_rss_w"),
             units="W",
             long_name="RSS in free space, antenna 1 towards the tag",
+            missing="failed, or another number of antennas",
         ),
         **_variables(stored_scores([(c.free, c.room) for c in cells], dim="design")),
     }
@@ -205,7 +207,7 @@ def _sweep_variables(content: StudyContent) -> "dict[str, xr.Variable]":
 
 def _variables(stored: dict[str, Stored]) -> "dict[str, xr.Variable]":
     return {
-        name: variable(dims, values, units=units, long_name=long_name)
+        name: variable(dims, values, units=units, long_name=long_name, missing="no score")
         for name, (dims, values, units, long_name) in stored.items()
     }
 
@@ -232,5 +234,6 @@ def _mission_variables(
             table,
             units=str(first.attrs["units"]),
             long_name=str(first.attrs["long_name"]),
+            missing="not driven, already ended, or without such a value",
         )
     return out

@@ -111,12 +111,14 @@ def tolerance_dataset(result: ToleranceStudy) -> "xr.Dataset":
             np.stack([one.values[:, v] for one in designs]),
             units=view.unit,
             long_name=view.title,
+            missing="it cannot be built",
         )
         variables[f"{view.name}_drawn"] = variable(
             ["design"],
             [view.of(one.nominal) for one in designs],
             units=view.unit,
             long_name=f"{view.title}, as drawn",
+            missing="it cannot be built",
         )
     for name in ("radial_m", "azimuth_rad", "gap_m", "length_m", "tilt_rad", "tilt_azimuth_rad"):
         variables[f"error_{name}"] = _errors(result, name, "antenna")
@@ -182,6 +184,7 @@ def _slope_variables(result: ToleranceStudy) -> "dict[str, xr.Variable]":
                 [getattr(s, kind) for s in mine],
                 units=f"{view.change_unit} per mm or per degree",
                 long_name=f"slope ({kind}) of the {view.title}",
+                missing="no slope",
             )
     return out
 

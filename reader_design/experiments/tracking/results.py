@@ -122,7 +122,11 @@ def tracking_dataset(
         for key, (unit, words) in MEASURE_UNITS.items():
             rows = [o.measures()[key] for o in outcomes]
             variables[key] = variable(
-                ["outcome", "run"], _padded(rows), units=unit, long_name=words
+                ["outcome", "run"],
+                _padded(rows),
+                units=unit,
+                long_name=words,
+                missing="fewer runs, or without such a value",
             )
         runs = [o.runs for o in outcomes]
         steps = {
@@ -138,14 +142,20 @@ def tracking_dataset(
         for key, (unit, words, rows) in steps.items():
             length = max(len(r.desired.time_s) for r in runs)
             table = _padded(rows, length)
-            variables[key] = variable(["outcome", "step"], table, units=unit, long_name=words)
+            variables[key] = variable(
+                ["outcome", "step"], table, units=unit, long_name=words, missing="already ended"
+            )
     if slam:
         for key, unit, words, rows in (
             ("slam_final_m", "m", "error of the place", [r.final_error_m for _, r in slam]),
             ("slam_nees", "1", "normalised error squared of the pose", [r.nees for _, r in slam]),
         ):
             variables[key] = variable(
-                ["slam", "slam_run"], _padded(rows), units=unit, long_name=words
+                ["slam", "slam_run"],
+                _padded(rows),
+                units=unit,
+                long_name=words,
+                missing="fewer runs",
             )
     coordinates = {
         "outcome": variable(["outcome"], labels, units="1", long_name="chapter, task and method"),

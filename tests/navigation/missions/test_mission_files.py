@@ -60,7 +60,7 @@ def test_tags_not_reached_are_nan_in_the_missions_file(thesis_setup, tmp_path):
     path = tmp_path / "missions.csv"
     write_missions_csv(path, [run])
     (row,) = rows_of(path)
-    assert row["arrivals_m"].split(";")[1:] == ["nan"] * 3
+    assert row["arrivals_m"].split(";")[1:] == [""] * 3
     assert (row["success"], row["collided"]) == ("0", "1")
 
 
