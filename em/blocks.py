@@ -1,10 +1,12 @@
 """Work on all cores with the same bits at any number of threads: blocks of receivers, and BLAS."""
 
+import contextlib
 import math
 import os
 from collections.abc import Callable
 from concurrent.futures import Executor, ThreadPoolExecutor, as_completed
 from contextlib import AbstractContextManager
+from pathlib import Path
 
 BLOCK_SIZE = 256
 """Receivers per block [-]: enough to hide the call, few enough to share out evenly."""
@@ -29,6 +31,20 @@ def memory_bytes() -> float:
         return float(os.sysconf("SC_PHYS_PAGES")) * os.sysconf("SC_PAGE_SIZE")
     except (AttributeError, ValueError, OSError):
         return math.inf
+
+
+def free_memory_bytes() -> float:
+    """Return how much memory this process can still get without others being moved to disk [B]."""
+    most = memory_bytes()
+    with contextlib.suppress(ImportError):  # there is none on Windows
+        import resource
+
+        limit = resource.getrlimit(resource.RLIMIT_AS)[0]
+        most = most if limit == resource.RLIM_INFINITY else min(most, float(limit))
+    with contextlib.suppress(OSError, StopIteration), Path("/proc/meminfo").open() as file:
+        line = next(line for line in file if line.startswith("MemAvailable:"))
+        return min(most, 1024.0 * float(line.split()[1]))
+    return most
 
 
 def run_blocks(

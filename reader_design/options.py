@@ -5,18 +5,68 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import wraps
 from pathlib import Path
-from typing import Any, TypeVar, cast
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import click
 
+from octant.em.blocks import free_memory_bytes
+from octant.geometries.errors import ConfigError
 from octant.reader_design.cli import InterruptedRunError
 from octant.reader_design.keeping.progress import Progress
+
+if TYPE_CHECKING:
+    from octant.reader_design.setting.cost import Cost
 
 Decorated = TypeVar("Decorated", bound=Callable[..., Any])
 
 
+MENTIONED_S, MENTIONED_BYTES = 60.0, 1e9
+"""Time [s] and memory [B] above which a command says before it starts what it will take."""
+LONGEST_S = 12.0 * 3600.0
+"""Time [s] above which it starts only with ``--yes``."""
+FARTHEST_M = 1e7
+"""Greatest coordinate [m], as of a study file."""
+YES = "octant.yes"
+"""Where a call keeps whether ``--yes`` was given."""
 FAILED_CASES = 3
 """Exit code of an experiment that finished, but not with a result for every case."""
+
+
+def number(kind: Any) -> click.ParamType:  # noqa: ANN401  an annotated type
+    """Return the type of an option that has the range of a kind of quantity.
+
+    Parameters
+    ----------
+    kind : Of `octant.reader_design.study_file.quantities`.
+    """
+    from octant.reader_design.study_file.quantities import limits
+
+    found = limits(kind)
+    assert found is not None  # noqa: S101  every kind has limits
+    base, meta = found
+    given = {"min": meta.ge, "max": meta.le}
+    return click.IntRange(**given) if base is int else _FiniteRange(**given)  # type: ignore[arg-type]
+
+
+class _FiniteRange(click.FloatRange):
+    """A range that NaN is not in."""
+
+    def convert(
+        self,
+        value: Any,  # noqa: ANN401  the signature is click's own
+        param: click.Parameter | None,
+        ctx: click.Context | None,
+    ) -> Any:  # noqa: ANN401  the signature is click's own
+        """Return the number; refuse one that is outside, or is none.
+
+        Parameters
+        ----------
+        value, param, ctx : As click gives them.
+        """
+        found = super().convert(value, param, ctx)
+        if math.isnan(found):
+            self.fail(f"{value} is not in the range {self._describe_range()}.", param, ctx)
+        return found
 
 
 def point(text: str) -> tuple[float, float, float]:
@@ -30,8 +80,12 @@ def point(text: str) -> tuple[float, float, float]:
         numbers = tuple(float(part) for part in text.split(","))
     except ValueError:
         numbers = ()
-    if len(numbers) != 3 or not all(math.isfinite(n) for n in numbers):
-        msg = f"{text!r} is not a point; write three finite numbers in m as X,Y,Z."
+    if len(numbers) != 3 or not all(abs(n) <= FARTHEST_M for n in numbers):
+        shown = text if len(text) <= 60 else f"{text[:57]}..."
+        msg = (
+            f"{shown!r} is not a point; write three numbers in m as X,Y,Z, each from "
+            f"{-FARTHEST_M:.0f} to {FARTHEST_M:.0f}."
+        )
         raise click.BadParameter(msg)
     return numbers[0], numbers[1], numbers[2]
 
@@ -78,8 +132,40 @@ FREQUENCIES = click.types.FuncParamType(frequencies)
 FREQUENCIES.name = "FROM:TO:COUNT"
 
 
+def approve(cost: "Cost", progress: Progress) -> None:
+    """Say what a command will take where that is much, before it starts; refuse what is too much.
+
+    Above a minute or a gigabyte it is said; above `LONGEST_S` ``--yes`` is needed; what the machine
+    has no memory for is refused.
+
+    Parameters
+    ----------
+    cost : What is expected.
+    progress : Says it.
+    """
+    less = f"ask for less: {', '.join(cost.causes)}"
+    free = free_memory_bytes()
+    if cost.memory_bytes > free:
+        from octant.reader_design.setting.cost import gigabytes_text
+
+        msg = f"{cost.text()} are expected, but {gigabytes_text(free)} are free; {less}."
+        raise ConfigError(msg)
+    context = click.get_current_context(silent=True)
+    allowed = context is not None and context.meta.get(YES, False)
+    if cost.seconds > LONGEST_S and not allowed:
+        msg = (
+            f"{cost.text()} are expected, which is more than {LONGEST_S / 3600.0:g} h; "
+            f"give --yes to start it all the same, or {less}."
+        )
+        raise ConfigError(msg)
+    if cost.seconds > MENTIONED_S or cost.memory_bytes > MENTIONED_BYTES:
+        progress.say(f"expected: {cost.text()}.")
+
+
 def common_options(command: Decorated) -> Decorated:
-    """Return a command that also takes ``--quiet`` and ``--force``, and announces compilation.
+    """Return a command that also takes ``--quiet``, ``--force`` and ``--yes``.
+
+    It announces compilation.
 
     Parameters
     ----------
@@ -87,7 +173,8 @@ def common_options(command: Decorated) -> Decorated:
     """
 
     @wraps(command)
-    def announcing(*args: Any, quiet: bool, **options: Any) -> Any:  # noqa: ANN401
+    def announcing(*args: Any, quiet: bool, yes: bool, **options: Any) -> Any:  # noqa: ANN401
+        click.get_current_context().meta[YES] = yes
         from octant.reader_design.compilation import FIRST_USE, recorded_compilation
 
         with recorded_compilation(lambda: Progress(quiet=quiet).say(FIRST_USE)):
@@ -95,7 +182,12 @@ def common_options(command: Decorated) -> Decorated:
 
     force = click.option("--force", is_flag=True, help="Overwrite files that exist.")
     quiet = click.option("--quiet", "-q", is_flag=True, help="No progress and no messages.")
-    return cast("Decorated", quiet(force(announcing)))
+    yes = click.option(
+        "--yes",
+        is_flag=True,
+        help=f"Start although more than {LONGEST_S / 3600.0:g} h are expected.",
+    )
+    return cast("Decorated", quiet(force(yes(announcing))))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -121,6 +213,18 @@ class RunOptions:
     def progress(self) -> Progress:
         """Bars and messages on stderr, unless quiet."""
         return Progress(quiet=self.quiet)
+
+    def approve(self, cost: "Cost") -> None:
+        """Say or refuse what the experiment takes on these workers, as `approve` does.
+
+        Parameters
+        ----------
+        cost : On one core.
+        """
+        from octant.reader_design.setting.cost import shared
+
+        if not self.dry_run:
+            approve(shared(cost, None if self.cluster else self.workers), self.progress)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -187,7 +291,7 @@ def experiment(
             click.option("--out", type=place, help="Folder for results.", **given),
             click.option(
                 "--workers",
-                type=click.IntRange(min=1),
+                type=click.IntRange(1, 1024),
                 metavar="N",
                 help="Processes on this machine; by default one for each core.",
             ),

@@ -6,7 +6,7 @@ import click
 
 from octant.geometries.errors import ConfigError
 from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.options import common_options
+from octant.reader_design.options import approve, common_options
 
 
 @click.command(name="map")
@@ -15,7 +15,7 @@ from octant.reader_design.options import common_options
     "--out", type=click.Path(path_type=Path), required=True, help="The netCDF file to write."
 )
 @click.option("--tag", "tag_ids", multiple=True, help="Tag to map; default: all of the study.")
-@click.option("--antenna", type=click.IntRange(min=1), help="Only this antenna of the reader.")
+@click.option("--antenna", type=click.IntRange(1, 100), help="Only this antenna of the reader.")
 @click.option("--isotropic", is_flag=True, help="One isotropic_theta antenna, no reader.")
 @click.option("--local-mean", is_flag=True, help="Add the power sum over paths.")
 @click.option("--local-mean-disc", is_flag=True, help="Add the mean over a disc of one wavelength.")
@@ -71,7 +71,13 @@ def radio_map(
         local_mean_disc=local_mean_disc,
         spreads=spreads,
     )
-    data, setting, layers = map_rss(loaded, wanted, progress=Progress(quiet=quiet))
+    progress = Progress(quiet=quiet)
+    data, setting, layers = map_rss(
+        loaded,
+        wanted,
+        progress=progress,
+        approve=lambda cost: approve(cost, progress),
+    )
     write_dataset(data, out, force=force)
     if figures is not None:
         for name, figure in map_pages(data, setting):

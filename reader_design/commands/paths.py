@@ -10,7 +10,8 @@ import numpy as np
 
 from octant.geometries.errors import ConfigError
 from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.options import POINT, common_options
+from octant.reader_design.options import POINT, approve, common_options, number
+from octant.reader_design.study_file.quantities import Angle
 
 if TYPE_CHECKING:
     from octant.reader_design.face.paths import Block, End, PathLink
@@ -53,7 +54,10 @@ def path_options(command: Decorated) -> Decorated:
                 f"--{end}-axis", type=POINT, help="Its direction; default: up, a patch down."
             ),
             click.option(
-                f"--{end}-azimuth-deg", type=float, default=0.0, help="Turn about the axis [deg]."
+                f"--{end}-azimuth-deg",
+                type=number(Angle),
+                default=0.0,
+                help="Turn about the axis [deg].",
             ),
         ]
     wrapped: Any = with_antennas
@@ -69,9 +73,6 @@ def _end(end: str, given: dict[str, Any]) -> "End":
     name, axis, azimuth_deg = (
         given.pop(f"{end}_{what}") for what in ("antenna", "axis", "azimuth_deg")
     )
-    if not np.isfinite(azimuth_deg):
-        msg = f"--{end}-azimuth-deg is {azimuth_deg} degrees, but a finite number is needed."
-        raise ConfigError(msg)
     return End(
         place_key=f"--{end}",
         antenna_key=f"--{end}-antenna",
@@ -100,10 +101,17 @@ def command_link(
     progress : Says which antennas were moved off a surface.
     """
     from octant.reader_design.face.paths import path_link
-    from octant.reader_design.study_file.loading import load_study
+    from octant.reader_design.setting.cost import field_cost
+    from octant.reader_design.study_file.loading import load_study, replace
 
+    loaded = load_study(study)
+    solver = loaded.solver
+    if max_reflections is not None:
+        solver = replace(solver, max_reflections=max_reflections)
+    asked = replace(loaded, solver=solver, reader=replace(loaded.reader, antennas=3))
+    approve(field_cost(asked, len(receivers), tags=1, causes=("receivers",)), progress)
     link = path_link(
-        load_study(study),
+        loaded,
         tx,
         receivers,
         tx=antennas[0],
@@ -189,7 +197,10 @@ def paths(
 @click.option("--tx", type=POINT, required=True, help="Transmitter [m].")
 @click.option("--rx", type=POINT, required=True, help="Receiver [m].")
 @click.option(
-    "--path", "number", type=click.IntRange(min=0), help="Number of the path, as in octant paths."
+    "--path",
+    "number",
+    type=click.IntRange(0, 10**9),
+    help="Number of the path, as in octant paths.",
 )
 @click.option("--strongest", is_flag=True, help="The strongest path; so without --path.")
 @path_options
@@ -262,6 +273,7 @@ def rss(
     """
     from octant.geometries.files import refuse_overwrite
     from octant.reader_design.face.rss_map import pose_rss_w, rss_columns, rss_link
+    from octant.reader_design.setting.cost import field_cost, reader_cost
     from octant.reader_design.showing.tables import put_table, read_columns
     from octant.reader_design.study_file.loading import load_study
 
@@ -269,7 +281,10 @@ def rss(
     if csv_file not in {None, "-"}:
         refuse_overwrite(Path(str(csv_file)), force=force)
     given = read_columns(poses, ["x_m", "y_m", "heading_deg"])
-    link = rss_link(loaded, tag_id, progress=Progress(quiet=quiet))
+    progress = Progress(quiet=quiet)
+    cost = field_cost(loaded, len(given), tags=1, causes=("poses",))
+    approve(reader_cost(loaded).and_then(cost), progress)
+    link = rss_link(loaded, tag_id, progress=progress)
     blocks = (
         np.column_stack([given[i : i + 1000], pose_rss_w(link, given[i : i + 1000])])
         for i in range(0, len(given), 1000)

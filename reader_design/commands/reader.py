@@ -1,12 +1,14 @@
 """``octant reader``: the reader of a study by itself, its ports, patterns and currents."""
 
 from pathlib import Path
+from typing import Annotated
 
 import click
+from msgspec import Meta
 
 from octant.geometries.errors import ConfigError
 from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.options import FREQUENCIES, common_options
+from octant.reader_design.options import FREQUENCIES, approve, common_options, number
 
 
 @click.command()
@@ -14,7 +16,7 @@ from octant.reader_design.options import FREQUENCIES, common_options
 @click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder for results.")
 @click.option(
     "--step-deg",
-    type=click.FloatRange(min=0.5, max=45.0),
+    type=number(Annotated[float, Meta(ge=0.5, le=45.0)]),
     default=2.0,
     show_default=True,
     help="Step of the patterns over theta and phi [deg]; it must divide 180.",
@@ -57,6 +59,7 @@ def reader(
     from octant.geometries.files import refuse_overwrite, write_text
     from octant.reader_design.face.reader import check_step, solve_reader_of
     from octant.reader_design.face.reader_band import band_of
+    from octant.reader_design.setting.cost import NODES, reader_cost
     from octant.reader_design.showing.style import save_figure
     from octant.reader_design.study_file.loading import load_study, to_toml
 
@@ -90,6 +93,9 @@ def reader(
     files = [out / name for name in names]
     refuse_overwrite(*files, force=force)
     progress = Progress(quiet=quiet)
+    solutions = 1 + (min(len(band_hz), NODES) if has_band else 0)
+    one = replace(loaded, radio=replace(loaded.radio, channels_hz=()))
+    approve(reader_cost(one).times(solutions, "solutions"), progress)
     solved = solve_reader_of(
         loaded, [loaded.radio.frequency_hz], step_deg=step_deg, progress=progress
     )

@@ -9,7 +9,8 @@ import numpy as np
 from octant.geometries.errors import ConfigError
 from octant.reader_design.commands.paths import command_link, path_options
 from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.options import POINT, common_options
+from octant.reader_design.options import POINT, common_options, number
+from octant.reader_design.study_file.quantities import Angle
 
 if TYPE_CHECKING:
     from octant.reader_design.face.paths import End
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
 @click.option(
     "--strongest",
     "most",
-    type=click.IntRange(min=1),
+    type=click.IntRange(1, 10**6),
     default=30,
     show_default=True,
     help="Draw at most so many paths.",
@@ -37,10 +38,10 @@ if TYPE_CHECKING:
     help="What the colour of a path shows.",
 )
 @click.option(
-    "--azimuth-deg", type=float, default=-60.0, show_default=True, help="View from [deg]."
+    "--azimuth-deg", type=number(Angle), default=-60.0, show_default=True, help="View from [deg]."
 )
 @click.option(
-    "--elevation-deg", type=float, default=35.0, show_default=True, help="View from [deg]."
+    "--elevation-deg", type=number(Angle), default=35.0, show_default=True, help="View from [deg]."
 )
 @path_options
 @common_options

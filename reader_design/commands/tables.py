@@ -2,10 +2,12 @@
 
 import math
 from pathlib import Path
+from typing import Annotated
 
 import click
+from msgspec import Meta
 
-from octant.geometries.errors import ConfigError
+from octant.reader_design.options import number
 
 HERTZ_PER_GIGAHERTZ = 1e9
 
@@ -13,7 +15,7 @@ HERTZ_PER_GIGAHERTZ = 1e9
 @click.command()
 @click.option(
     "--frequency-ghz",
-    type=float,
+    type=number(Annotated[float, Meta(ge=1e-3, le=1e3)]),
     default=2.4,
     show_default=True,
     help="Where permittivity and conductivity are evaluated [GHz].",
@@ -26,9 +28,6 @@ def materials(frequency_ghz: float) -> None:
     """
     from octant.reader_design.face.materials import materials as table
 
-    if not (math.isfinite(frequency_ghz) and frequency_ghz > 0.0):
-        msg = f"--frequency-ghz is {frequency_ghz:g} GHz, but a finite positive number is needed."
-        raise ConfigError(msg)
     data = table(frequency_hz=frequency_ghz * HERTZ_PER_GIGAHERTZ)
     columns = ("eps_r", "sigma", "valid_from", "valid_to")
     click.echo(f"{'material':<20}{'eps_r':>10}{'sigma [S/m]':>14}  valid [GHz]")

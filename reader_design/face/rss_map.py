@@ -17,6 +17,7 @@ from octant.em.power.received_power import ReaderLink, antenna_power
 from octant.geometries.errors import ConfigError
 from octant.navigation.angles import wrap_angle
 from octant.reader_design.keeping.progress import Progress
+from octant.reader_design.setting.cost import Cost, field_cost, reader_cost
 from octant.reader_design.setting.map_grid import LARGEST_MAP, map_axes_m
 from octant.reader_design.setting.measures import vector_sum_bearing_rad
 from octant.reader_design.setting.placing import PlacedTag
@@ -381,7 +382,11 @@ class MapWanted:
 
 
 def map_rss(
-    study: Study, wanted: MapWanted, *, progress: Progress
+    study: Study,
+    wanted: MapWanted,
+    *,
+    progress: Progress,
+    approve: Callable[[Cost], None] | None = None,
 ) -> tuple["xr.Dataset", Setting, tuple[TagLayers, ...]]:
     """Return the map of a study as a dataset ([W], [ns], [deg]), the room, and what was computed.
 
@@ -389,6 +394,7 @@ def map_rss(
     ----------
     study, wanted : The study, whose ``[map]`` gives spacing and height; what is shown.
     progress : Shows what is done.
+    approve : Refuses what takes too long or too much memory, once the room is known.
     """
     numbers = wanted.antennas or ()
     wrong = [n for n in numbers if not 1 <= n <= study.reader.antennas]
@@ -404,6 +410,14 @@ def map_rss(
     axes = map_axes_m(setting)
     receivers = 1 if wanted.isotropic else len(numbers) or study.reader.antennas
     _refuse_huge(study, axes, tags=len(tags), receivers=receivers)
+    if approve is not None:
+        cost = field_cost(
+            study,
+            float(axes[0].size * axes[1].size) * (DISC_PLACES if wanted.local_mean_disc else 1),
+            tags=len(tags),
+            causes=("map.spacing_m",),
+        )
+        approve(cost if wanted.isotropic else reader_cost(study).and_then(cost))
     for note in setting.notes:
         progress.say(note)
     if not wanted.isotropic:

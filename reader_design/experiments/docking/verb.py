@@ -4,11 +4,12 @@ from pathlib import Path
 
 import click
 
-from octant.reader_design.options import Ended, RunOptions, experiment
+from octant.reader_design.options import Ended, RunOptions, experiment, number
+from octant.reader_design.study_file.quantities import Count
 
 
 @click.command()
-@click.option("--runs", type=click.IntRange(min=1), help="Runs in each room; default: the study's.")
+@click.option("--runs", type=number(Count), help="Runs in each room; default: the study's.")
 @experiment(out="octant-dock", study=False)
 def dock(*, study: Path | None, options: RunOptions, runs: int | None) -> Ended:
     """Dock at the station of STUDY from random starts, in its room and in every layout.
@@ -26,6 +27,7 @@ def dock(*, study: Path | None, options: RunOptions, runs: int | None) -> Ended:
         run_docking_study,
         summary_lines,
     )
+    from octant.reader_design.setting.cost import docking_cost, reader_cost
     from octant.reader_design.study_file.loading import load_study, replace, vary
 
     loaded, out = load_study(study, built_in="dock_study"), options.out
@@ -34,6 +36,7 @@ def dock(*, study: Path | None, options: RunOptions, runs: int | None) -> Ended:
         loaded = replace(vary(loaded, {"dock.runs": runs}), sweep=loaded.sweep)
     if options.dry_run:
         return Ended(lines=(plan_line(loaded, out),))
+    options.approve(reader_cost(loaded).and_then(docking_cost(loaded, dock_table(loaded))))
     content = run_docking_study(
         loaded,
         out,

@@ -8,7 +8,8 @@ import click
 import numpy as np
 
 from octant.geometries.errors import ConfigError
-from octant.reader_design.options import Ended, RunOptions, experiment
+from octant.reader_design.options import Ended, RunOptions, experiment, number
+from octant.reader_design.study_file.quantities import Count, Deviation
 
 if TYPE_CHECKING:
     from octant.navigation.missions.metrics import MissionMetrics
@@ -20,10 +21,10 @@ _FILES = ("missions.csv", "missions_summary.csv", "trajectory.csv")
 
 
 @click.command()
-@click.option("--runs", type=click.IntRange(min=1), help="Repetitions; default: the study's.")
+@click.option("--runs", type=number(Count), help="Repetitions; default: the study's.")
 @click.option(
     "--noise-db",
-    type=click.FloatRange(min=0.0),
+    type=number(Deviation),
     help="Noise of each RSS reading [dB]; default: the study's.",
 )
 @click.option(
@@ -67,6 +68,7 @@ def navigate(
     from octant.reader_design.experiments.missions.compute import count_kept, drive, mission_runs
     from octant.reader_design.keeping.results import STUDY_FILE, refuse_another, write_once
     from octant.reader_design.keeping.workers import open_crew
+    from octant.reader_design.setting.cost import mission_cost, reader_cost
     from octant.reader_design.setting.setting import build_setting, mission_table
     from octant.reader_design.study_file.loading import load_study, replace, to_toml, vary
 
@@ -78,6 +80,8 @@ def navigate(
     given = {"mission.runs": runs, "mission.noise_db": noise_db}
     values = {key: value for key, value in given.items() if value is not None}
     loaded = replace(vary(loaded, values), sweep=loaded.sweep)
+    driving = mission_cost(loaded, mission_table(loaded).runs)
+    options.approve(reader_cost(loaded).and_then(driving))
     text, folder = to_toml(loaded, relative_to=out), out / "runs"
     setting = build_setting(loaded)
     if not options.dry_run:
@@ -203,6 +207,7 @@ def _compare(file: Path, options: RunOptions, *, runs: int | None, noise_db: flo
         run_comparison,
     )
     from octant.reader_design.experiments.missions.comparison_page import table_row
+    from octant.reader_design.setting.cost import mission_cost
 
     comparison = load_comparison(file)
     if runs is not None:
@@ -216,6 +221,8 @@ def _compare(file: Path, options: RunOptions, *, runs: int | None, noise_db: flo
     if options.dry_run:
         cells = plan_comparison(comparison)
         return Ended(lines=(f"{len(cells)} cells of {comparison.runs} runs.",))
+    for cell in plan_comparison(comparison):
+        options.approve(mission_cost(cell.study, comparison.runs))
     outcomes = run_comparison(
         comparison,
         options.out,

@@ -1,5 +1,6 @@
 """``octant optimise``: search for a reader design that reaches the goals of a study."""
 
+import math
 from pathlib import Path
 
 import click
@@ -17,11 +18,20 @@ def optimise(*, study: Path, options: RunOptions) -> Ended:
     evaluation is kept there; the same command again goes on where the last one stopped.
     """
     from octant.reader_design.experiments.optimise.run import plan_lines, run_optimise
+    from octant.reader_design.experiments.optimise.search import planned_evaluations
+    from octant.reader_design.setting.cost import reader_cost
     from octant.reader_design.study_file.loading import load_study
+    from octant.reader_design.study_file.optimise import Optimise
 
     loaded = load_study(study)
+    choices = (loaded.optimise or Optimise()).choices.given().values()
+    surveyed = math.prod(float(len(values)) for values in choices)
+    designs = reader_cost(loaded).times(surveyed, "combinations of choices", "optimise.choices")
+    options.approve(designs)
     if options.dry_run:
         return Ended(lines=plan_lines(loaded, options.out))
+    most = planned_evaluations(loaded, loaded.optimise or Optimise())
+    options.approve(reader_cost(loaded).times(most, "designs", "optimise.survey", "evaluations"))
     outcome = run_optimise(
         loaded,
         options.out,

@@ -41,6 +41,13 @@ from octant.reader_design.experiments.sweep.table import (
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.keeping.results import refuse_another
 from octant.reader_design.keeping.workers import open_crew
+from octant.reader_design.setting.cost import (
+    Cost,
+    field_cost,
+    floor_m2,
+    mission_cost,
+    sweep_cost,
+)
 from octant.reader_design.setting.evaluation import Cell
 from octant.reader_design.setting.ranking import choose
 from octant.reader_design.setting.setting import Sampling, Setting, build_setting
@@ -120,6 +127,27 @@ def plan_lines(
         f"missions: {runs} runs in each of {rooms} rooms, with {study.choice.missions} designs",
         f"readers built with errors: {built} of each of 2 designs",
     )
+
+
+def study_cost(study: Study, *, quick: bool = False) -> Cost:
+    """Return what a study takes: its sweep, the maps of its tags and its missions.
+
+    Parameters
+    ----------
+    study, quick : What would be studied; coarse sampling and map, few runs.
+    """
+    sampling = Sampling().coarser() if quick else Sampling()
+    swept = sweep_cost(
+        study, room_spacing_m=sampling.room_spacing_m, room_azimuths=sampling.room_azimuths
+    )
+    places = floor_m2(study.room) / study.map.spacing_m**2
+    mapped = field_cost(study, places, tags=len(study.tags), causes=("map.spacing_m",))
+    driven = Cost(counts=(), seconds=0.0)
+    if study.mission is not None:
+        runs = min(study.mission.runs, QUICK_RUNS) if quick else study.mission.runs
+        rooms = (1 + len(study.layouts)) * study.choice.missions
+        driven = mission_cost(study, rooms * runs)
+    return swept.and_then(mapped).and_then(driven)
 
 
 def run_study(

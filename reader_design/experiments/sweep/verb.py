@@ -19,6 +19,8 @@ def sweep(*, study: Path, options: RunOptions, merge: bool) -> Ended:
     from octant.reader_design.experiments.sweep.compute import study_plan, sweep_study
     from octant.reader_design.experiments.sweep.cost import plan_lines
     from octant.reader_design.experiments.sweep.table import known_rows
+    from octant.reader_design.setting.cost import sweep_cost
+    from octant.reader_design.setting.setting import Sampling
     from octant.reader_design.study_file.loading import load_study
 
     loaded = load_study(study)
@@ -26,6 +28,11 @@ def sweep(*, study: Path, options: RunOptions, merge: bool) -> Ended:
         plan = study_plan(loaded)
         rows = known_rows(plan, options.out, progress=options.progress)
         return Ended(lines=plan_lines(plan, rows, workers=options.workers))
+    if not merge:
+        cost = sweep_cost(
+            loaded, room_spacing_m=Sampling().room_spacing_m, room_azimuths=Sampling().room_azimuths
+        )
+        options.approve(cost)
     outcome = sweep_study(
         loaded,
         options.out,

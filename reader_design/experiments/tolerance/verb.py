@@ -4,11 +4,12 @@ from pathlib import Path
 
 import click
 
-from octant.reader_design.options import Ended, RunOptions, experiment
+from octant.reader_design.options import Ended, RunOptions, experiment, number
+from octant.reader_design.study_file.quantities import Count
 
 
 @click.command()
-@click.option("--samples", type=click.IntRange(min=1), help="Readers built; default: the study's.")
+@click.option("--samples", type=number(Count), help="Readers built; default: the study's.")
 @experiment(out="octant-tolerance", study=False)
 def tolerance(*, study: Path | None, options: RunOptions, samples: int | None) -> Ended:
     """Build the reader of STUDY many times with the errors of its table [tolerance].
@@ -19,11 +20,16 @@ def tolerance(*, study: Path | None, options: RunOptions, samples: int | None) -
     where the last one stopped; more --samples keep the readers that are there.
     """
     from octant.reader_design.experiments.tolerance.run import plan_lines, run_tolerance
+    from octant.reader_design.setting.cost import reader_cost
     from octant.reader_design.study_file.loading import load_study
+    from octant.reader_design.study_file.tolerance import Tolerance
 
     loaded = load_study(study)
     if options.dry_run:
         return Ended(lines=plan_lines(loaded, options.out, samples=samples))
+    table = loaded.tolerance or Tolerance()
+    built = float(samples or table.samples) * (1 + len(table.rivals))
+    options.approve(reader_cost(loaded).times(built, "readers", "tolerance.samples"))
     lines = run_tolerance(
         loaded,
         options.out,

@@ -19,11 +19,14 @@ def track(*, study: Path | None, options: RunOptions) -> Ended:
     """
     from octant.reader_design.experiments.tracking.compute import plan_line, run_tracking
     from octant.reader_design.experiments.tracking.page import summary_lines
+    from octant.reader_design.setting.cost import tracking_cost
     from octant.reader_design.study_file.loading import load_study
 
     loaded = load_study(study, built_in="track_study")
     if options.dry_run:
         return Ended(lines=(plan_line(loaded, options.out),))
+    if loaded.track is not None:
+        options.approve(tracking_cost(loaded.track))
     content = run_tracking(
         loaded,
         options.out,
