@@ -20,8 +20,9 @@ if TYPE_CHECKING:
 Decorated = TypeVar("Decorated", bound=Callable[..., Any])
 
 
-MENTIONED_S, MENTIONED_BYTES = 60.0, 1e9
-"""Time [s] and memory [B] above which a command says before it starts what it will take."""
+MENTIONED_S, MENTIONED_BYTES = 60.0, 1.5e9
+"""Time [s] and memory [B] above which a command says before it starts what it will take: a minute,
+and a gigabyte besides the program itself."""
 LONGEST_S = 12.0 * 3600.0
 """Time [s] above which it starts only with ``--yes``."""
 FARTHEST_M = 1e7

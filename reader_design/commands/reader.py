@@ -88,14 +88,12 @@ def reader(
     names = ["reader.nc", "study.toml", *(f"antenna_{i + 1}.ffe" for i in range(ports))]
     if chosen == "fullwave":
         names.append(f"reader.s{ports}p")
-    if has_band:
-        names.append("band.csv")
+    names += ["band.csv"] if has_band else []
     files = [out / name for name in names]
     refuse_overwrite(*files, force=force)
     progress = Progress(quiet=quiet)
-    solutions = 1 + (min(len(band_hz), NODES) if has_band else 0)
-    one = replace(loaded, radio=replace(loaded.radio, channels_hz=()))
-    approve(reader_cost(one).times(solutions, "solutions"), progress)
+    channels = replace(loaded.radio, channels_hz=tuple(band_hz[:NODES]) if has_band else ())
+    approve(reader_cost(replace(loaded, radio=channels)), progress)
     solved = solve_reader_of(
         loaded, [loaded.radio.frequency_hz], step_deg=step_deg, progress=progress
     )

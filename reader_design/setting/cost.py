@@ -91,7 +91,7 @@ class Cost:
 
         Parameters
         ----------
-        count, what, causes : How many, of what, and which keys say so.
+        count, what, causes : How many [-], of what, and which keys say so.
         """
         return replace(
             self,
@@ -193,7 +193,7 @@ def field_cost(study: Study, places: float, *, tags: int, causes: tuple[str, ...
     Parameters
     ----------
     study : Its solver, channels and reader.
-    places, tags : Numbers of places and of tags.
+    places, tags : Numbers of places and of tags [-].
     causes : What says how many places there are.
     """
     paths = sequences_of(study)

@@ -227,7 +227,7 @@ def test_missing_dask_names_the_extra(octant, study_file, tmp_path, monkeypatch)
 
 @pytest.mark.parametrize(
     ("sweep", "part"),
-    [("gapm = [1]", "'gap_m'"), ("gap_m = []", "empty list"), ("gap_m = [-1]", "greater than 0")],
+    [("gapm = [1]", "'gap_m'"), ("gap_m = []", "empty list"), ("gap_m = [-1]", "a number from")],
 )
 def test_wrong_sweeps_are_refused(octant, study_file, tmp_path, sweep, part):
     text = STUDY[: STUDY.index("antenna = ")] + sweep

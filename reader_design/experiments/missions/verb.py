@@ -80,13 +80,13 @@ def navigate(
     given = {"mission.runs": runs, "mission.noise_db": noise_db}
     values = {key: value for key, value in given.items() if value is not None}
     loaded = replace(vary(loaded, values), sweep=loaded.sweep)
-    driving = mission_cost(loaded, mission_table(loaded).runs)
-    options.approve(reader_cost(loaded).and_then(driving))
     text, folder = to_toml(loaded, relative_to=out), out / "runs"
     setting = build_setting(loaded)
     if not options.dry_run:
         refuse_overwrite(*([animate] if animate else []), force=options.force)
         refuse_another(out, text, force=options.force, outputs=(*_FILES, "figures/*.png"))
+        driving = mission_cost(loaded, mission_table(loaded).runs)
+        options.approve(reader_cost(loaded).and_then(driving))
         write_text(out / STUDY_FILE, text)
     for note in setting.notes:
         progress.say(note)

@@ -7,7 +7,7 @@ where the last run stopped, however that ended.
 
 import re
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -159,6 +159,7 @@ def run_study(
     progress: Progress | None = None,
     workers: int | None = 1,
     cluster: str | None = None,
+    approve: Callable[[Cost], None] | None = None,
 ) -> StudyOutcome:
     """Return the outcome of a study and leave its files; refuses when no design has scores.
 
@@ -169,6 +170,7 @@ def run_study(
     workers : Processes; 1: this one; None: one for each core if the sweep is long enough to gain. A
         script that starts some must guard its main part by ``if __name__ == "__main__"``.
     cluster : Address of a dask scheduler that computes them instead, or ``local:N``.
+    approve : Refuses what takes too long or too much memory, before anything is written.
     """
     began = time.perf_counter()
     progress = progress or Progress()
@@ -179,6 +181,8 @@ def run_study(
         rooms = list(_rooms(first))
         for note in dict.fromkeys(note for _, _, there in rooms for note in there.notes):
             progress.say(note)
+        if approve is not None:
+            approve(study_cost(study, quick=quick))
         write_text(out_dir / "study.toml", text)
         plan = plan_sweep(first)
         cells = _swept(plan, out_dir, workers=workers, cluster=cluster, progress=progress)

@@ -16,14 +16,13 @@ def study(*, study: Path | None, options: RunOptions, quick: bool) -> Ended:
     Without STUDY the built-in study of the thesis' reader runs. Leaves results.nc, figures,
     study.toml and report.html in --out; the same command again goes on where the last one stopped.
     """
-    from octant.reader_design.experiments.study.run import plan_lines, run_study, study_cost
+    from octant.reader_design.experiments.study.run import plan_lines, run_study
     from octant.reader_design.study_file.loading import load_study
 
     loaded = load_study(study)
     if options.dry_run:
         lines = plan_lines(loaded, options.out, quick=quick, workers=options.workers)
         return Ended(lines=lines)
-    options.approve(study_cost(loaded, quick=quick))
     outcome = run_study(
         loaded,
         options.out,
@@ -32,5 +31,6 @@ def study(*, study: Path | None, options: RunOptions, quick: bool) -> Ended:
         progress=options.progress,
         workers=options.workers,
         cluster=options.cluster,
+        approve=options.approve,
     )
     return Ended(lines=outcome.lines(), failed=bool(outcome.failed))

@@ -342,9 +342,9 @@ def test_table_survives_writing_and_reading():
     [
         ("gap_m = [", "gap_mm = [", "did you mean 'gap_m'?"),
         ("[0.002, 0.022]", "[0.022, 0.002]", "first bound must lie below the second"),
-        ("[0.002, 0.022]", "[-0.002, 0.022]", "of at least 0"),
+        ("[0.002, 0.022]", "[-0.002, 0.022]", "from 0 to 100 m"),
         ("margin_db", "margin", "did you mean 'margin_db'"),
-        ("survey = 5", "survey = -1", "of at least 0"),
+        ("survey = 5", "survey = -1", "from 0 to 1000000"),
         ("value = 0.0", "value = 0.0\nat_m = [3.0]", "designs are scored at 1, 2, 4 m"),
         (
             "survey = 5",
