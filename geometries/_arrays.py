@@ -1,12 +1,30 @@
 """One place where arrays are checked and made read-only before they enter a frozen dataclass."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from octant.geometries.errors import GeometryError
+
+Value = TypeVar("Value")
+
+
+def read_only(value: Value) -> Value:
+    """Return an array as a read-only view, or a tuple of arrays, also a named one, as such views.
+
+    Kernels are compiled for read-only arrays apart. Whatever is handed to one goes through here, so
+    that arrays which unpickling in a worker has made writable need no second compilation.
+    """
+    result: Any = value
+    if isinstance(value, np.ndarray):
+        result = value.view()
+        result.setflags(write=False)
+    elif isinstance(value, tuple):
+        parts = map(read_only, value)
+        result = type(value)(*parts) if hasattr(value, "_fields") else tuple(parts)
+    return result  # type: ignore[no-any-return]
 
 
 def frozen_array(

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.geometries import _bvh_kernels
+from octant.geometries._arrays import read_only
 from octant.geometries._bvh_kernels import BvhArrays
 from octant.geometries._plane_geometry import FloatArray, IntArray
 from octant.geometries.tolerances import LENGTHS
@@ -61,9 +62,7 @@ def segments_blocked(
     shape = (len(starts),)
     blocked = np.zeros(shape, dtype=np.bool_)
     _bvh_kernels.segments_blocked(
-        bvh,
-        starts,
-        ends,
+        *read_only((bvh, starts, ends)),
         np.ascontiguousarray(np.broadcast_to(start_planes, shape), dtype=np.int64),
         np.ascontiguousarray(np.broadcast_to(end_planes, shape), dtype=np.int64),
         blocked,

@@ -8,6 +8,7 @@ corners in question, not the scene's size: a small curved thing in a large hall 
 import numpy as np
 
 from octant.geometries import _plane_kernels
+from octant.geometries._arrays import read_only
 from octant.geometries._plane_geometry import (
     FloatArray,
     IntArray,
@@ -123,8 +124,7 @@ def group_planes(
     seeds = flat[np.argsort(-size[flat], kind="stable")]
     region, planes = _plane_kernels.grow_regions(
         seeds,
-        vertices_m,
-        faces,
+        *read_only((vertices_m, faces)),
         normal,
         2.0 * size >= SLIVER_ASPECT * longest**2,
         tolerance,

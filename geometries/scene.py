@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.geometries import _scene_kernels
-from octant.geometries._arrays import frozen_array
+from octant.geometries._arrays import frozen_array, read_only
 from octant.geometries._bvh_kernels import BvhArrays
 from octant.geometries._plane_geometry import (
     FloatArray,
@@ -156,13 +156,8 @@ class Scene:
         nearest = np.full(len(points), float(within_m))
         plane_of = np.full(len(points), -1, dtype=np.int64)
         _scene_kernels.nearest_facets(
-            points,
-            self.bvh.boxes,
-            self.bvh.links,
-            self.bvh.triangles,
-            self.bvh.planes,
-            self.facets.plane_normal,
-            self.facets.plane_offset_m,
+            read_only(points),
+            *self._walls(),
             self.tolerance_m,
             nearest,
             plane_of,
@@ -199,18 +194,21 @@ class Scene:
         """Return the planes of all facets that a point lies on, a few of them at an apex."""
         found = np.zeros(len(self.facets.plane_normal), dtype=np.bool_)
         _scene_kernels.planes_at(
-            np.ascontiguousarray(point_m),
-            self.bvh.boxes,
-            self.bvh.links,
-            self.bvh.triangles,
-            self.bvh.planes,
-            self.facets.plane_normal,
-            self.facets.plane_offset_m,
+            read_only(np.ascontiguousarray(point_m)),
+            *self._walls(),
             slack_m,
             found,
         )
         planes = np.flatnonzero(found)
         return planes[:: -(-len(planes) // MOST_PLANES)] if len(planes) else planes
+
+    def _walls(self) -> tuple[FloatArray, IntArray, FloatArray, IntArray, FloatArray, FloatArray]:
+        """Return boxes, links, triangles and planes of the hierarchy; normals and offsets [m]."""
+        boxes, links, triangles, planes, _ = self.bvh
+        facets = self.facets
+        return read_only(
+            (boxes, links, triangles, planes, facets.plane_normal, facets.plane_offset_m)
+        )
 
 
 def _extent_m(bounds_m: FloatArray) -> float:
@@ -335,7 +333,7 @@ def _supporting_sides(vertices_m: FloatArray, facets: Facets, tolerance_m: float
     extremes = np.argmax(vertices_m @ _DIRECTIONS.T, axis=0) if len(vertices_m) else []
     points = np.concatenate((vertices_m[extremes], vertices_m))
     _scene_kernels.supporting_sides(
-        points, facets.plane_normal, facets.plane_offset_m, tolerance_m, sides
+        *read_only((points, facets.plane_normal, facets.plane_offset_m)), tolerance_m, sides
     )
     sides.setflags(write=False)
     return sides

@@ -21,7 +21,7 @@ from octant.em.records import (
 from octant.em.search.candidates import Candidates
 from octant.em.search.edges import no_edges, wedge_frames
 from octant.em.search.images import ImageTree
-from octant.geometries._arrays import frozen_array
+from octant.geometries._arrays import frozen_array, read_only
 from octant.geometries.errors import GeometryError
 from octant.geometries.tolerances import LENGTHS
 
@@ -40,7 +40,7 @@ def scene_arrays(radio: RadioScene) -> SceneArrays:
     planes = np.column_stack((f.plane_normal, f.plane_offset_m, f.plane_u, f.plane_v))
     outline = np.column_stack((f.outline_start[:-1], f.outline_start[1:]))
     outline[f.facet_is_rectangle, 1] = outline[f.facet_is_rectangle, 0]
-    return SceneArrays(
+    arrays = SceneArrays(
         planes=planes,
         plane_facet_start=f.plane_facet_start,
         supporting=(scene.supporting_side[:, None] * planes[:, :4])[scene.supporting_side != 0],
@@ -63,6 +63,7 @@ def scene_arrays(radio: RadioScene) -> SceneArrays:
         wedge_faces=_wedge_faces(radio),
         wavelength=radio.wavelength_m,
     )
+    return read_only(arrays)
 
 
 def _wedge_faces(radio: RadioScene) -> IntArray:

@@ -3,7 +3,7 @@
 import math
 import warnings
 from collections.abc import Sequence
-from typing import Any, NamedTuple, TypeVar
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -26,12 +26,12 @@ from octant.em.records import (
 from octant.em.search.candidates import SolverSettings, search_candidates
 from octant.em.search.edges import wedge_frames
 from octant.em.search.images import ImageTree
+from octant.geometries._arrays import read_only
 from octant.geometries.errors import AntennaError, GeometryError, PhysicsWarning
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 
-Arrays = TypeVar("Arrays", SceneArrays, TreeArrays, EdgeTreeArrays)
 
 PLACES_PER_BLOCK = 32
 """Places [-] that one call of the kernel takes: more would leave cores idle, fewer be overhead."""
@@ -78,7 +78,9 @@ class LinkBand(NamedTuple):
         """
         places = checked_receivers(self.tree, places_m)
         turns = np.ascontiguousarray(headings_rad - 0.5 * math.pi)
-        arrays = (self.scene, self.walls, self.images, self.ways, self.tag, self.response)
+        arrays = read_only(
+            (self.scene, self.walls, self.images, self.ways, self.tag, self.response)
+        )
 
         def work(begin: int, end: int) -> None:
             _power_kernels.reader_power(*arrays, places, turns, begin, end, *rows)
@@ -173,33 +175,20 @@ def link_bands(
         scenes = [scene_arrays(channel.radio) for channel in group]
         bands.append(
             LinkBand(
-                scene=_own(scene),
+                scene=scene,
                 walls=ChannelArrays(
                     wavelength=np.array([scene.wavelength for scene in scenes]),
                     layer_permittivity=np.stack([scene.layer_permittivity for scene in scenes]),
                     layer_thickness=np.stack([scene.layer_thickness for scene in scenes]),
                 ),
-                images=_own(images),
-                ways=_own(ways),
+                images=images,
+                ways=ways,
                 tag=antenna_channels([channel.tag for channel in group]),
                 response=response_arrays(tuple(channel.response for channel in group)),
                 tree=found.images,
             )
         )
     return tuple(bands)
-
-
-def _own(arrays: Arrays) -> Arrays:
-    """Return arrays that can be written to, as those of an unpickled link can.
-
-    Kernels are compiled for either kind apart; so a worker process finds them compiled.
-    """
-    own: dict[str, Any] = {
-        name: np.array(part)
-        for name, part in zip(arrays._fields, arrays, strict=True)
-        if isinstance(part, np.ndarray)
-    }
-    return arrays._replace(**own)
 
 
 def _what_paths_share(channel: Channel) -> tuple[object, ...]:

@@ -19,7 +19,7 @@ from octant.em.records import CHUNK, EdgeTreeArrays
 from octant.em.search import _edge_kernels
 from octant.em.search.facets import inner_sides, search_facets
 from octant.em.search.images import ImageTree
-from octant.geometries._arrays import frozen_array
+from octant.geometries._arrays import frozen_array, read_only
 from octant.geometries.errors import GeometryError
 from octant.geometries.scene import Scene
 from octant.geometries.tolerances import LENGTHS
@@ -73,7 +73,7 @@ class EdgeTree:
         ways : Greatest number of paths that one image of the source can give.
         """
         largest = int(np.diff(self.node_start).max(initial=0))
-        return EdgeTreeArrays(
+        arrays = EdgeTreeArrays(
             wedge=self.wedge,
             frame=self.frame,
             plane_start=self.plane_start,
@@ -87,6 +87,7 @@ class EdgeTree:
             rows=max(CHUNK, largest * ways) if len(self.wedge) else 0,
             max_order=self.max_order,
         )
+        return read_only(arrays)
 
 
 def no_edges() -> EdgeTree:
@@ -159,7 +160,7 @@ def _light(scene: Scene, wedges: Wedges, tree: ImageTree) -> tuple[FloatArray, F
     hulls = search_facets(scene, tree.source_m, tree.region_m, tree.opaque_facets)
     shape = (len(tree.image_m), len(wedges), 2)
     reach, source = np.empty(shape), np.empty(shape)
-    _edge_kernels.light_edges(
+    known = (
         tree.image_m,
         tree.order,
         tree.branch_start,
@@ -169,6 +170,9 @@ def _light(scene: Scene, wedges: Wedges, tree: ImageTree) -> tuple[FloatArray, F
         hulls.hull_start,
         hulls.hulls_m,
         wedge_frames(wedges),
+    )
+    _edge_kernels.light_edges(
+        *read_only(known),
         scene.tolerance_m,
         reach,
         source,

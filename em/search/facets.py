@@ -7,6 +7,7 @@ import numpy.typing as npt
 
 from octant.em.search import _beam_kernels
 from octant.geometries import _bvh_kernels
+from octant.geometries._arrays import read_only
 from octant.geometries.closed_parts import inside_parts
 from octant.geometries.scene import Scene
 from octant.geometries.tolerances import LENGTHS
@@ -60,7 +61,7 @@ def search_facets(
     """
     f = scene.facets
     fills = np.zeros(len(f.facet_plane), dtype=np.bool_)
-    hull_start, uv = _beam_kernels.facet_hulls(f.outline_start, f.outline_m, fills)
+    hull_start, uv = _beam_kernels.facet_hulls(*read_only((f.outline_start, f.outline_m)), fills)
     owner = np.repeat(np.arange(len(f.facet_plane)), np.diff(hull_start))
     plane = f.facet_plane[owner]
     origin = f.plane_normal[plane] * f.plane_offset_m[plane][:, None]

@@ -26,7 +26,7 @@ from octant.em.blocks import Progress, run_blocks
 from octant.em.records import TreeArrays
 from octant.em.search import _image_kernels
 from octant.em.search.facets import SearchFacets, search_facets
-from octant.geometries._arrays import frozen_array
+from octant.geometries._arrays import frozen_array, read_only
 from octant.geometries._plane_geometry import weld
 from octant.geometries.errors import GeometryError
 from octant.geometries.scene import Scene
@@ -80,7 +80,7 @@ class ImageTree:
 
     def kernel_arrays(self) -> TreeArrays:
         """Return the tree as the path kernels take it [m]."""
-        return TreeArrays(
+        arrays = TreeArrays(
             image=self.image_m,
             order=self.order,
             branch_start=self.branch_start,
@@ -88,6 +88,7 @@ class ImageTree:
             ways=int(self._ways().max()),
             max_order=self.max_order,
         )
+        return read_only(arrays)
 
     def _ways(self) -> IntArray:
         """Return the number of sequences that lead to each image, (n,)."""
@@ -304,17 +305,10 @@ class _Search:
     def _expand(self, *, keep_windows: bool) -> tuple[IntArray, IntArray, FloatArray]:
         """Return children, windows and corners of the level, found block by block."""
         p, f = self.planes, self.facets
-        start, plane, corner_start, window_corners = self.windows
-        images = np.ascontiguousarray(self.tree.level_m)
-        found: dict[int, tuple[IntArray, IntArray, FloatArray]] = {}
-
-        def work(begin: int, end: int) -> None:
-            found[begin] = _image_kernels.expand(
-                images[begin:end],
-                start[begin : end + 1],
-                plane,
-                corner_start,
-                window_corners,
+        start, *windows = read_only(self.windows)
+        images = read_only(np.ascontiguousarray(self.tree.level_m))
+        known = read_only(
+            (
                 p.plane_normal,
                 p.plane_offset_m,
                 p.facet_plane,
@@ -325,6 +319,16 @@ class _Search:
                 f.boxes,
                 f.links,
                 f.order,
+            )
+        )
+        found: dict[int, tuple[IntArray, IntArray, FloatArray]] = {}
+
+        def work(begin: int, end: int) -> None:
+            found[begin] = _image_kernels.expand(
+                images[begin:end],
+                start[begin : end + 1],
+                *windows,
+                *known,
                 self.slack,
                 f.margin_m,
                 keep_windows,

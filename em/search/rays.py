@@ -15,7 +15,7 @@ import numpy.typing as npt
 from octant.em.blocks import Progress, run_blocks
 from octant.em.search import _ray_kernels
 from octant.em.search.images import ImageTree, TreeBuilder, checked_source, opaque_mask
-from octant.geometries._arrays import frozen_array
+from octant.geometries._arrays import frozen_array, read_only
 from octant.geometries._plane_geometry import row_numbers
 from octant.geometries.errors import GeometryError
 from octant.geometries.scene import Scene
@@ -167,11 +167,11 @@ def _sequences(
     progress: Progress | None,
 ) -> tuple[IntArray, IntArray]:
     """Return (k, 3) parent, plane and order of each sequence met, by order, and (k, 2) its rays."""
-    bvh, planes = scene.bvh, scene.facets
+    bvh, plane_normal = read_only((scene.bvh, scene.facets.plane_normal))
     found: dict[int, tuple[IntArray, IntArray]] = {}
     # A plane lets rays pass wherever one of its facets does: too many candidates, never too few.
-    clear_planes = np.zeros(len(planes.plane_normal), dtype=np.bool_)
-    clear_planes[planes.facet_plane[clear]] = True
+    clear_planes = np.zeros(len(plane_normal), dtype=np.bool_)
+    clear_planes[scene.facets.facet_plane[clear]] = True
 
     def work(begin: int, end: int) -> None:
         half, offset = divmod(begin, rays_per_half)
@@ -185,7 +185,7 @@ def _sequences(
             bvh.triangles,
             bvh.planes,
             clear_planes,
-            planes.plane_normal,
+            plane_normal,
             max_order,
         )
 
