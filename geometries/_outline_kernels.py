@@ -55,7 +55,7 @@ def split_edges(group_start, starts, ends, vertices, tolerance):
         begin, end = group_start[g], group_start[g + 1]
         alone = end - begin <= 3  # a triangle: nothing can stand on its sides
         corners = np.unique(np.concatenate((starts[begin:end], ends[begin:end])))
-        axis = 0
+        axis = np.int64(0)  # typed: what takes it is not compiled for a literal 0 too
         if not alone:
             widest = -1.0
             for a in range(3):

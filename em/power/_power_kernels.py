@@ -25,7 +25,7 @@ def antenna_power(
         total = complex(0.0)
         power = 0.0
         count[i] = 0
-        place = 0
+        place = np.int64(0)  # typed: what takes it is not compiled for a literal 0 too
         while place < everything:
             found, place = next_paths(scene, tree, edges, x, y, z, place, step, images, scratch)
             fields_in_scene(scene, transmitter, found, points, facets, orders, field, direction)
@@ -77,7 +77,7 @@ def reader_power(
         total[:] = 0.0
         power[:] = 0.0
         count[i] = 0
-        place = 0
+        place = np.int64(0)  # typed: what takes it is not compiled for a literal 0 too
         while place < everything:
             found, place = next_paths(scene, tree, edges, x, y, z, place, step, images, scratch)
             if found == 0:

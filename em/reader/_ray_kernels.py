@@ -24,7 +24,7 @@ def sum_magnetic_fields(scene, tree, edges, transmitter, places, begin, end, tot
         x, y, z = places[i, 0], places[i, 1], places[i, 2]
         for a in range(3):
             total[i, a] = 0.0
-        place = 0
+        place = np.int64(0)  # typed: what takes it is not compiled for a literal 0 too
         while place < everything:
             found, place = next_paths(scene, tree, edges, x, y, z, place, step, images, scratch)
             fields_in_scene(scene, transmitter, found, points, facets, orders, field, direction)

@@ -110,7 +110,8 @@ def expand(
     chosen = np.empty(MAX_OCCLUDERS, dtype=np.int64)
     for n in range(len(images)):
         image = images[n]
-        n_hits, n_reached = 0, 0
+        # Typed, so that what takes them is not compiled for literal zeros too.
+        n_hits, n_reached = np.int64(0), np.int64(0)
         first_window, last_window = window_start[n], window_start[n + 1]
         at_source = first_window == last_window
         for w in range(first_window, last_window + 1 if at_source else last_window):
@@ -126,7 +127,7 @@ def expand(
                     beam,
                 )
             before = n_hits
-            node = 0
+            node = np.int64(0)
             while node < len(links):
                 if rows > 0 and box_is_outside(boxes, node, image, beam, rows, slack):
                     node = links[node, 0]
