@@ -408,7 +408,7 @@ def pattern_files(rng: random.Random) -> Trial:
     name = f"antenna.{form}"
     call = f"paths study.toml --tx 0,0,1 --rx 1,1,0.3 --tx-antenna {name} --csv paths.csv"
     alone = form == "s2p" or rng.random() < 0.9
-    files = {name: content} if alone else {"study.toml": FREE_SPACE, name: content}
+    files = {name: content, "study.toml": FREE_SPACE}
     return Trial(files=files, arguments=tuple(call.split()), load_only=alone)
 
 

@@ -228,10 +228,10 @@ def _realised(table: PatternTable, load_ohm: float, notes: dict[str, None]) -> P
         return table
     if table.kind == "gain" and table.impedance_ohm is not None:
         z = table.impedance_ohm
-        passed = 4.0 * z.real * load_ohm / abs(z + load_ohm) ** 2
-        if passed < 0.0:
+        if z.real < 0.0:
             msg = f"{table.source}: input impedance {z:.4g} ohm gives power away; check the feed."
             raise PatternFileError(msg)
+        passed = 4.0 * z.real * load_ohm / abs(z + load_ohm) ** 2
         return replace(table, field=table.field * math.sqrt(passed), kind="realised_gain")
     left = "losses and mismatch are" if table.kind == "directivity" else "mismatch is"
     notes[f"{table.source} holds {table.kind}, not realised gain: {left} left out"] = None

@@ -92,7 +92,7 @@ def read_nec(path: Path) -> tuple[PatternTable, ...]:
         elif "EXCITATION" in upper and "PLANE WAVE" in upper:
             raise refusal(path, line, "a plane wave excites the structure; feed it at its port.")
         elif section == "input":
-            _input_line(state, upper)
+            _input_line(path, line, state, upper)
         elif section == "budget":
             _budget_line(path, line, state, upper)
         elif section in ("head", "rows", "after"):
@@ -103,11 +103,12 @@ def read_nec(path: Path) -> tuple[PatternTable, ...]:
     return tuple(_pattern(path, table) for table in tables)
 
 
-def _input_line(state: _State, text: str) -> None:
+def _input_line(path: Path, line: int, state: _State, text: str) -> None:
     """Take the input impedance from a row of the input parameters."""
     found = re.findall(_NUMBER, text)
     if len(found) == 11 and re.fullmatch(r"[-+\d.EDed\s]+", text):
-        state.impedances.append(complex(float(found[6]), float(found[7])))
+        real, imaginary = (number(path, line, found[k]) for k in (6, 7))
+        state.impedances.append(complex(real, imaginary))
 
 
 def _budget_line(path: Path, line: int, state: _State, text: str) -> None:

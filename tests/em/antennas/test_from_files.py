@@ -129,6 +129,16 @@ def test_gain_becomes_realised_by_the_impedance_that_the_file_tells(write):
     assert loss[240.0 - 50.0j] / loss[50.0] == pytest.approx(mismatch, rel=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("zin", "says"),
+    [((1e200, 1.0), "not a finite number"), ((-50.0, 0.0), "gives power away")],
+)
+def test_impedances_that_no_fed_antenna_has_are_refused(zin, says, write):
+    path = write("a.out", nec_text(zin=zin))
+    with pytest.raises(PatternFileError, match=says):
+        reader_from_pattern_files([path], azimuths_rad=[0.0], frequency_hz=F_HZ)
+
+
 def test_files_without_phase_are_loud_and_centred_on_their_antennas(write):
     path = write("a.msi", msi_text())
     with pytest.warns(PhysicsWarning) as caught:

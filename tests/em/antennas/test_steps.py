@@ -77,8 +77,9 @@ def test_a_step_neither_rings_above_the_table_nor_leaks_between_zeros(
     np.testing.assert_allclose(made[np.ix_(lit, inside)], 1.0, rtol=1e-9)
 
 
-@pytest.mark.parametrize("phase_known", [True, False])
-@pytest.mark.parametrize("step_deg", [2.0, 5.0, 10.0])
+@pytest.mark.parametrize(
+    ("step_deg", "phase_known"), [(2.0, True), (5.0, False), (10.0, True), (10.0, False)]
+)
 def test_an_antenna_of_a_file_keeps_the_steps_of_the_file(step_deg, phase_known, tmp_path):
     antenna = of_file(tmp_path, half_space(step_deg, 90.0, phase_known=phase_known))
     theta = np.radians(np.linspace(0.0, 180.0, 721))
@@ -132,7 +133,7 @@ def test_smooth_patterns_have_no_steps_and_plain_splines(step_deg, place_m, erro
 
 
 @pytest.mark.parametrize("power", [1, 2, 4, 8, 30])
-@pytest.mark.parametrize("step_deg", [2.0, 5.0, 10.0])
+@pytest.mark.parametrize("step_deg", [5.0, 10.0])
 def test_narrow_beams_and_nulls_are_no_steps(step_deg, power, tmp_path):
     theta, phi = np.arange(0.0, 180.1, step_deg), np.arange(0.0, 360.0, step_deg)
     off = np.sin(np.radians(theta))[:, None] * np.cos(np.radians(phi))
