@@ -4,7 +4,6 @@ trimesh's own reader cuts every polygon into a fan, which is wrong for a concave
 an L-shaped room, as modelling programs write it), and its names depend on what else the file holds.
 """
 
-import math
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -16,6 +15,9 @@ from octant.geometries.errors import GeometryError
 from octant.geometries.names import unused_name
 
 Part = tuple[str, FloatArray, IntArray]
+LARGEST = 1e15
+"""Greatest coordinate [unit of the file]: squares and cubes of it stay far from overflow."""
+
 _Key = tuple[str, str, str]  # object, group, material
 
 
@@ -52,8 +54,8 @@ def read_obj(path: Path) -> list[Part]:
 def _vertex(text: str) -> list[float]:
     """Return the three coordinates of a ``v`` line."""
     numbers = [float(x) for x in text.split()[:3]]
-    if len(numbers) != 3 or not all(map(math.isfinite, numbers)):
-        msg = "a vertex needs three finite coordinates"
+    if len(numbers) != 3 or not all(abs(x) <= LARGEST for x in numbers):
+        msg = f"a vertex needs three finite coordinates of at most {LARGEST:g}"
         raise ValueError(msg)
     return numbers
 
@@ -92,10 +94,10 @@ def _part(
     """Return the vertices that a part uses, and its triangles."""
     triangles: list[IntArray] = []
     for number, corners in polygons:
-        ring = np.array(corners, dtype=np.int64)
-        if ring.max() >= len(points):
-            msg = f"{path}, line {number}, names vertex {ring.max() + 1} of only {len(points)}."
+        if max(corners) >= len(points):
+            msg = f"{path}, line {number}, names vertex {max(corners) + 1} of only {len(points)}."
             raise GeometryError(msg)
+        ring = np.array(corners, dtype=np.int64)
         if len(ring) == 3:
             triangles.append(ring[None, :])
             continue

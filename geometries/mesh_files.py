@@ -1,10 +1,13 @@
 """Mesh files: what trimesh reads, with the unit and the materials given where the file has none."""
 
 import json
+import logging
 import math
+import re
 import struct
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
@@ -15,7 +18,7 @@ import numpy as np
 from octant.geometries._checks import refuse_unknown_keys
 from octant.geometries._obj_files import Part, read_obj, write_obj
 from octant.geometries.appearance import gltf_visual
-from octant.geometries.bodies import Body, placed
+from octant.geometries.bodies import FARTHEST_M, Body, placed
 from octant.geometries.errors import GeometryError
 from octant.geometries.mitsuba_scene import read_mitsuba
 from octant.geometries.names import nearest_name, unused_name
@@ -154,6 +157,12 @@ def load_bodies(
     _refuse_far_float32(file, rounding_m)
     bodies = []
     for name, vertices, faces in parts:
+        if (np.abs(vertices) > FARTHEST_M / scale).any():
+            msg = (
+                f"body {name!r} of {file} has coordinates beyond "
+                f"{FARTHEST_M / scale:g}, which is {FARTHEST_M:g} m; check the file and its unit."
+            )
+            raise GeometryError(msg)
         upright = vertices[:, [0, 2, 1]] * (1.0, -1.0, 1.0) if vertical == "y" else vertices
         try:
             body = Body(
@@ -279,19 +288,56 @@ def _read_with_trimesh(
 
     ``own`` gets the materials in it, ``stored`` the rounding [unit of the file] seen in it.
     """
+    try:
+        with _silenced():
+            parts, declared = _parts_of_scene(file, kind, own, stored)
+            _refuse_lost_triangles(file, kind, parts)
+            return parts, declared
+    except GeometryError:
+        raise
+    except Exception as exc:  # trimesh's readers raise anything at all on a damaged file
+        reason = str(exc) if isinstance(exc, ImportError) else "it is damaged or not complete"
+        msg = f"{file} cannot be read as a {kind.upper()} mesh ({reason}); export it again."
+        raise GeometryError(msg) from exc
+
+
+@contextmanager
+def _silenced() -> Iterator[None]:
+    """Keep from the user what trimesh and NumPy say to a damaged file, which Octant refuses."""
+    log, nowhere = logging.getLogger("trimesh"), logging.NullHandler()
+    before, log.propagate = log.propagate, False
+    log.addHandler(nowhere)
+    try:
+        with warnings.catch_warnings(), np.errstate(all="ignore"):
+            warnings.simplefilter("ignore")
+            # NumPy says so, and goes on, when a text file ends in the middle of a number.
+            warnings.filterwarnings("error", message=".*could not be read to its end.*")
+            yield
+    finally:
+        log.removeHandler(nowhere)
+        log.propagate = before
+
+
+def _refuse_lost_triangles(file: Path, kind: str, parts: Sequence[Part]) -> None:
+    """Refuse an STL text of which trimesh has left out a solid, as one that is cut off."""
+    data = file.read_bytes() if kind == "stl" else b""
+    if not data.lstrip().lower().startswith(b"solid") or b"\0" in data:
+        return
+    corners = len(re.findall(rb"^\s*vertex\s", data, re.IGNORECASE | re.MULTILINE))
+    if corners != 3 * sum(len(faces) for _, _, faces in parts):
+        msg = f"{file} names {corners} corners, not all within whole solids; export it again."
+        raise GeometryError(msg)
+
+
+def _parts_of_scene(
+    file: Path, kind: str, own: dict[str, str], stored: dict[str, float]
+) -> tuple[list[Part], str | None]:
+    """Return what `_read_with_trimesh` does, with the errors of trimesh."""
     import trimesh
 
     node_names = _gltf_node_names(file) if kind in GLTF else None
     options: dict[str, Any] = {"postprocess": False} if kind == "3mf" else {}
-    try:
-        with warnings.catch_warnings():
-            # NumPy says so, and goes on, when a text file ends in the middle of a number.
-            warnings.filterwarnings("error", message=".*could not be read to its end.*")
-            scene = trimesh.load_scene(str(file), process=False, **options)
-    except Exception as exc:  # trimesh's readers raise anything at all on a damaged file
-        reason = str(exc).splitlines()[0].rstrip(".") if str(exc) else type(exc).__name__
-        msg = f"{file} cannot be read as a {kind.upper()} mesh ({reason}); check the file."
-        raise GeometryError(msg) from exc
+    scene = trimesh.load_scene(str(file), process=False, **options)
     order = {name: i for i, name in enumerate(scene.geometry)}
     found: list[tuple[int, Part]] = []
     used: set[str] = set()
@@ -307,8 +353,7 @@ def _read_with_trimesh(
         vertices = np.asarray(mesh.vertices, dtype=np.float64)
         faces = np.asarray(mesh.faces, dtype=np.int64)
         rounding = observed_rounding(vertices)
-        with np.errstate(invalid="ignore"):  # Body refuses what is not finite, and says so
-            vertices = vertices @ matrix[:3, :3].T + matrix[:3, 3]
+        vertices = vertices @ matrix[:3, :3].T + matrix[:3, 3]
         if np.linalg.det(matrix[:3, :3]) < 0.0:  # a mirrored instance would turn inside out
             faces = faces[:, ::-1]
         name = unused_name(name, used)

@@ -24,6 +24,7 @@ import re
 import resource
 import runpy
 import signal
+import struct
 import subprocess
 import sys
 import tempfile
@@ -38,10 +39,14 @@ from typing import Any
 import click
 import msgspec
 import numpy as np
+import trimesh
 
 from octant.em.antennas.from_files import reader_from_pattern_files
 from octant.em.antennas.pattern_files.touchstone import read_touchstone
 from octant.geometries.errors import OctantError
+from octant.geometries.furniture import cylinder
+from octant.geometries.mesh_files import save_bodies
+from octant.geometries.rooms import box_room
 from octant.reader_design.cli import VERBS, octant, run
 from octant.reader_design.study_file.loading import load_study, parse_study
 
@@ -476,6 +481,118 @@ def _kept_files(call: str) -> tuple[dict[str, bytes], dict[str, bytes]]:
     return made, {name: content for name, content in made.items() if name.endswith(".csv")}
 
 
+MESH_STUDY = """
+[radio]
+frequency_hz = 2.4e9
+[room]
+mesh = "room.KIND"
+unit = "m"
+material = "concrete"
+[[tag]]
+id = "a"
+position_m = [1.5, 1.2, 2.0]
+[reader]
+response = "isolated"
+[solver]
+max_reflections = 1
+diffraction = true
+"""
+WILD_NUMBERS = """
+    nan inf -inf 1e999 1e200 -1e200 1e20 1e-300 0 -0 -1 0.5 1e5 65536 -2147483649 1e9
+    99999999999999999999 -99999999999999999999 abc 1,5 0x10 1//2 1/ --1
+"""
+"""What takes the place of a number of a mesh file in text."""
+
+
+def meshes(rng: random.Random) -> Trial:
+    """Return a mutated mesh file, looked over, or used as a room."""
+    kind, content = rng.choice(mesh_files())
+    what = rng.random()
+    if kind in ("gltf", "glb") and what < 0.6:
+        content = _mutated_gltf(rng, content)
+    elif kind in ("obj", "stl", "ply", "off") and b"\0" not in content and what < 0.6:
+        content = _other_numbers(rng, content)
+    elif what < 0.97:
+        content = mutated_bytes(rng, content)
+    else:
+        content = b""
+    call = f"audit room.{kind} --unit m"
+    if rng.random() < 0.25:
+        call = "paths study.toml --tx 1.5,1.2,1.9 --rx 0.5,0.6,0.7 --csv paths.csv"
+    study = MESH_STUDY.replace("KIND", kind)
+    if kind == "3mf":  # the file says its unit
+        call, study = call.removesuffix(" --unit m"), study.replace('unit = "m"\n', "")
+    return Trial(
+        files={"study.toml": study.encode(), f"room.{kind}": content},
+        arguments=tuple(call.split()),
+    )
+
+
+@functools.cache
+def mesh_files() -> tuple[tuple[str, bytes], ...]:
+    """Return a furnished room in every format that is written here, text and binary."""
+    bodies = (
+        *box_room((3.0, 2.5, 2.0)),
+        cylinder(0.2, 0.7, position_m=(0.9, 1.7, 0.0), yaw_deg=10.0, material="metal", sides=6),
+    )
+    both = trimesh.Trimesh(
+        np.concatenate([body.triangles_m.reshape(-1, 3) for body in bodies]),
+        np.arange(3 * sum(len(body.faces) for body in bodies)).reshape(-1, 3),
+        process=False,
+    )
+    found = [
+        ("stl", both.export(file_type="stl_ascii").encode()),
+        ("ply", both.export(file_type="ply", encoding="ascii")),
+        ("obj", POLYGONS.encode()),
+    ]
+    with tempfile.TemporaryDirectory() as folder:
+        for kind in ("obj", "stl", "ply", "off", "glb", "gltf", "3mf"):
+            path = Path(folder) / f"room.{kind}"
+            save_bodies(bodies, path)
+            found.append((kind, path.read_bytes()))
+    return tuple(found)
+
+
+POLYGONS = """o floor
+v 0 0 0
+v 3 0 0
+v 3 1 0
+v 1.5 1 0
+v 1.5 2.5 0
+v 0 2.5 0
+f 1 2 3 4 5 6
+o walls
+v 0 0 2
+v 3 0 2
+v 3 1 2
+f 1 2 8 7
+f -1/1/1 -2/2/2 2/3/3 3/4/4
+"""
+"""A mesh of polygons, one of them concave."""
+
+
+def _other_numbers(rng: random.Random, content: bytes) -> bytes:
+    """Return a text with one to four numbers replaced."""
+    places = list(re.finditer(rb"(?<![\w.])[-+]?\d[\w.+-]*", content))
+    for place in sorted(rng.sample(places, rng.choice((1, 1, 2, 4))), key=lambda p: -p.start()):
+        number = rng.choice(WILD_NUMBERS.split()).encode()
+        content = content[: place.start()] + number + content[place.end() :]
+    return content
+
+
+def _mutated_gltf(rng: random.Random, content: bytes) -> bytes:
+    """Return a GLB or GLTF file whose tables are mutated, its lengths right."""
+    if not content.startswith(b"glTF"):
+        return json.dumps(mutated_tables(rng, json.loads(content))).encode()
+    length = int.from_bytes(content[12:16], "little")
+    tables = mutated_tables(rng, json.loads(content[20 : 20 + length]))
+    text = json.dumps(tables).encode()
+    text += b" " * (-len(text) % 4)
+    rest = content[20 + length :]
+    head = b"glTF" + struct.pack("<III", 2, 20 + len(text) + len(rest), len(text))
+    return head + b"JSON" + text + rest
+
+
 GENERATORS: dict[str, Callable[[random.Random], Trial]] = {
     "studies": study_loads,
     "verbs": study_verbs,
@@ -483,6 +600,7 @@ GENERATORS: dict[str, Callable[[random.Random], Trial]] = {
     "csv": csv_files,
     "patterns": pattern_files,
     "caches": caches,
+    "meshes": meshes,
 }
 
 

@@ -3,7 +3,7 @@
 import fuzz
 import pytest
 
-COUNTS = {"studies": 80, "csv": 3, "patterns": 15}
+COUNTS = {"studies": 80, "csv": 3, "patterns": 15, "meshes": 20}
 """Trials of each kind in a default run."""
 
 

@@ -493,3 +493,68 @@ def test_files_are_read_whatever_the_case_of_their_extension(tmp_path):
     (body,) = load_bodies(file, unit="m", material="wood")
     assert body.name == "BOX"
     assert volume_m3([body]) == pytest.approx(6.0)
+
+
+ROOM_STL = """solid a
+facet normal 0 0 1
+outer loop
+vertex 0 0 0
+vertex 1 0 0
+vertex 0 1 0
+endloop
+endfacet
+endsolid a
+solid b
+facet normal 0 0 1
+outer loop
+vertex 0 0 1
+vertex 1 0 1
+vertex 0 1 1
+endloop
+endfacet
+endsolid b
+"""
+QUAD = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "says"),
+    [
+        ("a.stl", ROOM_STL.replace("vertex 1 0 0", "vertex 1 0 x"), "damaged or not complete"),
+        ("a.stl", ROOM_STL.replace("normal 0 0 1", "normal 0 zero 1"), ""),
+        (
+            "a.stl",
+            ROOM_STL[: ROOM_STL.index("endsolid b")],
+            "6 corners, not all within whole solids",
+        ),
+        ("a.stl", ROOM_STL.replace("vertex 1 0 1", "vertex 1e200 0 1"), r"beyond 1e\+08"),
+        ("a.stl", ROOM_STL.replace("\n", "\0\n"), "cannot be read|holds no triangles"),
+        (
+            "a.obj",
+            QUAD + "f 1 2 99999999999999999999\n",
+            "names vertex 99999999999999999999 of only 4",
+        ),
+        ("a.obj", QUAD + "f 1 2 -99999999999999999999\n", "stands before the first vertex"),
+        ("a.obj", QUAD.replace("1 1 0", "1e200 1 0") + "f 1 2 3 4\n", "line 3.*at most 1e"),
+        ("a.obj", QUAD.replace("1 1 0", "1e14 1 0") + "f 1 2 3 4\n", r"beyond 1e\+08"),
+        ("a.off", "OFF\n3 1 0\n0 0 0\n1e200 0 0\n0 1 0\n3 0 1 2\n", r"beyond 1e\+08"),
+        ("a.gltf", '{"asset": {"version": "2.0"}, "meshes": 3}', "cannot be read as a GLTF mesh"),
+        ("a.gltf", '{"meshes": [{"primitives": [{"attributes": {"POSITION": 7}}]}]}', "damaged"),
+        ("a.gltf", '{"nodes": [2], "meshes": [{"primitives": [4]}]}', "damaged"),
+        ("a.gltf", '{"extensionsRequired": 1}', "damaged"),
+    ],
+)
+def test_damaged_files_are_refused_in_a_sentence_and_libraries_stay_silent(
+    name, text, says, tmp_path, capfd, caplog
+):
+    """A normal that cannot be read is no loss: Octant takes triangles' own."""
+    (tmp_path / name).write_text(text)
+    with np.errstate(all="raise"):
+        if says:
+            with pytest.raises(GeometryError, match=says) as caught:
+                load_bodies(tmp_path / name, unit="m", material="wood")
+            assert "\n" not in str(caught.value)
+        else:
+            assert len(load_bodies(tmp_path / name, unit="m", material="wood")) == 2
+    assert capfd.readouterr() == ("", "")
+    assert not caplog.records
