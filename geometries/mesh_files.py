@@ -157,7 +157,7 @@ def load_bodies(
     _refuse_far_float32(file, rounding_m)
     bodies = []
     for name, vertices, faces in parts:
-        if (np.abs(vertices) > FARTHEST_M / scale).any():
+        if (np.abs(vertices[np.isfinite(vertices)]) > FARTHEST_M / scale).any():
             msg = (
                 f"body {name!r} of {file} has coordinates beyond "
                 f"{FARTHEST_M / scale:g}, which is {FARTHEST_M:g} m; check the file and its unit."

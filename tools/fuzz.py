@@ -505,7 +505,16 @@ WILD_NUMBERS = """
 
 
 def meshes(rng: random.Random) -> Trial:
-    """Return a mutated mesh file, looked over, or used as a room."""
+    """Return a mutated mesh file that is looked over."""
+    return _mutated_mesh(rng, "audit room.KIND --unit m")
+
+
+def mesh_rooms(rng: random.Random) -> Trial:
+    """Return a mutated mesh file that is a room with paths in it."""
+    return _mutated_mesh(rng, "paths study.toml --tx 1.5,1.2,1.9 --rx 0.5,0.6,0.7 --csv paths.csv")
+
+
+def _mutated_mesh(rng: random.Random, call: str) -> Trial:
     kind, content = rng.choice(mesh_files())
     what = rng.random()
     if kind in ("gltf", "glb") and what < 0.6:
@@ -516,10 +525,7 @@ def meshes(rng: random.Random) -> Trial:
         content = mutated_bytes(rng, content)
     else:
         content = b""
-    call = f"audit room.{kind} --unit m"
-    if rng.random() < 0.25:
-        call = "paths study.toml --tx 1.5,1.2,1.9 --rx 0.5,0.6,0.7 --csv paths.csv"
-    study = MESH_STUDY.replace("KIND", kind)
+    call, study = call.replace("KIND", kind), MESH_STUDY.replace("KIND", kind)
     if kind == "3mf":  # the file says its unit
         call, study = call.removesuffix(" --unit m"), study.replace('unit = "m"\n', "")
     return Trial(
@@ -601,6 +607,7 @@ GENERATORS: dict[str, Callable[[random.Random], Trial]] = {
     "patterns": pattern_files,
     "caches": caches,
     "meshes": meshes,
+    "rooms": mesh_rooms,
 }
 
 
