@@ -31,6 +31,7 @@ import tempfile
 import time
 import tomllib
 import traceback
+import warnings
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -43,7 +44,7 @@ import trimesh
 
 from octant.em.antennas.from_files import reader_from_pattern_files
 from octant.em.antennas.pattern_files.touchstone import read_touchstone
-from octant.geometries.errors import OctantError
+from octant.geometries.errors import OctantError, PhysicsWarning
 from octant.geometries.furniture import cylinder
 from octant.geometries.mesh_files import save_bodies
 from octant.geometries.rooms import box_room
@@ -412,9 +413,8 @@ def pattern_files(rng: random.Random) -> Trial:
         content = "\n".join(lines).encode()
     name = f"antenna.{form}"
     call = f"paths study.toml --tx 0,0,1 --rx 1,1,0.3 --tx-antenna {name} --csv paths.csv"
-    alone = form == "s2p" or rng.random() < 0.9
-    files = {name: content, "study.toml": FREE_SPACE}
-    return Trial(files=files, arguments=tuple(call.split()), load_only=alone)
+    files = {name: content, "study.toml": FREE_SPACE}  # the study is for who repeats it by hand
+    return Trial(files=files, arguments=tuple(call.split()), load_only=True)
 
 
 FREE_SPACE = b'[room]\nfree_space = true\n[[tag]]\nid = "a"\nposition_m = [0.0, 0.0, 1.0]\n'
@@ -707,17 +707,19 @@ def _place(frames: Any) -> str:
 def _loaded(name: str) -> int:
     """Return the exit code that loading a file would lead to; its sentence goes to stderr."""
     try:
-        if name.endswith(".toml"):
-            load_study(name)
-        elif name.endswith(".s2p"):
-            read_touchstone(name)
-        else:
-            made = reader_from_pattern_files(
-                [name], azimuths_rad=[0.0], frequency_hz=2.4e9, step_deg=15.0
-            )
-            if not np.isfinite(made.far_field(*np.ogrid[0.0:3.1:0.4, 0.0:6.0:0.5])).all():
-                msg = "the far field is not finite"
-                raise FloatingPointError(msg)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", PhysicsWarning)  # doubts about a file are no finding
+            if name.endswith(".toml"):
+                load_study(name)
+            elif name.endswith(".s2p"):
+                read_touchstone(name)
+            else:
+                made = reader_from_pattern_files(
+                    [name], azimuths_rad=[0.0], frequency_hz=2.4e9, step_deg=15.0
+                )
+                if not np.isfinite(made.far_field(*np.ogrid[0.0:3.1:0.4, 0.0:6.0:0.5])).all():
+                    msg = "the far field is not finite"
+                    raise FloatingPointError(msg)
     except OctantError as exc:
         sys.stderr.write(f"error: {' '.join(str(exc).split())}\n")
         return 2
