@@ -25,7 +25,7 @@ from octant.reader_design.study_file.track import Track
 
 UNKNOWNS_PER_ELEMENT = 2.9
 """Unknowns [-] for every square of the mesh's edge length on the reader's sheets."""
-UNKNOWNS_OF_ANTENNA = {"dipole": 45.0, "monopole": 170.0, "monopole on its own plane": 290.0}
+UNKNOWNS_OF_ANTENNA = {"dipole": 53.0, "monopole": 174.0, "monopole on its own plane": 294.0}
 """Unknowns [-] of an antenna and of the finer mesh around its foot."""
 UNKNOWNS_UNDER_FOOT = 88.0
 """Further unknowns [-] below each dipole whose gap is ``CLOSE_GAP_M`` or less."""
@@ -36,7 +36,7 @@ SECTORS = {"square": 4, "octagon": 8}
 
 PROCESS_BYTES = 450e6
 """Memory [B] of a process with all libraries and a small room."""
-PATTERN_S, ASSEMBLY_S, FACTORS_S = 0.2, 4e-7, 1.5e-10
+PATTERN_S, ASSEMBLY_S, FACTORS_S = 0.2, 3e-7, 8e-11
 """Time [s] of a solution: patterns; times N^2/s; times N^3/s^2, for N unknowns in s sectors."""
 APPROXIMATE_S = {"rays": 1.5, "isolated": 0.05, "files": 1.0}
 """Time [s] of the responses that need no solution."""
@@ -136,8 +136,8 @@ def unknowns_of(design: Reader, *, edge_m: float) -> int:
 def reader_cost(study: Study, reader: Reader | None = None) -> Cost:
     """Return what the reader's response takes at all channels of a study.
 
-    N unknowns in s equal sectors need a matrix of 16 N^2/s bytes, and as much again while a mode is
-    factorised.
+    N unknowns in s equal sectors need a matrix of 16 N^2/s bytes. A single sector is factorised in
+    place; of several, one mode of 16 N^2/s^2 bytes at a time, in up to three copies.
 
     Parameters
     ----------
@@ -148,12 +148,18 @@ def reader_cost(study: Study, reader: Reader | None = None) -> Cost:
     if model != FULLWAVE:
         return Cost(counts=(f"response {model}",), seconds=channels * APPROXIMATE_S[model])
     unknowns, sectors = solved_unknowns(study, design)
+    matrix_bytes = 16.0 * unknowns**2 / sectors
+    copies = 3.0 / sectors if sectors > 1 else 0.0
     once = PATTERN_S + ASSEMBLY_S * unknowns**2 / sectors
     return Cost(
         counts=(f"{unknowns} unknowns",),
         seconds=min(channels, NODES) * (once + FACTORS_S * unknowns**3 / sectors**2),
-        memory_bytes=PROCESS_BYTES + 2.0 * 16.0 * unknowns**2 / sectors,
-        causes=("the reader's size in wavelengths", "reader.cells_per_wavelength"),
+        memory_bytes=PROCESS_BYTES + (1.0 + copies) * matrix_bytes,
+        causes=(
+            "the reader's size in wavelengths",
+            "reader.cells_per_wavelength",
+            *(("reader.object",) if design.objects else ()),
+        ),
     )
 
 
