@@ -18,6 +18,8 @@ def check_power(power_w: npt.NDArray[np.float64], sent_w: float, places_m: npt.A
     sent_w : Power that was sent [W].
     places_m : (m, 3) array_like — Where the receiver stands [m].
     """
+    if power_w.size == 0:
+        return
     each = power_w.reshape(len(power_w), -1)
     # NaN compares as false, so what is not shown to be sound is unsound.
     unsound = ~((each >= 0.0) & (each <= sent_w * (1.0 + ROUNDING))).all(axis=1)

@@ -12,6 +12,7 @@ from octant.em.fields.gains import path_gains
 from octant.em.medium.materials import material
 from octant.em.medium.radio_scene import radio_scene
 from octant.em.paths.tracing import trace_paths
+from octant.em.power import _power_kernels
 from octant.em.power.radio_map import grid_axis_m, map_antenna, map_reader
 from octant.em.power.received_power import antenna_power, reader_link
 from octant.em.reader.response import reader_response, sector_response
@@ -295,16 +296,9 @@ def test_channels_whose_paths_differ_are_traced_apart(box_scene):
     assert together.rss_w(poses) == pytest.approx(mean, rel=1e-12)
 
 
-def arrays_in(part):
-    """Every array of nested tuples."""
-    if isinstance(part, np.ndarray):
-        return [part]
-    return [array for p in part for array in arrays_in(p)] if isinstance(part, tuple) else []
-
-
 @pytest.mark.parametrize("diffract", [False, True])
 def test_a_link_in_another_process_uses_the_same_compiled_kernels(isolated, diffract):
-    """Numba compiles apart for read-only arrays, and unpickled ones are not."""
+    """Numba compiles apart for read-only arrays, and unpickled ones can be written to."""
     obstacle = box((0.6, 0.1, 1.8), material="wood", position_m=(2.0, 2.0, 0.01))
     scene = build_scene(box_room((5.0, 4.0, 3.0)), objects=[obstacle])
     radio = radio_scene(scene, F, wedges=find_wedges(scene) if diffract else None)
@@ -318,14 +312,11 @@ def test_a_link_in_another_process_uses_the_same_compiled_kernels(isolated, diff
         solver=SolverSettings(max_reflections=1, diffraction=diffract),
     )
     there = pickle.loads(pickle.dumps(link))  # noqa: S301  our own
-    mine, theirs = (arrays_in(one.bands[0][:-1]) for one in (link, there))
-    assert len(mine) > 30
-    for one, other in zip(mine, theirs, strict=True):
-        assert (one.flags.writeable, one.flags.c_contiguous) == (
-            other.flags.writeable,
-            other.flags.c_contiguous,
-        )
-        assert np.array_equal(one, other, equal_nan=True)
+    pose = np.array([[1.0, 1.5, 0.3]])
+    rss_w = link.rss_w(pose)
+    compiled = set(_power_kernels.reader_power.signatures)
+    np.testing.assert_array_equal(there.rss_w(pose), rss_w)
+    assert set(_power_kernels.reader_power.signatures) == compiled
 
 
 def test_channels_that_do_not_fit_are_refused(box_scene):
