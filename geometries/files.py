@@ -18,6 +18,9 @@ def refuse_overwrite(*paths: Path, force: bool) -> None:
     force : True: overwriting is what the user asked for.
     """
     for path in paths:
+        if path.is_dir():
+            msg = f"{path} is a folder, but a file will be written; give the name of a file."
+            raise ConfigError(msg)
         above = next(folder for folder in path.absolute().parents if folder.exists())
         if not above.is_dir():
             msg = f"{path} cannot be written, because {above} is a file; give another place."

@@ -6,6 +6,7 @@ failed cells, 130 interrupted.
 
 import importlib
 import os
+import re
 import sys
 import warnings
 from collections.abc import Sequence
@@ -13,7 +14,7 @@ from typing import Any, TextIO
 
 import click
 
-from octant.geometries.errors import OctantError, PhysicsWarning
+from octant.geometries.errors import CacheWarning, OctantError, PhysicsWarning
 from octant.geometries.names import nearest_name
 from octant.reader_design.compilation import HOW_TO_GIVE_A_PLACE, NO_PLACE_FOR_KERNELS
 
@@ -218,10 +219,22 @@ def _ending(exc: BaseException) -> tuple[str, int]:
     if isinstance(exc, click.ClickException):
         return f"error: {exc.format_message()}", 2
     if isinstance(exc, MemoryError):
-        return "error: there is not enough memory for this; take a coarser grid or less.", 2
+        return f"error: {_memory_text(exc)}", 2
     if isinstance(exc, OSError) and not isinstance(exc, OctantError):
         return f"error: {exc.filename or 'a file'}: {exc.strerror or exc}.", 2
     return f"error: {exc}", 2
+
+
+def _memory_text(exc: MemoryError) -> str:
+    from octant.em.blocks import free_memory_bytes
+
+    asked = re.search(r"[\d.]+ [KMGTPE]iB", str(exc))
+    more = f"{asked[0]} more than there is" if asked else "more memory than there is"
+    return (
+        f"this needs {more} ({free_memory_bytes() / 1e9:.2g} GB are free); what takes memory is a "
+        "reader or a room that is large in wavelengths, diffraction and many reflections among "
+        "many faces, a fine map, and many long runs: ask for less of these."
+    )
 
 
 def _warning_printer(seen: set[str]) -> Any:  # noqa: ANN401  the signature is Python's own
@@ -233,7 +246,9 @@ def _warning_printer(seen: set[str]) -> Any:  # noqa: ANN401  the signature is P
         file: TextIO | None = None,
         line: str | None = None,
     ) -> None:
-        del category, filename, lineno, file, line
+        del filename, lineno, file, line
+        if not issubclass(category, PhysicsWarning | CacheWarning):
+            return  # what another library warns of is nothing that a user can change
         text = " ".join(str(message).split())
         if text not in seen:
             seen.add(text)

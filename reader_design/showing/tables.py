@@ -14,6 +14,11 @@ import numpy.typing as npt
 from octant.geometries.errors import ConfigError, ResultError
 from octant.geometries.files import refuse_overwrite, whole_file
 from octant.geometries.names import nearest_name
+from octant.reader_design.study_file.errors import unit_of
+from octant.reader_design.study_file.quantities import Angle, Coordinate, limits, range_text
+
+RANGES = {"m": limits(Coordinate), "degrees": limits(Angle)}
+"""Type and limits of the columns that are read, by their unit."""
 
 
 def read_columns(path: Path, columns: Sequence[str]) -> npt.NDArray[np.float64]:
@@ -117,7 +122,15 @@ def _number(path: Path, line: int, name: str, row: Sequence[str], place: int) ->
         value = float(cell)
     except ValueError:
         value = math.nan
-    if not math.isfinite(value):
-        msg = f"{path}:{line}: {name} is {cell!r}, but a finite number is needed."
+    found = RANGES.get(unit_of((name,)))
+    wanted = range_text(*found, unit_of((name,))) if found else "a finite number"
+    low, high = (found[1].ge, found[1].le) if found else (None, None)
+    if (
+        not math.isfinite(value)
+        or (low is not None and value < low)
+        or (high is not None and value > high)
+    ):
+        shown = cell if len(cell) <= 60 else f"{cell[:57]}..."
+        msg = f"{path}:{line}: {name} is {shown!r}, but {wanted} is needed."
         raise ConfigError(msg)
     return value

@@ -23,6 +23,9 @@ from octant.reader_design.study_file.toml_files import toml_file_text, toml_tabl
 
 replace = msgspec.structs.replace
 
+MOST_TRIED = 1000
+"""Combinations in which a swept value is tried before it is refused [-]."""
+
 
 def load_study(path: str | Path | None = None, *, built_in: str = "thesis_study") -> Study:
     """Return the study of a file, checked, with every default and every path resolved.
@@ -187,7 +190,8 @@ def _tried(
     """
     others = [key for key in lists if key != name]
     refusal: ConfigError | None = None
-    for combination in itertools.chain([()], itertools.product(*(lists[key] for key in others))):
+    combinations = itertools.product(*(lists[key] for key in others))
+    for combination in itertools.chain([()], itertools.islice(combinations, MOST_TRIED)):
         values = {name: lists[name][place], **dict(zip(others, combination, strict=False))}
         try:
             variant = vary(study, values, directory=directory, shapes=False)

@@ -92,7 +92,7 @@ class Range(Table, frozen=True, kw_only=True):
 
     low: Swept = msgspec.field(name="from")
     high: Swept = msgspec.field(name="to")
-    count: Annotated[int, Meta(ge=2, le=1_000_000)] | None = None
+    count: Annotated[int, Meta(ge=2, le=10_000)] | None = None
     step: Step | None = None
 
 

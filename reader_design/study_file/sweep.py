@@ -25,8 +25,10 @@ from octant.reader_design.study_file.schema import Range, Study, Sweep
 SWEPT_TABLES = ("radio", "room", "tag", "reader", "solver")
 """Tables of a study that decide the scores of a reader [-]."""
 
-MOST_VALUES = 1_000_000
-"""Greatest number of values of one range [-]."""
+MOST_VALUES = 10_000
+"""Greatest number of values of one parameter [-]."""
+MOST_CELLS = 1_000_000
+"""Greatest number of combinations of all parameters [-]."""
 
 Tables = dict[str, Any]
 
@@ -92,7 +94,14 @@ def expanded(sweep: Sweep) -> dict[str, tuple[Any, ...]]:
                 f"{path_text(max(paths[one], paths[other], key=len))}; sweep one of them."
             )
             raise ConfigError(msg)
-    return {name: _values(name, given) for name, given in sweep.items()}
+    lists = {name: _values(name, given) for name, given in sweep.items()}
+    cells = math.prod(len(values) for values in lists.values())
+    if cells > MOST_CELLS:
+        msg = (
+            f"the sweep has {cells} combinations, but at most {MOST_CELLS} are allowed; sweep less."
+        )
+        raise ConfigError(msg)
+    return lists
 
 
 def _unknown(name: str, known: list[str]) -> str:
@@ -113,6 +122,10 @@ def _values(name: str, given: tuple[Any, ...] | Range) -> tuple[Any, ...]:
                 f"{parameter_key(name)} is an empty list, but a swept parameter needs at least one "
                 "value; name one, or leave the parameter out."
             )
+            raise ConfigError(msg)
+        if len(given) > MOST_VALUES:
+            msg = f"{parameter_key(name)} has {len(given)} values, but at most {MOST_VALUES} are "
+            msg += "allowed; name fewer."
             raise ConfigError(msg)
         return given
     if (given.count is None) == (given.step is None):

@@ -165,3 +165,21 @@ def test_ctrl_c_ends_a_process_with_130():
         _, error = child.communicate(timeout=30)
     assert child.returncode == 130
     assert error.strip() == "interrupted: nothing was written."
+
+
+def test_want_of_memory_names_what_is_large_and_other_libraries_warnings_stay_away(
+    octant, monkeypatch
+):
+    import warnings
+
+    from octant.reader_design import cli
+
+    def greedy(*_args, **_more):
+        warnings.warn("overflow encountered in dot", RuntimeWarning, stacklevel=1)
+        msg = "Unable to allocate 4.90 GiB for an array"
+        raise MemoryError(msg)
+
+    monkeypatch.setattr(cli.octant, "main", greedy)
+    sentence = octant("map").refused()
+    assert "needs 4.90 GiB more" in sentence
+    assert "large in wavelengths" in sentence
