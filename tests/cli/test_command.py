@@ -175,6 +175,7 @@ def test_want_of_memory_names_what_is_large_and_other_libraries_warnings_stay_aw
     from octant.reader_design import cli
 
     def greedy(*_args, **_more):
+        warnings.simplefilter("always")
         warnings.warn("overflow encountered in dot", RuntimeWarning, stacklevel=1)
         msg = "Unable to allocate 4.90 GiB for an array"
         raise MemoryError(msg)
