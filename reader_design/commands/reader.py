@@ -1,7 +1,7 @@
 """``octant reader``: the reader of a study by itself, its ports, patterns and currents."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import click
 from msgspec import Meta
@@ -9,6 +9,9 @@ from msgspec import Meta
 from octant.geometries.errors import ConfigError
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.options import FREQUENCIES, approve, common_options, number
+
+if TYPE_CHECKING:
+    from octant.reader_design.study_file.schema import Study
 
 
 @click.command()
@@ -58,8 +61,8 @@ def reader(
 
     from octant.geometries.files import refuse_overwrite, write_text
     from octant.reader_design.face.reader import check_step, solve_reader_of
-    from octant.reader_design.face.reader_band import band_of
-    from octant.reader_design.setting.cost import NODES, reader_cost
+    from octant.reader_design.face.reader_band import band_of, solutions_of
+    from octant.reader_design.setting.cost import reader_cost
     from octant.reader_design.showing.style import save_figure
     from octant.reader_design.study_file.loading import load_study, to_toml
 
@@ -76,31 +79,26 @@ def reader(
             "out, or give --model fullwave."
         )
         raise ConfigError(msg)
-    if frequencies and chosen != "fullwave":
-        msg = (
-            f"--frequencies is given, but the model is {chosen!r}, which gives patterns only; "
-            "leave it out, or give --model fullwave."
-        )
-        raise ConfigError(msg)
-    band_hz = frequencies or tuple(sorted(set(loaded.radio.channels_hz)))
-    has_band = chosen == "fullwave" and len(band_hz) > 1
+    band_hz = _band_hz(loaded, frequencies)
     ports = loaded.reader.antennas
     names = ["reader.nc", "study.toml", *(f"antenna_{i + 1}.ffe" for i in range(ports))]
     if chosen == "fullwave":
         names.append(f"reader.s{ports}p")
-    names += ["band.csv"] if has_band else []
+    names += ["band.csv"] if band_hz else []
     files = [out / name for name in names]
     refuse_overwrite(*files, force=force)
     progress = Progress(quiet=quiet)
-    channels = replace(loaded.radio, channels_hz=tuple(band_hz[:NODES]) if has_band else ())
-    approve(reader_cost(replace(loaded, radio=channels)), progress)
+    highest = replace(loaded.radio, channels_hz=band_hz[-1:])
+    solutions = 1 + (solutions_of(band_hz) if band_hz else 0)
+    cost = reader_cost(replace(loaded, radio=highest))
+    approve(cost.times(solutions, "solutions", "--frequencies"), progress)
     solved = solve_reader_of(
         loaded, [loaded.radio.frequency_hz], step_deg=step_deg, progress=progress
     )
     write_text(out / "study.toml", to_toml(loaded, relative_to=out))
     solved.to_netcdf(out / "reader.nc", force=True)
     solved.to_ffe(out)
-    band = band_of(loaded, band_hz, progress=progress) if has_band else None
+    band = band_of(loaded, band_hz, progress=progress) if band_hz else None
     if band:
         band.to_touchstone(out / f"reader.s{ports}p")
         band.to_csv(out / "band.csv")
@@ -116,3 +114,16 @@ def reader(
         for line in solved.convergence_lines(progress=progress):
             click.echo(line)
     click.echo(f"written: {', '.join(str(p) for p in files)} and {out / 'figures'}")
+
+
+def _band_hz(study: "Study", frequencies: tuple[float, ...] | None) -> tuple[float, ...]:
+    """Return the band over which the ports are solved [Hz]; nothing where there is none."""
+    response = study.reader.response
+    if frequencies and response != "fullwave":
+        msg = (
+            f"--frequencies is given, but the model is {response!r}, which gives patterns only; "
+            "leave it out, or give --model fullwave."
+        )
+        raise ConfigError(msg)
+    band = frequencies or tuple(sorted(set(study.radio.channels_hz)))
+    return band if response == "fullwave" and len(band) > 1 else ()

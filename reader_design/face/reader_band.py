@@ -166,9 +166,20 @@ def band_of(study: Study, frequencies_hz: Sequence[float], *, progress: Progress
         surroundings=feed["surroundings"],
         cells_per_wavelength=design.cells_per_wavelength,
     )
-    width = 2.0 * (wanted[-1] - wanted[0]) / (wanted[-1] + wanted[0])
-    nodes = min(len(wanted), NODES + int(NODES_PER_WIDTH * width))
+    nodes = solutions_of(wanted)
     progress.say(f"band: {len(wanted)} frequencies from {nodes} solutions")
     band = solve_band(mesh, wanted, nodes=nodes, load_ohm=load_ohm)
     with progress.track(wanted, label="band") as tracked:
         return ReaderBand(reader=design, results=tuple(band.at(f) for f in tracked))
+
+
+def solutions_of(frequencies_hz: Sequence[float]) -> int:
+    """Return how many solutions a band is interpolated from [-].
+
+    Parameters
+    ----------
+    frequencies_hz : Where the ports are wanted, two or more different ones [Hz].
+    """
+    low, high = min(frequencies_hz), max(frequencies_hz)
+    width = 2.0 * (high - low) / (high + low)
+    return min(len(set(frequencies_hz)), NODES + int(NODES_PER_WIDTH * width))
