@@ -21,7 +21,10 @@ ROWS_PER_PRODUCT = 512
 """Directions whose phases are held at a time [-]."""
 
 DIGITS = 7.0
-"""Digits of the formula of the excess bandwidth [-]; it leaves 1e-9 of the greatest field."""
+"""Digits of the formula of the excess bandwidth [-]; it leaves 4e-9 of the greatest field."""
+
+LEAST_ORDER = 11
+"""Order that is taken at least [-]: the formula is for sources of some size."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -217,7 +220,8 @@ def band_limited(samples: CurrentSamples, *, sectors: int = 1, port_step: int = 
     """
     wavenumber = 2.0 * math.pi * samples.frequency_hz / SPEED_OF_LIGHT_M_PER_S
     size = wavenumber * float(np.linalg.norm(samples.points_m, axis=1).max())
-    order = math.ceil(size + 1.8 * DIGITS ** (2.0 / 3.0) * size ** (1.0 / 3.0)) + 2
+    excess = 1.8 * DIGITS ** (2.0 / 3.0) * size ** (1.0 / 3.0)
+    order = max(LEAST_ORDER, math.ceil(size + excess) + 2)
     parts = sectors if port_step else 1
     multiple = math.lcm(2, parts)
     columns = multiple * math.ceil((2 * order + 2) / multiple)
