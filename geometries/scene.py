@@ -55,6 +55,7 @@ class Scene:
     triangle_part : (t,) int64 — The same by triangle, as ``facets.triangle_facet`` counts them.
     facet_outer_side : (f,) int64 — +1: the plane's normal points out of that part, -1: into it, 0:
         a sheet.
+    floor_m : Height of the floor [m]; None: that of the lowest point.
     """
 
     bodies: tuple[Body, ...]
@@ -73,6 +74,7 @@ class Scene:
     triangle_part: IntArray
     facet_part: IntArray
     facet_outer_side: IntArray
+    floor_m: float | None = None
 
     def __post_init__(self) -> None:
         bounds = frozen_array(self.bounds_m, name="bounds_m", shape=(2, 3))
@@ -94,8 +96,8 @@ class Scene:
 
     @property
     def floor_height_m(self) -> float:
-        """Height of the lowest point [m]; 0 for an empty scene."""
-        return float(self.bounds_m[0, 2])
+        """Height of the floor [m]: as given, or of the lowest point; 0 for an empty scene."""
+        return float(self.bounds_m[0, 2]) if self.floor_m is None else self.floor_m
 
     def inside_solid(self, points_m: npt.ArrayLike) -> npt.NDArray[np.bool_]:
         """Return (n,) bool, whether each point lies inside a closed object [-].
@@ -226,6 +228,7 @@ def build_scene(
     *,
     objects: Sequence[Body] = (),
     coordinate_bits: int = FLOAT32_BITS,
+    floor_m: float | None = None,
 ) -> Scene:
     """Return the scene made of a room and the objects in it; no body at all gives free space.
 
@@ -237,6 +240,7 @@ def build_scene(
     coordinate_bits : Significant bits of coordinates, 1 to 53, whose rounding does not keep
         triangles out of one plane: 24 (float32) suits files; with 53 a wall made uneven by float32
         becomes many planes.
+    floor_m : Height of the floor [m]; None: that of the lowest point.
     """
     if not 1 <= coordinate_bits <= 53:
         msg = f"coordinate_bits = {coordinate_bits} is not a number of bits from 1 to 53."
@@ -307,6 +311,7 @@ def build_scene(
         triangle_part=parts.part_of_triangle,
         facet_part=part,
         facet_outer_side=outer,
+        floor_m=floor_m,
     )
 
 

@@ -49,7 +49,13 @@ def radio_map(
     """
     from octant.geometries.files import refuse_overwrite
     from octant.reader_design.face.map_figures import PAGES, map_pages
-    from octant.reader_design.face.rss_map import MapWanted, map_rss, summary_lines
+    from octant.reader_design.face.rss_map import (
+        MapWanted,
+        map_rss,
+        summary_lines,
+        unreached_places,
+    )
+    from octant.reader_design.setting.advice import opaque_wall_note
     from octant.reader_design.showing.netcdf import write_dataset
     from octant.reader_design.showing.style import save_figure
     from octant.reader_design.study_file.loading import load_study
@@ -84,4 +90,6 @@ def radio_map(
             save_figure(figure, figures / name)
     for line in summary_lines(layers):
         click.echo(line)
+    if advice := opaque_wall_note(loaded, setting.scene, unreached_places(layers)):
+        Progress(quiet=quiet).say(advice)
     click.echo(f"written: {out}")

@@ -284,7 +284,7 @@ def rss(
     progress = Progress(quiet=quiet)
     cost = field_cost(loaded, len(given), tags=1, causes=("poses",))
     approve(reader_cost(loaded).and_then(cost), progress)
-    link = rss_link(loaded, tag_id, progress=progress)
+    link = rss_link(loaded, tag_id, given, progress=progress)
     blocks = (
         np.column_stack([given[i : i + 1000], pose_rss_w(link, given[i : i + 1000])])
         for i in range(0, len(given), 1000)

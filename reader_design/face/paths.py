@@ -22,6 +22,7 @@ from octant.geometries.scene import Scene
 from octant.geometries.tolerances import LENGTHS
 from octant.reader_design.face.scene_picture import ColourBy, DrawnPaths, View, scene_figure
 from octant.reader_design.face.shown import text_html
+from octant.reader_design.setting.advice import solid_wall_notes
 from octant.reader_design.setting.antennas import named_antenna
 from octant.reader_design.setting.placing import place_antenna
 from octant.reader_design.setting.setting import Setting, build_setting
@@ -197,7 +198,7 @@ def path_link(
         receivers_m=receivers,
         transmitter=tx.made(frequency_hz),
         receiver=rx.made(frequency_hz),
-        notes=tuple(filter(None, (note, *notes))),
+        notes=tuple(filter(None, (note, *notes, *solid_wall_notes(study, setting.scene)))),
     )
 
 

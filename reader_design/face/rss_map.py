@@ -17,6 +17,7 @@ from octant.em.power.received_power import ReaderLink, antenna_power
 from octant.geometries.errors import ConfigError
 from octant.navigation.angles import wrap_angle
 from octant.reader_design.keeping.progress import Progress
+from octant.reader_design.setting.advice import refuse_buried, refuse_under_floor
 from octant.reader_design.setting.cost import Cost, field_cost, reader_cost
 from octant.reader_design.setting.map_grid import LARGEST_MAP, map_axes_m
 from octant.reader_design.setting.measures import vector_sum_bearing_rad
@@ -420,6 +421,7 @@ def map_rss(
         approve(cost if wanted.isotropic else reader_cost(study).and_then(cost))
     for note in setting.notes:
         progress.say(note)
+    refuse_under_floor(setting.scene, setting.seen_floor_m, setting.map_z_m, name="the map")
     if not wanted.isotropic:
         setting.solved()
     heading_deg = wanted.heading_deg
@@ -476,19 +478,29 @@ def with_dbm(data: "xr.Dataset") -> "xr.Dataset":
     return data.assign(added)
 
 
-def rss_link(study: Study, tag_id: str, *, progress: Progress) -> ReaderLink:
+def rss_link(study: Study, tag_id: str, poses: npt.ArrayLike, *, progress: Progress) -> ReaderLink:
     """Return the link of one tag of a study to its reader.
 
     Parameters
     ----------
     study, tag_id : The study and the tag.
+    poses : (k, 3) array_like — x, y [m] and heading [deg]; one in a solid or outside is refused.
     progress : Says which tags were moved off a surface.
     """
     setting = build_setting(study)
     tag = setting.tag(tag_id)
     for note in setting.notes:
         progress.say(note)
+    _refuse_buried_poses(setting, poses)
     return setting.solved().link(tag)
+
+
+def _refuse_buried_poses(setting: Setting, poses: npt.ArrayLike) -> None:
+    """Refuse a pose (k, 3) outside the room or in a solid."""
+    places_m = np.array(poses, dtype=np.float64)
+    places_m[:, 2] = setting.reader_z_m
+    refuse_under_floor(setting.scene, setting.seen_floor_m, setting.reader_z_m, name="the reader")
+    refuse_buried(setting.scene, places_m, name="pose")
 
 
 def pose_rss_w(link: ReaderLink, poses: npt.ArrayLike) -> FloatArray:
@@ -529,7 +541,9 @@ def pose_dataset(study: Study, tag_ids: Sequence[str], poses: npt.ArrayLike) -> 
         )
         raise ConfigError(msg)
     given = given.reshape(-1, 3)
-    setting = build_setting(study).solved()
+    setting = build_setting(study)
+    _refuse_buried_poses(setting, given)
+    setting.solved()
     rss = [pose_rss_w(setting.link(setting.tag(tag_id)), given) for tag_id in tag_ids]
     numbers = np.arange(1, rss[0].shape[-1] + 1)
     places = {
@@ -561,6 +575,16 @@ def pose_dataset(study: Study, tag_ids: Sequence[str], poses: npt.ArrayLike) -> 
             },
         )
     )
+
+
+def unreached_places(layers: Sequence[TagLayers]) -> int:
+    """Return how many places of a map no path reaches, for all its tags together.
+
+    Parameters
+    ----------
+    layers : From `map_rss`.
+    """
+    return sum(int((layer.power.path_count == 0).sum()) for layer in layers)
 
 
 def summary_lines(layers: Sequence[TagLayers]) -> Iterator[str]:

@@ -15,6 +15,12 @@ from octant.em.power.received_power import ReaderLink, reader_link
 from octant.em.search.candidates import Candidates, SolverSettings, radio_scenes, search_candidates
 from octant.geometries.errors import ConfigError, OctantError, PhysicsWarning
 from octant.geometries.scene import Scene, build_scene, free_space_scene
+from octant.reader_design.setting.advice import (
+    floor_note,
+    refuse_under_floor,
+    seen_floor_m,
+    solid_wall_notes,
+)
 from octant.reader_design.setting.design import reader_responses
 from octant.reader_design.setting.placing import PlacedTag, check_heights, check_starts, place_tags
 from octant.reader_design.setting.scores import USABLE_DBM
@@ -136,6 +142,11 @@ class Setting:
     def solver(self) -> SolverSettings:
         """What the radio model includes: the study's table ``[solver]``."""
         return solver_settings(self.study)
+
+    @property
+    def seen_floor_m(self) -> float | None:
+        """Where the floor seems to be [m], if not where it is taken; else None."""
+        return seen_floor_m(self.study, self.scene, rooms_of(self.study, self.layout))
 
     @property
     def reference_tag(self) -> PlacedTag:
@@ -333,15 +344,21 @@ def build_setting(
         room_bodies(room),
         objects=object_bodies(room.objects),
         coordinate_bits=COORDINATE_BITS[study.solver.faces],
+        floor_m=room.floor_m,
     )
     try:
         materials = study_materials(study)
         frequencies_hz = study.radio.frequencies_hz
         radios = radio_scenes(scene, frequencies_hz, solver_settings(study), materials)
         tags, notes = place_tags(study, scene)
+        seen_m = seen_floor_m(study, scene, room)
+        floor_notes = () if seen_m is None else (floor_note(scene, seen_m),)
+        notes = (*notes, *floor_notes, *solid_wall_notes(study, scene))
         reader_z_m = scene.floor_height_m + study.reader.height_m
         map_z_m = scene.floor_height_m + (study.map.height_m or study.reader.height_m)
         check_heights(study, scene, reader_z_m, map_z_m)
+        if study.mission is not None:
+            refuse_under_floor(scene, seen_m, reader_z_m, name="the reader")
         check_starts(study, scene, reader_z_m)
     except OctantError as exc:
         if not where:

@@ -8,6 +8,7 @@ from msgspec import Meta
 from octant.reader_design.study_file.quantities import (
     Angle,
     Conductivity,
+    Coordinate,
     CountOrZero,
     Extent,
     FileName,
@@ -239,6 +240,8 @@ class Room(Table, frozen=True, kw_only=True):
     free_space : True: no room at all, only the objects.
     origin_m : (3,) tuple of float — Where the lowest corner of ``box_m``, the origin of
         ``outline_m`` or of the meshes lies [m].
+    floor_m : Height coordinate of the floor of ``mesh``, above which ``reader.height_m`` and
+        ``map.height_m`` count [m]; None: the lowest point of the mesh.
     material : Material of a parametric room, or of the bodies of ``mesh``.
     materials : Material by body name, where ``mesh`` is one file.
     doorways : Openings in the walls of a parametric room: the tables ``[[room.doorway]]``.
@@ -253,6 +256,7 @@ class Room(Table, frozen=True, kw_only=True):
     up: UpAxis | None = None
     free_space: bool = False
     origin_m: Point = (0.0, 0.0, 0.0)
+    floor_m: Coordinate | None = None
     material: Word | RoomMaterial | None = None
     materials: dict[Word, MaterialSpec] = {}
     doorways: tuple[DoorwayTable, ...] = msgspec.field(default=(), name="doorway")

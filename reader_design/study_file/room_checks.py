@@ -81,6 +81,7 @@ def _check_belongs(path: str, room: Room, kind: str) -> None:
         "unit": (room.unit is not None, one_file, "mesh = FILE"),
         "up": (room.up is not None, one_file, "mesh = FILE"),
         "materials": (bool(room.materials), one_file, "mesh = FILE"),
+        "floor_m": (room.floor_m is not None, kind == "mesh", "mesh"),
         "doorway": (bool(room.doorways), kind in {"box_m", "outline_m"}, "box_m or outline_m"),
         "material": (room.material is not None, kind != "free_space", "a room with walls"),
     }

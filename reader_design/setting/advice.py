@@ -1,0 +1,187 @@
+"""What a user should know about a room: where its floor is assumed, how its walls are drawn."""
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.em.medium.materials import Material
+from octant.geometries.errors import ConfigError
+from octant.geometries.occlusion import segments_blocked
+from octant.geometries.scene import Scene
+from octant.geometries.tolerances import LENGTHS
+from octant.reader_design.study_file.bodies import study_materials
+from octant.reader_design.study_file.room import Room
+from octant.reader_design.study_file.schema import Study
+
+FloatArray = npt.NDArray[np.float64]
+
+THIN_M = 0.5
+"""Thickness [m] up to which a closed part is taken for a wall drawn with both its faces."""
+
+FLAT = 0.1
+"""Thickness [-] by width up to which it is a wall, and no cabinet."""
+
+OPAQUE_S_PER_M = 1e6
+"""Conductivity [S/m] from which a material lets nothing through, however thin."""
+
+
+def seen_floor_m(study: Study, scene: Scene, room: Room) -> float | None:
+    """Return where the floor seems to be [m], if not where it is taken, or None.
+
+    A ray falls from each tag, and from a tag's height over each start: the lowest of the first
+    surfaces that they meet is a floor, unless the study says in ``room.floor_m`` what is.
+
+    Parameters
+    ----------
+    study, scene : A study and one of its rooms [m].
+    room : The table of that room.
+    """
+    if room.mesh is None or room.floor_m is not None or not study.tags:
+        return None
+    tags = np.array([tag.position_m for tag in study.tags]).reshape(-1, 3)
+    starts = [] if study.mission is None else [study.mission.start_m, *study.mission.starts]
+    over = np.array([(*start[:2], tags[:, 2].min()) for start in starts]).reshape(-1, 3)
+    level = _lowest_first_surface_m(scene, np.concatenate((tags, over)))
+    return level if LENGTHS.step_m < level - scene.floor_height_m < np.inf else None
+
+
+def floor_note(scene: Scene, seen_m: float) -> str:
+    """Return a line that says where the floor is taken, and where it seems to be.
+
+    Parameters
+    ----------
+    scene : The room.
+    seen_m : Of `seen_floor_m` [m].
+    """
+    floor = scene.floor_height_m
+    return (
+        f"the floor is taken at the mesh's lowest point, z = {floor:.6g} m, but below the tags and "
+        f"the start the lowest surface is at z = {seen_m:.6g} m; if that is the floor, give "
+        f"room.floor_m = {seen_m:.6g} (or {floor:.6g}, to keep it)."
+    )
+
+
+def refuse_under_floor(scene: Scene, seen_m: float | None, z_m: float, *, name: str) -> None:
+    """Refuse a reader or a map at or below the floor that the tags see.
+
+    Parameters
+    ----------
+    scene : The room.
+    seen_m : Of `seen_floor_m` [m].
+    z_m : Height coordinate of the reader or the map [m].
+    name : Which of the two.
+    """
+    if seen_m is not None and z_m <= seen_m:
+        raise ConfigError(f"{name} would be at z = {z_m:.6g} m: {floor_note(scene, seen_m)}")
+
+
+def _lowest_first_surface_m(scene: Scene, points_m: FloatArray) -> float:
+    """Return the lowest of the surfaces that lie next below each of the points [m]; or infinity."""
+    top = points_m[:, 2] - LENGTHS.step_m
+    start = np.column_stack((points_m[:, :2], top))
+    high, low = top.copy(), np.full(len(top), scene.bounds_m[0, 2] - 1.0)
+
+    def blocked(z_m: FloatArray) -> npt.NDArray[np.bool_]:
+        return segments_blocked(scene.bvh, start, np.column_stack((points_m[:, :2], z_m)))
+
+    found = blocked(low)
+    for _ in range(50):
+        middle = 0.5 * (high + low)
+        hit = blocked(middle)
+        low, high = np.where(hit, middle, low), np.where(hit, high, middle)
+    level = float(np.min(low[found], initial=np.inf))
+    return round(level, 6) + 0.0
+
+
+def refuse_buried(scene: Scene, points_m: npt.ArrayLike, *, name: str) -> None:
+    """Refuse places of receivers outside the room or in a solid.
+
+    Parameters
+    ----------
+    scene : The room.
+    points_m : (n, 3) array_like — Places [m].
+    name : What a place is called, such as "pose".
+    """
+    points = np.asarray(points_m, dtype=np.float64).reshape(-1, 3)
+    in_solid = scene.inside_solid(points)
+    hidden = in_solid | ~scene.inside_room(points)
+    if not hidden.any():
+        return
+    first = int(np.argmax(hidden))
+    where = ", ".join(f"{c:.6g}" for c in points[first])
+    msg = (
+        f"{name} {first + 1} puts the reader at ({where}) m, "
+        f"{'inside a solid object' if in_solid[first] else 'outside the room'}; move it."
+    )
+    raise ConfigError(msg)
+
+
+def solid_wall_notes(study: Study, scene: Scene) -> tuple[str, ...]:
+    """Return a line for each material of walls that are drawn with two faces, with transmission.
+
+    Parameters
+    ----------
+    study, scene : A study and one of its rooms [m].
+    """
+    if not study.solver.transmission:
+        return ()
+    materials, notes = study_materials(study), {}
+    for number, corners in enumerate(scene.solids):
+        thickness, width = _plate_m(corners)
+        labels = np.unique(scene.facets.facet_material[scene.facet_part == number])
+        for label in (scene.material_names[i] for i in labels):
+            here = materials.get(label)
+            if here is not None and (text := _solid_wall(here, thickness, width)):
+                notes.setdefault(label, text)
+    return tuple(notes.values())
+
+
+def _solid_wall(material: Material, solid_m: float, width_m: float) -> str:
+    wall_m = material.thickness_m or sum(layer.thickness_m or 0.0 for layer in material.layers)
+    where = f"a closed part of {material.name!r}, {solid_m:.3g} m thick,"
+    if wall_m > 0.0 and solid_m < max(3.0 * wall_m, LENGTHS.step_m):
+        return (
+            f"{where} has a material {wall_m:.3g} m thick on both its faces, so that what passes "
+            "it loses as in two walls; draw the wall as one sheet in its middle."
+        )
+    conducts = material.is_pec or material.sigma_c_s_per_m >= OPAQUE_S_PER_M
+    flat = solid_m <= min(THIN_M, FLAT * width_m)
+    if wall_m == 0.0 and flat and not conducts:
+        return (
+            f"{where} lets nothing through, since a material without thickness_m fills all behind "
+            f"its face; draw the wall as one sheet of thickness_m = {solid_m:.3g}."
+        )
+    return ""
+
+
+def _plate_m(corners_m: FloatArray) -> tuple[float, float]:
+    """Return thickness and width [m] of the square plate of a closed part's volume and area."""
+    a, b, c = np.moveaxis(corners_m - corners_m[0, 0], 1, 0)
+    area = float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
+    volume = abs(float(np.sum(a * np.cross(b, c)))) / 6.0
+    return (4.0 * volume / area if area > 0.0 else 0.0), 0.5 * area**0.5
+
+
+def opaque_wall_note(study: Study, scene: Scene, unreached: int) -> str:
+    """Return a line of advice where places stay without a path behind walls of known thickness.
+
+    Parameters
+    ----------
+    study, scene : A study and one of its rooms.
+    unreached : Places without any path [-].
+    """
+    if unreached == 0 or study.solver.transmission:
+        return ""
+    materials = study_materials(study)
+    walls = [
+        here.name
+        for label in scene.material_names
+        if (here := materials.get(label)) is not None
+        and not here.is_pec
+        and (here.thickness_m or here.layers)
+    ]
+    if not walls:
+        return ""
+    return (
+        f"{unreached} places are without a path, and walls of {walls[0]} have a thickness, but let "
+        "nothing through unless the study asks: solver.transmission = true."
+    )
