@@ -14,6 +14,12 @@ from octant.reader_design.study_file.schema import Study
 
 FloatArray = npt.NDArray[np.float64]
 
+GRID = 16
+"""Rays along each side of a room that look for its floor [-]."""
+
+HALVINGS = 30
+"""Steps that find the height of a surface [-]: to a micrometre in a kilometre."""
+
 THIN_M = 0.5
 """Thickness [m] up to which a closed part is taken for a wall drawn with both its faces."""
 
@@ -27,8 +33,9 @@ OPAQUE_S_PER_M = 1e6
 def seen_floor_m(study: Study, scene: Scene, room: Room) -> float | None:
     """Return where the floor seems to be [m], if not where it is taken, or None.
 
-    A ray falls from each tag, and from a tag's height over each start: the lowest of the first
-    surfaces that they meet is a floor, unless the study says in ``room.floor_m`` what is.
+    Rays fall from the height of the lowest tag: below the tags, the starts and a grid over the
+    room. The level on which most of them end is a floor, if a quarter of them do, unless the study
+    says in ``room.floor_m`` what is.
 
     Parameters
     ----------
@@ -39,9 +46,18 @@ def seen_floor_m(study: Study, scene: Scene, room: Room) -> float | None:
         return None
     tags = np.array([tag.position_m for tag in study.tags]).reshape(-1, 3)
     starts = [] if study.mission is None else [study.mission.start_m, *study.mission.starts]
-    over = np.array([(*start[:2], tags[:, 2].min()) for start in starts]).reshape(-1, 3)
-    level = _lowest_first_surface_m(scene, np.concatenate((tags, over)))
-    return level if LENGTHS.step_m < level - scene.floor_height_m < np.inf else None
+    low, high = scene.bounds_m[:, :2]
+    shares = (np.arange(GRID) + 0.5) / GRID
+    grid = np.stack(np.meshgrid(*(low + np.outer(shares, high - low)).T), axis=-1).reshape(-1, 2)
+    places = np.concatenate((tags[:, :2], [start[:2] for start in starts] or grid[:0], grid))
+    top = np.full(len(places), tags[:, 2].min() - LENGTHS.step_m)
+    from_m = np.column_stack((places, top))
+    from_m = from_m[scene.inside_room(from_m) & ~scene.inside_solid(from_m)]
+    levels, counts = np.unique(np.round(_surfaces_below_m(scene, from_m), 3), return_counts=True)
+    if len(levels) == 0 or 4 * counts.max() < counts.sum():
+        return None
+    level = float(levels[int(np.argmax(counts))]) + 0.0
+    return level if level - scene.floor_height_m > LENGTHS.step_m else None
 
 
 def floor_note(scene: Scene, seen_m: float) -> str:
@@ -54,8 +70,8 @@ def floor_note(scene: Scene, seen_m: float) -> str:
     """
     floor = scene.floor_height_m
     return (
-        f"the floor is taken at the mesh's lowest point, z = {floor:.6g} m, but below the tags and "
-        f"the start the lowest surface is at z = {seen_m:.6g} m; if that is the floor, give "
+        f"the floor is taken at the mesh's lowest point, z = {floor:.6g} m, but most of what "
+        f"tags see below them is at z = {seen_m:.6g} m; if that is the floor, give "
         f"room.floor_m = {seen_m:.6g} (or {floor:.6g}, to keep it)."
     )
 
@@ -74,22 +90,20 @@ def refuse_under_floor(scene: Scene, seen_m: float | None, z_m: float, *, name: 
         raise ConfigError(f"{name} would be at z = {z_m:.6g} m: {floor_note(scene, seen_m)}")
 
 
-def _lowest_first_surface_m(scene: Scene, points_m: FloatArray) -> float:
-    """Return the lowest of the surfaces that lie next below each of the points [m]; or infinity."""
-    top = points_m[:, 2] - LENGTHS.step_m
-    start = np.column_stack((points_m[:, :2], top))
-    high, low = top.copy(), np.full(len(top), scene.bounds_m[0, 2] - 1.0)
+def _surfaces_below_m(scene: Scene, from_m: FloatArray) -> FloatArray:
+    """Return the height [m] of the first surface below each place (n, 3) that has one."""
+    high, low = from_m[:, 2].copy(), np.full(len(from_m), scene.bounds_m[0, 2] - 1.0)
 
     def blocked(z_m: FloatArray) -> npt.NDArray[np.bool_]:
-        return segments_blocked(scene.bvh, start, np.column_stack((points_m[:, :2], z_m)))
+        return segments_blocked(scene.bvh, from_m, np.column_stack((from_m[:, :2], z_m)))
 
     found = blocked(low)
-    for _ in range(50):
+    for _ in range(HALVINGS):
         middle = 0.5 * (high + low)
         hit = blocked(middle)
         low, high = np.where(hit, middle, low), np.where(hit, high, middle)
-    level = float(np.min(low[found], initial=np.inf))
-    return round(level, 6) + 0.0
+    below: FloatArray = low[found]
+    return below
 
 
 def refuse_buried(scene: Scene, points_m: npt.ArrayLike, *, name: str) -> None:
