@@ -95,7 +95,7 @@ def _cut_at_corners(places_m: FloatArray, corner: IntArray, tolerance_m: float) 
     if len(used) == 0:
         return []
     tree = cKDTree(places_m[used])
-    chains = []
+    chains: list[list[int]] = []
     for a, b in corner:
         if a == b:  # an edge no longer than what counts as one place: there is none
             chains.append([])

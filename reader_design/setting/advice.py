@@ -138,7 +138,8 @@ def solid_wall_notes(study: Study, scene: Scene) -> tuple[str, ...]:
     """
     if not study.solver.transmission:
         return ()
-    materials, notes = study_materials(study), {}
+    materials = study_materials(study)
+    notes: dict[str, str] = {}
     for number, corners in enumerate(scene.solids):
         thickness, width = _plate_m(corners)
         labels = np.unique(scene.facets.facet_material[scene.facet_part == number])
