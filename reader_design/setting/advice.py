@@ -169,11 +169,13 @@ def _solid_wall(material: Material, solid_m: float, width_m: float) -> str:
 
 
 def _plate_m(corners_m: FloatArray) -> tuple[float, float]:
-    """Return thickness and width [m] of the square plate of a closed part's volume and area."""
+    """Return a closed part's thickness across its largest triangle, and width by its area [m]."""
     a, b, c = np.moveaxis(corners_m - corners_m[0, 0], 1, 0)
-    area = float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
-    volume = abs(float(np.sum(a * np.cross(b, c)))) / 6.0
-    return (4.0 * volume / area if area > 0.0 else 0.0), 0.5 * area**0.5
+    normal = np.cross(b - a, c - a)
+    twice = np.linalg.norm(normal, axis=1)
+    largest = int(np.argmax(twice))
+    across = (corners_m - corners_m[0, 0]) @ (normal[largest] / twice[largest])
+    return float(np.ptp(across)), 0.5 * float(twice.sum()) ** 0.5
 
 
 def opaque_wall_note(study: Study, scene: Scene, unreached: int) -> str:
