@@ -33,7 +33,7 @@ FAILED_CASES = 3
 """Exit code of an experiment that finished, but not with a result for every case."""
 
 
-def number(kind: Any) -> click.ParamType:  # noqa: ANN401  an annotated type
+def number(kind: Any) -> click.IntRange | click.FloatRange:  # noqa: ANN401  an annotated type
     """Return the type of an option that has the range of a kind of quantity.
 
     Parameters
