@@ -189,6 +189,16 @@ class PathSet:
         count: IntArray = bends.sum(axis=1)
         return count
 
+    @property
+    def codes(self) -> IntArray:
+        """Interactions as the kernels take them, (k, w); -1 where there is nothing more."""
+        codes: IntArray = np.select(
+            [self.kind == REFLECTION, self.kind == TRANSMITTED, self.kind == DIFFRACTION],
+            [self.element, self.element + TRANSMISSION, -1 - self.element],
+            -1,
+        )
+        return codes
+
     def letters_of(self, path: int) -> tuple[str, ...]:
         """Return the kinds of one path's interactions as letters: R, T and D.
 

@@ -13,6 +13,9 @@ from numba import njit
 RIM = 1e-10
 """Inclusive margin [-] in barycentric coordinates."""
 
+PARALLEL = 1e-11
+"""Angle [rad] below which a line counts as parallel to a plane: far above what rounding leaves."""
+
 LEAF_SIZE = 4
 BINS = 16
 MAX_DEPTH = 64
@@ -136,12 +139,17 @@ def two_planes(first, second):
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def crossing(triangles, i, px, py, pz, dx, dy, dz):
-    """Return the t at which the line p + t d crosses a triangle, rim included, or -1."""
+    """Return the t at which the line p + t d crosses a triangle, rim included, or -1.
+
+    A line within its plane crosses it nowhere; there det is 0, or what rounding makes of it.
+    """
     ax, ay, az = triangles[i, 3], triangles[i, 4], triangles[i, 5]
     bx, by, bz = triangles[i, 6], triangles[i, 7], triangles[i, 8]
     hx, hy, hz = dy * bz - dz * by, dz * bx - dx * bz, dx * by - dy * bx
     det = ax * hx + ay * hy + az * hz
-    if det == 0.0:
+    if abs(det) <= PARALLEL * (abs(ax) + abs(ay) + abs(az)) * (abs(bx) + abs(by) + abs(bz)) * (
+        abs(dx) + abs(dy) + abs(dz)
+    ):
         return -1.0
     sx, sy, sz = px - triangles[i, 0], py - triangles[i, 1], pz - triangles[i, 2]
     u = (sx * hx + sy * hy + sz * hz) / det

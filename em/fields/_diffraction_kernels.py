@@ -55,6 +55,8 @@ def from_edge(frames, edge, dx, dy, dz, soft, hard):
     ax, ay, az = _axis(frames, edge)
     hx, hy, hz = _cross(ax, ay, az, dx, dy, dz)
     sine = np.sqrt(hx * hx + hy * hy + hz * hz)
+    if sine < _ALONG_THE_EDGE:
+        return 0j, 0j, 0j
     cosine = _dot(ax, ay, az, dx, dy, dz)
     bx, by, bz = ax - cosine * dx, ay - cosine * dy, az - cosine * dz
     soft, hard = soft / sine, hard / sine

@@ -26,6 +26,10 @@ from octant.em.fields._wave_kernels import (
     reflect_half_spaces,
     travel,
 )
+from octant.em.records import TRANSMISSION
+
+SHORT = 1e3
+"""Length [tolerances of the scene] up to which a leg is too short to have a direction."""
 
 
 @njit(cache=True, error_model="numpy")
@@ -94,6 +98,8 @@ def path_fields(
             leg -= 1
             if facets[begin, leg] < 0:
                 leg = _bend(
+                    planes,
+                    facet_plane,
                     wedge_utd,
                     wedge_faces,
                     permittivity,
@@ -191,6 +197,8 @@ def _edge_lengths(wedge_utd, points, facets, p, order):
 
 @njit(cache=True, error_model="numpy")
 def _bend(
+    planes,
+    facet_plane,
     wedge_utd,
     wedge_faces,
     permittivity,
@@ -212,7 +220,7 @@ def _bend(
     ey = complex(state[YR], state[YI])
     ez = complex(state[ZR], state[ZI])
     dx, dy, dz = state[DX], state[DY], state[DZ]
-    ox, oy, oz = _towards(points, p, leg)
+    ox, oy, oz = leaving(planes, facet_plane, tolerance, points, facets, p, leg)
     if edges == 1:
         ex, ey, ez = diffract(
             wedge_utd,
@@ -235,7 +243,7 @@ def _bend(
             ez,
         )
     else:
-        qx, qy, qz = _towards(points, p, leg - 1)
+        qx, qy, qz = leaving(planes, facet_plane, tolerance, points, facets, p, leg - 1)
         ex, ey, ez = diffract_twice(
             wedge_utd,
             wedge_faces,
@@ -271,13 +279,30 @@ def _bend(
 
 
 @njit(cache=True, error_model="numpy")
-def _towards(points, p, leg):
-    """Return the unit direction from an interaction to the next one towards the receiver."""
-    ox = points[p, leg, 0] - points[p, leg + 1, 0]
-    oy = points[p, leg, 1] - points[p, leg + 1, 1]
-    oz = points[p, leg, 2] - points[p, leg + 1, 2]
-    size = np.sqrt(ox * ox + oy * oy + oz * oz)
-    return ox / size, oy / size, oz / size
+def leaving(planes, facet_plane, tolerance, points, facets, p, leg):
+    """Return the unit direction in which a path leaves an interaction towards the receiver.
+
+    A leg too short for its direction takes the next one's, mirrored back by what reflects between.
+    """
+    ox, oy, oz, size = 0.0, 0.0, 0.0, 0.0
+    behind = leg + 1
+    while behind > 0 and size <= SHORT * tolerance:
+        behind -= 1
+        ox = points[p, behind, 0] - points[p, behind + 1, 0]
+        oy = points[p, behind, 1] - points[p, behind + 1, 1]
+        oz = points[p, behind, 2] - points[p, behind + 1, 2]
+        size = np.sqrt(ox * ox + oy * oy + oz * oz)
+    if size == 0.0:
+        return 0.0, 0.0, 0.0
+    ox, oy, oz = ox / size, oy / size, oz / size
+    for v in range(behind + 1, leg + 1):
+        code = facets[p, v - 1]
+        if 0 <= code < TRANSMISSION:
+            plane = facet_plane[code]
+            nx, ny, nz = planes[plane, 0], planes[plane, 1], planes[plane, 2]
+            twice = 2.0 * (nx * ox + ny * oy + nz * oz)
+            ox, oy, oz = ox - twice * nx, oy - twice * ny, oz - twice * nz
+    return ox, oy, oz
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)

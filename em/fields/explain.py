@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from octant.em.antennas.kinds import Antenna
 from octant.em.fields._diffraction_kernels import diffract, diffract_twice
+from octant.em.fields._field_kernels import leaving
 from octant.em.medium.materials import Material
 from octant.em.medium.radio_scene import RadioScene
 from octant.em.medium.reflection import WallCoefficients, wall_coefficients
@@ -133,7 +134,7 @@ def explain_path(
             detail=f"{length_m:.4f} m at {radio.frequency_hz / 1e9:g} GHz",
         )
     )
-    hops = _hops(paths, path)
+    hops = _hops(radio, paths, path)
     for hop in hops:
         wave, line = _STEPS[hop.kind](radio, wave, hop)
         lines.append(line)
@@ -180,12 +181,19 @@ class _Hop:
 _Step = Callable[[RadioScene, _Wave, _Hop], tuple[_Wave, BudgetLine]]
 
 
-def _hops(paths: PathSet, path: int) -> list[_Hop]:
+def _hops(radio: RadioScene, paths: PathSet, path: int) -> list[_Hop]:
     """Return the interactions of a path from the source on, edges in a row taken together."""
     vertices = paths.vertices_of(path)
-    legs = np.diff(vertices, axis=0)
-    length = np.linalg.norm(legs, axis=1)
-    unit = legs / np.where(length > 0.0, length, 1.0)[:, None]
+    length = np.linalg.norm(np.diff(vertices, axis=0), axis=1)
+    arrays = scene_arrays(radio)
+    codes = paths.codes[path, : len(length) - 1]
+    backwards = (vertices[None, ::-1].copy(), codes[None, ::-1].copy(), 0)
+    unit = np.array(
+        [
+            leaving(arrays.planes, arrays.facet_plane, arrays.tolerance, *backwards, leg)
+            for leg in range(len(length) - 1, -1, -1)
+        ]
+    )
     kinds = [int(k) for k in paths.kind[path] if k != NOTHING]
     hops = []
     first = 0

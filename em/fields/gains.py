@@ -10,7 +10,7 @@ from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
 from octant.em.fields import _field_kernels
 from octant.em.medium.radio_scene import RadioScene
 from octant.em.paths.tracing import scene_arrays
-from octant.em.records import DIFFRACTION, REFLECTION, TRANSMISSION, TRANSMITTED, PathSet
+from octant.em.records import PathSet
 from octant.em.soundness import check_power
 
 FloatArray = npt.NDArray[np.float64]
@@ -53,11 +53,6 @@ def path_gains(
     transmitter, receiver : Antennas at the two ends, in the room's frame; |F|^2 = gain.
     """
     k = len(paths)
-    codes = np.select(
-        [paths.kind == REFLECTION, paths.kind == TRANSMITTED, paths.kind == DIFFRACTION],
-        [paths.element, paths.element + TRANSMISSION, -1 - paths.element],
-        -1,
-    )
     gain = np.zeros(k, dtype=np.complex128)
     directions = np.zeros((k, 2, 3))
     _field_kernels.path_gains(
@@ -66,7 +61,7 @@ def path_gains(
         receiver.kernel_arrays(),
         paths.interactions,
         paths.vertices_m,
-        codes,
+        paths.codes,
         gain,
         directions,
     )

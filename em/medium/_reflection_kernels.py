@@ -58,7 +58,10 @@ def slab(eps_r, cosine, thickness):
     once = np.exp(-2j * np.pi * thickness * root)
     twice = once * once
     te2, tm2 = te * te, tm * tm
-    te_sum, tm_sum = 1.0 / (1.0 - te2 * twice), 1.0 / (1.0 - tm2 * twice)
+    te_loop, tm_loop = 1.0 - te2 * twice, 1.0 - tm2 * twice
+    if te_loop == 0.0 or tm_loop == 0.0:  # without loss, in resonance, and at grazing
+        return te, tm, complex(0.0, 0.0), complex(0.0, 0.0)
+    te_sum, tm_sum = 1.0 / te_loop, 1.0 / tm_loop
     te_back, tm_back = te * (1.0 - twice) * te_sum, tm * (1.0 - twice) * tm_sum
     return te_back, tm_back, (1.0 - te2) * once * te_sum, (1.0 - tm2) * once * tm_sum
 
@@ -132,7 +135,10 @@ def _stack(permittivity, thickness, begin, end, cosine, from_front):
 def _before(near, far, back, out, once):
     """Return ``back`` and ``out`` with one more interface and the way through a layer before it."""
     face = _interface(near, far)
-    total = once / (1.0 + face * back)
+    loop = 1.0 + face * back
+    if loop == 0.0:  # without loss, in resonance, and at grazing
+        return face, complex(0.0, 0.0)
+    total = once / loop
     return (face + back) * total * once, (1.0 + face) * out * total
 
 

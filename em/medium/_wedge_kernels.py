@@ -89,7 +89,9 @@ def image_boundary(mirrored, sign, phi_in, phi_out, n):
     x is the angle to that boundary, positive where the image is lit.
     """
     beta = phi_out + phi_in if mirrored else phi_out - phi_in
-    number = int(np.rint((beta + sign * np.pi) / (_TWO_PI * n)))
+    # Half-way between two images, as square to a face, rounding would choose.
+    turns = (beta + sign * np.pi) / (_TWO_PI * n)
+    number = int(np.rint(turns - np.copysign(SAME_ANGLE, turns)))
     return number, np.pi + sign * (beta - _TWO_PI * n * number)
 
 

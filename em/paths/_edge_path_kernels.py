@@ -9,88 +9,70 @@ heights, and the rest is the image method towards either end.
 import numpy as np
 from numba import njit
 
+from octant.em.paths._edge_point_kernels import SECTOR_TOLERANCE, in_sector, two_points
+from octant.em.paths._neighbour_kernels import comes_first, counts
 from octant.em.paths._path_kernels import (
-    ON_RIM,
     RECEIVER,
-    RIM,
     SOURCE,
     find_paths,
     inside_supporting_planes,
-    known_already,
 )
 from octant.geometries._bvh_kernels import segment_blocked, two_planes
 
-SECTOR_TOLERANCE = 1e-7
-"""Angle [rad] by which a ray may leave a wedge's sector of air: rays along a face have rounding."""
-
-STATIONARY = 1e-6
-"""Slope [-] of a path's length over two edges, up to which its two points count as the shortest."""
-
-NEWTON_STEPS = 40
-"""Steps [-] after which the two points of a double diffraction count as not found."""
+PARALLEL = 1e-9
+"""Squared sine of an angle [-] below which two edges count as parallel."""
 
 
 @njit(cache=True, error_model="numpy")
-def in_sector(wedge_frame, wedge, dx, dy, dz):
-    """Return whether a direction away from the edge points into the wedge's air, faces included."""
-    across = dx * wedge_frame[wedge, 6] + dy * wedge_frame[wedge, 7] + dz * wedge_frame[wedge, 8]
-    up = dx * wedge_frame[wedge, 9] + dy * wedge_frame[wedge, 10] + dz * wedge_frame[wedge, 11]
-    angle = np.arctan2(up, across)
-    if angle < 0.0:
-        angle += 2.0 * np.pi
-    return (
-        angle <= wedge_frame[wedge, 12] + SECTOR_TOLERANCE
-        or angle >= 2.0 * np.pi - SECTOR_TOLERANCE
-    )
+def met_before(
+    wedge_frame, points, facets, row, order, met_points, met_facets, met_orders, met, tolerance
+):
+    """Return whether a path that touches something was met already; remember it.
 
-
-@njit(cache=True, error_model="numpy")
-def two_points(wedge_frame, first, last, distance_s, along_s, distance_r, along_r):
-    """Return where the shortest path meets two edges, as lengths along them, and if it was found.
-
-    The source stands ``distance_s`` off the first edge's line at ``along_s``, the receiver likewise
-    off the last. The length is a convex function of the two places: Newton's method with halved
-    steps.
+    A ray at the end of an edge, where another edge goes on or a plane shows the edge's image, may
+    be read as diffracted by either, and as reflected before or behind: it is one path.
     """
-    ax, ay, az = wedge_frame[first, 3], wedge_frame[first, 4], wedge_frame[first, 5]
-    bx, by, bz = wedge_frame[last, 3], wedge_frame[last, 4], wedge_frame[last, 5]
-    ox = wedge_frame[last, 0] - wedge_frame[first, 0]
-    oy = wedge_frame[last, 1] - wedge_frame[first, 1]
-    oz = wedge_frame[last, 2] - wedge_frame[first, 2]
-    ab = ax * bx + ay * by + az * bz
-    s, t = along_s, along_r
-    best = np.inf
-    ds, dt = 0.0, 0.0
-    smooth = False
-    for _ in range(NEWTON_STEPS):
-        for _ in range(NEWTON_STEPS):
-            vx, vy, vz = ox + t * bx - s * ax, oy + t * by - s * ay, oz + t * bz - s * az
-            r = np.sqrt(vx * vx + vy * vy + vz * vz)
-            r1 = np.sqrt(distance_s * distance_s + (s - along_s) ** 2)
-            r3 = np.sqrt(distance_r * distance_r + (t - along_r) ** 2)
-            length = r1 + r + r3
-            if length <= best:
+    for k in range(met[0]):
+        if met_orders[k] != order:
+            continue
+        distance = 0.0
+        for v in range(order + 2):
+            for a in range(3):
+                distance = max(distance, abs(points[row, v, a] - met_points[k, v, a]))
+        if distance > tolerance:
+            continue
+        i, j = 0, 0
+        same = True
+        while same:
+            while i < order and facets[row, i] >= 0:
+                i += 1
+            while j < order and met_facets[k, j] >= 0:
+                j += 1
+            if order in (i, j):
+                same = i == j
                 break
-            ds, dt = 0.5 * ds, 0.5 * dt
-            s, t = s - ds, t - dt
-        best = length
-        if r == 0.0 or r1 == 0.0 or r3 == 0.0:
-            return s, t, False
-        va, vb = (vx * ax + vy * ay + vz * az) / r, (vx * bx + vy * by + vz * bz) / r
-        gs, gt = (s - along_s) / r1 - va, (t - along_r) / r3 + vb
-        hss = distance_s * distance_s / r1**3 + (1.0 - va * va) / r
-        htt = distance_r * distance_r / r3**3 + (1.0 - vb * vb) / r
-        hst = (va * vb - ab) / r
-        det = hss * htt - hst * hst
-        if det <= 0.0:
-            return s, t, False
-        ds, dt = -(htt * gs - hst * gt) / det, -(hss * gt - hst * gs) / det
-        # Where the edges meet, the length has a kink, at which no ray is diffracted by either.
-        smooth = abs(gs) + abs(gt) <= STATIONARY
-        if abs(ds) + abs(dt) <= 1e-14 * length:
-            return s, t, smooth
-        s, t = s + ds, t + dt
-    return s, t, smooth and abs(ds) + abs(dt) <= 1e-9 * best
+            w, u = -1 - facets[row, i], -1 - met_facets[k, j]
+            cosine = 0.0
+            for a in range(3):
+                cosine += wedge_frame[w, 3 + a] * wedge_frame[u, 3 + a]
+            same = 1.0 - cosine * cosine <= PARALLEL
+            for v in range(min(i, j) + 1, max(i, j) + 1):  # bent in the same place
+                for a in range(3):
+                    same = same and abs(points[row, v + 1, a] - points[row, v, a]) <= tolerance
+            i += 1
+            j += 1
+        if same:
+            return True
+    if met[0] < len(met_orders):
+        k = met[0]
+        met[0] += 1
+        met_orders[k] = order
+        for v in range(order + 2):
+            for a in range(3):
+                met_points[k, v, a] = points[row, v, a]
+            if v < order:
+                met_facets[k, v] = facets[row, v]
+    return False
 
 
 @njit(cache=True, error_model="numpy")
@@ -123,6 +105,10 @@ def find_edge_paths(
     links,
     triangles,
     triangle_planes,
+    sheet_boxes,
+    sheet_links,
+    sheets,
+    sheet_facets,
     margin,
     wedge_frame,
     wedge_facets,
@@ -152,6 +138,12 @@ def find_edge_paths(
     points,
     facets,
     orders,
+    near,
+    touching,
+    met_points,
+    met_facets,
+    met_orders,
+    met,
 ):
     """Return the number of paths over the edge images ``first`` to ``last``, and the image reached.
 
@@ -160,6 +152,8 @@ def find_edge_paths(
     """
     found = 0
     ends = len(state) - 1
+    slack = SECTOR_TOLERANCE
+    falling = comes_first(x, y, z, image[0, 0], image[0, 1], image[0, 2])
     for k in range(first, last):
         if found + (node_start[k + 1] - node_start[k]) * ways_per_node > len(orders):
             return found, k
@@ -172,7 +166,7 @@ def find_edge_paths(
         angle = np.arctan2(up, across)
         if angle < 0.0:
             angle += 2.0 * np.pi
-        if wedge_frame[wedge, 12] + SECTOR_TOLERANCE < angle < 2.0 * np.pi - SECTOR_TOLERANCE:
+        if wedge_frame[wedge, 12] + slack < angle < 2.0 * np.pi - slack:
             continue
         reflections = edge_plane_start[k + 1] - edge_plane_start[k]
         for node in range(node_start[k], node_start[k + 1]):
@@ -219,16 +213,25 @@ def find_edge_paths(
                 plane_facet_start,
                 facet_box,
                 facet_outline,
+                facet_plane,
                 outline,
                 tolerance,
                 boxes,
                 links,
                 triangles,
                 triangle_planes,
+                sheet_boxes,
+                sheet_links,
+                sheets,
+                sheet_facets,
                 margin,
+                wedge_frame,
+                wedge_facets,
                 x,
                 y,
                 z,
+                falling,
+                False,
                 False,
                 reflections,
                 reflections + 1,
@@ -236,12 +239,11 @@ def find_edge_paths(
                 before_points,
                 before_facets,
                 before_orders,
+                near,
+                touching,
             )
             if seen == 0:
                 continue
-            on_rim = several
-            for i in range(reflections):
-                on_rim = on_rim or state[i, RIM] == ON_RIM
             depth = reflections + 1
             for i in range(depth + 1):
                 for a in range(3):
@@ -261,8 +263,8 @@ def find_edge_paths(
                 gap = abs(qx - px) + abs(qy - py) + abs(qz - pz)
                 if (
                     gap <= tolerance
-                    or not in_sector(wedge_frame, wedge, qx - px, qy - py, qz - pz)
-                    or not in_sector(wedge_frame, one, px - qx, py - qy, pz - qz)
+                    or not in_sector(wedge_frame, wedge, qx - px, qy - py, qz - pz, slack)
+                    or not in_sector(wedge_frame, one, px - qx, py - qy, pz - qz, slack)
                 ):
                     continue
                 first_planes = two_planes(
@@ -301,16 +303,25 @@ def find_edge_paths(
                 plane_facet_start,
                 facet_box,
                 facet_outline,
+                facet_plane,
                 outline,
                 tolerance,
                 boxes,
                 links,
                 triangles,
                 triangle_planes,
+                sheet_boxes,
+                sheet_links,
+                sheets,
+                sheet_facets,
                 margin,
+                wedge_frame,
+                wedge_facets,
                 points[found, depth, 0],
                 points[found, depth, 1],
                 points[found, depth, 2],
+                falling,
+                False,
                 several,
                 leaf,
                 leaf + 1,
@@ -318,6 +329,8 @@ def find_edge_paths(
                 before_points,
                 before_facets,
                 before_orders,
+                near,
+                touching,
             )
             here = found
             for way in range(ways):
@@ -328,6 +341,7 @@ def find_edge_paths(
                     before_points[way, 1, 0] - before_points[way, 0, 0],
                     before_points[way, 1, 1] - before_points[way, 0, 1],
                     before_points[way, 1, 2] - before_points[way, 0, 2],
+                    slack,
                 ):
                     continue
                 if found > here:
@@ -342,19 +356,60 @@ def find_edge_paths(
                     if i < before:
                         facets[found, depth + i] = before_facets[way, i]
                 orders[found] = depth + before
-                if not on_rim or not known_already(
-                    points, 0, found, orders[found], 10.0 * tolerance
+                if counts(
+                    planes,
+                    plane_facet_start,
+                    facet_box,
+                    facet_outline,
+                    facet_plane,
+                    outline,
+                    tolerance,
+                    boxes,
+                    links,
+                    triangles,
+                    triangle_planes,
+                    sheet_boxes,
+                    sheet_links,
+                    sheets,
+                    sheet_facets,
+                    margin,
+                    wedge_frame,
+                    wedge_facets,
+                    points,
+                    facets,
+                    found,
+                    orders[found],
+                    near,
+                    touching,
+                ) and not (
+                    touching[found]
+                    and met_before(
+                        wedge_frame,
+                        points,
+                        facets,
+                        found,
+                        orders[found],
+                        met_points,
+                        met_facets,
+                        met_orders,
+                        met,
+                        10.0 * tolerance,
+                    )
                 ):
                     found += 1
     return found, last
 
 
 @njit(cache=True, error_model="numpy")
-def search_edges(scene, tree, edges, x, y, z, first, before, points, facets, orders):
+def search_edges(scene, tree, edges, x, y, z, first, before, met, whole):
     """Return the number of paths over some edge images from ``first`` on, and where to go on."""
+    points, facets, orders, near, touching = whole[1:]
+    met_points, met_facets, met_orders, met_count = met
+    if first == 0:
+        met_count[0] = 0
     state, chain_image, chain_order, chain_branches = before[:4]
     before_points, before_facets, before_orders = before[4:]
-    bvh = scene.bvh
+    bvh, sheets = scene.bvh, scene.sheet_bvh
     if inside_supporting_planes(scene.supporting, x, y, z) and inside_supporting_planes(
         scene.supporting, tree.image[0, 0], tree.image[0, 1], tree.image[0, 2]
     ):
@@ -375,6 +430,10 @@ def search_edges(scene, tree, edges, x, y, z, first, before, points, facets, ord
         bvh.links,
         bvh.triangles,
         bvh.planes,
+        sheets.boxes,
+        sheets.links,
+        sheets.triangles,
+        sheets.planes,
         bvh.margin,
         scene.wedge_frame,
         scene.wedge_facets,
@@ -404,4 +463,10 @@ def search_edges(scene, tree, edges, x, y, z, first, before, points, facets, ord
         points,
         facets,
         orders,
+        near,
+        touching,
+        met_points,
+        met_facets,
+        met_orders,
+        met_count,
     )

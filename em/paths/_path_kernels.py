@@ -8,43 +8,17 @@ path. So each function here works through many images at a time and takes its ar
 import numpy as np
 from numba import njit
 
+from octant.em.paths._facet_kernels import OUTSIDE, place_on_facet
+from octant.em.paths._neighbour_kernels import comes_first, counts
 from octant.em.paths._transmission_kernels import MAX_CROSSINGS
 from octant.em.records import CHUNK
 from octant.geometries._bvh_kernels import segment_blocked
 
-FACET, PLANE, NODE, CURSOR, RIM = 0, 1, 2, 3, 4
+FACET, PLANE, NODE, CURSOR = 0, 1, 2, 3
 """Columns of the search state, one row per reflection counted from the receiver."""
 
 RECEIVER, SOURCE = 0, 1
 """Columns of its last row: where an end is a point of an edge, its two planes, packed; else -1."""
-
-OUTSIDE, INSIDE, ON_RIM = 0, 1, 2
-"""Where a point of its plane lies with respect to a facet."""
-
-CORNER_REACH = 1e3
-"""Half the span, in margins of the hierarchy, over which hits on a rim look for obstacles."""
-
-
-@njit(cache=True, error_model="numpy")
-def winds_around(outline, begin, end, u, v, tolerance):
-    """Return where a point lies with respect to the polygon of directed edges."""
-    winding = 0
-    for i in range(begin, end):
-        u0, v0, u1, v1 = outline[i, 0], outline[i, 1], outline[i, 2], outline[i, 3]
-        du, dv = u1 - u0, v1 - v0
-        side = du * (v - v0) - (u - u0) * dv
-        length2 = du * du + dv * dv
-        if side * side <= tolerance * tolerance * length2:
-            along = (u - u0) * du + (v - v0) * dv
-            slack = tolerance * np.sqrt(length2)
-            if -slack <= along <= length2 + slack:
-                return ON_RIM
-        if v0 <= v:
-            if v1 > v and side > 0.0:
-                winding += 1
-        elif v1 <= v and side < 0.0:
-            winding -= 1
-    return INSIDE if winding != 0 else OUTSIDE
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
@@ -62,7 +36,6 @@ def path_is_free(boxes, links, triangles, triangle_planes, margin, points, state
     """Return whether every segment of a path is free; each ignores the planes that it ends on."""
     ends = len(state) - 1
     for i in range(order + 1):
-        plane_b = state[i, PLANE] if i < order else state[ends, SOURCE]
         if segment_blocked(
             boxes,
             links,
@@ -76,53 +49,10 @@ def path_is_free(boxes, links, triangles, triangle_planes, margin, points, state
             points[row, i + 1, 1],
             points[row, i + 1, 2],
             state[i - 1, PLANE] if i > 0 else state[ends, RECEIVER],
-            plane_b,
-        ):
-            return False
-        on_rim = i < order and state[i, RIM] == ON_RIM
-        if on_rim and corner_blocked(
-            boxes, links, triangles, triangle_planes, margin, points, row, i, plane_b
+            state[i, PLANE] if i < order else state[ends, SOURCE],
         ):
             return False
     return True
-
-
-@njit(cache=True, error_model="numpy")
-def corner_blocked(boxes, links, triangles, triangle_planes, margin, points, row, i, plane):
-    """Return whether a path that touches a facet's rim passes through a neighbour's there.
-
-    Hits at the very ends of a segment do not count as obstacles, so a path could slip into a solid
-    through its edge. The chord from just before the rim to just after it settles that.
-    """
-    reach = CORNER_REACH * margin
-    ends = np.empty(6)
-    for side in range(2):
-        other = i if side == 0 else i + 2
-        size = 0.0
-        for a in range(3):
-            size += (points[row, other, a] - points[row, i + 1, a]) ** 2
-        size = np.sqrt(size)
-        if size <= reach:  # the next reflection is in the same corner
-            return False
-        for a in range(3):
-            ends[3 * side + a] = points[row, i + 1, a] + reach / size * (
-                points[row, other, a] - points[row, i + 1, a]
-            )
-    return segment_blocked(
-        boxes,
-        links,
-        triangles,
-        triangle_planes,
-        margin,
-        ends[0],
-        ends[1],
-        ends[2],
-        ends[3],
-        ends[4],
-        ends[5],
-        plane,
-        -1,
-    )
 
 
 @njit(cache=True, error_model="numpy")
@@ -148,16 +78,25 @@ def find_paths(
     plane_facet_start,
     facet_box,
     facet_outline,
+    facet_plane,
     outline,
     tolerance,
     boxes,
     links,
     triangles,
     triangle_planes,
+    sheet_boxes,
+    sheet_links,
+    sheets,
+    sheet_facets,
     margin,
+    wedge_frame,
+    wedge_facets,
     x,
     y,
     z,
+    falling,
+    whole,
     several,
     first,
     last,
@@ -165,6 +104,8 @@ def find_paths(
     points,
     facets,
     orders,
+    near,
+    touching,
 ):
     """Return how many paths the images ``first`` to ``last`` give to the receiver x, y, z.
 
@@ -173,17 +114,16 @@ def find_paths(
     Row by row, ``points`` receives receiver, reflections and source, ``facets`` the facet of each
     reflection in the same sense, ``orders`` the number of reflections. Where receiver or source is
     a point of an edge, the last row of the state names its planes, which do not block or reflect
-    there. ``several`` asks for every path of an image; else the first is the only one.
+    there. ``several`` asks for every path of an image; else the first is the only one. ``whole``
+    says that the ends are antennas, so that :func:`counts` decides on paths that touch something.
 
     A path exactly through the edge of two walls may be read as a reflection by either first. Which
     reading is taken must not depend on which end sends, or reciprocity would fail there: branches
-    are sorted by plane, and tried in rising or falling order by which end comes first in space.
+    are sorted by plane, and tried in falling order where the receiver comes first in space, else in
+    rising order.
     """
     found = 0
     ends = len(state) - 1
-    falling = x < image[0, 0] or (
-        x == image[0, 0] and (y < image[0, 1] or (y == image[0, 1] and z < image[0, 2]))
-    )
     for leaf in range(first, last):
         order = order_of[leaf]
         depth = 0
@@ -198,13 +138,43 @@ def find_paths(
             if depth == order:
                 for a in range(3):
                     points[found, depth + 1, a] = image[0, a]
-                if len(links) == 0 or path_is_free(
+                for k in range(order):
+                    facets[found, k] = state[k, FACET]
+                if path_is_free(
                     boxes, links, triangles, triangle_planes, margin, points, state, found, order
+                ) and (
+                    not whole
+                    or counts(
+                        planes,
+                        plane_facet_start,
+                        facet_box,
+                        facet_outline,
+                        facet_plane,
+                        outline,
+                        tolerance,
+                        boxes,
+                        links,
+                        triangles,
+                        triangle_planes,
+                        sheet_boxes,
+                        sheet_links,
+                        sheets,
+                        sheet_facets,
+                        margin,
+                        wedge_frame,
+                        wedge_facets,
+                        points,
+                        facets,
+                        found,
+                        order,
+                        near,
+                        touching,
+                    )
                 ):
-                    for k in range(order):
-                        facets[found, k] = state[k, FACET]
                     orders[found] = order
-                    if not several:
+                    # Of an image that touches something, two ways may meet in one rim.
+                    room = len(orders) - found > last - leaf + 1
+                    if not (several or (whole and touching[found] and room)):
                         found += 1
                         break
                     if not known_already(points, found_before, found, order, 10.0 * tolerance):
@@ -234,43 +204,32 @@ def find_paths(
             px, py, pz = points[found, depth, 0], points[found, depth, 1], points[found, depth, 2]
             image_height = nx * ix + ny * iy + nz * iz - planes[plane, 3]
             point_height = nx * px + ny * py + nz * pz - planes[plane, 3]
-            if image_height > 0.0:
+            # Behind an edge that ends on the plane, its point is its own image. A way that runs
+            # within the plane meets it nowhere.
+            if abs(image_height) <= tolerance:
+                t = 1.0
+                apart = max(abs(ix - px), abs(iy - py), abs(iz - pz))
+                if abs(point_height) <= tolerance < apart:
+                    continue
+            elif image_height > 0.0:
                 if point_height > tolerance:
                     continue
-            elif point_height < -tolerance:
-                continue
-            t = max(point_height / (point_height - image_height), 0.0)
+                t = max(point_height / (point_height - image_height), 0.0)
+            else:
+                if point_height < -tolerance:
+                    continue
+                t = max(point_height / (point_height - image_height), 0.0)
             hx, hy, hz = px + t * (ix - px), py + t * (iy - py), pz + t * (iz - pz)
             u = hx * planes[plane, 4] + hy * planes[plane, 5] + hz * planes[plane, 6]
             v = hx * planes[plane, 7] + hy * planes[plane, 8] + hz * planes[plane, 9]
             hit = -1
-            where = OUTSIDE
             for facet in range(plane_facet_start[plane], plane_facet_start[plane + 1]):
-                if (
-                    u < facet_box[facet, 0] - tolerance
-                    or v < facet_box[facet, 1] - tolerance
-                    or u > facet_box[facet, 2] + tolerance
-                    or v > facet_box[facet, 3] + tolerance
-                ):
-                    continue
-                begin, end = facet_outline[facet, 0], facet_outline[facet, 1]
-                if begin < end:
-                    where = winds_around(outline, begin, end, u, v, tolerance)
-                elif (
-                    u < facet_box[facet, 0] + tolerance
-                    or v < facet_box[facet, 1] + tolerance
-                    or u > facet_box[facet, 2] - tolerance
-                    or v > facet_box[facet, 3] - tolerance
-                ):
-                    where = ON_RIM
-                else:
-                    where = INSIDE
+                where = place_on_facet(facet_box, facet_outline, outline, facet, u, v, tolerance)
                 if where != OUTSIDE:
                     hit = facet
                     break
             if hit < 0:
                 continue
-            state[depth, RIM] = where
             state[depth, FACET] = hit
             state[depth, PLANE] = plane
             depth += 1
@@ -286,22 +245,26 @@ def find_paths(
 def make_scratch(max_order, ways, transmits, rows):
     """Return state, points, facets and orders for chunks of paths of up to ``max_order`` bends.
 
-    Each row has room for the sheets that a path may pass through besides.
+    Behind them come the points of neighbours, and whether a path touches something. Each row has
+    room for the sheets that a path may pass through besides.
     """
     width = max_order + (MAX_CROSSINGS if transmits else 0)
-    rows = max(rows, CHUNK, ways) + 1
+    rows = max(rows, 2 * CHUNK, ways) + 1
     return (
-        np.empty((max_order + 3, 5), dtype=np.int64),
+        np.empty((max_order + 3, 4), dtype=np.int64),
         np.empty((rows, width + 2, 3)),
         np.empty((rows, width + 1), dtype=np.int64),
         np.empty(rows, dtype=np.int64),
+        np.empty((rows, width + 2, 3)),
+        np.zeros(rows, dtype=np.bool_),
     )
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def search_chunk(scene, tree, x, y, z, first, last, state, points, facets, orders):
+def search_chunk(scene, tree, x, y, z, first, last, whole):
     """Return the number of paths to x, y, z over the images from first to last, row by row."""
-    bvh = scene.bvh
+    bvh, sheets = scene.bvh, scene.sheet_bvh
+    state, points, facets, orders, near, touching = whole
     image = tree.image
     state[len(state) - 1, :] = -1
     if inside_supporting_planes(scene.supporting, x, y, z) and inside_supporting_planes(
@@ -317,16 +280,25 @@ def search_chunk(scene, tree, x, y, z, first, last, state, points, facets, order
         scene.plane_facet_start,
         scene.facet_box,
         scene.facet_outline,
+        scene.facet_plane,
         scene.outline,
         scene.tolerance,
         bvh.boxes,
         bvh.links,
         bvh.triangles,
         bvh.planes,
+        sheets.boxes,
+        sheets.links,
+        sheets.triangles,
+        sheets.planes,
         bvh.margin,
+        scene.wedge_frame,
+        scene.wedge_facets,
         x,
         y,
         z,
+        comes_first(x, y, z, image[0, 0], image[0, 1], image[0, 2]),
+        True,
         scene.transmits,
         first,
         last,
@@ -334,4 +306,6 @@ def search_chunk(scene, tree, x, y, z, first, last, state, points, facets, order
         points,
         facets,
         orders,
+        near,
+        touching,
     )

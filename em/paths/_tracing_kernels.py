@@ -12,7 +12,10 @@ from octant.em.records import CHUNK
 
 @njit(cache=True, error_model="numpy")
 def tracing_scratch(scene, tree, edges):
-    """Return what :func:`next_paths` works in: one set for a whole path, one for its first part."""
+    """Return what :func:`next_paths` works in: a set for whole paths, one for their first parts.
+
+    The third holds those paths of one receiver that touch something at an edge.
+    """
     whole = make_scratch(
         max(tree.max_order, edges.max_order), tree.ways, scene.transmits, edges.rows
     )
@@ -24,7 +27,7 @@ def tracing_scratch(scene, tree, edges):
     chain_branches[:, 1] = np.arange(longest + 2) - 1
     chain_order = np.arange(longest + 3)
     before = (
-        np.empty((longest + 3, 5), dtype=np.int64),
+        np.empty((longest + 3, 4), dtype=np.int64),
         np.empty((longest + 2, 3)),
         chain_order,
         chain_branches,
@@ -32,7 +35,13 @@ def tracing_scratch(scene, tree, edges):
         np.empty((rows, longest + 1), dtype=np.int64),
         np.empty(rows, dtype=np.int64),
     )
-    return whole, before
+    met = (
+        np.empty((CHUNK, longest + 2, 3)),
+        np.empty((CHUNK, longest + 1), dtype=np.int64),
+        np.empty(CHUNK, dtype=np.int64),
+        np.zeros(1, dtype=np.int64),
+    )
+    return whole, before, met
 
 
 @njit(cache=True, error_model="numpy")
@@ -48,15 +57,15 @@ def next_paths(scene, tree, edges, x, y, z, place, step, images, scratch):
 
     Images of the source come first, ``step`` at a time, those of the edges behind them.
     """
-    whole, before = scratch
-    state, points, facets, orders = whole
+    whole, before, met = scratch
+    points, facets, orders, near, touching = whole[1:]
     if place < images:
         last = min(place + step, images)
-        found = search_chunk(scene, tree, x, y, z, place, last, state, points, facets, orders)
+        found = search_chunk(scene, tree, x, y, z, place, last, whole)
         place = last
     else:
         found, reached = search_edges(
-            scene, tree, edges, x, y, z, place - images, before, points, facets, orders
+            scene, tree, edges, x, y, z, place - images, before, met, whole
         )
         place = images + reached
     if scene.transmits:
@@ -73,6 +82,8 @@ def next_paths(scene, tree, edges, x, y, z, place, step, images, scratch):
             points,
             facets,
             orders,
+            near,
+            touching,
         )
     return found, place
 

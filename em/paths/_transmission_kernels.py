@@ -4,6 +4,7 @@
 import numpy as np
 from numba import njit
 
+from octant.em.paths._neighbour_kernels import MOVE, MOVES, comes_first
 from octant.em.records import TRANSMISSION
 from octant.geometries._bvh_kernels import crossing
 
@@ -29,13 +30,15 @@ def crossings(
     plane_b,
     plane_c,
     plane_d,
+    rising,
     places,
     facets,
 ):
     """Return how many sheets stand strictly between p and q; fill places 0..1 and facets in order.
 
-    One plane counts once, whatever its meshing; planes ``plane_a`` to ``plane_d`` do not count. A
-    number above the length of the arrays says that they were too short.
+    Those met in one place stand by their planes, ``rising`` or falling. One plane counts once,
+    whatever its meshing; planes ``plane_a`` to ``plane_d`` do not count. A number above the length
+    of the arrays says that they were too short.
     """
     count = 0
     dx, dy, dz = qx - px, qy - py, qz - pz
@@ -75,12 +78,99 @@ def crossings(
             if count == len(places):
                 return count + 1
             k = count
-            while k > 0 and places[k - 1] > t:
+            while k > 0 and places[k - 1] > t - near:
+                before = facet_plane[facets[k - 1]] < plane
+                if places[k - 1] <= t + near and before == rising:
+                    break
                 places[k], facets[k] = places[k - 1], facets[k - 1]
                 k -= 1
             places[k], facets[k] = t, facet
             count += 1
         node += 1
+    return count
+
+
+@njit(cache=True, error_model="numpy")
+def sheets_between(
+    boxes,
+    links,
+    triangles,
+    triangle_facets,
+    margin,
+    facet_plane,
+    px,
+    py,
+    pz,
+    qx,
+    qy,
+    qz,
+    plane_a,
+    plane_b,
+    plane_c,
+    plane_d,
+    rising,
+    places,
+    facets,
+):
+    """Return what :func:`crossings` does, of a leg close by where sheets are met on their rims.
+
+    A leg through the edge in which two sheets meet crosses one of them or both, as its neighbours
+    do. Of these one that crosses most is taken, as a rim that is touched counts as met.
+    """
+    count = crossings(
+        boxes,
+        links,
+        triangles,
+        triangle_facets,
+        margin,
+        facet_plane,
+        px,
+        py,
+        pz,
+        qx,
+        qy,
+        qz,
+        plane_a,
+        plane_b,
+        plane_c,
+        plane_d,
+        rising,
+        places,
+        facets,
+    )
+    length = np.sqrt((qx - px) ** 2 + (qy - py) ** 2 + (qz - pz) ** 2)
+    tied = False
+    for k in range(1, min(count, len(places))):
+        tied = tied or (places[k] - places[k - 1]) * length <= 2.0 * margin
+    if not tied:
+        return count
+    most, best = -1, 0
+    for k in range(len(MOVES) + 1):
+        move = MOVES[k if k < len(MOVES) else best]
+        x, y, z = MOVE * margin * move[0], MOVE * margin * move[1], MOVE * margin * move[2]
+        count = crossings(
+            boxes,
+            links,
+            triangles,
+            triangle_facets,
+            margin,
+            facet_plane,
+            px + x,
+            py + y,
+            pz + z,
+            qx + x,
+            qy + y,
+            qz + z,
+            plane_a,
+            plane_b,
+            plane_c,
+            plane_d,
+            rising,
+            places,
+            facets,
+        )
+        if count > most:
+            most, best = count, k
     return count
 
 
@@ -105,11 +195,13 @@ def insert_crossings(
     points,
     facets,
     orders,
+    near,
+    touching,
 ):
     """Return how many of ``found`` paths are left, with the sheets they pass through among theirs.
 
     Rows hold receiver, interactions and source; those that pass through too many sheets are
-    dropped, the others move up.
+    dropped, the others move up. A path that touches something passes the sheets of its neighbour.
     """
     places = np.empty(MAX_CROSSINGS)
     sheets = np.empty(MAX_CROSSINGS, dtype=np.int64)
@@ -118,6 +210,15 @@ def insert_crossings(
     left = 0
     for p in range(found):
         order = orders[p]
+        last = order + 1
+        rising = comes_first(
+            points[p, 0, 0],
+            points[p, 0, 1],
+            points[p, 0, 2],
+            points[p, last, 0],
+            points[p, last, 1],
+            points[p, last, 2],
+        )
         size = 0
         fits = True
         for leg in range(order + 1):
@@ -127,9 +228,10 @@ def insert_crossings(
             c, d = (-1, -1)
             if leg < order:
                 c, d = _planes_of(facets[p, leg], facet_plane, wedge_facets)
-            px, py, pz = points[p, leg, 0], points[p, leg, 1], points[p, leg, 2]
-            qx, qy, qz = points[p, leg + 1, 0], points[p, leg + 1, 1], points[p, leg + 1, 2]
-            count = crossings(
+            ways = near if touching[p] else points
+            px, py, pz = ways[p, leg, 0], ways[p, leg, 1], ways[p, leg, 2]
+            qx, qy, qz = ways[p, leg + 1, 0], ways[p, leg + 1, 1], ways[p, leg + 1, 2]
+            count = sheets_between(
                 boxes,
                 links,
                 triangles,
@@ -146,6 +248,7 @@ def insert_crossings(
                 b,
                 c,
                 d,
+                rising,
                 places,
                 sheets,
             )
@@ -155,6 +258,8 @@ def insert_crossings(
             if count > room or count > MAX_CROSSINGS or (middle and count > 0):
                 fits = False
                 break
+            px, py, pz = points[p, leg, 0], points[p, leg, 1], points[p, leg, 2]
+            qx, qy, qz = points[p, leg + 1, 0], points[p, leg + 1, 1], points[p, leg + 1, 2]
             for k in range(count):
                 t = places[k]
                 new_facets[size] = TRANSMISSION + sheets[k]

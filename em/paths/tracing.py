@@ -150,8 +150,10 @@ def trace_paths(
     """Return every path to each receiver, over walls, through sheets, over edges; none is a result.
 
     Reflection points lie inside their facets (rims included) with nothing in the way but facets
-    that let waves through. A path exactly through the shared edge of two facets counts once. Paths
-    through more than 128 sheets are left out.
+    that let waves through. A path exactly through the shared edge of two facets counts once. One
+    that touches more than it interacts with (a rim, a partition's foot, an edge's end), or has a
+    leg of no length, counts where a path close by, its ends moved by about 1e-6 m, exists as well.
+    Paths through more than 128 sheets are left out.
 
     A receiver on a wall has the paths of one just before it, on the source's side: the last leg of
     the wall's own reflection has no length. On a rim or edge no path is diffracted by that edge,

@@ -1,0 +1,542 @@
+# mypy: allow-untyped-defs
+"""Compiled decision on paths that touch something: those that a path close by has as well count.
+
+Where a reflection falls on a rim, on the foot of a partition or into a corner, where an edge is met
+at its very end or a leg has no length, each test of the search for itself passes within its
+tolerance, though together they may belong to no path: the double reflection at a convex edge, the
+reflection under a partition. So such a path is searched again between ends that are moved by about
+a micrometre to many sides, where nothing touches.
+"""
+
+import numpy as np
+from numba import njit
+
+from octant.em.paths._edge_point_kernels import SECTOR_TOLERANCE, in_sector, two_points
+from octant.em.paths._facet_kernels import ON_RIM, OUTSIDE, place_on_facet
+from octant.geometries._bvh_kernels import segment_blocked, two_planes
+
+TOUCHING = 8.0
+"""Distance [margins of the hierarchy] up to which something touches a path."""
+
+MOVE = 200.0
+"""Distance [margins of the hierarchy] by which the ends are moved, about 1e-6 m in a room."""
+
+STRICT = 0.01
+"""Share of the margins [-] within which hits at the ends of a neighbour's legs are ignored."""
+
+# Six fractions evenly spread in six dimensions: multiples of the powers of 1 / g, g^7 = g + 1.
+_STEPS = 1.0 / 1.1127756842787053 ** np.arange(1.0, 7.0)
+MOVES = 2.0 * ((0.5 + np.arange(1.0, 49.0)[:, None] * _STEPS) % 1.0) - 1.0
+"""(n, 6) moves [-1 to 1] of the end that is first in space, and of the other."""
+
+
+@njit(cache=True, error_model="numpy")
+def comes_first(x, y, z, ox, oy, oz):
+    """Return whether a point comes before another in space: what does not depend on who sends."""
+    return x < ox or (x == ox and (y < oy or (y == oy and z < oz)))
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _ends(points, row, order):
+    """Return the places of receiver and source of a path."""
+    return (
+        points[row, 0, 0],
+        points[row, 0, 1],
+        points[row, 0, 2],
+        points[row, order + 1, 0],
+        points[row, order + 1, 1],
+        points[row, order + 1, 2],
+    )
+
+
+@njit(cache=True, error_model="numpy")
+def touched(
+    boxes, links, triangles, owner, by_facet, facet_plane, plane_a, plane_b, x, y, z, reach
+):
+    """Return whether a triangle may touch a point [m], those of two planes left out.
+
+    ``owner`` is the facet of each triangle, or its plane.
+    """
+    node = 0
+    while node < len(links):
+        if (
+            x < boxes[node, 0] - reach
+            or y < boxes[node, 1] - reach
+            or z < boxes[node, 2] - reach
+            or x > boxes[node, 3] + reach
+            or y > boxes[node, 4] + reach
+            or z > boxes[node, 5] + reach
+        ):
+            node = links[node, 0]
+            continue
+        for i in range(links[node, 1], links[node, 1] + links[node, 2]):
+            plane = facet_plane[owner[i]] if by_facet else owner[i]
+            if plane in (plane_a, plane_b):
+                continue
+            px, py, pz = x - triangles[i, 0], y - triangles[i, 1], z - triangles[i, 2]
+            ax, ay, az = triangles[i, 3], triangles[i, 4], triangles[i, 5]
+            bx, by, bz = triangles[i, 6], triangles[i, 7], triangles[i, 8]
+            if (
+                px < min(0.0, ax, bx) - reach
+                or py < min(0.0, ay, by) - reach
+                or pz < min(0.0, az, bz) - reach
+                or px > max(0.0, ax, bx) + reach
+                or py > max(0.0, ay, by) + reach
+                or pz > max(0.0, az, bz) + reach
+            ):
+                continue
+            nx, ny, nz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+            size = np.sqrt(nx * nx + ny * ny + nz * nz)
+            if abs(nx * px + ny * py + nz * pz) <= reach * size:
+                return True
+        node += 1
+    return False
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _planes_of(code, facet_plane, wedge_facets):
+    """Return the one or two planes that a path touches at an interaction."""
+    if code >= 0:
+        return facet_plane[code], facet_plane[code]
+    return facet_plane[wedge_facets[-1 - code, 0]], facet_plane[wedge_facets[-1 - code, 1]]
+
+
+@njit(cache=True, error_model="numpy")
+def touches(
+    planes,
+    facet_box,
+    facet_outline,
+    facet_plane,
+    outline,
+    tolerance,
+    boxes,
+    links,
+    triangles,
+    triangle_planes,
+    sheet_boxes,
+    sheet_links,
+    sheets,
+    sheet_facets,
+    margin,
+    wedge_frame,
+    wedge_facets,
+    points,
+    facets,
+    row,
+    order,
+):
+    """Return whether a path has a leg of no length or touches more than it interacts with."""
+    reach = TOUCHING * margin
+    for i in range(order + 1):
+        leg = 0.0
+        for a in range(3):
+            leg = max(leg, abs(points[row, i + 1, a] - points[row, i, a]))
+        if leg <= reach:
+            return True
+    for i in range(order):
+        code = facets[row, i]
+        x, y, z = points[row, i + 1, 0], points[row, i + 1, 1], points[row, i + 1, 2]
+        plane_a, plane_b = _planes_of(code, facet_plane, wedge_facets)
+        if code >= 0:
+            u = x * planes[plane_a, 4] + y * planes[plane_a, 5] + z * planes[plane_a, 6]
+            v = x * planes[plane_a, 7] + y * planes[plane_a, 8] + z * planes[plane_a, 9]
+            where = place_on_facet(facet_box, facet_outline, outline, code, u, v, tolerance)
+            if where == ON_RIM:
+                return True
+        else:
+            w = -1 - code
+            along = 0.0
+            for a in range(3):
+                along += (points[row, i + 1, a] - wedge_frame[w, a]) * wedge_frame[w, 3 + a]
+            if along <= reach or along >= wedge_frame[w, 13] - reach:
+                return True
+        if touched(
+            boxes,
+            links,
+            triangles,
+            triangle_planes,
+            False,
+            facet_plane,
+            plane_a,
+            plane_b,
+            x,
+            y,
+            z,
+            reach,
+        ) or touched(
+            sheet_boxes,
+            sheet_links,
+            sheets,
+            sheet_facets,
+            True,
+            facet_plane,
+            plane_a,
+            plane_b,
+            x,
+            y,
+            z,
+            reach,
+        ):
+            return True
+    return False
+
+
+@njit(cache=True, error_model="numpy")
+def _mirror(planes, plane, point, image):
+    """Fill the image of a point over a plane; return the point's height over it [m]."""
+    height = -planes[plane, 3]
+    for a in range(3):
+        height += planes[plane, a] * point[a]
+    for a in range(3):
+        image[a] = point[a] - 2.0 * height * planes[plane, a]
+    return height
+
+
+@njit(cache=True, error_model="numpy")
+def _reflections(
+    planes,
+    plane_facet_start,
+    facet_box,
+    facet_outline,
+    facet_plane,
+    outline,
+    facets,
+    row,
+    begin,
+    end,
+    images,
+    near,
+):
+    """Fill the reflections between vertices begin and end; return whether they are on facets."""
+    images[end] = near[end]
+    for v in range(end - 1, begin, -1):
+        _mirror(planes, facet_plane[facets[row, v - 1]], images[v + 1], images[v])
+    for v in range(begin + 1, end):
+        plane = facet_plane[facets[row, v - 1]]
+        here, there = -planes[plane, 3], -planes[plane, 3]
+        for a in range(3):
+            here += planes[plane, a] * near[v - 1, a]
+            there += planes[plane, a] * images[v, a]
+        if not here * there < 0.0:
+            return False
+        t = here / (here - there)
+        hu, hv = 0.0, 0.0
+        for a in range(3):
+            near[v, a] = near[v - 1, a] + t * (images[v, a] - near[v - 1, a])
+            hu += near[v, a] * planes[plane, 4 + a]
+            hv += near[v, a] * planes[plane, 7 + a]
+        hit = False
+        for facet in range(plane_facet_start[plane], plane_facet_start[plane + 1]):
+            place = place_on_facet(facet_box, facet_outline, outline, facet, hu, hv, 0.0)
+            hit = hit or place != OUTSIDE
+        if not hit:
+            return False
+    return True
+
+
+@njit(cache=True, error_model="numpy")
+def _beside(wedge_frame, w, point):
+    """Return the distance of a point from the line of a wedge's edge, and its place along it."""
+    along, across, up = 0.0, 0.0, 0.0
+    for a in range(3):
+        offset = point[a] - wedge_frame[w, a]
+        along += offset * wedge_frame[w, 3 + a]
+        across += offset * wedge_frame[w, 6 + a]
+        up += offset * wedge_frame[w, 9 + a]
+    return np.sqrt(across * across + up * up), along
+
+
+@njit(cache=True, error_model="numpy")
+def _edge_points(planes, facet_plane, wedge_frame, facets, row, order, last, first, images, near):
+    """Fill the points on a path's edges, vertices last and first; return whether it has them."""
+    for a in range(3):
+        images[0, a], images[1, a] = near[0, a], near[order + 1, a]
+    for v in range(1, last):
+        _mirror(planes, facet_plane[facets[row, v - 1]], images[0], images[0])
+    for v in range(order, first, -1):
+        _mirror(planes, facet_plane[facets[row, v - 1]], images[1], images[1])
+    w, one = -1 - facets[row, last - 1], -1 - facets[row, first - 1]
+    distance_r, along_r = _beside(wedge_frame, w, images[0])
+    distance_s, along_s = _beside(wedge_frame, one, images[1])
+    if last == first:
+        if distance_s + distance_r == 0.0:
+            return False
+        t = along_s + (along_r - along_s) * distance_s / (distance_s + distance_r)
+        s = t
+    else:
+        s, t, found = two_points(wedge_frame, one, w, distance_s, along_s, distance_r, along_r)
+        if not found:
+            return False
+    if not (0.0 <= t <= wedge_frame[w, 13] and 0.0 <= s <= wedge_frame[one, 13]):
+        return False
+    for a in range(3):
+        near[last, a] = wedge_frame[w, a] + t * wedge_frame[w, 3 + a]
+        near[first, a] = wedge_frame[one, a] + s * wedge_frame[one, 3 + a]
+    return True
+
+
+@njit(cache=True, error_model="numpy")
+def neighbour_has(
+    planes,
+    plane_facet_start,
+    facet_box,
+    facet_outline,
+    facet_plane,
+    outline,
+    boxes,
+    links,
+    triangles,
+    triangle_planes,
+    margin,
+    wedge_frame,
+    wedge_facets,
+    points,
+    facets,
+    row,
+    order,
+    near,
+):
+    """Return whether ends close by have the path of a row too; ``near`` (n, 3) is filled by it.
+
+    Which end is moved how depends on which is first in space, not on which sends.
+    """
+    images = np.empty((order + 2, 3))
+    own = np.empty(2, dtype=np.int64)
+    ends = order + 1
+    last, first = 0, 0
+    for v in range(1, ends):
+        if facets[row, v - 1] < 0:
+            last, first = v if last == 0 else last, v
+    at_receiver = 0 if comes_first(*_ends(points, row, order)) else 3
+    for k in range(len(MOVES)):
+        for a in range(3):
+            near[0, a] = points[row, 0, a] + MOVE * margin * MOVES[k, at_receiver + a]
+            near[ends, a] = points[row, ends, a] + MOVE * margin * MOVES[k, 3 - at_receiver + a]
+        if last > 0 and not _edge_points(
+            planes, facet_plane, wedge_frame, facets, row, order, last, first, images, near
+        ):
+            continue
+        begin = 0
+        good = True
+        for end in (last, first, ends):
+            if good and end > begin:
+                good = _reflections(
+                    planes,
+                    plane_facet_start,
+                    facet_box,
+                    facet_outline,
+                    facet_plane,
+                    outline,
+                    facets,
+                    row,
+                    begin,
+                    end,
+                    images,
+                    near,
+                )
+                begin = end
+        for v in range(1, ends):
+            if good and facets[row, v - 1] < 0:
+                for other in (v - 1, v + 1):
+                    good = good and in_sector(
+                        wedge_frame,
+                        -1 - facets[row, v - 1],
+                        near[other, 0] - near[v, 0],
+                        near[other, 1] - near[v, 1],
+                        near[other, 2] - near[v, 2],
+                        SECTOR_TOLERANCE if last <= other <= first else 0.0,
+                    )
+        for v in range(ends):
+            if not good:
+                break
+            for side in range(2):
+                code = v - 1 + side
+                own[side] = -1
+                if 0 <= code < order:
+                    plane_a, plane_b = _planes_of(facets[row, code], facet_plane, wedge_facets)
+                    own[side] = plane_a if plane_a == plane_b else two_planes(plane_a, plane_b)
+            good = not segment_blocked(
+                boxes,
+                links,
+                triangles,
+                triangle_planes,
+                STRICT * margin,
+                near[v, 0],
+                near[v, 1],
+                near[v, 2],
+                near[v + 1, 0],
+                near[v + 1, 1],
+                near[v + 1, 2],
+                own[0],
+                own[1],
+            )
+        if good:
+            return True
+    return False
+
+
+@njit(cache=True, error_model="numpy")
+def read_otherwise(
+    planes,
+    plane_facet_start,
+    facet_box,
+    facet_outline,
+    facet_plane,
+    outline,
+    boxes,
+    links,
+    triangles,
+    triangle_planes,
+    margin,
+    wedge_frame,
+    wedge_facets,
+    points,
+    facets,
+    row,
+    order,
+    near,
+):
+    """Return whether a path over an edge is one that is read better with two interactions swapped.
+
+    At the foot of an edge a ray may be reflected before or behind it, in a corner by either wall
+    first. Seen from the end that is first in space, edges come before walls, and walls in falling
+    order of their planes, as in the search for paths without edges.
+    """
+    receiver_first = comes_first(*_ends(points, row, order))
+    for i in range(order - 1):
+        leg = 0.0
+        for a in range(3):
+            leg = max(leg, abs(points[row, i + 1, a] - points[row, i + 2, a]))
+        if leg > TOUCHING * margin:
+            continue
+        here, there = facets[row, i], facets[row, i + 1]
+        ahead, behind = (here, there) if receiver_first else (there, here)
+        if ahead < 0 or (behind >= 0 and facet_plane[ahead] >= facet_plane[behind]):
+            continue
+        facets[row, i], facets[row, i + 1] = there, here
+        better = neighbour_has(
+            planes,
+            plane_facet_start,
+            facet_box,
+            facet_outline,
+            facet_plane,
+            outline,
+            boxes,
+            links,
+            triangles,
+            triangle_planes,
+            margin,
+            wedge_frame,
+            wedge_facets,
+            points,
+            facets,
+            row,
+            order,
+            near,
+        )
+        facets[row, i], facets[row, i + 1] = here, there
+        if better:
+            return True
+    return False
+
+
+@njit(cache=True, error_model="numpy")
+def counts(
+    planes,
+    plane_facet_start,
+    facet_box,
+    facet_outline,
+    facet_plane,
+    outline,
+    tolerance,
+    boxes,
+    links,
+    triangles,
+    triangle_planes,
+    sheet_boxes,
+    sheet_links,
+    sheets,
+    sheet_facets,
+    margin,
+    wedge_frame,
+    wedge_facets,
+    points,
+    facets,
+    row,
+    order,
+    near,
+    touching,
+):
+    """Return whether a path of a row counts: it touches nothing, or a neighbour has it as well.
+
+    ``touching[row]`` says which; the neighbour's vertices are then in ``near[row]``.
+    """
+    touching[row] = touches(
+        planes,
+        facet_box,
+        facet_outline,
+        facet_plane,
+        outline,
+        tolerance,
+        boxes,
+        links,
+        triangles,
+        triangle_planes,
+        sheet_boxes,
+        sheet_links,
+        sheets,
+        sheet_facets,
+        margin,
+        wedge_frame,
+        wedge_facets,
+        points,
+        facets,
+        row,
+        order,
+    )
+    if not touching[row]:
+        return True
+    over_edge = False
+    for i in range(order):
+        over_edge = over_edge or facets[row, i] < 0
+    if over_edge and read_otherwise(
+        planes,
+        plane_facet_start,
+        facet_box,
+        facet_outline,
+        facet_plane,
+        outline,
+        boxes,
+        links,
+        triangles,
+        triangle_planes,
+        margin,
+        wedge_frame,
+        wedge_facets,
+        points,
+        facets,
+        row,
+        order,
+        near[row],
+    ):
+        return False
+    return neighbour_has(
+        planes,
+        plane_facet_start,
+        facet_box,
+        facet_outline,
+        facet_plane,
+        outline,
+        boxes,
+        links,
+        triangles,
+        triangle_planes,
+        margin,
+        wedge_frame,
+        wedge_facets,
+        points,
+        facets,
+        row,
+        order,
+        near[row],
+    )
