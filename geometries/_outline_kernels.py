@@ -61,7 +61,7 @@ def split_edges(group_start, starts, ends, vertices, tolerance):
             for a in range(3):
                 width = vertices[corners, a].max() - vertices[corners, a].min()
                 if width > widest:
-                    widest, axis = width, a
+                    widest, axis = width, np.int64(a)
             corners = corners[np.argsort(vertices[corners, axis])]
         places = vertices[corners, axis]
         hits, along = np.empty(len(corners), np.int64), np.empty(len(corners))
