@@ -63,7 +63,7 @@ def path_fields(
     """
     wavenumber = 2.0 * np.pi / wavelength
     state = np.empty(SIZE)
-    begin = 0
+    begin = np.int64(0)  # typed: what takes it is not compiled for a literal 0 too
     while begin < count:
         order = orders[begin]
         last = begin + 1
@@ -350,7 +350,7 @@ def path_gains(scene, transmitter, receiver, order, vertices, codes, gain, direc
                 points[0, k, a] = vertices[i, n + 1 - k, a]
         for k in range(n):
             backwards[0, k] = codes[i, n - 1 - k]
-        fields_in_scene(scene, transmitter, 1, points, backwards, one, field, direction)
+        fields_in_scene(scene, transmitter, np.int64(1), points, backwards, one, field, direction)
         fx, fy, fz = far_field(receiver, -direction[0, 0], -direction[0, 1], -direction[0, 2])
         gain[i] = field[0, 0] * fx + field[0, 1] * fy + field[0, 2] * fz
         size = 0.0

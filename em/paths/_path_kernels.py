@@ -122,7 +122,7 @@ def find_paths(
     are sorted by plane, and tried in falling order where the receiver comes first in space, else in
     rising order.
     """
-    found = 0
+    found = np.int64(0)
     ends = len(state) - 1
     for leaf in range(first, last):
         order = order_of[leaf]

@@ -103,7 +103,7 @@ def record_paths(scene, tree, edges, receivers, start, order, vertices, codes, c
     for i in range(len(receivers)):
         x, y, z = receivers[i, 0], receivers[i, 1], receivers[i, 2]
         counts[i] = 0
-        place = 0
+        place = np.int64(0)  # typed: what takes it is not compiled for a literal 0 too
         while place < everything:
             found, place = next_paths(scene, tree, edges, x, y, z, place, step, images, scratch)
             for p in range(found):
