@@ -60,11 +60,13 @@ def _sequence(
 ) -> DockingResult:
     at_station = coarse is None
     attempt = 0
+    if coarse is not None and drive.docked:
+        return drive.result("docked", "the robot stood in the dock already", tries=0)
     while True:
         attempt += 1
         try:
             failure = None if at_station or coarse is None else coarse.approach(attempt)
-            if failure is None:
+            if failure is None and not drive.docked:
                 at_station, failure = _attempt(task, drive, fine)
         except LeftTheRoom:
             return drive.result("left the room", "the robot left the room", tries=attempt)

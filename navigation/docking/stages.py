@@ -75,6 +75,18 @@ class DockingDrive:
         self.staged_m = np.nan
 
     @property
+    def off_dock(self) -> tuple[float, float]:
+        """Return how far the robot stands from the dock [m], and is turned from it [rad]."""
+        x, y, heading = pose_in_goal_frame(self.pose, self._task.goal)
+        return float(np.hypot(x, y)), abs(float(heading))
+
+    @property
+    def docked(self) -> bool:
+        """Return whether the station makes contact with the robot."""
+        away_m, turned_rad = self.off_dock
+        return away_m <= self._task.tolerance_m and turned_rad <= self._task.tolerance_rad
+
+    @property
     def worn_out(self) -> bool:
         """Return whether the robot has touched things more often than it may."""
         return self.contacts > self._task.max_contacts
@@ -112,6 +124,19 @@ class DockingDrive:
         if outside is not None and bool(outside(self.pose[None, :2])[0]):
             raise LeftTheRoom
         return contact
+
+    def feel(self) -> bool:
+        """Return whether the station makes contact here; the robot turns about on the spot for it.
+
+        So near to the dock its camera sees no landmark.
+        """
+        period_s = self._task.fine.period_s
+        rate = min(_TURN_RATE_RAD_PER_S, self._task.tolerance_rad / period_s)
+        for _ in range(int(np.ceil(2.0 * np.pi / rate / period_s))):
+            if self.docked:
+                return True
+            self.step("search", np.array([0.0, rate]), period_s=period_s)
+        return self.docked
 
     def straight(self, distance_m: float, phase: Phase) -> None:
         """Drive straight, backwards where negative, until something is touched.
@@ -190,9 +215,12 @@ class CoarseDrive:
         self._task, self._reader, self._drive, self._rng = task, reader, drive, rng
         self._place = task.coarse.place_filter.start()
         self._driven = AT_REST
+        self._heard = False
 
     def approach(self, attempt: int) -> Failure | None:
-        """Return why the robot did not get to the tag, or None once it is there.
+        """Return why the robot did not get to the tag, or None once it is there, or in the dock.
+
+        It stands until it hears the tag; then it first turns about, in case that it is in the dock.
 
         Parameters
         ----------
@@ -209,6 +237,11 @@ class CoarseDrive:
         while self._drive.time_s < give_up_s:
             bearing = self._bearing()
             silent = silent + 1 if np.isnan(bearing) else 0
+            if silent == 0 and not self._heard:
+                self._heard = True
+                if self._drive.feel():
+                    return None
+                continue
             if silent > _SILENT_READINGS:
                 return "tag not found", f"the reader received nothing in {silent} readings in a row"
             self._place = coarse.place_filter.observe(
@@ -219,7 +252,7 @@ class CoarseDrive:
             trusted = spread <= coarse.arrival_spread_m
             if np.hypot(*ahead) <= coarse.arrival_radius_m and trusted:
                 return None
-            twist = self._twist_towards(ahead)
+            twist = self._twist_towards(ahead) if self._heard else _STILL
             contact = self._drive.step("approach", twist, period_s=coarse.period_s)
             self._driven = AT_REST if contact else self._motion(twist)
             if contact and not self._evade():
@@ -407,13 +440,13 @@ class FineDrive:
         return pose_in_goal_frame(np.zeros(3), goal_in_body)
 
     def _contact_of_the_station(self) -> Failure | None:
-        x, y, heading = pose_in_goal_frame(self._drive.pose, self._task.goal)
-        away = float(np.hypot(x, y))
-        if away <= self._task.tolerance_m and abs(heading) <= self._task.tolerance_rad:
+        if self._drive.docked:
             return None
+        away_m, turned_rad = self._drive.off_dock
         return "missed", (
-            f"the robot stopped {away:.2f} m and {np.degrees(abs(heading)):.0f} degrees off, where "
-            "the station makes no contact"
+            f"the robot stopped {away_m:.3f} m and {np.degrees(turned_rad):.1f} degrees off, but "
+            f"the station makes contact within {self._task.tolerance_m:g} m and "
+            f"{np.degrees(self._task.tolerance_rad):.3g} degrees"
         )
 
 

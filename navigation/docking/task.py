@@ -1,5 +1,6 @@
 """Docking as a task: from across the room to a pose in front of a landmark, with named results.
 
+A robot that hears the tag first turns on the spot, in case that it stands in the dock already.
 Coarse: the bearing-sensitive reader and odometry bring the robot under the tag over the staging
 place. Fine: it turns until its camera sees the landmark, looks closely, and follows the docking law
 on the filter's estimate. A try that fails goes back to the staging place.

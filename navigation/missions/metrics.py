@@ -15,6 +15,9 @@ from octant.geometries.errors import NavigationError
 from octant.navigation.angles import wrap_angle
 from octant.navigation.missions.records import MissionOutcome, MissionResult
 
+REACHED = "reached every tag"
+"""Verdict on a success."""
+
 _SUCCESS_RADII = 2.0
 _HOLD_SAMPLES = 30
 
@@ -86,7 +89,8 @@ class MissionMetrics:
 
     Parameters
     ----------
-    outcome : Why the run ended.
+    outcome, reason : Why the run ended; the same in a sentence, which says of a run that declared
+        every tag reached which of them it was far from.
     success : All tags were declared reached, each within the success radius.
     captured : A tag declared reached outside the success radius, or a held robot, see `measure`.
     collided : The robot touched an obstacle.
@@ -103,6 +107,7 @@ class MissionMetrics:
     """
 
     outcome: MissionOutcome
+    reason: str
     success: bool
     captured: bool
     collided: bool
@@ -117,6 +122,13 @@ class MissionMetrics:
     heading_errors_rad: npt.NDArray[np.float64]
     arrival_errors_m: npt.NDArray[np.float64]
     closest_m: npt.NDArray[np.float64]
+
+    @property
+    def verdict(self) -> str:
+        """Return how the run went: success, a tag declared reached elsewhere, or why it ended."""
+        if self.success:
+            return REACHED
+        return "declared reached elsewhere" if self.outcome == "completed" else self.outcome
 
     def __post_init__(self) -> None:
         for name in ("position_errors_m", "heading_errors_rad", "arrival_errors_m", "closest_m"):
@@ -171,6 +183,7 @@ def measure(result: MissionResult, *, success_radius_m: float | None = None) -> 
     moves_m = np.linalg.norm(np.diff(result.poses[:, :2], axis=0), axis=1)
     return MissionMetrics(
         outcome=result.outcome,
+        reason=_reason(result, arrival_m > radii_m),
         success=bool((arrival_m <= radii_m).all()),
         captured=false_arrival or _held(result, float(radii_m[result.targets[-1]])),
         collided=result.contacts > 0 or result.outcome == "collision",
@@ -186,6 +199,12 @@ def measure(result: MissionResult, *, success_radius_m: float | None = None) -> 
         arrival_errors_m=arrival_m,
         closest_m=closest_m,
     )
+
+
+def _reason(result: MissionResult, elsewhere: npt.NDArray[np.bool_]) -> str:
+    if result.outcome != "completed" or not elsewhere.any():
+        return result.reason
+    return f"tag {result.mission.tag_ids[int(np.argmax(elsewhere))]} was declared reached elsewhere"
 
 
 def _held(result: MissionResult, radius_m: float) -> bool:

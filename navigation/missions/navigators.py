@@ -6,7 +6,12 @@ import numpy.typing as npt
 
 from octant.navigation.control.controllers import Controller
 from octant.navigation.missions.records import Mission
-from octant.navigation.navigators.place_particles import PlaceFilter
+from octant.navigation.navigators.place_particles import (
+    FADING_DB,
+    LEVEL_DB,
+    TRUST,
+    PlaceFilter,
+)
 from octant.navigation.navigators.thesis import Rotation, ThesisNavigator
 from octant.navigation.navigators.tracker import TrackerNavigator
 from octant.navigation.robot.drive import DifferentialDrive
@@ -45,9 +50,15 @@ def thesis_navigator(
 
 
 def tracker_navigator(
-    mission: Mission, *, tables: Sequence[PowerTable], robot: DifferentialDrive
+    mission: Mission,
+    *,
+    tables: Sequence[PowerTable],
+    robot: DifferentialDrive,
+    trust: float = TRUST,
+    fading_db: float = FADING_DB,
+    level_db: float = LEVEL_DB,
 ) -> TrackerNavigator:
-    """Return the tracking navigator for a mission, with the defaults of its filter.
+    """Return the tracking navigator for a mission.
 
     It declares arrival within two fifths of the mission's least arrival radius: the rest is kept
     for the estimate's error, whose table knows neither floor nor ceiling.
@@ -57,9 +68,13 @@ def tracker_navigator(
     mission : Its arrival radius, cruise step and period are used.
     tables : The reader's patterns for each of the mission's tags, in order.
     robot : Wheels, axle and limits.
+    trust, fading_db, level_db : As of `PlaceFilter` [dB].
     """
     return TrackerNavigator(
-        filters=tuple(PlaceFilter(table=table) for table in tables),
+        filters=tuple(
+            PlaceFilter(table=table, trust=trust, fading_db=fading_db, level_db=level_db)
+            for table in tables
+        ),
         robot=robot,
         cruise_step_m=mission.cruise_step_m,
         period_s=mission.sample_time_s,

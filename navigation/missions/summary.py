@@ -44,9 +44,11 @@ class MissionSummary:
     ----------
     runs : Number of runs.
     shares : Shares of the runs: success, captures, collisions, near misses.
-    medians : Median and 90 % percentile of time [s], way, RMSE and errors [m], [deg].
-    arrivals : Median distance from each tag's point on arrival [m], in the order of the visit.
-    outcomes : How the runs ended, and how often, the most frequent first [runs].
+    medians : Median and 90 % percentile of time [s], way, RMSE and errors [m], [deg]: over all
+        runs, then over those that reached every tag (`success_` in the name).
+    arrivals : Median distance from each tag's point on arrival [m], in the order of the visit; the
+        same.
+    outcomes : Verdicts on the runs, and how often, the most frequent first; they add up [runs].
     """
 
     runs: int
@@ -106,17 +108,20 @@ def summarise(metrics: Sequence[MissionMetrics]) -> MissionSummary:
         ("p90_heading", "deg", np.degrees([m.p90_heading_rad for m in metrics])),
     )
     arrivals = np.array([m.arrival_errors_m for m in metrics])
-    ends = [m.outcome for m in metrics]
+    among = (("", np.ones(runs, dtype=bool)), ("success_", np.array([m.success for m in metrics])))
+    ends = [m.verdict for m in metrics]
     return MissionSummary(
         runs=runs,
         shares=shares,
         medians=tuple(
-            quantile(f"{name}_{label}", unit, values, probability)
+            quantile(f"{name}_{which}{label}", unit, values[counted], probability)
+            for which, counted in among
             for name, unit, values in columns
             for label, probability in (("median", 0.5), ("p90", 0.9))
         ),
         arrivals=tuple(
-            quantile(f"arrival_{k + 1}_median", "m", arrivals[:, k], 0.5)
+            quantile(f"arrival_{k + 1}_{which}median", "m", arrivals[counted, k], 0.5)
+            for which, counted in among
             for k in range(arrivals.shape[1])
         ),
         outcomes=tuple(sorted(((e, ends.count(e)) for e in dict.fromkeys(ends)), key=_by_count)),
@@ -124,30 +129,46 @@ def summarise(metrics: Sequence[MissionMetrics]) -> MissionSummary:
 
 
 def summary_sentences(summary: MissionSummary) -> Iterator[str]:
-    """Yield sentences that say what the runs showed [m], [s].
+    """Yield sentences that say what the runs showed [m], [s]; errors of successes come first.
 
     Parameters
     ----------
     summary : From `summarise`.
     """
     success, captured, collided, near = summary.shares
-    yield (
-        f"{round(success.value * summary.runs)} of {summary.runs} runs reached every tag "
-        f"({_percent(success)})."
-    )
-    rmse, time, path = (summary.named(f"{name}_median") for name in ("rmse", "time", "path"))
-    yield (
-        f"The median RMSE to the straight segments is {rmse.value:.3f} m (95 % confidence "
-        f"{rmse.low:.3f} to {rmse.high:.3f} m), the median run takes {time.value:.0f} s and "
-        f"{path.value:.1f} m."
-    )
-    places = ", ".join(f"{a.value:.2f}" for a in summary.arrivals)
-    yield f"The median distances from the tags' points on arrival are {places} m."
+    reached = round(success.value * summary.runs)
+    runs = f"{summary.runs} run{'' if summary.runs == 1 else 's'}"
+    yield f"{reached} of {runs} reached every tag. Success: {_percent(success)}."
+    if reached < summary.runs:
+        ends = ", ".join(f"{n} x {end}" for end, n in summary.outcomes)
+        yield f"The {runs}: {ends}."
+    for counted, which in ((reached, "success_"), (summary.runs, "")):
+        if which and not counted:
+            yield "There is no error of successes, as there is no success."
+            continue
+        rmse, time, path, place, heading = (
+            summary.named(f"{name}_{which}median")
+            for name in ("rmse", "time", "path", "p90_position", "p90_heading")
+        )
+        over = f"the {counted} that reached every tag" if which else f"all {counted}"
+        yield (
+            f"Medians over {over}: RMSE to the straight segments {rmse.value:.3f} m (95 % "
+            f"confidence {rmse.low:.3f} to {rmse.high:.3f} m), 90 % of the time within "
+            f"{place.value:.3f} m and {heading.value:.1f} degrees; {time.value:.0f} s and "
+            f"{path.value:.1f} m; from the tags' points on arrival "
+            f"{_listed(summary.arrivals, which)} m."
+        )
     yield (
         f"Captured by a wrong place: {_percent(captured)}; touched an obstacle: "
         f"{_percent(collided)}; near misses: {_percent(near)}."
     )
-    yield "The runs ended: " + ", ".join(f"{n} x {end}" for end, n in summary.outcomes) + "."
+
+
+def _listed(arrivals: Sequence[Estimate], which: str) -> str:
+    """Return the median of each tag, "-" where none of the runs declared it reached."""
+    half = len(arrivals) // 2
+    chosen = arrivals[half:] if which else arrivals[:half]
+    return ", ".join("-" if math.isnan(a.value) else f"{a.value:.2f}" for a in chosen)
 
 
 def write_summary_csv(path: str | Path, summary: MissionSummary) -> None:
@@ -161,6 +182,10 @@ def write_summary_csv(path: str | Path, summary: MissionSummary) -> None:
     rows = [
         (e.quantity, e.unit, e.runs, number_text(e.value), number_text(e.low), number_text(e.high))
         for e in (*summary.shares, *summary.medians, *summary.arrivals)
+    ]
+    rows += [
+        (f"verdict: {end}", "runs", summary.runs, str(count), "", "")
+        for end, count in summary.outcomes
     ]
     write_csv(Path(path), SUMMARY_COLUMNS, rows)
 

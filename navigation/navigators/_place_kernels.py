@@ -12,35 +12,38 @@ _Floats = npt.NDArray[np.float64]
 
 @njit(cache=True, error_model="numpy")
 def place_log_likelihood(
-    ahead: _Floats,
-    left: _Floats,
-    diffuse_db: _Floats,
-    heading: _Floats,
+    places: _Floats,
     reach: float,
     power: _Floats,
+    reference_db: float,
     rss_db: _Floats,
     noise_db: float,
     fading_db: float,
-    level_db: float,
+    shared_db: float,
     null_share: float,
+    independent: float,
     result: _Floats,
 ) -> None:
-    """Write the log-likelihood of each supposed place and diffuse level into result (m,).
+    """Write how each supposed place explains a reading into result (3, m).
 
-    ahead, left (m,): the place in the robot's frame [m]; diffuse_db (m,): power from everywhere;
-    heading (m,): of the robot [rad]; power (r, b, s, n): the table, like diffuse_db in the unit of
-    rss_db (n,): the reading, -inf where nothing was received, which tells nothing here. null_share
-    of the mean direct power is added to each antenna: deeper nulls are not known.
+    places (6, m): ahead and to the left of the robot [m], diffuse power over the reference [dB],
+    heading of the robot [rad], the tag's level over the table's [dB] and its variance [dB²]; power
+    (r, b, s, n): the table, reference_db in the unit of rss_db (n,): the reading, -inf where
+    nothing was received, which tells nothing here. null_share of the mean direct power is added to
+    each antenna: deeper nulls are not known. More antennas than independent
+    ones count as those. Rows of result: log-likelihood; by how much the
+    reading is above the supposed level [dB], and the variance of that from the antennas [dB²].
     """
     rows, bearings, sides, antennas = power.shape
     turn = 2.0 * math.pi
     direct = np.empty(antennas)
-    for p in range(ahead.size):
-        rho = math.sqrt(ahead[p] ** 2 + left[p] ** 2)
-        phi = math.atan2(left[p], ahead[p])
+    for p in range(places.shape[1]):
+        ahead, left = places[0, p], places[1, p]
+        rho = math.sqrt(ahead**2 + left**2)
+        phi = math.atan2(left, ahead)
         u = min(math.sqrt(rho / reach) * (rows - 1), rows - 1.000001)
         v = (phi / turn) % 1.0 * bearings
-        w = ((heading[p] + phi) / turn + 0.5) % 1.0 * sides
+        w = ((places[3, p] + phi) / turn + 0.5) % 1.0 * sides
         i, j, k = int(u), int(v), int(w)
         u -= i
         v -= j
@@ -48,8 +51,10 @@ def place_log_likelihood(
         j %= bearings
         k %= sides
         j_next, k_next = (j + 1) % bearings, (k + 1) % sides
-        mean = 0.0
+        mean, heard = 0.0, 0
         for a in range(antennas):
+            if rss_db[a] == -np.inf:
+                continue
             near = (1.0 - v) * ((1.0 - w) * power[i, j, k, a] + w * power[i, j, k_next, a]) + v * (
                 (1.0 - w) * power[i, j_next, k, a] + w * power[i, j_next, k_next, a]
             )
@@ -57,8 +62,12 @@ def place_log_likelihood(
                 (1.0 - w) * power[i + 1, j, k, a] + w * power[i + 1, j, k_next, a]
             ) + v * ((1.0 - w) * power[i + 1, j_next, k, a] + w * power[i + 1, j_next, k_next, a])
             direct[a] = (1.0 - u) * near + u * far
-            mean += direct[a] / antennas
-        diffuse = 10.0 ** (0.1 * diffuse_db[p]) + null_share * mean
+            mean += direct[a]
+            heard += 1
+        mean /= heard
+        diffuse = 10.0 ** (0.1 * (places[2, p] + reference_db)) + null_share * mean
+        share = diffuse / (mean + diffuse)
+        shared = shared_db**2 + fading_db**2 * share * (2.0 - share)
         weight, first, second, spread = 0.0, 0.0, 0.0, 0.0
         for a in range(antennas):
             if rss_db[a] == -np.inf:
@@ -66,12 +75,18 @@ def place_log_likelihood(
             total = direct[a] + diffuse
             share = diffuse / total
             variance = noise_db**2 + fading_db**2 * share * (2.0 - share)
-            error = rss_db[a] - 10.0 * math.log10(total)
+            error = rss_db[a] - 10.0 * math.log10(total) - places[4, p]
             weight += 1.0 / variance
             first += error / variance
             second += error * error / variance
             spread += math.log(variance)
-        common = weight + 1.0 / level_db**2
-        result[p] = -0.5 * (
-            second - first * first / common + spread + math.log(common * level_db**2)
-        )
+        counted = min(1.0, independent / heard)
+        weight *= counted
+        first *= counted
+        second *= counted
+        spread *= counted
+        level = places[5, p] + shared
+        common = weight + 1.0 / level
+        result[0, p] = -0.5 * (second - first * first / common + spread + math.log(common * level))
+        result[1, p] = first / weight
+        result[2, p] = 1.0 / weight + shared

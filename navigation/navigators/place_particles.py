@@ -19,11 +19,22 @@ from octant.navigation.sensing.pattern_match import NULL_SHARE, PowerTable
 
 FloatArray = npt.NDArray[np.float64]
 
+TRUST = 0.3
+"""Power of the likelihood of a reading [-]."""
+
+FADING_DB = 6.0
+"""Standard deviation of an antenna's RSS where the diffuse wave dominates [dB]."""
+
+LEVEL_DB = 10.0
+"""Standard deviation of a tag's unknown level [dB]."""
+
 _FIRST_FACTOR = 4
+_FIRST_REACH_M = 8.0
+_MOST_AREAS = 50.0
 _CELL_M = 0.5
 _NEAR_M = 1.0
 _STRONGEST_DIFFUSE_DB = 0.0
-_WEAKEST_DIFFUSE_DB = -35.0
+_WEAKEST_DIFFUSE_DB = -80.0
 _BLUR_M = 0.03
 _BLUR_DB = 0.7
 
@@ -34,9 +45,10 @@ class PlaceBelief:
 
     Parameters
     ----------
-    places : (4, m) float64 — Of each particle: the tag ahead and to the left of the robot [m], the
+    places : (6, m) float64 — Of each particle: the tag ahead and to the left of the robot [m], the
         diffuse field's level over the table's reference [dB], the robot's heading in the frame of
-        the tags' orientation [rad].
+        the tags' orientation [rad], mean [dB] and variance [dB²] of the tag's level over the
+        table's.
     weights : (m,) float64 — Their probabilities, adding up to one [-].
     """
 
@@ -44,7 +56,7 @@ class PlaceBelief:
     weights: FloatArray
 
     def __post_init__(self) -> None:
-        places = frozen_array(self.places, name="places", shape=(4, None), error=NavigationError)
+        places = frozen_array(self.places, name="places", shape=(6, None), error=NavigationError)
         weights = frozen_array(
             self.weights, name="weights", shape=(places.shape[1],), error=NavigationError
         )
@@ -67,6 +79,7 @@ class PlaceEstimate:
     share : Probability that the tag is within 1 m of there [-].
     covariance_m2 : (2, 2) float64 — Of the particles within 1 m [m²].
     heading_rad, heading_sd_rad : Mean and deviation of the robot's heading over them [rad].
+    level_db : Mean of the tag's level over the table's [dB].
     """
 
     place_m: FloatArray
@@ -74,6 +87,7 @@ class PlaceEstimate:
     covariance_m2: FloatArray
     heading_rad: float
     heading_sd_rad: float
+    level_db: float
 
     @property
     def distance_m(self) -> float:
@@ -101,14 +115,24 @@ class PlaceFilter:
     null, a reading says little about bearings and the filter knows it. Nulls below `NULL_SHARE` of
     the mean count as that deep. A reading may be an outlier and change nothing.
 
+    All antennas share an error too: the tag's level, which each particle estimates (a Kalman filter
+    of one state), and a part of each reading's own, larger where the diffuse wave dominates. The
+    antennas sample one field: more than `independent` say no more than so many. The defaults were
+    found in rooms drawn at random, see `benchmarks/search_tracker.py`.
+
     Parameters
     ----------
     table : RSS of the reader for relative places of a tag, free of reflections.
     particles : Number of particles.
     noise_db, fading_db : Standard deviations where the direct, the diffuse wave dominates [dB].
-    level_db : Standard deviation of the error that all antennas share [dB].
+    level_db : Standard deviation of the tag's level over the table's before the first reading [dB].
+    shared_db, drift_db : The same of the error that all antennas of a reading share, and of the
+        level's change from one reading to the next [dB].
     outlier_share : Probability of a reading apart from the tag's place, in (0, 1) [-].
     trust : Power of the likelihood of a reading, in (0, 1] [-]: nearby readings share their fading.
+    independent : Number of antennas whose errors are independent, at most [-].
+    contact_m, contact_weight : A contact counts against places ahead, by this share at the robot
+        and e times less for each such distance [m], [-].
     fresh_share : Share of new particles, anywhere, at each drawing [-]; they find lost tags.
     travel_sd : Standard deviation of odometry's error as a share of way and turn [-].
     heading_sd_rad : The same for the turn of a period, added [rad].
@@ -117,10 +141,15 @@ class PlaceFilter:
     table: PowerTable
     particles: int = 2000
     noise_db: float = 2.0
-    fading_db: float = 4.0
-    level_db: float = 3.0
+    fading_db: float = FADING_DB
+    level_db: float = LEVEL_DB
     outlier_share: float = 0.05
-    trust: float = 0.5
+    shared_db: float = 4.0
+    drift_db: float = 1.0
+    trust: float = TRUST
+    independent: float = 8.0
+    contact_m: float = 0.5
+    contact_weight: float = 0.9
     fresh_share: float = 0.01
     travel_sd: float = 0.05
     heading_sd_rad: float = 0.01
@@ -131,6 +160,9 @@ class PlaceFilter:
             ("noise_db", "dB"),
             ("fading_db", "dB"),
             ("level_db", "dB"),
+            ("shared_db", "dB"),
+            ("independent", "antennas"),
+            ("contact_m", "m"),
             ("travel_sd", "1"),
             ("heading_sd_rad", "rad"),
         ):
@@ -139,7 +171,7 @@ class PlaceFilter:
         if not (0.0 < shares[0] < 1.0 and 0.0 < shares[1] <= 1.0 and 0.0 <= shares[2] < 1.0):
             msg = (
                 f"outlier_share, trust and fresh_share are {shares}, but they must lie between 0 "
-                "and 1: 0.05, 0.5 and 0.01 suit a concrete room."
+                "and 1: 0.05, 0.3 and 0.01 suit a concrete room."
             )
             raise NavigationError(msg)
 
@@ -147,7 +179,8 @@ class PlaceFilter:
         self, rng: np.random.Generator, *, heading_rad: float, heading_sd_rad: float
     ) -> PlaceBelief:
         """Return the belief before the first reading: the tag is anywhere in reach."""
-        count = _FIRST_FACTOR * self.particles
+        area = (self.table.reach_m / _FIRST_REACH_M) ** 2
+        count = round(_FIRST_FACTOR * self.particles * min(max(area, 1.0), _MOST_AREAS))
         headings = rng.normal(heading_rad, heading_sd_rad, count)
         return PlaceBelief(
             places=self._anywhere(headings, rng), weights=np.full(count, 1.0 / count)
@@ -181,9 +214,26 @@ class PlaceFilter:
                 cosine * left - sine * ahead,
                 belief.places[2],
                 belief.places[3] + turn,
+                belief.places[4],
+                belief.places[5] + self.drift_db**2,
             ]
         )
-        return PlaceBelief(places=places, weights=belief.weights)
+        weights = belief.weights
+        if odometry.contact:
+            weights = weights * self._free_way(places, forward=odometry.distance_m >= 0.0)
+            weights /= weights.sum()
+        return PlaceBelief(places=places, weights=weights)
+
+    def _free_way(self, places: FloatArray, *, forward: bool) -> FloatArray:
+        """Return how probable a contact is where the tag is at each place, (m,) [-].
+
+        The robot can drive under the tag: what it touches does not stand there. The nearer a place
+        lies in the direction of the contact, the less room is left for an obstacle before it.
+        """
+        way_m = np.hypot(places[0], places[1])
+        towards = np.maximum((places[0] if forward else -places[0]) / np.maximum(way_m, 1e-9), 0.0)
+        near = np.exp(-way_m / self.contact_m)
+        return np.asarray(1.0 - self.contact_weight * towards * near)
 
     def observed(
         self,
@@ -204,25 +254,32 @@ class PlaceFilter:
             return belief
         rss_db = np.full(len(rss_w), -np.inf)
         rss_db[heard] = decibels(rss_w[heard] + NULL_SHARE * rss_w[heard].mean())
-        logs = np.empty(len(belief.weights))
+        found = np.empty((3, len(belief.weights)))
         place_log_likelihood(
-            belief.places[0],
-            belief.places[1],
-            belief.places[2] + 10.0 * math.log10(self.table.reference_w),
-            belief.places[3],
+            belief.places,
             self.table.reach_m,
             self.table.power_w,
+            10.0 * math.log10(self.table.reference_w),
             rss_db,
             self.noise_db,
             self.fading_db,
-            self.level_db,
+            self.shared_db,
             NULL_SHARE,
-            logs,
+            self.independent,
+            found,
         )
-        likelihood = np.exp(logs - logs.max())
-        outlier = self.outlier_share * float(belief.weights @ likelihood)
-        weights = belief.weights * ((1.0 - self.outlier_share) * likelihood + outlier) ** self.trust
-        weighed = PlaceBelief(places=belief.places, weights=weights / weights.sum())
+        logs, above_db, variance = found
+        likelihood = (1.0 - self.outlier_share) * np.exp(logs - logs.max())
+        outlier = (
+            self.outlier_share / (1.0 - self.outlier_share) * float(belief.weights @ likelihood)
+        )
+        weights = belief.weights * (likelihood + outlier) ** self.trust
+        places = belief.places.copy()
+        gain = likelihood / (likelihood + outlier)  # an outlier says nothing of the level
+        gain *= places[5] / (places[5] + variance / self.trust)
+        places[4] += gain * above_db
+        places[5] *= 1.0 - gain
+        weighed = PlaceBelief(places=places, weights=weights / weights.sum())
         crowded = len(weights) > self.particles
         if crowded or weighed.effective_size < 0.5 * len(weights):
             return self._drawn_anew(weighed, rng)
@@ -235,7 +292,7 @@ class PlaceFilter:
         ----------
         belief : The particles.
         """
-        ahead, left, _, heading = belief.places
+        ahead, left, _, heading, level_db, _ = belief.places
         cells = np.floor(belief.places[:2] / _CELL_M).astype(np.int64)
         side = int(np.abs(cells).max()) + 1
         index = (cells[0] + side) * (2 * side + 1) + cells[1] + side
@@ -254,6 +311,7 @@ class PlaceFilter:
             covariance_m2=np.asarray((off * weight) @ off.T / share),
             heading_rad=mean,
             heading_sd_rad=math.sqrt(float((heading - mean) ** 2 @ weight) / share),
+            level_db=float(level_db @ weight) / share,
         )
 
     def _anywhere(self, headings: FloatArray, rng: np.random.Generator) -> FloatArray:
@@ -261,7 +319,16 @@ class PlaceFilter:
         far = self.table.reach_m * np.sqrt(rng.random(count))
         side = rng.uniform(-np.pi, np.pi, count)
         diffuse = rng.uniform(_WEAKEST_DIFFUSE_DB, _STRONGEST_DIFFUSE_DB, count)
-        return np.array([far * np.cos(side), far * np.sin(side), diffuse, headings])
+        return np.array(
+            [
+                far * np.cos(side),
+                far * np.sin(side),
+                diffuse,
+                headings,
+                np.zeros(count),
+                np.full(count, self.level_db**2),
+            ]
+        )
 
     def _drawn_anew(self, belief: PlaceBelief, rng: np.random.Generator) -> PlaceBelief:
         """Return equally heavy particles: systematic resampling, blurred, with some fresh ones."""

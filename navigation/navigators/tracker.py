@@ -61,6 +61,8 @@ class TrackerNavigator:
     arrival_radius_m : The tag is reached when the believed place is nearer than this [m].
     arrival_share : Least probability that the tag is within 1 m of that place [-].
     arrival_spread_m : Greatest spread of the particles there [m].
+    arrival_level_sds : The level found there is at most so many standard deviations of the filter's
+        `level_db` from the table's [-].
     patience : After so many readings without arrival the belief begins anew.
     """
 
@@ -71,6 +73,7 @@ class TrackerNavigator:
     arrival_radius_m: float = 0.08
     arrival_share: float = 0.6
     arrival_spread_m: float = 0.3
+    arrival_level_sds: float = 2.5
     patience: int = 150
 
     def __post_init__(self) -> None:
@@ -80,6 +83,7 @@ class TrackerNavigator:
             ("arrival_radius_m", "m"),
             ("arrival_share", "1"),
             ("arrival_spread_m", "m"),
+            ("arrival_level_sds", "1"),
             ("patience", "readings"),
         ):
             check_positive(getattr(self, name), name=name, unit=unit)
@@ -126,7 +130,7 @@ class TrackerNavigator:
             heading_sd_rad=estimate.heading_sd_rad,
             readings=memory.readings + 1,
         )
-        if self._there(estimate):
+        if self._there(estimate, level_db=place_filter.level_db):
             return Decision(
                 rates=np.zeros(2),
                 memory=memory,
@@ -158,8 +162,10 @@ class TrackerNavigator:
     def _sure(self, estimate: PlaceEstimate) -> bool:
         return estimate.share >= self.arrival_share and estimate.spread_m <= self.arrival_spread_m
 
-    def _there(self, estimate: PlaceEstimate) -> bool:
-        return estimate.distance_m <= self.arrival_radius_m and self._sure(estimate)
+    def _there(self, estimate: PlaceEstimate, *, level_db: float) -> bool:
+        near = estimate.distance_m <= self.arrival_radius_m
+        possible = abs(estimate.level_db) <= self.arrival_level_sds * level_db
+        return near and possible and self._sure(estimate)
 
     def _towards(self, estimate: PlaceEstimate) -> tuple[float, float, Mode]:
         """Return way [m] and turn [rad] of the coming period."""

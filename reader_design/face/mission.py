@@ -204,7 +204,7 @@ class MissionRuns:
             long_name="distance from the tag's point on arrival",
         )
         variables["ended_because"] = variable(
-            ["run"], [r.reason for r in self.results], units="1", long_name="why the run ended"
+            ["run"], [m.reason for m in metrics], units="1", long_name="why the run ended"
         )
         tags = list(self.setting.mission.tags)
         names = {

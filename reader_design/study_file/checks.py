@@ -60,9 +60,11 @@ def check_study(study: Study, *, shapes: bool = True) -> None:
     _check_sensor(study.sensor)
     if study.mission is not None:
         _check_mission(study.mission, study.tags)
-        _check_dwell(study.sensor, study.mission, study.reader.antennas)
+        period_s = study.mission.sample_time_s
+        _check_dwell(study, key="mission.sample_time_s", period_s=period_s)
     if study.dock is not None:
         _check_dock(study.dock, study.tags)
+        _check_dwell(study, key="dock.reading_time_s", period_s=study.dock.reading_time_s)
     if study.optimise is not None:
         check_optimise(study.optimise)
     if study.tolerance is not None:
@@ -212,13 +214,13 @@ def _check_sensor(sensor: Sensor) -> None:
         raise ConfigError(msg)
 
 
-def _check_dwell(sensor: Sensor, mission: Mission, antennas: int) -> None:
-    round_s = antennas * sensor.dwell_s
-    if round_s > mission.sample_time_s * (1.0 + 1e-12):
+def _check_dwell(study: Study, *, key: str, period_s: float) -> None:
+    dwell_s, antennas = study.sensor.dwell_s, study.reader.antennas
+    round_s = antennas * dwell_s
+    if round_s > period_s * (1.0 + 1e-12):
         msg = (
-            f"sensor.dwell_s is {sensor.dwell_s:g} s, so that one round of {antennas} antennas "
-            f"takes {round_s:g} s, but mission.sample_time_s is {mission.sample_time_s:g} s; "
-            "shorten the dwell time."
+            f"sensor.dwell_s is {dwell_s:g} s, so that one round of {antennas} antennas takes "
+            f"{round_s:g} s, but {key} is {period_s:g} s; shorten the dwell time."
         )
         raise ConfigError(msg)
 

@@ -24,6 +24,9 @@ from octant.reader_design.study_file.quantities import (
 )
 from octant.reader_design.study_file.room import Table
 
+Tolerance = Annotated[float, Meta(ge=1e-3, le=180.0)]
+"""Of a direction [deg]."""
+
 
 class Dock(Table, frozen=True, kw_only=True):
     """Docking at a tagged station: table ``[dock]``.
@@ -35,6 +38,8 @@ class Dock(Table, frozen=True, kw_only=True):
     landmark_heading_deg : Direction that the robot has when it faces the landmark squarely [deg].
     stand_off_m : The robot docks so far in front of the landmark [m].
     staging_m : Distance of the staging place from the landmark [m].
+    tolerance_m, tolerance_deg : The robot is docked where it is at most so far from the docking
+        place [m], and turned at most so far from its direction [deg].
     tries : How often the robot tries.
     runs : Monte-Carlo repetitions in each layout.
     start_low_m, start_high_m : (2,) tuple of float or None — Corners of the area in which starts
@@ -64,6 +69,8 @@ class Dock(Table, frozen=True, kw_only=True):
     landmark_heading_deg: Angle = 0.0
     stand_off_m: Distance = 0.5
     staging_m: Distance = 2.0
+    tolerance_m: Distance = 0.08
+    tolerance_deg: Tolerance = math.degrees(0.2)
     tries: Count = 4
     runs: Count = 100
     start_low_m: Spot | None = None

@@ -4,6 +4,7 @@ from typing import Annotated, Literal
 
 from msgspec import Meta
 
+from octant.navigation.navigators.place_particles import FADING_DB, LEVEL_DB, TRUST
 from octant.reader_design.study_file.quantities import (
     Angle,
     Coordinate,
@@ -43,6 +44,26 @@ class Membership(Table, frozen=True, kw_only=True):
     rules: dict[Name, tuple[Name, Name]]
 
 
+class Tracker(Table, frozen=True, kw_only=True):
+    """What the tracker supposes of readings: table ``[mission.tracker]``.
+
+    Parameters
+    ----------
+    trust : Power of the likelihood of a reading: nearby readings share their fading, and so weigh
+        less than independent ones.
+    fading_db : Standard deviation of an antenna's RSS where reflections dominate [dB].
+    level_db : How well the tag's level is known, as a standard deviation [dB]; it hardly changes
+        over a leg, and the tracker finds it out.
+    reach_m : How far from the start of a leg, along the floor, the tag is looked for [m]; None: the diagonal of the room, in free space 1.5 times the diagonal of what start and
+        tags span, at least 8 m.
+    """
+
+    trust: Annotated[float, Meta(ge=1e-3, le=1.0)] = TRUST
+    fading_db: Annotated[float, Meta(ge=0.1, le=40.0)] = FADING_DB
+    level_db: Annotated[float, Meta(ge=0.01, le=100.0)] = LEVEL_DB
+    reach_m: Annotated[float, Meta(ge=0.5, le=1000.0)] | None = None
+
+
 class Mission(Table, frozen=True, kw_only=True):
     """The drive through the tags: table ``[mission]``.
 
@@ -54,6 +75,7 @@ class Mission(Table, frozen=True, kw_only=True):
     navigator : ``thesis``: rotation, then the controller, arrival by a null (thesis 5.2);
         ``tracker``: estimates the tag's place from all readings and drives there. Neither knows
         where the tags are; the tracker knows how they hang.
+    tracker : What the tracker supposes of readings.
     controller : Of the thesis' navigator. ``fuzzy``: the five rules of thesis 5.2.2.2;
         ``vector_sum``: turn in proportion to the bearing of the RSS-weighted vector sum;
         ``pattern``: the same with the bearing that fits the reader's patterns best.
@@ -91,6 +113,7 @@ class Mission(Table, frozen=True, kw_only=True):
     heading_deg: Angle = 90.0
     tags: Annotated[tuple[Name, ...], Meta(min_length=1, max_length=10_000)]
     navigator: Literal["thesis", "tracker"] = "thesis"
+    tracker: Tracker = Tracker()
     controller: Literal["fuzzy", "vector_sum", "pattern"] = "fuzzy"
     membership: Membership | None = None
     steering_input: Literal["normalised", "nanowatt"] = "normalised"
@@ -103,7 +126,7 @@ class Mission(Table, frozen=True, kw_only=True):
     noise_db: Deviation = 1.0
     arrival_radius_m: Distance = 0.2
     max_time_s: Duration | None = None
-    silent_limit: Count = 5
+    silent_limit: Count = 20
     starts: tuple[Start, ...] = ()
     random_starts: bool = False
     placement_m: DistanceOrZero = 0.0

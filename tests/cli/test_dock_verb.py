@@ -6,6 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from octant.geometries.errors import ConfigError
+from octant.navigation.robot.motion import Motion
 from octant.reader_design.experiments.docking.compute import (
     compute_docking,
     docking_job,
@@ -15,7 +17,10 @@ from octant.reader_design.experiments.docking.compute import (
     docking_task,
     kept_runs,
 )
+from octant.reader_design.experiments.docking.page import summary_lines
+from octant.reader_design.experiments.missions.compute import mission_job
 from octant.reader_design.study_file.loading import load_study
+from octant.reader_design.study_file.sensor import Sensor
 
 STUDY = """
 name = "station"
@@ -150,6 +155,74 @@ def test_a_reader_that_receives_nothing_never_docks(study_file, table):
     result = job(np.random.SeedSequence(3))
     assert not result.success
     assert result.outcome == "tag not found"
+
+
+def test_tolerances_decide_what_is_docked_and_are_stated(study_file):
+    """A robot in the dock that faces away turns on the spot; half a millimetre is asked in vain."""
+    start = "start_low_m = [5.49, 2.49]\nstart_high_m = [5.51, 2.51]\n"
+    study = load_study(study_file(STUDY.replace("runs = 2", f"runs = 2\n{start}")))
+    job = docking_job(docking_rooms(study)[0])
+    results = [job(seed) for seed in np.random.SeedSequence(3).spawn(4)]
+    assert all(r.success and r.path_m < 0.2 and r.time_s[-1] < 8.0 for r in results)
+    assert "within 0.08 m and 11.5 degrees" in summary_lines({"a": results})[0]
+    tight = "tolerance_m = 0.0005\ntolerance_deg = 0.2\n"
+    study = load_study(study_file(STUDY.replace("runs = 2", f"runs = 2\n{start}{tight}")))
+    missed = docking_job(docking_rooms(study)[0])(np.random.SeedSequence(3))
+    assert missed.task.tolerance_rad == pytest.approx(np.radians(0.2))
+    assert not missed.success
+    lines = summary_lines({"a": [missed]})
+    assert "within 0.0005 m and 0.2 degrees" in lines[0]
+    assert lines[-1].startswith("1 x ")
+
+
+SENSOR = {
+    "dwell_s": 0.05,
+    "bandwidth_hz": 1e12,
+    "noise_figure_db": 60.0,
+    "samples": 100,
+    "required_snr_db": 80.0,
+    "sensitivity_dbm": 0.0,
+    "bits": 4,
+    "floor_dbm": -50.0,
+    "full_scale_dbm": -70.0,
+    "drop_out_probability": 0.5,
+    "read_probability": 0.0,
+}
+NEEDS = {
+    "noise_figure_db": {"bandwidth_hz": 1e12},
+    "samples": {"bandwidth_hz": 1e12},
+    "required_snr_db": {"bandwidth_hz": 1e6},
+    "floor_dbm": {"bits": 4},
+    "full_scale_dbm": {"bits": 4},
+}
+
+
+@pytest.mark.parametrize("verb", ["dock", "navigate"])
+@pytest.mark.parametrize("key", Sensor.__struct_fields__)
+def test_every_key_of_the_sensor_changes_readings_in_every_verb_that_reads(study_file, key, verb):
+    """An exhaustive walk: a key that a verb leaves out reads as if it were not given."""
+
+    def reading(keys):
+        table = "".join(f"{k} = {v}\n" for k, v in keys.items())
+        mission = '[mission]\nstart_m = [1.0, 1.0]\ntags = ["dock"]\n' if verb == "navigate" else ""
+        text = STUDY.replace("[dock]", f"[sensor]\n{table}{mission}[dock]")
+        rooms = docking_rooms(load_study(study_file(text)))
+        if verb == "dock":
+            sensor = docking_job(rooms[0]).setting.reader
+        else:
+            sensor = mission_job(rooms[0]).sensor
+        driven = Motion(speed_m_per_s=0.2, turn_rate_rad_per_s=1.0)
+        pose = np.array([2.0, 1.0, 0.4])
+        return sensor.read(pose, "dock", np.random.default_rng(5), motion=driven)
+
+    needs = NEEDS.get(key, {})
+    assert not np.array_equal(reading({**needs, key: SENSOR[key]}), reading(needs))
+
+
+def test_a_round_of_antennas_longer_than_the_time_between_readings_is_refused(study_file):
+    text = STUDY.replace("[dock]", "[sensor]\ndwell_s = 0.2\n[dock]")
+    with pytest.raises(ConfigError, match=r"dock\.reading_time_s is 1 s"):
+        load_study(study_file(text))
 
 
 @pytest.mark.parametrize(("plane_m", "passes"), [(0.2, True), (0.6, False)])

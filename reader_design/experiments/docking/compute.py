@@ -70,6 +70,8 @@ def docking_task(table: Dock) -> DockingTask:
         ),
         stand_off_m=table.stand_off_m,
         staging_m=table.staging_m,
+        tolerance_m=table.tolerance_m,
+        tolerance_rad=math.radians(table.tolerance_deg),
         tries=table.tries,
         coarse=CoarseStage(period_s=table.reading_time_s),
         fine=FineStage(

@@ -45,7 +45,7 @@ def summary_lines(rooms: Mapping[str, Sequence[DockingResult]]) -> tuple[str, ..
     ----------
     rooms : Runs by room.
     """
-    lines = []
+    lines = [_tolerances(rooms)]
     for name, runs in rooms.items():
         docked = [result for result in runs if result.success]
         line = f"{name}: {len(docked)} of {len(runs)} runs docked"
@@ -59,9 +59,21 @@ def summary_lines(rooms: Mapping[str, Sequence[DockingResult]]) -> tuple[str, ..
                 f" {np.median([result.time_s[-1] for result in docked]):.0f} s"
             )
         lines.append(f"{line}.")
-        failed = [f"{result.outcome}: {result.reason}" for result in runs if not result.success]
-        lines.extend(f"{failed.count(why)} x {why}." for why in dict.fromkeys(failed))
+        failed = [result for result in runs if not result.success]
+        for outcome in dict.fromkeys(result.outcome for result in failed):
+            alike = [result.reason for result in failed if result.outcome == outcome]
+            reasons = list(dict.fromkeys(alike))
+            first = "" if len(reasons) == 1 else "the first because "
+            lines.append(f"{len(alike)} x {outcome}: {first}{reasons[0]}.")
     return tuple(lines)
+
+
+def _tolerances(rooms: Mapping[str, Sequence[DockingResult]]) -> str:
+    task = next(iter(rooms.values()))[0].task
+    return (
+        f"Docked is within {task.tolerance_m:g} m and {np.degrees(task.tolerance_rad):.3g} degrees "
+        "of the docking pose."
+    )
 
 
 def docking_report(
@@ -83,6 +95,7 @@ def docking_report(
         warnings=(),
         facts=(
             ("docked", f"{docked} of {len(runs)} runs"),
+            ("docked is", _tolerances(rooms).removeprefix("Docked is ").rstrip(".")),
             ("first try", f"{sum(r.success and r.tries == 1 for r in runs)} runs"),
             ("contacts", f"{sum(r.contacts for r in runs)} in all runs"),
         ),
@@ -123,7 +136,8 @@ def _missions_section(
         ),
         tables=(
             ReportTable(
-                caption="Median / 90 %; staging and final errors in m, time in s.",
+                caption=f"{_tolerances(rooms)} Median / 90 %; staging and final errors in m, time "
+                "in s.",
                 header=(
                     "room",
                     "docked",

@@ -15,7 +15,7 @@ from msgspec import Meta
 
 from octant.geometries.errors import ConfigError
 from octant.geometries.files import write_text
-from octant.navigation.statistics import bootstrap, bootstrap_rng, wilson
+from octant.navigation.statistics import Interval, bootstrap, bootstrap_rng, wilson
 from octant.reader_design.experiments.missions.stage import RoomMission, mission_stage
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.keeping.results import STUDY_FILE, refuse_another, write_once
@@ -255,6 +255,10 @@ COLUMNS = (
     "path_median_m",
     "cell",
     "failed_because",
+    "rmse_success_median_m",
+    "rmse_success_low_m",
+    "rmse_success_high_m",
+    "arrival_success_median_m",
 )
 """Columns of compare.csv: 95 % intervals after Wilson (shares) and by the bootstrap (medians)."""
 
@@ -270,6 +274,8 @@ class CellOutcome:
     success_interval : 95 % interval of the probability of success [-].
     rmse_m, rmse_interval_m : Median RMSE to the straight segments, and its 95 % interval [m].
     arrival_m, arrival_p90_m : Distance from the tags on arrival: median, 90th percentile [m].
+    success_rmse_m, success_rmse_interval_m, success_arrival_m : The same over the runs that reached
+        every tag [m].
     time_s, path_m : Median duration [s] and way [m].
     """
 
@@ -286,6 +292,9 @@ class CellOutcome:
     arrival_p90_m: float
     time_s: float
     path_m: float
+    success_rmse_m: float = math.nan
+    success_rmse_interval_m: tuple[float, float] = (math.nan, math.nan)
+    success_arrival_m: float = math.nan
 
     def row(self) -> tuple[object, ...]:
         """Return the cell's line of compare.csv: `COLUMNS`, empty where there is no value."""
@@ -309,6 +318,9 @@ class CellOutcome:
             self.path_m,
             self.mission.folder.name,
             self.mission.reason,
+            self.success_rmse_m,
+            *self.success_rmse_interval_m,
+            self.success_arrival_m,
         )
         return tuple("" if isinstance(v, float) and math.isnan(v) else v for v in values)
 
@@ -342,9 +354,8 @@ def outcome_of(cell: ComparisonCell, mission: RoomMission) -> CellOutcome:
     successes, captured, collided = (
         int(data[name].values.sum()) for name in ("success", "captured", "collided")
     )
-    rmse = np.asarray(data["rmse_m"].values, dtype=np.float64)
-    success = wilson(successes, runs)
-    (median,) = bootstrap(rmse, lambda drawn: np.median(drawn, axis=-1)[None], bootstrap_rng())
+    good = data.isel(run=np.flatnonzero(data["success"].values))
+    success, median, best = wilson(successes, runs), _median_rmse(data), _median_rmse(good)
     return CellOutcome(
         cell=cell,
         mission=mission,
@@ -359,7 +370,19 @@ def outcome_of(cell: ComparisonCell, mission: RoomMission) -> CellOutcome:
         arrival_p90_m=_percentile(data, 90.0),
         time_s=float(np.median(data["time_s"].values)),
         path_m=float(np.median(data["path_m"].values)),
+        success_rmse_m=best.value,
+        success_rmse_interval_m=(best.low, best.high),
+        success_arrival_m=_percentile(good, 50.0),
     )
+
+
+def _median_rmse(data: "xr.Dataset") -> Interval:
+    """Return the median RMSE of runs and its 95 % interval [m]; NaN without any."""
+    rmse = np.asarray(data["rmse_m"].values, dtype=np.float64)
+    if not rmse.size:
+        return Interval(value=math.nan, low=math.nan, high=math.nan)
+    (median,) = bootstrap(rmse, lambda drawn: np.median(drawn, axis=-1)[None], bootstrap_rng())
+    return median
 
 
 def layouts_of(outcomes: Sequence[CellOutcome]) -> dict[str, list[CellOutcome]]:
@@ -458,6 +481,17 @@ def _outcomes(
             yield outcome_of(cell, mission)
 
 
+def rmse_text(outcome: CellOutcome) -> str:
+    """Return the median RMSE of the runs that reached every tag, and of all [m].
+
+    Parameters
+    ----------
+    outcome : A driven cell.
+    """
+    good = outcome.success_rmse_m
+    return f"{'-' if math.isnan(good) else f'{good:.3f}'} of these, {outcome.rmse_m:.3f} of all"
+
+
 def _slug(name: str) -> str:
     return re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-") or "layout"
 
@@ -468,7 +502,7 @@ def _sentence(outcome: CellOutcome) -> str:
         return f"{cell.layout}, {cell.label}: not driven, because {outcome.mission.reason}"
     return (
         f"{cell.layout}, {cell.label}: {outcome.successes} of {outcome.runs} reached every tag, "
-        f"median RMSE {outcome.rmse_m:.3f} m"
+        f"median RMSE {rmse_text(outcome)} m"
     )
 
 

@@ -4,7 +4,12 @@ import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from octant.reader_design.experiments.missions.comparison import CellOutcome, Comparison, layouts_of
+from octant.reader_design.experiments.missions.comparison import (
+    CellOutcome,
+    Comparison,
+    layouts_of,
+    rmse_text,
+)
 from octant.reader_design.showing.pages import (
     Report,
     ReportFigure,
@@ -20,9 +25,10 @@ HEADER = (
     "reader",
     "reached every tag",
     "share (95 %)",
-    "median RMSE [m] (95 %)",
+    "median RMSE of successes [m] (95 %)",
+    "of all runs [m]",
     "published [m]",
-    "arrival [m], median / 90 %",
+    "arrival [m], successes / all",
     "captured",
     "collided",
     "time [s]",
@@ -108,16 +114,23 @@ def table_row(outcome: CellOutcome) -> tuple[str, ...]:
     names = (cell.layout, cell.controller, cell.link, cell.reader)
     published = "" if cell.published_rmse_m is None else f"{cell.published_rmse_m:.2f}"
     if outcome.runs == 0:
-        return (*names, "not driven", "–", "–", published, "–", "–", "–", "–")
+        return (*names, "not driven", "–", "–", "–", published, "–", "–", "–", "–")
     low, high = outcome.success_interval
     arrival = "–"
     if math.isfinite(outcome.arrival_m):
-        arrival = f"{outcome.arrival_m:.2f} / {outcome.arrival_p90_m:.2f}"
+        good = outcome.success_arrival_m
+        arrival = f"{'–' if math.isnan(good) else f'{good:.2f}'} / {outcome.arrival_m:.2f}"
+    of_successes = "–"
+    if outcome.successes:
+        of_successes = "{:.3f} ({:.3f} to {:.3f})".format(
+            outcome.success_rmse_m, *outcome.success_rmse_interval_m
+        )
     return (
         *names,
         f"{outcome.successes} of {outcome.runs}",
         f"{outcome.successes / outcome.runs:.0%} ({low:.0%} to {high:.0%})",
-        "{:.3f} ({:.3f} to {:.3f})".format(outcome.rmse_m, *outcome.rmse_interval_m),
+        of_successes,
+        f"{outcome.rmse_m:.3f}",
         published,
         arrival,
         str(outcome.captured),
@@ -127,8 +140,11 @@ def table_row(outcome: CellOutcome) -> tuple[str, ...]:
 
 
 def _best(name: str, group: Sequence[CellOutcome]) -> str:
-    best = max((o for o in group if o.runs), key=lambda o: (o.successes / o.runs, -o.rmse_m))
+    best = max(
+        (o for o in group if o.runs),
+        key=lambda o: (o.successes / o.runs, -o.success_rmse_m if o.successes else -o.rmse_m),
+    )
     return (
         f"{name}: best is {best.cell.label}, with {best.successes} of {best.runs} runs that "
-        f"reached every tag and a median RMSE of {best.rmse_m:.2f} m."
+        f"reached every tag, and a median RMSE [m] of {rmse_text(best)}."
     )

@@ -305,7 +305,14 @@ def study_navigator(
     """
     table = setting.mission
     if table.navigator == "tracker":
-        return tracker_navigator(mission, tables=mission_tables(setting), robot=robot)
+        return tracker_navigator(
+            mission,
+            tables=mission_tables(setting),
+            robot=robot,
+            trust=table.tracker.trust,
+            fading_db=table.tracker.fading_db,
+            level_db=table.tracker.level_db,
+        )
     pattern = mission_tables(setting)[0] if table.controller == "pattern" else None
     return thesis_navigator(
         mission,

@@ -165,7 +165,7 @@ def comparison_figure(outcomes: Sequence[CellOutcome], *, title: str) -> "Figure
         success.set_xlim(-2.0, 102.0)
         success.set_xlabel("runs that reached every tag [%]")
         rmse.set_xlim(left=0.0)
-        rmse.set_xlabel("median RMSE of all runs [m]; red cross: published")
+        rmse.set_xlabel("median RMSE of the runs that reached every tag [m]; red cross: published")
         handles, texts = success.get_legend_handles_labels()
         unique = dict(zip(texts, handles, strict=True))
         figure.legend(
@@ -187,10 +187,9 @@ def _draw_cell(
     number = labels.index(outcome.cell.label)
     share = 100.0 * outcome.successes / outcome.runs
     low, high = (100.0 * end for end in outcome.success_interval)
-    marks = (
-        (success, share, (low, high)),
-        (rmse, outcome.rmse_m, outcome.rmse_interval_m),
-    )
+    marks = [(success, share, (low, high))]
+    if outcome.successes:
+        marks.append((rmse, outcome.success_rmse_m, outcome.success_rmse_interval_m))
     for axes, value, (lower, upper) in marks:
         axes.errorbar(
             value,

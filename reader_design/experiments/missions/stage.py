@@ -146,7 +146,7 @@ def _dataset(study: Study, name: str, results: Sequence[MissionResult]) -> "xr.D
     metrics = [measure(result) for result in results]
     return dataset(
         {
-            **_run_variables(metrics, [r.reason for r in results]),
+            **_run_variables(metrics, [m.reason for m in metrics]),
             **_step_variables(metrics[0], results[0]),
         },
         coordinates={

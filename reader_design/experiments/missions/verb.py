@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
-import numpy as np
 
 from octant.geometries.errors import ConfigError
 from octant.reader_design.options import Ended, RunOptions, experiment, number
@@ -109,8 +108,8 @@ def navigate(
     )
     files = ", ".join(str(out / name) for name in (*_FILES, STUDY_FILE))
     lines = [
-        *mission_summary(metrics, results),
         *summary_sentences(summarise(metrics)),
+        *failure_lines(metrics),
         f"written: {files} and {out / 'figures'}",
     ]
     if animate is not None:
@@ -172,28 +171,14 @@ def _publish(setting: "Setting", results: "Sequence[MissionResult]", out: Path) 
     return [missions, summary, trajectory, *paths.values()]
 
 
-def mission_summary(
-    metrics: Sequence["MissionMetrics"], results: Sequence["MissionResult"]
-) -> Iterator[str]:
-    """Yield lines that say how the runs of a mission ended [m], [deg], [s].
+def failure_lines(metrics: Sequence["MissionMetrics"]) -> Iterator[str]:
+    """Yield why runs of a mission failed, and how many each time; the numbers add up.
 
     Parameters
     ----------
-    metrics, results : Of every run.
+    metrics : Of every run.
     """
-    runs = len(metrics)
-    reached = sum(m.success for m in metrics)
-    yield f"{reached} of {runs} run{'' if runs == 1 else 's'} reached every tag."
-    rmse, p90 = (
-        np.array([getattr(m, key) for m in metrics]) for key in ("rmse_m", "p90_position_m")
-    )
-    heading = np.degrees([m.p90_heading_rad for m in metrics])
-    yield (
-        f"RMSE to the straight segments: median {np.median(rmse):.3f} m, worst {rmse.max():.3f} m; "
-        f"90 % of the time within {np.median(p90):.3f} m and {np.median(heading):.1f} degrees "
-        "(median of the runs)."
-    )
-    failed = [r.reason for r, m in zip(results, metrics, strict=True) if not m.success]
+    failed = [m.reason for m in metrics if not m.success]
     for reason in dict.fromkeys(failed):
         yield f"{failed.count(reason)} x not a success: {reason}."
 

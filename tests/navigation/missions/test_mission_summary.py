@@ -38,6 +38,38 @@ def test_a_summary_says_what_the_runs_were(thesis_setup, tmp_path):
     assert "6 x time-out" in text
 
 
+def test_errors_of_failed_runs_stand_apart_and_the_verdicts_add_up(thesis_setup, tmp_path):
+    """A robot that declares a tag reached where it stands has a small error, and has failed."""
+    mission, sensor = thesis_setup(noise_db=1.0)
+    (run,) = run_missions(
+        mission, sensor, thesis_robot(mission, sensor), DifferentialDrive(), runs=1, seed=1
+    )
+    good = measure(run)
+    false = measure(replace(run, arrival_points_m=np.zeros((4, 2))))
+    late = replace(good, success=False, outcome="time-out", rmse_m=9.0)
+    summary = summarise([good, replace(false, rmse_m=0.01), late])
+    assert good.success
+    assert summary.named("rmse_success_median").value == good.rmse_m
+    assert summary.named("rmse_success_median").runs == 1
+    assert summary.named("rmse_median").runs == 3
+    assert summary.named("arrival_1_success_median").value == good.arrival_errors_m[0]
+    assert sum(count for _, count in summary.outcomes) == 3
+    assert {end for end, _ in summary.outcomes} == {
+        "reached every tag",
+        "declared reached elsewhere",
+        "time-out",
+    }
+    assert "was declared reached elsewhere" in false.reason
+    text = " ".join(summary_sentences(summary))
+    assert text.index(f"{good.rmse_m:.3f} m") < text.index("over all 3")
+    write_summary_csv(tmp_path / "s.csv", summary)
+    rows = list(csv.DictReader((tmp_path / "s.csv").read_text().splitlines()))
+    assert sum(int(r["value"]) for r in rows if r["quantity"].startswith("verdict: ")) == 3
+    nothing = summarise([late])
+    assert nothing.named("rmse_success_median").runs == 0
+    assert "no error of successes" in " ".join(summary_sentences(nothing))
+
+
 def test_no_runs_cannot_be_summarised():
     with pytest.raises(NavigationError, match="no share"):
         summarise([])

@@ -1,5 +1,6 @@
 """A study's navigators, floor and starts; and missions of the tracker in a reverberant room."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import msgspec
@@ -15,6 +16,7 @@ from octant.navigation.navigators.thesis import ThesisNavigator
 from octant.navigation.navigators.tracker import TrackerNavigator
 from octant.reader_design.experiments.missions.compute import (
     drive_missions,
+    mission_job,
     mission_runs,
     mission_space,
     mission_starts,
@@ -232,3 +234,68 @@ def test_a_tag_behind_closed_metal_ends_the_run_with_that_result():
     assert result.outcome in ("stuck", "no signal", "time-out")
     assert "tag a" in result.reason
     assert not measure(result).success
+
+
+@pytest.mark.parametrize(
+    ("room", "tracker", "reach_m"),
+    [
+        ("box_m = [20.0, 15.0, 6.0]", "", 25.0),
+        ("free_space = true", "", 1.5 * np.hypot(8.0, 4.0)),
+        ("box_m = [20.0, 15.0, 6.0]", "reach_m = 12.5", 12.5),
+    ],
+)
+def test_the_tracker_looks_as_far_as_the_room_reaches(room, tracker, reach_m):
+    text = (
+        f'[room]\n{room}\n[[tag]]\nid = "a"\nposition_m = [9.0, 5.0, 3.0]\n[reader]\n'
+        'response = "isolated"\n[mission]\nstart_m = [1.0, 1.0]\ntags = ["a"]\n'
+        f'navigator = "tracker"\n[mission.tracker]\n{tracker}\n'
+    )
+    study = parse_study(text, source="text", directory=Path())
+    (table,) = mission_tables(build_setting(study))
+    assert table.reach_m == pytest.approx(reach_m)
+
+
+@pytest.mark.parametrize("off_db", [-10.0, 0.0, 10.0])
+def test_a_tag_20_m_ahead_is_driven_to_and_not_declared_reached(off_db):
+    text = (
+        '[room]\nfree_space = true\n[[tag]]\nid = "a"\nposition_m = [20.0, 0.0, 5.0]\n'
+        'antenna = "conical_patch"\n[reader]\nresponse = "isolated"\n[mission]\n'
+        'start_m = [0.0, 0.0]\nheading_deg = 0.0\ntags = ["a"]\nnavigator = "tracker"\n'
+        "cruise_step_m = 0.2\narrival_radius_m = 0.3\n"
+    )
+    job = mission_job(setting_of(parse_study(text, source="text", directory=Path())))
+    link, factor = job.sensor.links["a"], 10.0 ** (0.1 * off_db)
+
+    class Off:
+        def rss_w(self, poses):
+            return factor * link.rss_w(poses)
+
+    off = replace(job, sensor=replace(job.sensor, links={"a": Off()}))
+    for seed in np.random.SeedSequence(1).spawn(1):
+        metrics = measure(off(seed))
+        assert metrics.success, metrics.reason
+        assert metrics.path_m > 18.0
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "limits"),
+    [
+        ("trust", 1.5, "1"),
+        ("fading_db", 0.0, "0.1"),
+        ("level_db", 1e300, "100"),
+        ("reach_m", -1.0, "0.5"),
+    ],
+)
+def test_the_trackers_keys_have_ranges(key, value, limits):
+    text = ROOM + f"[mission.tracker]\n{key} = {value}\n"
+    with pytest.raises(ConfigError, match=rf"mission\.tracker\.{key}.*{limits}"):
+        parse_study(text, source="text", directory=Path())
+
+
+def test_the_trackers_keys_reach_its_filters():
+    keys = {"trust": 0.2, "fading_db": 7.0, "level_db": 12.0}
+    table = "[mission.tracker]\n" + "".join(f"{k} = {v}\n" for k, v in keys.items())
+    text = ROOM.replace("runs = 3", "runs = 3\n" + TRACKER) + table
+    study = parse_study(text + '[reader]\nresponse = "isolated"\n', source="text", directory=Path())
+    (one,) = mission_job(build_setting(study)).navigator.filters
+    assert {key: getattr(one, key) for key in keys} == keys
