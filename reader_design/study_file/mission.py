@@ -54,8 +54,9 @@ class Tracker(Table, frozen=True, kw_only=True):
     fading_db : Standard deviation of an antenna's RSS where reflections dominate [dB].
     level_db : How well the tag's level is known, as a standard deviation [dB]; it hardly changes
         over a leg, and the tracker finds it out.
-    reach_m : How far from the start of a leg, along the floor, the tag is looked for [m]; None: the diagonal of the room, in free space 1.5 times the diagonal of what start and
-        tags span, at least 8 m.
+    reach_m : How far from the start of a leg, along the floor, the tag is looked for [m]; None: the
+        diagonal of the room, in free space 1.5 times the diagonal of what start and tags span, at
+        least 8 m.
     """
 
     trust: Annotated[float, Meta(ge=1e-3, le=1.0)] = TRUST
