@@ -245,10 +245,11 @@ def map_dataset(
     chosen = slice(None) if antennas is None else [number - 1 for number in antennas]
     dims = ["tag", "x", "y", "antenna"] if of_reader else ["tag", "x", "y"]
 
-    def power(values: Sequence[FloatArray], what: str) -> "xr.Variable":
+    def power(values: Sequence[FloatArray], what: str, missing: str = "") -> "xr.Variable":
         stacked = np.stack(values)
         named = stacked[..., chosen] if of_reader else stacked
-        return variable(dims, named, units="W", long_name=f"received power, {what}")
+        what = f"received power, {what}"
+        return variable(dims, named, units="W", long_name=what, missing=missing)
 
     coordinates = {
         "tag": variable(["tag"], [e.tag.id for e in layers], units="1", long_name="tag"),
@@ -279,7 +280,11 @@ def map_dataset(
         )
     if all(e.disc_mean_w is not None for e in layers):
         means = [e.disc_mean_w for e in layers if e.disc_mean_w is not None]
-        variables["rss_disc_mean_w"] = power(means, "mean over a disc of one wavelength")
+        variables["rss_disc_mean_w"] = power(
+            means,
+            "mean over a disc of one wavelength",
+            missing="no part of the disc is in the room and outside its objects",
+        )
     if of_reader and antennas is None:
         variables |= _bearing_variables(layers, math.radians(heading_deg))
     if all(e.spreads is not None for e in layers):

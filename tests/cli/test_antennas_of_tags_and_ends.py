@@ -136,4 +136,4 @@ def test_an_end_without_direction_is_refused(octant, study_file):
     study = study_file(STUDY.format(tag=""))
     assert "no direction" in octant("paths", study, *ENDS, "--tx-axis", "0,0,0").refused()
     refused = octant("paths", study, *ENDS, "--tx-azimuth-deg", "nan").refused()
-    assert "--tx-azimuth-deg is nan" in refused
+    assert "'--tx-azimuth-deg': nan is not in the range" in refused

@@ -223,7 +223,7 @@ def surface_basis(
     """
     points = frozen_array(vertices_m, name="vertices_m", shape=(None, 3))
     given = frozen_array(faces, name="faces", shape=(None, 3), dtype=np.int64)
-    _refuse_flat(points, given)
+    _refuse_bad(points, given)
     if sectors == 1:
         layers: npt.NDArray[np.int64] | None = given[None]
         image: npt.NDArray[np.int64] | None = np.arange(len(points))
@@ -293,8 +293,8 @@ def _same_faces(
     return place
 
 
-def _refuse_flat(points_m: npt.NDArray[np.float64], faces: npt.NDArray[np.int64]) -> None:
-    """Raise for triangles without area and for indices out of range."""
+def _refuse_bad(points_m: npt.NDArray[np.float64], faces: npt.NDArray[np.int64]) -> None:
+    """Raise for indices out of range, triangles without area and triangles that stand twice."""
     if len(faces) == 0 or faces.min() < 0 or faces.max() >= len(points_m):
         msg = f"faces must hold indices of the {len(points_m)} vertices, at least one triangle."
         raise GeometryError(msg)
@@ -304,6 +304,16 @@ def _refuse_flat(points_m: npt.NDArray[np.float64], faces: npt.NDArray[np.int64]
     bad = np.flatnonzero(~(area > 1e-9 * longest))
     if len(bad):
         msg = f"triangle {bad[0]} has no area; remove such triangles from the mesh."
+        raise GeometryError(msg)
+    corners = np.sort(faces, axis=1)
+    _, first, number = np.unique(corners, axis=0, return_index=True, return_inverse=True)
+    again = np.flatnonzero(first[number.ravel()] != np.arange(len(faces)))
+    if len(again):
+        other = first[number.ravel()[again[0]]]
+        msg = (
+            f"triangles {other} and {again[0]} lie on each other, so that the currents on them "
+            "cannot be told apart; remove one."
+        )
         raise GeometryError(msg)
 
 

@@ -1,6 +1,6 @@
 """The report of ``octant dock``: missions, the published experiments, and what is claimed."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +12,7 @@ from octant.navigation.estimators.kalman import consistency_band
 from octant.reader_design.experiments.docking.compute import (
     DockingContent,
     compute_docking,
+    dock_table,
     docking_jobs,
     docking_rooms,
     kept_runs,
@@ -26,6 +27,7 @@ from octant.reader_design.experiments.docking.published import (
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.keeping.results import STUDY_FILE, refuse_another, write_once
 from octant.reader_design.keeping.workers import open_crew
+from octant.reader_design.setting.cost import Cost, docking_cost, reader_cost
 from octant.reader_design.showing.pages import (
     Report,
     ReportFigure,
@@ -341,6 +343,7 @@ def run_docking_study(
     cluster: str | None = None,
     force: bool = False,
     progress: Progress | None = None,
+    approve: Callable[[Cost], None] | None = None,
 ) -> DockingContent:
     """Return the content of a docking study and write its files, unless they are there already.
 
@@ -349,9 +352,12 @@ def run_docking_study(
     study, out_dir : With a table ``[dock]``; folder of the results, whose runs are read.
     workers, cluster : Who shares the runs, as in `open_crew`.
     force, progress : Replace another study's results; shows how many runs are done.
+    approve : Refuses what takes too long or too much memory, before anything is written.
     """
     progress = progress or Progress()
     rooms = docking_rooms(study)  # a bad station is refused before anything is computed
+    if approve is not None:
+        approve(reader_cost(study).and_then(docking_cost(study, dock_table(study))))
     text, cases = to_toml(study, relative_to=out_dir), out_dir / CASES
     refuse_another(out_dir, text, force=force, outputs=(*FILES, "figures/dock_*.png"))
     write_text(out_dir / STUDY_FILE, text)

@@ -27,7 +27,6 @@ def dock(*, study: Path | None, options: RunOptions, runs: int | None) -> Ended:
         run_docking_study,
         summary_lines,
     )
-    from octant.reader_design.setting.cost import docking_cost, reader_cost
     from octant.reader_design.study_file.loading import load_study, replace, vary
 
     loaded, out = load_study(study, built_in="dock_study"), options.out
@@ -36,7 +35,6 @@ def dock(*, study: Path | None, options: RunOptions, runs: int | None) -> Ended:
         loaded = replace(vary(loaded, {"dock.runs": runs}), sweep=loaded.sweep)
     if options.dry_run:
         return Ended(lines=(plan_line(loaded, out),))
-    options.approve(reader_cost(loaded).and_then(docking_cost(loaded, dock_table(loaded))))
     content = run_docking_study(
         loaded,
         out,
@@ -44,6 +42,7 @@ def dock(*, study: Path | None, options: RunOptions, runs: int | None) -> Ended:
         cluster=options.cluster,
         force=options.force,
         progress=options.progress,
+        approve=options.approve,
     )
     written = f"written: {', '.join(str(out / name) for name in FILES)} and {out / 'figures'}"
     return Ended(lines=(*summary_lines(content.results), written))

@@ -50,6 +50,7 @@ from octant.reader_design.experiments.tracking.settings import (
 from octant.reader_design.keeping.keeper import RecordCodec, kept_cases, map_cases
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.keeping.results import refuse_another, write_once
+from octant.reader_design.setting.cost import Cost, tracking_cost
 from octant.reader_design.showing.netcdf import write_dataset
 from octant.reader_design.showing.tables import put_table
 from octant.reader_design.study_file.loading import to_toml
@@ -275,6 +276,7 @@ def run_tracking(
     cluster: str | None = None,
     force: bool = False,
     progress: Progress | None = None,
+    approve: Callable[[Cost], None] | None = None,
 ) -> TrackingContent:
     """Return the content of a tracking study and write its files, unless they are there already.
 
@@ -283,11 +285,14 @@ def run_tracking(
     study, out_dir : With a table ``[track]``; folder of the results, whose parts are read.
     workers, cluster : Who shares the parts, as in `map_cases`.
     force, progress : Replace results that are there; shows how many parts are done.
+    approve : Refuses what takes too long or too much memory, before anything is written.
     """
     progress = progress or Progress()
     settings = settings_of(study)
     if "room" in settings.track.chapters:
         check_room(settings)
+    if approve is not None:
+        approve(tracking_cost(settings.track))
     text = to_toml(study, relative_to=out_dir)
     refuse_another(out_dir, text, force=force, outputs=(*FILES, "*.csv", "figures/*.png"))
     write_text(out_dir / "study.toml", text)

@@ -19,14 +19,11 @@ def track(*, study: Path | None, options: RunOptions) -> Ended:
     """
     from octant.reader_design.experiments.tracking.compute import plan_line, run_tracking
     from octant.reader_design.experiments.tracking.page import summary_lines
-    from octant.reader_design.setting.cost import tracking_cost
     from octant.reader_design.study_file.loading import load_study
 
     loaded = load_study(study, built_in="track_study")
     if options.dry_run:
         return Ended(lines=(plan_line(loaded, options.out),))
-    if loaded.track is not None:
-        options.approve(tracking_cost(loaded.track))
     content = run_tracking(
         loaded,
         options.out,
@@ -34,6 +31,7 @@ def track(*, study: Path | None, options: RunOptions) -> Ended:
         cluster=options.cluster,
         force=options.force,
         progress=options.progress,
+        approve=options.approve,
     )
     written = f"written: {options.out / 'report.html'}, results.nc, tables and figures"
     return Ended(lines=(*summary_lines(content), written))
