@@ -107,12 +107,13 @@ def random_pose_errors_rad(place, *, area_m, poses, rng):
     return np.concatenate(errors)
 
 
-def errors_deg(study, *, antenna, poses):
+def errors_deg(setting, *, antenna, poses):
     """Return the absolute bearing errors of one case [deg]."""
-    setting = build_setting(study)
+    study = setting.study
     if antenna == "cosine":
         own = tuple(cosine_antenna(f) for f in study.radio.frequencies_hz)
-        setting = replace(setting, tags=tuple(replace(tag, antennas=own) for tag in setting.tags))
+        tags = tuple(replace(tag, antennas=own) for tag in setting.tags)
+        setting = replace(setting, tags=tags).with_responses(setting.responses)
     errors = random_pose_errors_rad(
         setting,
         area_m=AREA_M,
@@ -131,7 +132,7 @@ def main():
     for name, room, channels, antenna, reader, prototype in CASES:
         began = time.perf_counter()
         study = study_of(room=room, channels=channels, antenna=antenna, reader=reader)
-        error = errors_deg(study, antenna=antenna, poses=poses)
+        error = errors_deg(build_setting(study), antenna=antenna, poses=poses)
         middle, high = np.quantile(error, [0.5, 0.9])
         beyond = 100.0 * float((error > math.degrees(math.pi / 2)).mean())
         print(

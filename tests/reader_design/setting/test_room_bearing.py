@@ -31,7 +31,8 @@ def quantiles_deg(reader, **case):
     given = {"room": True, "channels": (), "antenna": "dipole", **case}
     study = bench.study_of(**given, reader="")
     responses = [replace(reader, frequency_hz=f) for f in study.radio.frequencies_hz]
-    errors = bench.errors_deg(study, responses, antenna=given["antenna"], poses=400)
+    setting = build_setting(study).with_responses(responses)
+    errors = bench.errors_deg(setting, antenna=given["antenna"], poses=400)
     return np.quantile(errors, [0.5, 0.9])
 
 
