@@ -88,7 +88,7 @@ def test_interrupted_studies_keep_what_was_computed(study_file, tmp_path):
         stderr=subprocess.PIPE,
         text=True,
     ) as child:
-        deadline = time.monotonic() + 120
+        deadline = time.monotonic() + 600
         while not list((out / "cells").glob("[!.]*.nc")) and time.monotonic() < deadline:
             assert child.poll() is None, child.stderr.read()
             time.sleep(0.05)
