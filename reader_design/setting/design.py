@@ -3,7 +3,6 @@
 import hashlib
 import json
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 from msgspec.structs import replace
@@ -13,7 +12,7 @@ from octant.em.blocks import one_blas_thread
 from octant.em.reader.cache import ReaderSolution, cached_responses
 from octant.em.reader.response import reader_response
 from octant.reader_design.study_file.reader import Reader
-from octant.reader_design.study_file.schema import Radio, Study
+from octant.reader_design.study_file.schema import Radio
 
 FULLWAVE = "fullwave"
 """The model that solves for the currents on the reader [-]."""
@@ -103,20 +102,3 @@ def reader_responses(reader: Reader, radio: Radio) -> tuple[ReaderResponse, ...]
     if reader.response == FULLWAVE:
         return tuple(found.response for found in solutions(cut, radio.frequencies_hz))
     return tuple(response_at(cut, f) for f in radio.frequencies_hz)
-
-
-def response_inputs(study: Study) -> dict[str, object]:
-    """Return what a response depends on besides its design and frequency, for content hashes.
-
-    Parameters
-    ----------
-    study : The study.
-    """
-    return {
-        "response": study.reader.response,
-        "cells_per_wavelength": study.reader.cells_per_wavelength,
-        "pattern_files": [
-            hashlib.sha256(Path(file).read_bytes()).hexdigest()
-            for file in study.reader.pattern_files
-        ],
-    }

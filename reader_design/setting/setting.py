@@ -5,7 +5,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-import msgspec
 import numpy as np
 import numpy.typing as npt
 
@@ -178,19 +177,6 @@ class Setting:
         other = replace(self)
         vars(other)["responses"] = tuple(responses)  # where functools keeps a cached property
         return other
-
-    def with_reader(self, reader: Reader) -> "Setting":
-        """Return the same room with another reader in it.
-
-        Parameters
-        ----------
-        reader : Its ground plane stands at its own height [m].
-        """
-        return replace(
-            self,
-            study=msgspec.structs.replace(self.study, reader=reader),
-            reader_z_m=self.scene.floor_height_m + reader.height_m,
-        )
 
     def tag(self, tag_id: str) -> PlacedTag:
         """Return the tag of a name; refuse an unknown one.

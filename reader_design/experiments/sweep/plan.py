@@ -114,16 +114,6 @@ def combinations(study: Study) -> tuple[dict[str, Any], ...]:
     )
 
 
-def designs_of(study: Study) -> tuple[Reader, ...]:
-    """Return the reader of every combination of the study's sweep, in the order of `combinations`.
-
-    Parameters
-    ----------
-    study : With its sweep.
-    """
-    return tuple(_design(study, values) for values in combinations(study))
-
-
 def plan_sweep(setting: Setting) -> SweepPlan:
     """Return the cells that a study asks for; lengths in [m].
 

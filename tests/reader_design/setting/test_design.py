@@ -13,9 +13,8 @@ from octant.reader_design.setting.design import (
     content_hash,
     reader_responses,
     response_at,
-    response_inputs,
 )
-from octant.reader_design.study_file.loading import load_study, parse_study
+from octant.reader_design.study_file.loading import parse_study
 from octant.reader_design.study_file.reader import Reader
 from octant.reader_design.study_file.room import Box
 
@@ -197,16 +196,3 @@ def test_antenna_that_touches_a_plate_is_refused_by_the_full_wave_model():
     design = msgspec.structs.replace(THESIS, antenna_radius_m=0.002)
     with pytest.raises(GeometryError, match="touches"):
         response_at(design, 2.4e9, "fullwave")
-
-
-def test_another_content_of_a_pattern_file_is_another_input(tmp_path):
-    file = tmp_path / "antenna.ffe"
-    reader = msgspec.structs.replace(
-        load_study(None).reader, response="files", pattern_files=(str(file),)
-    )
-    study = msgspec.structs.replace(load_study(None), reader=reader)
-    inputs = []
-    for text in ("one", "two", "one"):
-        file.write_text(text)
-        inputs.append(response_inputs(study))
-    assert inputs[0] == inputs[2] != inputs[1]

@@ -9,7 +9,7 @@ import pytest
 from octant.geometries.errors import ConfigError
 from octant.reader_design.experiments.sweep import plan as plan_module
 from octant.reader_design.experiments.sweep.cells import run_sweep
-from octant.reader_design.experiments.sweep.plan import designs_of, plan_sweep
+from octant.reader_design.experiments.sweep.plan import plan_sweep
 from octant.reader_design.keeping.workers import open_crew
 from octant.reader_design.setting.evaluation import scored_cell
 from octant.reader_design.setting.setting import Sampling, build_setting
@@ -56,7 +56,7 @@ def same(first, second):
 
 
 def test_designs_are_every_combination_and_the_first_list_varies_slowest():
-    designs = designs_of(load_study(None))
+    designs = plan_sweep(build_setting(load_study(None))).designs
     assert len(set(designs)) == 2 * 2 * 3
     assert [d.antenna for d in designs] == ["dipole"] * 6 + ["monopole"] * 6
     assert [d.plate_height_m for d in designs[:3]] == [0.0, 0.08, 0.15]
