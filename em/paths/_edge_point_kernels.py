@@ -10,8 +10,17 @@ SECTOR_TOLERANCE = 1e-7
 STATIONARY = 1e-6
 """Slope [-] of a path's length over two edges, up to which its two points count as the shortest."""
 
-NEWTON_STEPS = 40
+ROUNDING = 1e-14
+"""Share of a path's length [-] to which its points are found."""
+
+MEETING = 1e-9
+"""Share of a path's length [-] below which its leg between two edges counts as none."""
+
+STEPS = 80
 """Steps [-] after which the two points of a double diffraction count as not found."""
+
+NEWTON_STEPS = 12
+"""Steps [-] from which on every other one halves the bracket."""
 
 
 @njit(cache=True, error_model="numpy")
@@ -30,8 +39,9 @@ def two_points(wedge_frame, first, last, distance_s, along_s, distance_r, along_
     """Return where the shortest path meets two edges, as lengths along them, and if it was found.
 
     The source stands ``distance_s`` off the first edge's line at ``along_s``, the receiver likewise
-    off the last. The length is a convex function of the two places: Newton's method with halved
-    steps.
+    off the last. For each place on the first the best one on the last is that of a single edge;
+    what is left is a convex function of one place: Newton's method, kept in a bracket. Where both
+    edges meet, the length has a kink, at which no ray is diffracted by either: not found.
     """
     ax, ay, az = wedge_frame[first, 3], wedge_frame[first, 4], wedge_frame[first, 5]
     bx, by, bz = wedge_frame[last, 3], wedge_frame[last, 4], wedge_frame[last, 5]
@@ -40,35 +50,42 @@ def two_points(wedge_frame, first, last, distance_s, along_s, distance_r, along_
     oz = wedge_frame[last, 2] - wedge_frame[first, 2]
     ab = ax * bx + ay * by + az * bz
     s, t = along_s, along_r
-    best = np.inf
-    ds, dt = 0.0, 0.0
-    smooth = False
-    for _ in range(NEWTON_STEPS):
-        for _ in range(NEWTON_STEPS):
-            vx, vy, vz = ox + t * bx - s * ax, oy + t * by - s * ay, oz + t * bz - s * az
-            r = np.sqrt(vx * vx + vy * vy + vz * vz)
-            r1 = np.sqrt(distance_s * distance_s + (s - along_s) ** 2)
-            r3 = np.sqrt(distance_r * distance_r + (t - along_r) ** 2)
-            length = r1 + r + r3
-            if length <= best:
-                break
-            ds, dt = 0.5 * ds, 0.5 * dt
-            s, t = s - ds, t - dt
-        best = length
-        if r == 0.0 or r1 == 0.0 or r3 == 0.0:
+    low, high, slope = -np.inf, np.inf, np.inf
+    for i in range(STEPS):
+        px, py, pz = s * ax - ox, s * ay - oy, s * az - oz
+        place = px * bx + py * by + pz * bz
+        px, py, pz = px - place * bx, py - place * by, pz - place * bz
+        beside = np.sqrt(px * px + py * py + pz * pz)
+        if beside + distance_r == 0.0:
+            return s, t, False
+        t = place + (along_r - place) * beside / (beside + distance_r)
+        vx, vy, vz = ox + t * bx - s * ax, oy + t * by - s * ay, oz + t * bz - s * az
+        r = np.sqrt(vx * vx + vy * vy + vz * vz)
+        r1 = np.sqrt(distance_s * distance_s + (s - along_s) ** 2)
+        r3 = np.sqrt(distance_r * distance_r + (t - along_r) ** 2)
+        length = r1 + r + r3
+        if min(r, r1, r3) <= MEETING * length:
             return s, t, False
         va, vb = (vx * ax + vy * ay + vz * az) / r, (vx * bx + vy * by + vz * bz) / r
-        gs, gt = (s - along_s) / r1 - va, (t - along_r) / r3 + vb
-        hss = distance_s * distance_s / r1**3 + (1.0 - va * va) / r
-        htt = distance_r * distance_r / r3**3 + (1.0 - vb * vb) / r
+        slope = (s - along_s) / r1 - va
+        if slope > 0.0:
+            high = s
+        else:
+            low = s
         hst = (va * vb - ab) / r
-        det = hss * htt - hst * hst
-        if det <= 0.0:
-            return s, t, False
-        ds, dt = -(htt * gs - hst * gt) / det, -(hss * gt - hst * gs) / det
-        # Where the edges meet, the length has a kink, at which no ray is diffracted by either.
-        smooth = abs(gs) + abs(gt) <= STATIONARY
-        if abs(ds) + abs(dt) <= 1e-14 * length:
-            return s, t, smooth
-        s, t = s + ds, t + dt
-    return s, t, smooth and abs(ds) + abs(dt) <= 1e-9 * best
+        htt = distance_r * distance_r / r3**3 + (1.0 - vb * vb) / r
+        curve = distance_s * distance_s / r1**3 + (1.0 - va * va) / r
+        if htt > 0.0:
+            curve -= hst * hst / htt
+        to = s - slope / curve if curve > 0.0 else np.inf
+        halve = i >= NEWTON_STEPS and i % 2 == 0 and high - low < np.inf
+        if abs(to - s) > ROUNDING * length and (halve or not low < to < high):
+            to = 0.5 * (low + high)
+            if low == -np.inf:
+                to = high - 2.0 * length
+            elif high == np.inf:
+                to = low + 2.0 * length
+        if abs(to - s) <= ROUNDING * length:
+            return s, t, abs(slope) <= STATIONARY
+        s = to
+    return s, t, abs(slope) <= STATIONARY
