@@ -5,12 +5,12 @@ outline of another facet begins or ends on them, so that unevenly meshed walls s
 """
 
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 
-from octant.geometries._arrays import frozen_array
-from octant.geometries._plane_geometry import FloatArray, IntArray, weld
+from octant.geometries import _bvh_kernels, _wedge_kernels
+from octant.geometries._arrays import frozen_array, read_only
+from octant.geometries._plane_geometry import FloatArray, IntArray, row_numbers, weld
 from octant.geometries.facets import Facets
 
 
@@ -24,6 +24,7 @@ class Edges:
     facet_start : (e + 1,) int64 — Where the facets of each edge start in ``facet``.
     facet : (k,) int64 — Facets that end along each edge: one for a free edge, two for a wedge or a
         bent sheet, three and more for a junction of sheets.
+    inward : (k, 3) float64 — Unit vectors [-] from the edge into each of these facets.
     opening_rad : (e,) float64 — Smallest angle [rad] between two facets, seen along the edge: 0 for
         a free edge, pi for the seam of two materials in one plane.
     """
@@ -31,6 +32,7 @@ class Edges:
     ends_m: FloatArray
     facet_start: IntArray
     facet: IntArray
+    inward: FloatArray
     opening_rad: FloatArray
 
     def __post_init__(self) -> None:
@@ -39,6 +41,7 @@ class Edges:
             ("ends_m", (e, 2, 3), np.float64),
             ("facet_start", (e + 1,), np.int64),
             ("facet", (None,), np.int64),
+            ("inward", (len(self.facet), 3), np.float64),
             ("opening_rad", (e,), np.float64),
         ):
             value = frozen_array(getattr(self, name), name=name, shape=shape, dtype=dtype)
@@ -49,6 +52,16 @@ class Edges:
         """Length of each edge [m], (e,)."""
         length: FloatArray = np.linalg.norm(self.ends_m[:, 1] - self.ends_m[:, 0], axis=1)
         return length
+
+    @property
+    def edge_of(self) -> IntArray:
+        """Edge that each of ``facet`` ends along, (k,)."""
+        return np.repeat(np.arange(len(self.opening_rad)), np.diff(self.facet_start))
+
+    @property
+    def axis(self) -> FloatArray:
+        """Unit vector [-] along each edge, (e, 3)."""
+        return unit_vectors(self.ends_m[:, 1] - self.ends_m[:, 0])
 
 
 def find_edges(facets: Facets, *, tolerance_m: float) -> Edges:
@@ -62,78 +75,80 @@ def find_edges(facets: Facets, *, tolerance_m: float) -> Edges:
     tolerance_m : Distance [m] within which corners and edges coincide.
     """
     owner = np.repeat(np.arange(len(facets.facet_plane)), np.diff(facets.outline_start))
-    outlines = [facets.outline_room_m(f) for f in range(len(facets.facet_plane))]
-    ends = np.concatenate(outlines) if outlines else np.zeros((0, 2, 3))
-    places = ends.reshape(-1, 3)
-    corner = np.zeros((0, 2), dtype=np.int64)
-    if len(places):
-        corner = weld(places, tolerance_m).reshape(-1, 2)
-    shared: dict[tuple[int, int], list[int]] = {}
-    for facet, chain in zip(owner, _cut_at_corners(places, corner, tolerance_m), strict=True):
-        for a, b in pairwise(chain):
-            members = shared.setdefault((min(a, b), max(a, b)), [])
-            if facet not in members:
-                members.append(int(facet))
-    sets = list(shared.values())
-    segments = np.array([[places[a], places[b]] for a, b in shared]).reshape(-1, 2, 3)
-    start = np.concatenate(([0], np.cumsum([len(s) for s in sets], dtype=np.int64)))
+    outline = facets.outline_room_m()
+    places = outline.reshape(-1, 3)
+    corner = weld(places, tolerance_m).reshape(-1, 2)
+    piece, first, second = _cut_at_corners(places, corner, tolerance_m).T
+    low, high = np.minimum(first, second), np.maximum(first, second)
+    _, start, member = row_numbers(np.column_stack((low, high)))
+    by_owner = np.argsort(member[start[:-1]])
+    size = np.diff(start)[by_owner]
+    edge = np.repeat(np.arange(len(size)), size)
+    begin = np.cumsum(size) - size
+    row = member[np.repeat(start[:-1][by_owner] - begin, size) + np.arange(len(member))]
+    lowest = row[begin]
+    ends = np.stack((places[low[lowest]], places[high[lowest]]), axis=1)
+    # Where a facet's outline runs along an edge twice, the nearer one counts.
+    span = outline[piece[row], 1] - outline[piece[row], 0]
+    to_middle = 0.5 * (ends[edge, 0] + ends[edge, 1]) - outline[piece[row], 0]
+    share = np.sum(to_middle * span, axis=1) / np.sum(span * span, axis=1)
+    aside = np.linalg.norm(to_middle - share[:, None] * span, axis=1)
+    facet = owner[piece[row]]
+    nearest = np.lexsort((np.arange(len(row)), aside, facet, edge))
+    once = np.ones(len(row), dtype=np.bool_)
+    once[1:] = (np.diff(edge[nearest]) > 0) | (np.diff(facet[nearest]) > 0)
+    kept = nearest[once]
+    edge, facet = edge[kept], facet[kept]
+    axis = unit_vectors(ends[:, 1] - ends[:, 0])[edge]
+    # The facet lies to the left of its directed outline, seen from its normal's side.
+    along = np.where((row_products(span[kept], axis) > 0.0)[:, None], axis, -axis)
+    inward = unit_vectors(np.cross(facets.plane_normal[facets.facet_plane[facet]], along))
     return Edges(
-        ends_m=segments,
-        facet_start=start.astype(np.int64),
-        facet=np.array([f for s in sets for f in s], dtype=np.int64),
-        opening_rad=np.array(
-            [_opening_rad(facets, ends_m, s) for ends_m, s in zip(segments, sets, strict=True)]
-        ),
+        ends_m=ends,
+        facet_start=np.searchsorted(edge, np.arange(len(ends) + 1)),
+        facet=facet,
+        inward=inward,
+        opening_rad=_opening_rad(inward, edge, len(ends)),
     )
 
 
-def _cut_at_corners(places_m: FloatArray, corner: IntArray, tolerance_m: float) -> list[list[int]]:
-    """Return, per outline edge, its welded corners and those of other outlines that lie on it."""
-    from scipy.spatial import cKDTree
+def row_products(first: FloatArray, second: FloatArray) -> FloatArray:
+    """Return (n,) products of rows (n, 3), rounded as those of two single vectors are.
 
+    Parameters
+    ----------
+    first, second : (n, 3) float64 — Vectors, in any unit [-].
+    """
+    products: FloatArray = (first[:, None, :] @ second[:, :, None])[:, 0, 0]
+    return products
+
+
+def unit_vectors(vectors: FloatArray) -> FloatArray:
+    """Return vectors (n, 3), in any unit, over their lengths [-].
+
+    Parameters
+    ----------
+    vectors : (n, 3) float64 — None of length zero [-].
+    """
+    unit: FloatArray = vectors / np.sqrt(row_products(vectors, vectors))[:, None]
+    return unit
+
+
+def _cut_at_corners(places_m: FloatArray, corner: IntArray, tolerance_m: float) -> IntArray:
+    """Return (k, 3) outline edge, start and end of its parts between corners that lie on it."""
     used = np.unique(corner)
-    if len(used) == 0:
-        return []
-    tree = cKDTree(places_m[used])
-    chains: list[list[int]] = []
-    for a, b in corner:
-        if a == b:  # an edge no longer than what counts as one place: there is none
-            chains.append([])
-            continue
-        span = places_m[b] - places_m[a]
-        length = float(np.linalg.norm(span))
-        near = used[tree.query_ball_point(places_m[a] + 0.5 * span, 0.5 * length + tolerance_m)]
-        along = (places_m[near] - places_m[a]) @ span / length
-        aside = np.linalg.norm(
-            places_m[near] - places_m[a] - along[:, None] * span / length, axis=1
-        )
-        on = (aside <= tolerance_m) & (along > tolerance_m) & (along < length - tolerance_m)
-        chains.append([int(a), *(int(v) for v in near[on][np.argsort(along[on])]), int(b)])
-    return chains
+    order, boxes, links = _bvh_kernels.build(places_m[used], places_m[used])
+    known = read_only((places_m, corner, used, boxes, links, order))
+    pieces: IntArray = _wedge_kernels.cut_at_corners(*known, tolerance_m)
+    return pieces
 
 
-def _opening_rad(facets: Facets, ends_m: FloatArray, members: list[int]) -> float:
-    """Return the smallest angle [rad] between the facets of an edge, 0 for a single one."""
-    axis = (ends_m[1] - ends_m[0]) / np.linalg.norm(ends_m[1] - ends_m[0])
-    middle = 0.5 * (ends_m[0] + ends_m[1])
-    inward = []
-    for facet in members:
-        # The facet lies to the left of its directed outline, seen from its normal's side.
-        edges = facets.outline_room_m(facet)
-        span = edges[:, 1] - edges[:, 0]
-        length = np.linalg.norm(span, axis=1)
-        along = np.sum((middle - edges[:, 0]) * span, axis=1) / length
-        aside = np.linalg.norm(
-            middle - edges[:, 0] - (along / length)[:, None] * span, axis=1
-        ) + np.where((along >= 0.0) & (along <= length), 0.0, np.inf)
-        directed = span[int(np.argmin(aside))]
-        normal = facets.plane_normal[facets.facet_plane[facet]]
-        inward.append(np.cross(normal, directed / np.linalg.norm(directed)))
-    if len(inward) < 2:
-        return 0.0
-    angles = [
-        float(np.arctan2(abs(float(axis @ np.cross(p, q))), float(p @ q)))
-        for i, p in enumerate(inward)
-        for q in inward[i + 1 :]
-    ]
-    return min(angles)
+def _opening_rad(inward: FloatArray, edge: IntArray, edges: int) -> FloatArray:
+    """Return the smallest angle [rad] between the facets of each edge, 0 for a single one."""
+    opening = np.full(edges, np.inf)
+    for step in range(1, int(np.bincount(edge, minlength=1).max())):
+        row = np.flatnonzero(edge[step:] == edge[:-step])
+        p, q = inward[row], inward[row + step]
+        angle = np.arctan2(np.linalg.norm(np.cross(p, q), axis=1), np.sum(p * q, axis=1))
+        np.minimum.at(opening, edge[row], angle)
+    return np.where(np.isinf(opening), 0.0, opening)

@@ -75,20 +75,20 @@ class Facets:
             value = frozen_array(getattr(self, name), name=name, shape=shape, dtype=dtype)
             object.__setattr__(self, name, value)
 
-    def outline_room_m(self, facet: int) -> FloatArray:
+    def outline_room_m(self, facet: int | None = None) -> FloatArray:
         """Return the (k, 2, 3) start and end [m] of a facet's directed edges, in the room's frame.
 
         Parameters
         ----------
-        facet : Index of the facet.
+        facet : Index of the facet; None: all of them, one after the other.
         """
-        plane = self.facet_plane[facet]
-        uv = self.outline_m[self.outline_start[facet] : self.outline_start[facet + 1]]
-        origin = self.plane_normal[plane] * self.plane_offset_m[plane]
-        ends = uv.reshape(-1, 2, 2)
-        room: FloatArray = (
-            origin + ends[..., :1] * self.plane_u[plane] + ends[..., 1:] * self.plane_v[plane]
-        )
+        first, last = (0, len(self.facet_plane)) if facet is None else (facet, facet + 1)
+        start = self.outline_start[first : last + 1]
+        plane = np.repeat(self.facet_plane[first:last], np.diff(start))
+        ends = self.outline_m[start[0] : start[-1]].reshape(-1, 2, 2)
+        origin = self.plane_normal[plane] * self.plane_offset_m[plane][:, None]
+        along_u = ends[..., :1] * self.plane_u[plane][:, None]
+        room: FloatArray = origin[:, None] + along_u + ends[..., 1:] * self.plane_v[plane][:, None]
         return room
 
     def area_m2(self, facet: int) -> float:

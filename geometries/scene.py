@@ -108,9 +108,13 @@ class Scene:
         """
         points = np.asarray(points_m, dtype=np.float64).reshape(-1, 3)
         inside = np.zeros(len(points), dtype=np.bool_)
+        axis = int(np.argmax(np.ptp(points, axis=0))) if len(points) else 0
+        order = np.argsort(points[:, axis], kind="stable")
+        places = points[order, axis]
         for corners in self.solids:
             low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
-            near = np.flatnonzero(((points > low) & (points < high)).all(axis=1))
+            near = order[slice(*np.searchsorted(places, (low[axis], high[axis])))]
+            near = near[((points[near] > low) & (points[near] < high)).all(axis=1)]
             inside[near] |= np.abs(winding_numbers(points[near], corners)) > 0.5
         return inside
 

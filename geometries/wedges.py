@@ -5,26 +5,26 @@ junction of k sheets k. Facets that an edge rests on (the floor under a cabinet)
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 import numpy.typing as npt
 
-from octant.geometries._arrays import frozen_array
+from octant.geometries import _bvh_kernels, _wedge_kernels
+from octant.geometries._arrays import frozen_array, read_only
 from octant.geometries._plane_geometry import FloatArray, IntArray
-from octant.geometries.edges import Edges, find_edges
+from octant.geometries.edges import Edges, find_edges, row_products
 from octant.geometries.facets import Facets
 from octant.geometries.scene import Scene
 from octant.geometries.tolerances import LENGTHS
+
+BoolArray = npt.NDArray[np.bool_]
 
 ANGLE_TOLERANCE_RAD = 1e-6
 """Angle [rad] within which facets count as coplanar, or a sector as a whole part of 180 degrees."""
 
 PLACES_ON_EDGE = (0.537, 0.463, 0.789, 0.211, 0.943, 0.057)
 """Places [-] along an edge, one of which must be outside solids: where other bodies seldom end."""
-
-PAIRS_PER_CALL = 2_000_000
-"""Pairs of edge and plane [-] whose distances are held in memory at a time."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -90,15 +90,9 @@ def find_wedges(scene: Scene) -> Wedges:
     ----------
     scene : Geometry.
     """
-    tolerance_m = _edge_tolerance_m(scene)
+    tolerance_m = LENGTHS.plane_per_extent * scene.extent_m
     edges = find_edges(scene.facets, tolerance_m=tolerance_m)
-    resting = _facets_rested_on(scene.facets, edges, tolerance_m)
-    rows = [
-        (edge, *sector)
-        for edge in range(len(edges.opening_rad))
-        for sector in _sectors(scene.facets, edges, edge, resting.get(edge, []))
-    ]
-    wedges = _as_wedges(edges, rows)
+    wedges = _sectors(scene.facets, edges, *facets_rested_on(scene.facets, edges, tolerance_m).T)
     half = 0.5 * wedges.exterior_rad[:, None]
     into = np.cos(half) * wedges.tangent + np.sin(half) * wedges.normal
     beside = wedges.origin_m + 100.0 * tolerance_m * into
@@ -107,131 +101,89 @@ def find_wedges(scene: Scene) -> Wedges:
         left = np.flatnonzero(~outside)
         along = (share * wedges.length_m[left])[:, None] * wedges.axis[left]
         outside[left] = ~scene.inside_solid(beside[left] + along)
-    return _as_wedges(edges, [row for row, keep in zip(rows, outside, strict=True) if keep])
+    return Wedges(**{f.name: getattr(wedges, f.name)[outside] for f in fields(Wedges)})
 
 
-def _edge_tolerance_m(scene: Scene) -> float:
-    return LENGTHS.plane_per_extent * scene.extent_m
-
-
-_Row = tuple[int, FloatArray, FloatArray, float, int, int]
-
-
-def _as_wedges(edges: Edges, rows: list[_Row]) -> Wedges:
-    edge = np.array([row[0] for row in rows], dtype=np.int64)
-    ends = edges.ends_m[edge]
-    length = edges.length_m[edge]
+def _sectors(facets: Facets, edges: Edges, rests: IntArray, rested_on: IntArray) -> Wedges:
+    """Return the wedges about all edges; edge ``rests[i]`` lies within facet ``rested_on[i]``."""
+    count = len(edges.opening_rad)
+    side = np.cross(edges.axis[rests], facets.plane_normal[facets.facet_plane[rested_on]])
+    edge = np.concatenate((edges.edge_of, np.repeat(rests, 2)))
+    face = np.concatenate((edges.facet, np.repeat(rested_on, 2)))
+    inward = np.concatenate((edges.inward, np.stack((side, -side), axis=1).reshape(-1, 3)))
+    first = edges.inward[edges.facet_start[:-1]]
+    across = row_products(inward, np.cross(edges.axis, first)[edge])
+    turns = zip(across, row_products(inward, first[edge]), strict=True)
+    angle = np.array([math.atan2(y, x) for y, x in turns])
+    angle = np.where(angle < -ANGLE_TOLERANCE_RAD, angle + 2.0 * math.pi, angle)
+    # Of facets that cover one another in one plane the first is the one that paths meet.
+    around = np.lexsort((face, np.round(angle / ANGLE_TOLERANCE_RAD), edge))
+    edge, face, inward, angle = edge[around], face[around], inward[around], angle[around]
+    start = np.searchsorted(edge, np.arange(count + 1))
+    kept = np.zeros(len(edge), dtype=np.bool_)
+    last = np.full(count, -np.inf)
+    for rank in range(int(np.diff(start).max(initial=0))):
+        row = start[:-1][np.diff(start) > rank] + rank
+        row = row[angle[row] - last[edge[row]] > ANGLE_TOLERANCE_RAD]
+        kept[row], last[edge[row]] = True, angle[row]
+    edge, face, inward, angle = edge[kept], face[kept], inward[kept], angle[kept]
+    start = np.searchsorted(edge, np.arange(count + 1))
+    following = np.arange(1, len(edge) + 1)
+    following[start[1:] - 1] = start[:-1]
+    width = angle[following] - angle + np.where(following == start[edge], 2.0 * math.pi, 0.0)
+    material = facets.facet_material[face]
+    bends = np.flatnonzero(_diffracts(width, material == material[following]))
+    edge = edge[bends]
+    ends, length = edges.ends_m[edge], edges.length_m[edge]
     return Wedges(
         edge=edge,
         origin_m=ends[:, 0],
         length_m=length,
         axis=(ends[:, 1] - ends[:, 0]) / length[:, None],
-        tangent=np.array([row[1] for row in rows]).reshape(-1, 3),
-        normal=np.array([row[2] for row in rows]).reshape(-1, 3),
-        exterior_rad=np.array([row[3] for row in rows]),
-        facets=np.array([row[4:] for row in rows], dtype=np.int64).reshape(-1, 2),
+        tangent=inward[bends],
+        normal=np.cross(edges.axis[edge], inward[bends]),
+        exterior_rad=width[bends],
+        facets=np.column_stack((face, face[following]))[bends],
     )
 
 
-def _sectors(
-    facets: Facets, edges: Edges, edge: int, rested_on: list[int]
-) -> list[tuple[FloatArray, FloatArray, float, int, int]]:
-    """Return tangent, normal, angle and the two faces of each sector about an edge."""
-    span = edges.ends_m[edge, 1] - edges.ends_m[edge, 0]
-    axis = span / np.linalg.norm(span)
-    members = edges.facet[edges.facet_start[edge] : edges.facet_start[edge + 1]]
-    inward = [_inward(facets, edges.ends_m[edge], axis, int(f)) for f in members]
-    faces = [int(f) for f in members]
-    for facet in rested_on:
-        side = np.cross(axis, facets.plane_normal[facets.facet_plane[facet]])
-        inward += [side, -side]
-        faces += [facet, facet]
-    first, across = inward[0], np.cross(axis, inward[0])
-    angle = np.array([math.atan2(float(d @ across), float(d @ first)) for d in inward])
-    angle = np.where(angle < -ANGLE_TOLERANCE_RAD, angle + 2.0 * math.pi, angle)
-    # Of facets that cover one another in one plane the first is the one that paths meet.
-    order: list[int] = []
-    for k in np.lexsort((np.array(faces), np.round(angle / ANGLE_TOLERANCE_RAD))):
-        if not order or angle[k] - angle[order[-1]] > ANGLE_TOLERANCE_RAD:
-            order.append(int(k))
-    found = []
-    for here, there in zip(order, np.roll(order, -1), strict=True):
-        width = float(angle[there] - angle[here])
-        if there == order[0]:
-            width += 2.0 * math.pi
-        same = facets.facet_material[faces[here]] == facets.facet_material[faces[there]]
-        if _diffracts(width, same_material=bool(same)):
-            found.append(
-                (
-                    inward[here],
-                    np.cross(axis, inward[here]),
-                    width,
-                    faces[here],
-                    faces[there],
-                )
-            )
-    return found
+def _diffracts(width_rad: FloatArray, same_material: BoolArray) -> BoolArray:
+    """Return whether sectors of these angles, each between two faces, diffract."""
+    parts = math.pi / np.maximum(width_rad, ANGLE_TOLERANCE_RAD)
+    nearest = np.round(parts)
+    whole = np.abs(parts - nearest) * width_rad < ANGLE_TOLERANCE_RAD
+    exact = whole & ((nearest >= 2) | ((nearest == 1) & same_material))
+    diffracts: BoolArray = (width_rad >= ANGLE_TOLERANCE_RAD) & ~exact
+    return diffracts
 
 
-def _diffracts(width_rad: float, *, same_material: bool) -> bool:
-    """Return whether a sector of this angle between two faces diffracts."""
-    if width_rad < ANGLE_TOLERANCE_RAD:
-        return False
-    parts = math.pi / width_rad
-    whole = abs(parts - round(parts)) * width_rad < ANGLE_TOLERANCE_RAD
-    return not (whole and (round(parts) >= 2 or (round(parts) == 1 and same_material)))
+def facets_rested_on(facets: Facets, edges: Edges, tolerance_m: float) -> IntArray:
+    """Return (k, 2) edges that lie within a facet of another body, and the facet, ascending.
 
-
-def _inward(facets: Facets, ends_m: FloatArray, axis: FloatArray, facet: int) -> FloatArray:
-    """Return the unit vector from an edge of a facet's outline into the facet."""
-    middle = 0.5 * (ends_m[0] + ends_m[1])
-    # The facet lies to the left of its directed outline, seen from its normal's side.
-    outline = facets.outline_room_m(facet)
-    span = outline[:, 1] - outline[:, 0]
-    length = np.linalg.norm(span, axis=1)
-    along = np.sum((middle - outline[:, 0]) * span, axis=1) / length
-    nearest = outline[:, 0] + (np.clip(along, 0.0, length) / length)[:, None] * span
-    aside = np.linalg.norm(middle - nearest, axis=1)
-    directed = span[int(np.argmin(aside))]
-    normal = facets.plane_normal[facets.facet_plane[facet]]
-    inward = np.cross(normal, axis if float(directed @ axis) > 0.0 else -axis)
-    unit: FloatArray = inward / np.linalg.norm(inward)
-    return unit
-
-
-def _facets_rested_on(facets: Facets, edges: Edges, tolerance_m: float) -> dict[int, list[int]]:
-    """Return, for edges that lie within a facet of another body, those facets."""
-    found: dict[int, list[int]] = {}
-    planes = max(1, len(facets.plane_normal))
-    step = max(1, PAIRS_PER_CALL // planes)
-    for begin in range(0, len(edges.opening_rad), step):
-        ends = edges.ends_m[begin : begin + step]
-        height = np.abs(ends @ facets.plane_normal.T - facets.plane_offset_m).max(axis=1)
-        for row, plane in np.argwhere(height <= tolerance_m):
-            middle = ends[row].mean(axis=0)
-            uv = np.array([middle @ facets.plane_u[plane], middle @ facets.plane_v[plane]])
-            for facet in range(
-                facets.plane_facet_start[plane], facets.plane_facet_start[plane + 1]
-            ):
-                if _within(facets, facet, uv, tolerance_m):
-                    found.setdefault(begin + int(row), []).append(facet)
-    return found
-
-
-def _within(facets: Facets, facet: int, uv_m: npt.NDArray[np.float64], tolerance_m: float) -> bool:
-    """Return whether a point (2,) [m] of a facet's plane lies in it, and not on its rim."""
-    u0, v0, u1, v1 = facets.outline_m[
-        facets.outline_start[facet] : facets.outline_start[facet + 1]
-    ].T
-    u, v = uv_m
-    length = np.hypot(u1 - u0, v1 - v0)
-    along = np.clip(((u - u0) * (u1 - u0) + (v - v0) * (v1 - v0)) / length, 0.0, length) / length
-    aside = np.hypot(u - u0 - along * (u1 - u0), v - v0 - along * (v1 - v0))
-    if float(aside.min()) <= tolerance_m:
-        return False
-    side = (u1 - u0) * (v - v0) - (u - u0) * (v1 - v0)
-    up, down = (v0 <= v) & (v1 > v), (v0 > v) & (v1 <= v)
-    return int((up & (side > 0)).sum()) != int((down & (side < 0)).sum())
+    Parameters
+    ----------
+    facets, edges : Facets of a scene and their edges.
+    tolerance_m : Distance [m] within which an edge lies in a plane, or on a facet's rim.
+    """
+    corners, at = facets.outline_room_m().reshape(-1, 3), 2 * facets.outline_start[:-1]
+    low = np.minimum.reduceat(corners, at, axis=0) if len(at) else corners
+    high = np.maximum.reduceat(corners, at, axis=0) if len(at) else corners
+    order, boxes, links = _bvh_kernels.build(low - 2.0 * tolerance_m, high + 2.0 * tolerance_m)
+    known = (
+        edges.ends_m,
+        boxes,
+        links,
+        order,
+        facets.facet_plane,
+        facets.plane_normal,
+        facets.plane_offset_m,
+        facets.plane_u,
+        facets.plane_v,
+        facets.outline_start,
+        facets.outline_m,
+    )
+    pairs: IntArray = _wedge_kernels.facets_rested_on(*read_only(known), tolerance_m)
+    return pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
 
 
 def no_wedges() -> Wedges:

@@ -13,16 +13,7 @@ from octant.em.search._beam_kernels import (
     hides,
     make_beam,
 )
-
-
-@njit(cache=True, error_model="numpy")
-def _grown(array, needed):
-    """Return the array with room for ``needed`` rows."""
-    if needed <= len(array):
-        return array
-    larger = np.empty((max(needed, 2 * len(array)), array.shape[1]), dtype=array.dtype)
-    larger[: len(array)] = array
-    return larger
+from octant.geometries._array_kernels import grown
 
 
 @njit(cache=True, error_model="numpy")
@@ -151,8 +142,8 @@ def expand(
                     )
                     if count == 0:
                         continue
-                    hits = _grown(hits, n_hits + 1)
-                    reached = _grown(reached, n_reached + count)
+                    hits = grown(hits, n_hits + 1)
+                    reached = grown(reached, n_reached + count)
                     copy_rows(clipped, 0, count, reached, n_reached)
                     hits[n_hits, 0] = facet
                     hits[n_hits, 1] = n_reached
@@ -209,7 +200,7 @@ def expand(
                 times += 1
             h += times
             if plane != plane_done:
-                children = _grown(children, n_children + 1)
+                children = grown(children, n_children + 1)
                 children[n_children, 0] = n
                 children[n_children, 1] = plane
                 n_children += 1
@@ -219,8 +210,8 @@ def expand(
             size = hits[hit, 2]
             if times > 1:  # lit through several windows: the whole facet stands for their union
                 size = hull_start[facet + 1] - hull_start[facet]
-            windows = _grown(windows, n_windows + 1)
-            corners = _grown(corners, n_corners + size)
+            windows = grown(windows, n_windows + 1)
+            corners = grown(corners, n_corners + size)
             windows[n_windows, 0] = n_children - 1
             windows[n_windows, 1] = plane
             windows[n_windows, 2] = size

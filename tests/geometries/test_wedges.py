@@ -2,12 +2,14 @@
 
 import numpy as np
 import pytest
+from lattice_scenes import lattice_scene
 
 from octant.geometries.bodies import Body
+from octant.geometries.edges import find_edges
 from octant.geometries.furniture import box
 from octant.geometries.rooms import box_room
 from octant.geometries.scene import build_scene
-from octant.geometries.wedges import find_wedges, no_wedges
+from octant.geometries.wedges import facets_rested_on, find_wedges, no_wedges
 
 
 def sheets(*corners, material="metal"):
@@ -118,3 +120,39 @@ def test_frames_lead_from_face_0_through_the_air_to_face_n(yaw_deg):
 def test_no_wedges_is_an_empty_set():
     assert len(no_wedges()) == 0
     assert no_wedges().face_normals.shape == (0, 2, 3)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_edges_are_cut_at_every_corner_and_rest_on_every_facet_that_a_search_of_all_pairs_finds(
+    seed,
+):
+    case = lattice_scene(seed)
+    scene = build_scene(case.room, objects=case.objects)
+    f, tolerance = scene.facets, 1e-6 * scene.extent_m
+    edges = find_edges(f, tolerance_m=tolerance)
+    outlines = [f.outline_room_m(i) for i in range(len(f.facet_plane))]
+    corners = np.concatenate(outlines).reshape(-1, 3)
+    start = edges.ends_m[:, 0]
+    along = (corners[None] - start[:, None]) @ edges.axis[:, :, None]
+    aside = np.linalg.norm(corners[None] - start[:, None] - along * edges.axis[:, None], axis=2)
+    inner = (along[..., 0] > tolerance) & (along[..., 0] < edges.length_m[:, None] - tolerance)
+    assert not (inner & (aside <= tolerance)).any()
+    for i, outline in enumerate(outlines):
+        own = edges.edge_of[edges.facet == i]
+        perimeter = np.linalg.norm(outline[:, 1] - outline[:, 0], axis=1).sum()
+        assert edges.length_m[own].sum() == pytest.approx(perimeter)
+    found = set()
+    for e, middle in enumerate(edges.ends_m.mean(axis=1)):
+        for i, outline in enumerate(outlines):
+            p = f.facet_plane[i]
+            height = np.abs(edges.ends_m[e] @ f.plane_normal[p] - f.plane_offset_m[p])
+            uv = np.array([f.plane_u[p], f.plane_v[p]]) @ middle
+            a, b = (outline @ np.array([f.plane_u[p], f.plane_v[p]]).T).swapaxes(0, 1)
+            (ax, ay), (bx, by) = (a - uv).T, (b - uv).T
+            turn = np.arctan2(ax * by - ay * bx, ax * bx + ay * by).sum()
+            span = b - a
+            t = np.clip(np.sum((uv - a) * span, axis=1) / np.sum(span**2, axis=1), 0.0, 1.0)
+            rim = np.linalg.norm(uv - a - t[:, None] * span, axis=1).min()
+            if height.max() <= tolerance < rim and abs(turn) > 1.0:
+                found.add((e, i))
+    assert set(map(tuple, facets_rested_on(f, edges, tolerance).tolist())) == found
