@@ -102,6 +102,22 @@ def _planes_of(code, facet_plane, wedge_facets):
 
 
 @njit(cache=True, error_model="numpy")
+def _along(planes, plane, points, facets, row, order, reach):
+    """Return whether a leg runs within a plane, the one between two edges left out."""
+    near = False
+    for v in range(order + 2):
+        height = -planes[plane, 3]
+        for a in range(3):
+            height += planes[plane, a] * points[row, v, a]
+        here = abs(height) <= reach
+        between = 1 < v <= order and facets[row, v - 2] < 0 and facets[row, v - 1] < 0
+        if near and here and not between:
+            return True
+        near = here
+    return False
+
+
+@njit(cache=True, error_model="numpy")
 def touches(
     planes,
     facet_box,
@@ -125,7 +141,10 @@ def touches(
     row,
     order,
 ):
-    """Return whether a path has a leg of no length or touches more than it interacts with."""
+    """Return whether a path has a leg of no length or touches more than it interacts with.
+
+    So does one that runs along a face of its edge, where it meets the rims of others.
+    """
     reach = TOUCHING * margin
     for i in range(order + 1):
         leg = 0.0
@@ -150,6 +169,9 @@ def touches(
                 along += (points[row, i + 1, a] - wedge_frame[w, a]) * wedge_frame[w, 3 + a]
             if along <= reach or along >= wedge_frame[w, 13] - reach:
                 return True
+            for plane in (plane_a, plane_b):
+                if _along(planes, plane, points, facets, row, order, reach):
+                    return True
         if touched(
             boxes,
             links,

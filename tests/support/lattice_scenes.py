@@ -7,6 +7,7 @@ What is right at such a place is what its neighbours, 1e-6 m away, have on eithe
 
 from collections import Counter, defaultdict
 from dataclasses import dataclass
+from itertools import chain
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from octant.em.antennas.kinds import make_antenna
 from octant.em.fields.gains import path_gains
 from octant.em.medium.materials import material
 from octant.em.paths.tracing import trace_paths
-from octant.em.records import DIFFRACTION, NOTHING
+from octant.em.records import DIFFRACTION, NOTHING, TRANSMITTED
 from octant.em.search.candidates import SolverSettings, radio_scenes, search_candidates
 from octant.geometries.bodies import Body
 from octant.geometries.furniture import box
@@ -29,6 +30,7 @@ MATERIALS = {
 }
 JITTER_M = 1e-6
 SAME_M = 1e-4  # vertices of one path here and at a neighbour
+STEP = 1e-2  # share of a path's field above which it steps between neighbours: a boundary passes
 DB = 1e-6 * np.log(10.0) / 20.0  # 1e-6 dB of a field
 
 
@@ -143,33 +145,52 @@ class Solved:
         return np.sqrt((np.abs(self.gain[self.paths.receiver == receiver]) ** 2).sum())
 
     def words(self):
-        """Yield receiver, what a path meets in turn, and its vertices."""
+        """Yield receiver, what a path meets in turn, where it is bent, and its gain.
+
+        Where it passes through a sheet is left out: along a sheet that is nowhere in particular.
+        """
         f, wedges = self.radio.scene.facets, self.radio.wedges
         for k in range(len(self.paths)):
             met = []
+            bent = [True]
             for kind, element in zip(self.paths.kind[k], self.paths.element[k], strict=True):
                 if kind == DIFFRACTION:
                     met.append((kind, *sorted(f.facet_plane[wedges.facets[element]].tolist())))
                 elif kind != NOTHING:
                     met.append((kind, int(f.facet_plane[element])))
-            yield int(self.paths.receiver[k]), tuple(met), self.paths.vertices_of(k)
+                if kind != NOTHING:
+                    bent.append(kind != TRANSMITTED)
+            vertices = self.paths.vertices_of(k)[[*bent, True]]
+            yield int(self.paths.receiver[k]), tuple(met), vertices, self.gain[k]
 
     def bundles(self):
-        """Return {what is met: [(vertices, Counter of receivers, readings), ...]}.
+        """Return {what is met: [(vertices, Counter of receivers, readings, gains), ...]}.
 
         Vertices within SAME_M, in whichever order they are read, are one path.
         """
         by_word = defaultdict(list)
-        for receiver, word, vertices in self.words():
-            for seen, counts, readings in by_word[tuple(sorted(word))]:
+        for receiver, word, vertices, gain in self.words():
+            for seen, counts, readings, gains in by_word[tuple(sorted(word))]:
                 if np.abs(seen - vertices).max() < SAME_M:
                     counts[receiver] += 1
                     readings.add(word)
+                    gains[receiver] += gain
                     break
             else:
-                bundle = (vertices, Counter({receiver: 1}), {word})
+                gains = np.zeros(self.count, dtype=complex)
+                gains[receiver] = gain
+                bundle = (vertices, Counter({receiver: 1}), {word}, gains)
                 by_word[tuple(sorted(word))].append(bundle)
         return by_word
+
+
+def same_nearby(vertices, counts, readings, gains):
+    """Return whether neighbours have a path too, in the same order, with the same field."""
+    # Which wall of a corner reflects first depends on the end's side of a plane.
+    apart = np.abs(np.diff(vertices, axis=0)).max(axis=1).min() > SAME_M
+    steps = np.abs(gains - gains[0]).max() > STEP * np.abs(gains).max()
+    equal = all(counts[i] == counts[0] for i in range(len(gains)))
+    return apart and equal and not steps and len(readings) == 1
 
 
 def faults_of_case(case, *, jitters=12):
@@ -180,23 +201,23 @@ def faults_of_case(case, *, jitters=12):
     own = here.paths.receiver == 0
     if not np.isfinite(here.paths.vertices_m).all() or not np.isfinite(here.gain).all():
         return ["not finite"]
-    back = Solved(case, b, [a])
+    back = Solved(case, b, neighbours(a, jitters))
     if not np.isfinite(back.gain).all():
         return ["not finite on the way back"]
-    if own.sum() != len(back.paths):
-        found.append(f"{own.sum()} paths there, {len(back.paths)} back")
+    returning = (back.paths.receiver == 0).sum()
+    if own.sum() != returning:
+        found.append(f"{own.sum()} paths there, {returning} back")
     if abs(here.total() - back.total()) > 1e-9 * here.scale():
         found.append(f"not reciprocal: {here.total()} there, {back.total()} back")
     if abs(here.total()) > 1.0:
         found.append(f"gain of {abs(here.total())}")
-    sharp = True
+    bundles = here.bundles()
+    clusters = chain(*bundles.values(), *back.bundles().values())
+    sharp = all(same_nearby(*cluster) for cluster in clusters)
     odd = []
-    for word, clusters in here.bundles().items():
-        for vertices, counts, readings in clusters:
+    for word, clusters in bundles.items():
+        for vertices, counts, _, _ in clusters:
             near = [counts[i] for i in range(1, jitters + 1)]
-            sharp &= min(near) == max(near) == counts[0] and len(readings) == 1
-            # Which wall of a corner reflects first depends on the end's side of a plane.
-            sharp &= bool(np.abs(np.diff(vertices, axis=0)).max(axis=1).min() > SAME_M)
             if not min(near) <= counts[0] <= max(near):
                 odd.append((word, vertices, counts[0], min(near), max(near)))
     if odd:  # the source's neighbours too
@@ -208,7 +229,7 @@ def faults_of_case(case, *, jitters=12):
             seen = [least, most]
             for bundles in more:
                 near = Counter()
-                for seen_at, counts, _ in bundles[word]:
+                for seen_at, counts, _, _ in bundles[word]:
                     if np.abs(seen_at - vertices).max() < SAME_M:
                         near = counts
                 seen += [near[i] for i in range(1, jitters + 1)]

@@ -1,0 +1,214 @@
+"""Signals at random times: whether the same command then finishes with the same bits.
+
+``python tools/interruptions.py [VERB ...] [--trials N] [--seed S]`` runs each verb twice undisturbed,
+in new folders with a new cache, and then N times with one to three signals, each at a random moment
+of a run: Ctrl-C to all its processes, SIGINT, SIGTERM or SIGKILL to the first one. After each it
+types the same command again, the last time undisturbed. A finding is a traceback, a message that is
+not one sentence, an exit code other than 0, 130 or the signal's, a process that outlives its run, or a
+file that is not the undisturbed run's, byte by byte; files that differ between the two undisturbed
+runs are named and left out. Exit code: 1 if there are findings.
+"""
+
+import argparse
+import os
+import random
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+STUDY = """
+[room]
+box_m = [5.0, 4.0, 3.0]
+material = "concrete"
+
+[[room.object]]
+kind = "cabinet"
+position_m = [2.0, 3.2, 0.0]
+size_m = [1.0, 0.5, 1.8]
+material = "metal"
+
+[[tag]]
+id = "A"
+position_m = [1.2, 1.0, 2.4]
+
+[[tag]]
+id = "B"
+position_m = [3.6, 2.4, 2.4]
+
+[reader]
+antenna_radius_m = 0.05
+plate_height_m = 0.05
+
+[solver]
+max_reflections = 2
+
+[map]
+spacing_m = 0.04
+
+[mission]
+start_m = [0.6, 0.6]
+tags = ["A", "B"]
+runs = 12
+
+[tolerance]
+samples = 3
+
+[optimise]
+survey = 2
+evaluations = 4
+parameters = { antenna_radius_m = [0.03, 0.05] }
+[[optimise.goal]]
+score = "right_share"
+value = 1.0
+
+[sweep]
+antenna_radius_m = [0.03, 0.04]
+plate_height_m = [0.02, 0.05]
+"""
+VERBS = {
+    "sweep": ("sweep", "study.toml", "--out", "out", "--workers", "2"),
+    "map": ("map", "study.toml", "--out", "out/map.nc"),
+    "navigate": ("navigate", "study.toml", "--out", "out", "--workers", "2"),
+    "tolerance": ("tolerance", "study.toml", "--out", "out", "--workers", "2"),
+    "optimise": ("optimise", "study.toml", "--out", "out", "--workers", "2"),
+    "reader": ("reader", "study.toml", "--out", "out", "--convergence"),
+    "study": ("study", "study.toml", "--quick", "--out", "out", "--workers", "2"),
+    "track": ("track", "--out", "out", "--workers", "2"),
+    "dock": ("dock", "--runs", "6", "--out", "out", "--workers", "2"),
+}
+"""What is typed behind ``octant`` in a folder that holds study.toml."""
+
+MAIN = "from octant.reader_design.cli import main; main()"
+KINDS = ("Ctrl-C", "SIGINT", "SIGTERM", "SIGKILL")
+LONGEST_S = 1200.0
+GRACE_S = 20.0
+
+
+def started(verb: str, folder: Path) -> subprocess.Popen[bytes]:
+    """Return the verb's process, the first of a group of its own."""
+    environment = os.environ | {"OCTANT_CACHE_DIR": str(folder / "cache")}
+    with (folder / "stderr").open("wb") as error, (folder / "stdout").open("wb") as output:
+        return subprocess.Popen(
+            [sys.executable, "-c", MAIN, *VERBS[verb]],
+            cwd=folder,
+            env=environment,
+            stdin=subprocess.DEVNULL,
+            stdout=output,
+            stderr=error,
+            start_new_session=True,
+        )
+
+
+def disturb(process: subprocess.Popen[bytes], kind: str) -> None:
+    """Send a signal to a process, or to all of its group as a terminal does."""
+    if kind == "Ctrl-C":
+        os.killpg(process.pid, signal.SIGINT)
+    else:
+        process.send_signal(signal.Signals[kind])
+
+
+def left_over(group: int) -> bool:
+    """Return whether a process of a group is still there after a while."""
+    end = time.monotonic() + GRACE_S
+    while time.monotonic() < end:
+        try:
+            os.killpg(group, 0)
+        except ProcessLookupError:
+            return False
+        time.sleep(0.1)
+    os.killpg(group, signal.SIGKILL)
+    return True
+
+
+def run(verb: str, folder: Path, kind: str = "", after_s: float = 0.0) -> tuple[int, list[str]]:
+    """Return the exit code of a run, disturbed after a while if it still runs, and its faults."""
+    process = started(verb, folder)
+    disturbed = False
+    try:
+        process.wait(after_s if kind else LONGEST_S)
+    except subprocess.TimeoutExpired:
+        disturb(process, kind or "SIGKILL")
+        disturbed = True
+        process.wait(GRACE_S)
+    code = process.returncode
+    faults = []
+    if disturbed and not kind:
+        faults.append(f"not finished after {LONGEST_S:.0f} s")
+    error = (folder / "stderr").read_text(errors="replace")
+    good = (0, 130, 143, -signal.SIGTERM, -signal.SIGKILL) if disturbed else (0,)
+    if code not in good:
+        faults.append(f"exit code {code} after {kind or 'nothing'}")
+    if "Traceback" in error:
+        faults.append(f"traceback after {kind or 'nothing'}: {error[-400:]!r}")
+    if left_over(process.pid):
+        faults.append(f"a process outlives its run by {GRACE_S:.0f} s after {kind or 'nothing'}")
+    return code, faults
+
+
+def results(folder: Path) -> dict[str, bytes]:
+    """Return the content of each result, by its place in the folder ``out``."""
+    out = folder / "out"
+    return {str(p.relative_to(out)): p.read_bytes() for p in sorted(out.rglob("*")) if p.is_file()}
+
+
+def tried(verb: str, trials: int, draws: random.Random) -> list[str]:
+    """Return what is wrong with a verb that is disturbed, and print what was done."""
+    findings = []
+    with tempfile.TemporaryDirectory(prefix="interruptions-") as name:
+        whole = []
+        lasts_s = 0.0
+        for k in range(2):
+            folder = Path(name) / f"whole{k}"
+            folder.mkdir()
+            (folder / "study.toml").write_text(STUDY)
+            start = time.monotonic()
+            code, faults = run(verb, folder)
+            lasts_s = time.monotonic() - start
+            if faults:
+                error = (folder / "stderr").read_text(errors="replace")[-400:]
+                return [f"{verb}: undisturbed run: {faults} {error!r}"]
+            whole.append(results(folder))
+        same = {n for n in whole[0] if whole[0][n] == whole[1].get(n)}
+        print(f"{verb}: {lasts_s:.1f} s, {len(same)} files compared", end="; ")
+        print(f"left out: {sorted(set(whole[0]) - same)}")
+        for trial in range(trials):
+            folder = Path(name) / f"trial{trial}"
+            folder.mkdir()
+            (folder / "study.toml").write_text(STUDY)
+            done = []
+            for _ in range(draws.randint(1, 3)):
+                kind, after_s = draws.choice(KINDS), draws.uniform(0.2, lasts_s)
+                code, faults = run(verb, folder, kind, after_s)
+                done.append(f"{kind} at {after_s:.1f} s: {code}")
+                findings += [f"{verb} {done}: {fault}" for fault in faults]
+            code, faults = run(verb, folder)
+            findings += [f"{verb} {done}, then undisturbed: {fault}" for fault in faults]
+            got = results(folder)
+            other = sorted(n for n in same if got.get(n) != whole[0][n])
+            more = sorted(set(got) - set(whole[0]))
+            if other or more:
+                findings.append(f"{verb} {done}: other bits in {other}, more files {more}")
+            print(f"  trial {trial}: {'; '.join(done)}; then {code}, {len(other)} files differ")
+            sys.stdout.flush()
+    return findings
+
+
+def main() -> int:
+    """Try the verbs that are named, or all; return the exit code."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("verbs", nargs="*", metavar="VERB", help=f"of {', '}.join(VERBS)}; default: all")
+    parser.add_argument("--trials", type=int, default=5, help="disturbed runs of each verb")
+    parser.add_argument("--seed", type=int, default=1, help="of the signals and their moments")
+    options = parser.parse_args()
+    findings = []
+    for verb in options.verbs or VERBS:
+        findings += tried(verb, options.trials, random.Random(f"{verb} {options.seed}"))  # noqa: S311
+    print(*findings, f"{len(findings)} findings", sep="\n")
+    return int(bool(findings))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
