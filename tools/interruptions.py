@@ -1,12 +1,12 @@
 """Signals at random times: whether the same command then finishes with the same bits.
 
-``python tools/interruptions.py [VERB ...] [--trials N] [--seed S]`` runs each verb twice undisturbed,
-in new folders with a new cache, and then N times with one to three signals, each at a random moment
-of a run: Ctrl-C to all its processes, SIGINT, SIGTERM or SIGKILL to the first one. After each it
-types the same command again, the last time undisturbed. A finding is a traceback, a message that is
-not one sentence, an exit code other than 0, 130 or the signal's, a process that outlives its run, or a
-file that is not the undisturbed run's, byte by byte; files that differ between the two undisturbed
-runs are named and left out. Exit code: 1 if there are findings.
+``python tools/interruptions.py [VERB ...] [--trials N] [--seed S]`` runs each verb twice
+undisturbed, in new folders with a new cache, and then N times with one to three signals, each at a
+random moment of a run: Ctrl-C to all its processes, SIGINT, SIGTERM or SIGKILL to the first one.
+After each it types the same command again, the last time undisturbed. A finding is a traceback, an
+exit code other than 0, 130 or the signal's, a process that outlives its run, or a file that is not
+the undisturbed run's, byte by byte; files that differ between the two undisturbed runs are named
+and left out. Exit code: 1 if there are findings.
 """
 
 import argparse
@@ -199,7 +199,7 @@ def tried(verb: str, trials: int, draws: random.Random) -> list[str]:
 def main() -> int:
     """Try the verbs that are named, or all; return the exit code."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("verbs", nargs="*", metavar="VERB", help=f"of {', '}.join(VERBS)}; default: all")
+    parser.add_argument("verbs", nargs="*", metavar="VERB", help=f"of {', '.join(VERBS)}")
     parser.add_argument("--trials", type=int, default=5, help="disturbed runs of each verb")
     parser.add_argument("--seed", type=int, default=1, help="of the signals and their moments")
     options = parser.parse_args()
