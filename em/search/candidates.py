@@ -122,6 +122,10 @@ def search_candidates(
     if not (solver.diffraction and len(radio.wedges)):
         return Candidates(images=images)
     edges = search_edges(
-        radio.scene, radio.wedges, images, max_diffractions=solver.max_diffractions
+        radio.scene,
+        radio.wedges,
+        images,
+        max_diffractions=solver.max_diffractions,
+        executor=executor,
     )
     return Candidates(images=images, edges=edges)

@@ -10,6 +10,7 @@ combination is dropped only when no path can use it:
 * a further plane has no facet on the side to which the one before it reflects.
 """
 
+from concurrent.futures import Executor
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,8 +18,10 @@ import numpy.typing as npt
 
 from octant.em.records import CHUNK, EdgeTreeArrays
 from octant.em.search import _edge_kernels
-from octant.em.search.facets import inner_sides, search_facets
+from octant.em.search.budget import Budget, gather_blocks
+from octant.em.search.facets import SearchFacets, inner_sides, search_facets
 from octant.em.search.images import ImageTree
+from octant.geometries import _bvh_kernels
 from octant.geometries._arrays import frozen_array, read_only
 from octant.geometries.errors import GeometryError
 from octant.geometries.scene import Scene
@@ -27,10 +30,15 @@ from octant.geometries.wedges import Wedges
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
-BoolArray = npt.NDArray[np.bool_]
 
 MAX_NODES = 20_000_000
 """Routes over edges beyond which a search stops with an error instead of filling the memory."""
+
+ROUTE_BYTES, EDGE_IMAGE_BYTES = 160.0, 400.0
+"""Memory [B] that a route over an edge, and an image of an edge, takes while they are found."""
+
+IMAGES_PER_BLOCK = 64
+"""Images [-] of the source, or of edges, that one call of a kernel follows."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -129,12 +137,17 @@ def wedge_frames(wedges: Wedges) -> FloatArray:
 
 
 def search_edges(
-    scene: Scene, wedges: Wedges, tree: ImageTree, *, max_diffractions: int = 1
+    scene: Scene,
+    wedges: Wedges,
+    tree: ImageTree,
+    *,
+    max_diffractions: int = 1,
+    executor: Executor | None = None,
 ) -> EdgeTree:
     """Return every route from a source over the edges of a scene that a path can use.
 
-    Their number grows with images x wedges x planes per order: for rooms with furniture, not for
-    scanned meshes of thousands of edges.
+    With single diffractions alone the cost grows with what images light of the edges; each further
+    reflection multiplies it by the planes that an edge sees.
 
     Parameters
     ----------
@@ -143,144 +156,191 @@ def search_edges(
     tree : Images of the source; its order bounds a path's interactions, but for diffractions alone.
     max_diffractions : Diffractions of a path: 1, or 2 for those over two edges of one facet as well
         (the top of a cabinet, both rims of a plate).
+    executor : Runs blocks of the work, sharing memory; None: a thread per core. Same bits with any.
     """
     if max_diffractions not in (1, 2):
         msg = f"max_diffractions = {max_diffractions} is not available; give 1 or 2."
         raise GeometryError(msg)
-    images = _EdgeImages(scene, wedges, tree)
+    hulls = search_facets(scene, tree.source_m, tree.region_m, tree.opaque_facets)
+    light = _light(scene, wedges, tree, hulls, executor)
+    images = _EdgeImages(scene, wedges, tree, hulls, executor)
     for _ in range(tree.max_order - 1):
         images.grow()
-    pairs = _pairs_over_a_facet(wedges) if max_diffractions > 1 else np.zeros((0, 2), np.int64)
-    return _combine(images, tree, _light(scene, wedges, tree), pairs, max_diffractions)
+    pairs = np.zeros((0, 2), dtype=np.int64)
+    if max_diffractions > 1:
+        pairs = _pairs_over_a_facet(wedges, tree)
+    return _combine(images, tree, light, pairs, max_diffractions)
 
 
-def _light(scene: Scene, wedges: Wedges, tree: ImageTree) -> tuple[FloatArray, FloatArray]:
-    """Return which part of each edge each image lights, and the image's place, (i, w, 2) [m]."""
-    f = scene.facets
-    hulls = search_facets(scene, tree.source_m, tree.region_m, tree.opaque_facets)
-    shape = (len(tree.image_m), len(wedges), 2)
-    reach, source = np.empty(shape), np.empty(shape)
-    known = (
-        tree.image_m,
-        tree.order,
-        tree.branch_start,
-        np.column_stack((tree.branch_plane, tree.branch_parent)),
-        np.column_stack((f.plane_normal, f.plane_offset_m)),
-        f.plane_facet_start,
-        hulls.hull_start,
-        hulls.hulls_m,
-        wedge_frames(wedges),
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Light:
+    """Which images light which edges, by wedge and then by image.
+
+    Parameters
+    ----------
+    start : (w + 1,) int64 — Where the images of each wedge start.
+    leaf : (n,) int64 — Image of the source.
+    reach_m : (n, 2) float64 — Part of the edge that it lights, from and to [m].
+    source_m : (n, 2) float64 — The image's distance from the edge and place along it [m].
+    """
+
+    start: IntArray
+    leaf: IntArray
+    reach_m: FloatArray
+    source_m: FloatArray
+
+    def counts(self, order: IntArray, most: int) -> IntArray:
+        """Return (w,) how many images of at most so many reflections light each wedge."""
+        # Images stand by their order, so that those are the first of each wedge.
+        before = np.concatenate(([0], np.cumsum(order[self.leaf] <= most)))
+        number: IntArray = np.diff(before[self.start])
+        return number
+
+
+def _light(
+    scene: Scene,
+    wedges: Wedges,
+    tree: ImageTree,
+    hulls: SearchFacets,
+    executor: Executor | None,
+) -> _Light:
+    """Return what those images light that leave a path the bend at an edge."""
+    f, frame = scene.facets, wedge_frames(wedges)
+    ends = np.stack((frame[:, :3], frame[:, :3] + frame[:, 13:14] * frame[:, 3:6]))
+    order, boxes, links = _bvh_kernels.build(ends.min(axis=0), ends.max(axis=0))
+    known = read_only(
+        (
+            tree.image_m,
+            tree.order,
+            tree.branch_start,
+            np.column_stack((tree.branch_plane, tree.branch_parent)),
+            np.column_stack((f.plane_normal, f.plane_offset_m)),
+            f.plane_facet_start,
+            hulls.hull_start,
+            hulls.hulls_m,
+            frame,
+            boxes,
+            links,
+            order,
+        )
     )
-    _edge_kernels.light_edges(
-        *read_only(known),
-        scene.tolerance_m,
-        reach,
-        source,
+    budget = _budget("pairs of an image and an edge that it lights", wedges, tree, ROUTE_BYTES)
+
+    def work(begin: int, end: int) -> tuple[IntArray, FloatArray]:
+        lit: tuple[IntArray, FloatArray] = _edge_kernels.light_edges(
+            *known, begin, end, scene.tolerance_m
+        )
+        return lit
+
+    count = int(np.searchsorted(tree.order, max(tree.max_order, 1)))
+    parts = gather_blocks(work, count, budget, block_size=IMAGES_PER_BLOCK, executor=executor)
+    pairs = np.concatenate([np.zeros((0, 2), np.int64), *(part[0] for part in parts)])
+    found = np.concatenate([np.zeros((0, 4)), *(part[1] for part in parts)])
+    row = np.lexsort((pairs[:, 0], pairs[:, 1]))
+    return _Light(
+        start=np.searchsorted(pairs[row, 1], np.arange(len(wedges) + 1)),
+        leaf=pairs[row, 0],
+        reach_m=found[row, :2],
+        source_m=found[row, 2:],
     )
-    return reach, source
 
 
-def _pairs_over_a_facet(wedges: Wedges) -> IntArray:
+def _budget(what: str, wedges: Wedges, tree: ImageTree, each_bytes: float) -> Budget:
+    """Return the bound on what the search finds over so many edges and images."""
+    return Budget(
+        f"{what}, over {len(wedges)} edges with {len(tree.image_m)} images of the source",
+        most=MAX_NODES,
+        each_bytes=each_bytes,
+        advice="lower max_reflections, or leave diffraction out",
+    )
+
+
+def _pairs_over_a_facet(wedges: Wedges, tree: ImageTree) -> IntArray:
     """Return (p, 2) wedges, first and last, that bound one side of a facet at different edges."""
-    w = np.arange(len(wedges))
-    same = wedges.facets[:, None, :, None] == wedges.facets[None, :, None, :]
     normals = wedges.face_normals
-    same &= np.einsum("iac,jbc->ijab", normals, normals) > 0.0
-    shared = same.any(axis=(2, 3))
-    shared &= wedges.edge[:, None] != wedges.edge[None, :]
+    facet, side = wedges.facets.reshape(-1), np.tile([0, 1], len(wedges))
+    wedge = np.repeat(np.arange(len(wedges)), 2)
+    by_facet = np.argsort(facet, kind="stable")
+    start = np.searchsorted(facet[by_facet], facet)
+    size = np.searchsorted(facet[by_facet], facet, side="right") - start
+    _budget("pairs of edges of one facet", wedges, tree, ROUTE_BYTES).add(int(size.sum()))
+    one = np.repeat(np.arange(len(facet)), size)
+    other = by_facet[expanded(start, size)]
+    same = np.sum(normals[wedge[one], side[one]] * normals[wedge[other], side[other]], axis=1) > 0.0
+    first, last = np.unique(np.column_stack((wedge[one], wedge[other]))[same], axis=0).T
     # Edges of one line do not see one another over the facet.
-    offset = wedges.origin_m[None] - wedges.origin_m[:, None]
-    aside = np.linalg.norm(np.cross(offset, wedges.axis[:, None]), axis=2)
-    parallel = np.linalg.norm(np.cross(wedges.axis[None], wedges.axis[:, None]), axis=2)
-    shared &= (aside > LENGTHS.same_m) | (parallel > 1e-9)
-    first, last = np.nonzero(shared)
-    pairs: IntArray = np.column_stack((w[first], w[last]))
+    offset = wedges.origin_m[last] - wedges.origin_m[first]
+    aside = np.linalg.norm(np.cross(offset, wedges.axis[first]), axis=1)
+    parallel = np.linalg.norm(np.cross(wedges.axis[last], wedges.axis[first]), axis=1)
+    apart = wedges.edge[first] != wedges.edge[last]
+    apart &= (aside > LENGTHS.same_m) | (parallel > 1e-9)
+    pairs: IntArray = np.column_stack((first, last))[apart]
     return pairs
+
+
+def expanded(start: IntArray, size: IntArray) -> IntArray:
+    """Return the whole numbers of ranges, one range after the other [-].
+
+    Parameters
+    ----------
+    start, size : (k,) int64 — First number of each range, and how many [-].
+    """
+    before = np.cumsum(size) - size
+    numbers: IntArray = np.repeat(start - before, size) + np.arange(int(size.sum()))
+    return numbers
 
 
 class _EdgeImages:
     """Edges mirrored by sequences of planes, level by level."""
 
-    def __init__(self, scene: Scene, wedges: Wedges, tree: ImageTree) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        wedges: Wedges,
+        tree: ImageTree,
+        hulls: SearchFacets,
+        executor: Executor | None,
+    ) -> None:
         f = scene.facets
-        self.normal, self.offset_m = f.plane_normal, f.plane_offset_m
-        self.inner_side = inner_sides(scene, tree.source_m, tree.region_m)
-        self.slack_m = scene.tolerance_m
-        hulls = search_facets(scene, tree.source_m, tree.region_m, tree.opaque_facets)
-        self.corner_m = hulls.hulls_m
-        corners = np.diff(hulls.hull_start)
-        self.corner_plane = np.repeat(f.facet_plane, corners)
-        n = len(wedges)
-        frame = np.column_stack((wedges.origin_m, wedges.axis, wedges.tangent, wedges.normal))
-        self.length_m = wedges.length_m
-        self.wedge = [np.arange(n)]
-        self.frame = [frame]
-        self.sequence = [np.zeros((n, 0), dtype=np.int64)]
-        self.in_air = self._planes_in_air(wedges)
-
-    def _any_corner(self, holds: BoolArray) -> BoolArray:
-        """Return (..., p) whether any corner of each plane's facets has a property (..., c)."""
-        any_corner = np.zeros((*holds.shape[:-1], len(self.normal)), dtype=np.bool_)
-        for corner in range(holds.shape[-1]):
-            any_corner[..., self.corner_plane[corner]] |= holds[..., corner]
-        return any_corner
-
-    def _planes_in_air(self, wedges: Wedges) -> BoolArray:
-        """Return (w, p) whether a facet of each plane reaches into each wedge's sector of air."""
-        wide = wedges.exterior_rad > np.pi
-        turned = wedges.exterior_rad[:, None]
-        other = np.sin(turned) * wedges.tangent - np.cos(turned) * wedges.normal
-        before_0 = self._heights(wedges.normal, wedges.origin_m) > self.slack_m
-        before_n = self._heights(other, wedges.origin_m) > self.slack_m
-        narrow = self._any_corner(before_0) & self._any_corner(before_n)
-        return np.where(wide[:, None], self._any_corner(before_0 | before_n), narrow)
-
-    def _heights(self, normal: FloatArray, point_m: FloatArray) -> FloatArray:
-        """Return (n, c) heights [m] of all corners over planes through points."""
-        heights: FloatArray = normal @ self.corner_m.T - np.sum(normal * point_m, axis=1)[:, None]
-        return heights
+        self.planes = np.column_stack((f.plane_normal, f.plane_offset_m))
+        self.executor, self.slack_m = executor, scene.tolerance_m
+        self.known = read_only(
+            (
+                wedge_frames(wedges),
+                wedges.face_normals,
+                self.planes,
+                inner_sides(scene, tree.source_m, tree.region_m),
+                hulls.hull_start[f.plane_facet_start],
+                hulls.hulls_m,
+            )
+        )
+        self.wedges = wedges
+        self.wedge = [np.arange(len(wedges))]
+        self.frame = [
+            np.column_stack((wedges.origin_m, wedges.axis, wedges.tangent, wedges.normal))
+        ]
+        self.sequence = [np.zeros((len(wedges), 0), dtype=np.int64)]
+        self.budget = _budget("images of edges", wedges, tree, EDGE_IMAGE_BYTES)
 
     def grow(self) -> None:
         """Add the edge images of one more reflection."""
         wedge, frame, sequence = self.wedge[-1], self.frame[-1], self.sequence[-1]
-        start = frame[:, :3]
-        end = start + self.length_m[wedge][:, None] * frame[:, 3:6]
-        heights = np.stack(
-            (start @ self.normal.T - self.offset_m, end @ self.normal.T - self.offset_m)
-        )
-        usable = np.abs(heights).max(axis=0) > self.slack_m
-        side = self.inner_side[None, :] * heights
-        usable &= (self.inner_side[None, :] == 0) | (side.max(axis=0) > self.slack_m)
-        if sequence.shape[1] == 0:
-            usable &= self.in_air[wedge]
-        else:
-            usable &= self._reflected_to(sequence[:, -1], start, end)
-            usable[np.arange(len(wedge)), sequence[:, -1]] = False
-        parent, plane = np.nonzero(usable)
-        if len(parent) > MAX_NODES:
-            msg = (
-                f"{len(parent)} images of edges are more than {MAX_NODES}; lower max_reflections, "
-                "or leave diffraction out."
-            )
-            raise GeometryError(msg)
-        self.wedge.append(wedge[parent])
-        self.frame.append(_mirrored(frame[parent], self.normal[plane], self.offset_m[plane]))
-        self.sequence.append(np.column_stack((sequence[parent], plane)))
+        last = sequence[:, -1].copy() if sequence.shape[1] else np.full(len(wedge), -1)
+        level = read_only((frame, wedge, last))
 
-    def _reflected_to(self, plane: IntArray, start: FloatArray, end: FloatArray) -> BoolArray:
-        """Return (n, p) whether planes have a facet on the side to which a plane reflects."""
-        reachable = np.empty((len(plane), len(self.normal)), dtype=np.bool_)
-        for q in np.unique(plane):
-            rows = np.flatnonzero(plane == q)
-            height = self.corner_m @ self.normal[q] - self.offset_m[q]
-            above = self._any_corner(height > self.slack_m)
-            below = self._any_corner(height < -self.slack_m)
-            ends = np.stack((start[rows], end[rows])) @ self.normal[q] - self.offset_m[q]
-            # The mirrored edge is behind the plane; what it reflects goes to the other side.
-            reachable[rows] = ((ends.min(axis=0) < self.slack_m)[:, None] & above) | (
-                (ends.max(axis=0) > -self.slack_m)[:, None] & below
-            )
-        return reachable
+        def work(begin: int, end: int) -> tuple[IntArray, FloatArray]:
+            pairs = _edge_kernels.planes_after(*level, begin, end, *self.known, self.slack_m)
+            plane = self.planes[pairs[:, 1]]
+            return pairs, _mirrored(frame[pairs[:, 0]], plane[:, :3], plane[:, 3])
+
+        parts = gather_blocks(
+            work, len(wedge), self.budget, block_size=IMAGES_PER_BLOCK, executor=self.executor
+        )
+        pairs = np.concatenate([np.zeros((0, 2), np.int64), *(part[0] for part in parts)])
+        parent, plane = pairs.T
+        self.wedge.append(wedge[parent])
+        self.frame.append(np.concatenate([np.zeros((0, 12)), *(part[1] for part in parts)]))
+        self.sequence.append(np.column_stack((sequence[parent], plane)))
 
 
 def _mirrored(frame: FloatArray, normal: FloatArray, offset_m: FloatArray) -> FloatArray:
@@ -293,70 +353,48 @@ def _mirrored(frame: FloatArray, normal: FloatArray, offset_m: FloatArray) -> Fl
 
 
 def _combine(
-    images: _EdgeImages,
-    tree: ImageTree,
-    light: tuple[FloatArray, FloatArray],
-    pairs: IntArray,
-    max_diffractions: int,
+    images: _EdgeImages, tree: ImageTree, light: _Light, pairs: IntArray, max_diffractions: int
 ) -> EdgeTree:
     """Return the tree of all edge images with the source images that light them."""
-    lit, source = light
-    sees = lit[:, :, 1] >= lit[:, :, 0]
-    wedges = sees.shape[1]
-    parts: list[tuple[IntArray, IntArray, IntArray, FloatArray, FloatArray]] = []
-    sizes, considered = [], 0
-    nodes = 0
-    tables = [_nodes_of(tree, sees, pairs, wedge) for wedge in range(wedges)]
-    for after, wedge_of in enumerate(images.wedge):
-        for wedge in wedge_of:
-            leaf, first, left = tables[wedge]
-            fits = left >= after
-            leaf, first = leaf[fits], first[fits]
-            single = first < 0
-            own = np.where(single, wedge, first)
-            reach = lit[leaf, wedge].copy()
-            reach[~single] = (0.0, images.length_m[wedge])
-            parts.append((leaf, first, own, source[leaf, own], reach))
-            sizes.append(len(leaf))
-            nodes += len(leaf)
-            if nodes > MAX_NODES:
-                msg = (
-                    f"more than {MAX_NODES} routes lead over the edges; lower max_reflections, or "
-                    "leave diffraction out."
-                )
-                raise GeometryError(msg)
-        considered += len(wedge_of) * (1 + len(pairs)) * len(tree.image_m)
-    used = np.flatnonzero(np.array(sizes, dtype=np.int64) > 0)
-    frame, wedge_of_image = np.concatenate(images.frame), np.concatenate(images.wedge)
-    sequences = [row for level in images.sequence for row in level]
-    lengths = [len(sequences[k]) for k in used]
-    none = np.zeros(0, dtype=np.int64)
+    count = len(images.wedges)
+    # A way ends at a wedge from an image, or after another wedge that an image lights.
+    last = np.concatenate((np.arange(count), pairs[:, 1]))
+    first = np.concatenate((np.full(count, -1), pairs[:, 0]))
+    way = np.lexsort((first, last))
+    last, first = last[way], first[way]
+    way_start = np.searchsorted(last, np.arange(count + 1))
+    single = first < 0
+    own = np.where(single, last, first)
+    budget = _budget("routes over edges", images.wedges, tree, ROUTE_BYTES)
+    parts = [(np.zeros(0, np.int64),) * 3]
+    sizes = []
+    for after, wedge in enumerate(images.wedge):
+        alone = light.counts(tree.order, max(tree.max_order, 1) - 1 - after)
+        behind = light.counts(tree.order, max(tree.max_order, 2) - 2 - after)
+        of_way = np.where(single, alone[own], behind[own])
+        sizes.append(np.add.reduceat(of_way, way_start[:-1])[wedge])
+        budget.add(int(sizes[-1].sum()))
+        way = expanded(way_start[wedge], np.diff(way_start)[wedge])
+        row = expanded(light.start[own[way]], of_way[way])
+        way = np.repeat(way, of_way[way])
+        parts.append((light.leaf[row], way, row))
+    leaf, way, row = (np.concatenate(part) for part in zip(*parts, strict=True))
+    size = np.concatenate(sizes)
+    used = np.flatnonzero(size)
+    lengths = np.repeat(np.arange(len(images.wedge)), [len(w) for w in images.wedge])[used]
+    planes = [s[n > 0].reshape(-1) for s, n in zip(images.sequence, sizes, strict=True)]
+    whole = np.column_stack((np.zeros(count), images.wedges.length_m))[last[way]]
     return EdgeTree(
-        wedge=wedge_of_image[used],
-        frame=frozen_array(frame[used], name="frame", shape=(None, 12)),
-        plane_start=np.concatenate(([0], np.cumsum(lengths))).astype(np.int64),
-        plane=np.concatenate([none, *(sequences[k] for k in used)]).astype(np.int64),
-        node_start=np.concatenate(([0], np.cumsum([sizes[k] for k in used]))).astype(np.int64),
-        leaf=np.concatenate([none, *(p[0] for p in parts)]),
-        first=np.concatenate([none, *(p[1] for p in parts)]),
-        source_m=np.concatenate([np.zeros((0, 2)), *(p[3] for p in parts)]),
-        reach_m=np.concatenate([np.zeros((0, 2)), *(p[4] for p in parts)]),
-        considered=considered,
-        kept=nodes,
+        wedge=np.concatenate(images.wedge)[used],
+        frame=frozen_array(np.concatenate(images.frame)[used], name="frame", shape=(None, 12)),
+        plane_start=np.concatenate(([0], np.cumsum(lengths))),
+        plane=np.concatenate(planes),
+        node_start=np.concatenate(([0], np.cumsum(size[used]))),
+        leaf=leaf,
+        first=first[way],
+        source_m=light.source_m[row],
+        reach_m=np.where(single[way, None], light.reach_m[row], whole),
+        considered=sum(map(len, images.wedge)) * (1 + len(pairs)) * len(tree.image_m),
+        kept=len(leaf),
         max_order=max(tree.max_order, max_diffractions),
     )
-
-
-def _nodes_of(
-    tree: ImageTree, sees: BoolArray, pairs: IntArray, wedge: int
-) -> tuple[IntArray, IntArray, IntArray]:
-    """Return source images, first wedges and reflections left over for ways that end at a wedge."""
-    leaf = np.flatnonzero(sees[:, wedge])
-    leaves, firsts = [leaf], [np.full(len(leaf), -1)]
-    left = [max(tree.max_order, 1) - 1 - tree.order[leaf]]
-    for first in pairs[pairs[:, 1] == wedge, 0]:
-        leaf = np.flatnonzero(sees[:, first])
-        leaves.append(leaf)
-        firsts.append(np.full(len(leaf), first))
-        left.append(max(tree.max_order, 2) - 2 - tree.order[leaf])
-    return np.concatenate(leaves), np.concatenate(firsts), np.concatenate(left)
