@@ -22,9 +22,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from octant.em.blocks import Progress, run_blocks
+from octant.em.blocks import Progress
 from octant.em.records import TreeArrays
 from octant.em.search import _image_kernels
+from octant.em.search.budget import Budget, gather_blocks
 from octant.em.search.facets import SearchFacets, search_facets
 from octant.geometries._arrays import frozen_array, read_only
 from octant.geometries._plane_geometry import weld
@@ -36,7 +37,10 @@ IntArray = npt.NDArray[np.int64]
 BoolArray = npt.NDArray[np.bool_]
 
 MAX_IMAGES = 20_000_000
-"""Images beyond which a search stops with an error instead of filling the memory."""
+"""Images of one order beyond which a search stops with an error instead of filling the memory."""
+
+IMAGE_BYTES, WINDOW_BYTES = 260.0, 260.0
+"""Memory [B] that an image takes while its order is found, and its window where one is kept."""
 
 IMAGES_PER_BLOCK = 64
 """Images [-] whose beams one call of the kernel follows."""
@@ -136,12 +140,6 @@ class TreeBuilder:
         place_m = parent_m - 2.0 * height[:, None] * normal
         kept, image_of = np.unique(weld(place_m, self._slack), return_inverse=True)
         first = self._first + len(self.level_m)
-        if first + len(kept) > MAX_IMAGES:
-            msg = (
-                f"{first + len(kept)} images at order {len(self._images)} are more than "
-                f"{MAX_IMAGES}; lower max_reflections, or simplify the mesh."
-            )
-            raise GeometryError(msg)
         parents = self._first + children[:, 0]
         self._branches.append(np.column_stack((first + image_of, children[:, 1], parents)))
         self._images.append(place_m[kept])
@@ -217,7 +215,7 @@ def search_images(
         scene, facets, source=source, region=region, executor=executor, progress=progress
     )
     for order in range(1, max_reflections + 1):
-        search.grow(keep_windows=order < max_reflections)
+        search.grow(order, keep_windows=order < max_reflections)
     return search.tree.finish(region_m=region, opaque_facets=opaque)
 
 
@@ -293,16 +291,24 @@ class _Search:
             np.zeros((0, 3)),
         )
 
-    def grow(self, *, keep_windows: bool) -> None:
+    def grow(self, order: int, *, keep_windows: bool) -> None:
         """Add the images of the next order."""
         considered = len(self.tree.level_m) * len(self.planes.plane_normal)
-        children, windows, corners = self._expand(keep_windows=keep_windows)
+        budget = Budget(
+            f"images of the source at order {order}",
+            most=MAX_IMAGES,
+            each_bytes=IMAGE_BYTES + WINDOW_BYTES * keep_windows,
+            advice='lower max_reflections, or take search = "rays"',
+        )
+        children, windows, corners = self._expand(budget, keep_windows=keep_windows)
         image_of = self.tree.add_level(
             children, considered=considered, pruned=considered - len(children)
         )
         self.windows = _windows_by_image(windows, corners, image_of, len(self.tree.level_m))
 
-    def _expand(self, *, keep_windows: bool) -> tuple[IntArray, IntArray, FloatArray]:
+    def _expand(
+        self, budget: Budget, *, keep_windows: bool
+    ) -> tuple[IntArray, IntArray, FloatArray]:
         """Return children, windows and corners of the level, found block by block."""
         p, f = self.planes, self.facets
         start, *windows = read_only(self.windows)
@@ -321,10 +327,9 @@ class _Search:
                 f.order,
             )
         )
-        found: dict[int, tuple[IntArray, IntArray, FloatArray]] = {}
 
-        def work(begin: int, end: int) -> None:
-            found[begin] = _image_kernels.expand(
+        def work(begin: int, end: int) -> tuple[IntArray, IntArray, FloatArray]:
+            children, kept, corners = _image_kernels.expand(
                 images[begin:end],
                 start[begin : end + 1],
                 *windows,
@@ -333,19 +338,21 @@ class _Search:
                 f.margin_m,
                 keep_windows,
             )
+            children[:, 0] += begin
+            return children, kept, corners
 
-        run_blocks(
+        found = gather_blocks(
             work,
             len(images),
+            budget,
             block_size=IMAGES_PER_BLOCK,
             executor=self.executor,
             progress=self.progress,
         )
         none = np.zeros((0, 2), np.int64), np.zeros((0, 3), np.int64), np.zeros((0, 3))
-        parts = [none, *(found[begin] for begin in sorted(found))]
+        parts = [none, *found]
         sizes = np.cumsum([0, *(len(children) for children, _, _ in parts)])
-        for begin, part, before in zip([0, *sorted(found)], parts, sizes, strict=False):
-            part[0][:, 0] += begin
+        for part, before in zip(parts, sizes, strict=False):
             part[1][:, 0] += before
         first, second, third = zip(*parts, strict=True)
         return np.concatenate(first), np.concatenate(second), np.concatenate(third)

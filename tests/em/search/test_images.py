@@ -11,7 +11,7 @@ from slow_images import sequences as slow_sequences
 
 from octant.em.medium.radio_scene import radio_scene
 from octant.em.paths.tracing import trace_paths
-from octant.em.search import images
+from octant.em.search import budget, images
 from octant.em.search.candidates import Candidates
 from octant.em.search.images import search_images
 from octant.geometries.bodies import Body
@@ -300,3 +300,29 @@ def test_the_images_depend_neither_on_threads_nor_on_blocks(monkeypatch):
     for other in trees[1:]:
         for field in fields(other):
             assert np.array_equal(getattr(trees[0], field.name), getattr(other, field.name))
+
+
+@pytest.mark.parametrize("short", ["bound", "memory"])
+def test_an_order_that_does_not_fit_is_refused_before_it_is_expanded(monkeypatch, short):
+    posts = [
+        box((0.1, 0.1, 1.0), material="metal", position_m=(0.4 * i, 0.4 * j, 0.0), name=f"{i} {j}")
+        for i in range(1, 9)
+        for j in range(1, 6)
+    ]
+    scene = build_scene(box_room((4.0, 3.0, 2.5)), objects=posts)
+    level = int(search_images(scene, (2.1, 1.3, 2.3), 2).kept[2])
+    monkeypatch.setattr(images, "IMAGES_PER_BLOCK", 4)
+    if short == "bound":
+        monkeypatch.setattr(images, "MAX_IMAGES", 2 * level)
+    else:
+        monkeypatch.setattr(budget, "free_memory_bytes", lambda: 2e3 * level)
+    done = {}
+    with pytest.raises(GeometryError, match=r"images of the source at order 3, .* GB.*rays"):
+        search_images(
+            scene,
+            (2.1, 1.3, 2.3),
+            3,
+            executor=ThreadPoolExecutor(1),
+            progress=lambda now, whole: done.update({whole: now}),
+        )
+    assert 0 < done[level] < 0.5 * level
