@@ -4,12 +4,14 @@
 undisturbed, in new folders with a new cache, and then N times with one to three signals, each at a
 random moment of a run: Ctrl-C to all its processes, SIGINT, SIGTERM or SIGKILL to the first one.
 After each it types the same command again, the last time undisturbed. A finding is a traceback, an
-exit code other than 0, 130 or the signal's, a process that outlives its run, or a file that is not
-the undisturbed run's, byte by byte; files that differ between the two undisturbed runs are named
-and left out. Exit code: 1 if there are findings.
+exit code other than 0, 130 or the signal's, a process that outlives its run, or a result that is
+not the undisturbed run's to the bit: columns of CSV, variables and attributes of netCDF files,
+all other files whole. What differs between the two undisturbed runs, as the time that a computation
+took, is named and left out. Exit code: 1 if there are findings.
 """
 
 import argparse
+import csv
 import os
 import random
 import signal
@@ -17,7 +19,10 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Iterator
 from pathlib import Path
+
+import xarray as xr
 
 STUDY = """
 [room]
@@ -148,10 +153,30 @@ def run(verb: str, folder: Path, kind: str = "", after_s: float = 0.0) -> tuple[
     return code, faults
 
 
-def results(folder: Path) -> dict[str, bytes]:
-    """Return the content of each result, by its place in the folder ``out``."""
+def parts_of(path: Path) -> Iterator[tuple[str, object]]:
+    """Yield name and content of the columns of a CSV file, the variables of a netCDF file, ..."""
+    if path.suffix == ".csv":
+        rows = list(csv.reader(path.read_text().splitlines()))
+        for k, column in enumerate(rows[0] if rows else ()):
+            yield column, [row[k] for row in rows[1:]]
+    elif path.suffix == ".nc":
+        with xr.open_dataset(path, engine="h5netcdf", decode_timedelta=False) as data:
+            for name, variable in data.variables.items():
+                yield str(name), (variable.dims, variable.values.tobytes())
+            yield from ((f"attribute {k}", str(v)) for k, v in data.attrs.items())
+    else:
+        yield "", path.read_bytes()
+
+
+def results(folder: Path) -> dict[str, object]:
+    """Return the results in the folder ``out``, part by part."""
     out = folder / "out"
-    return {str(p.relative_to(out)): p.read_bytes() for p in sorted(out.rglob("*")) if p.is_file()}
+    return {
+        f"{path.relative_to(out)} {name}".strip(): content
+        for path in sorted(out.rglob("*"))
+        if path.is_file()
+        for name, content in parts_of(path)
+    }
 
 
 def tried(verb: str, trials: int, draws: random.Random) -> list[str]:
@@ -172,7 +197,7 @@ def tried(verb: str, trials: int, draws: random.Random) -> list[str]:
                 return [f"{verb}: undisturbed run: {faults} {error!r}"]
             whole.append(results(folder))
         same = {n for n in whole[0] if whole[0][n] == whole[1].get(n)}
-        print(f"{verb}: {lasts_s:.1f} s, {len(same)} files compared", end="; ")
+        print(f"{verb}: {lasts_s:.1f} s, {len(same)} parts compared", end="; ")
         print(f"left out: {sorted(set(whole[0]) - same)}")
         for trial in range(trials):
             folder = Path(name) / f"trial{trial}"
@@ -190,8 +215,8 @@ def tried(verb: str, trials: int, draws: random.Random) -> list[str]:
             other = sorted(n for n in same if got.get(n) != whole[0][n])
             more = sorted(set(got) - set(whole[0]))
             if other or more:
-                findings.append(f"{verb} {done}: other bits in {other}, more files {more}")
-            print(f"  trial {trial}: {'; '.join(done)}; then {code}, {len(other)} files differ")
+                findings.append(f"{verb} {done}: other bits in {other}, more parts {more}")
+            print(f"  trial {trial}: {'; '.join(done)}; then {code}, {len(other)} parts differ")
             sys.stdout.flush()
     return findings
 
@@ -203,6 +228,8 @@ def main() -> int:
     parser.add_argument("--trials", type=int, default=5, help="disturbed runs of each verb")
     parser.add_argument("--seed", type=int, default=1, help="of the signals and their moments")
     options = parser.parse_args()
+    # A shell starts what runs in the background with this signal ignored.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     findings = []
     for verb in options.verbs or VERBS:
         findings += tried(verb, options.trials, random.Random(f"{verb} {options.seed}"))  # noqa: S311

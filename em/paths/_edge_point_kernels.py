@@ -14,7 +14,7 @@ ROUNDING = 1e-14
 """Share of a path's length [-] to which its points are found."""
 
 MEETING = 1e-9
-"""Share of a path's length [-] below which its leg between two edges counts as none."""
+"""Share of a path's length [-] below which edges meet, or an end stands on the line of an edge."""
 
 STEPS = 80
 """Steps [-] after which the two points of a double diffraction count as not found."""
@@ -41,7 +41,8 @@ def two_points(wedge_frame, first, last, distance_s, along_s, distance_r, along_
     The source stands ``distance_s`` off the first edge's line at ``along_s``, the receiver likewise
     off the last. For each place on the first the best one on the last is that of a single edge;
     what is left is a convex function of one place: Newton's method, kept in a bracket. Where both
-    edges meet, the length has a kink, at which no ray is diffracted by either: not found.
+    edges meet, the length has a kink, at which no ray is diffracted by either, nor is one that runs
+    along an edge: not found.
     """
     ax, ay, az = wedge_frame[first, 3], wedge_frame[first, 4], wedge_frame[first, 5]
     bx, by, bz = wedge_frame[last, 3], wedge_frame[last, 4], wedge_frame[last, 5]
@@ -51,20 +52,20 @@ def two_points(wedge_frame, first, last, distance_s, along_s, distance_r, along_
     ab = ax * bx + ay * by + az * bz
     s, t = along_s, along_r
     low, high, slope = -np.inf, np.inf, np.inf
+    if distance_s == 0.0 or distance_r == 0.0:
+        return s, t, False
     for i in range(STEPS):
         px, py, pz = s * ax - ox, s * ay - oy, s * az - oz
         place = px * bx + py * by + pz * bz
         px, py, pz = px - place * bx, py - place * by, pz - place * bz
         beside = np.sqrt(px * px + py * py + pz * pz)
-        if beside + distance_r == 0.0:
-            return s, t, False
         t = place + (along_r - place) * beside / (beside + distance_r)
         vx, vy, vz = ox + t * bx - s * ax, oy + t * by - s * ay, oz + t * bz - s * az
         r = np.sqrt(vx * vx + vy * vy + vz * vz)
         r1 = np.sqrt(distance_s * distance_s + (s - along_s) ** 2)
         r3 = np.sqrt(distance_r * distance_r + (t - along_r) ** 2)
         length = r1 + r + r3
-        if min(r, r1, r3) <= MEETING * length:
+        if min(r, distance_s, distance_r) <= MEETING * length:
             return s, t, False
         va, vb = (vx * ax + vy * ay + vz * az) / r, (vx * bx + vy * by + vz * bz) / r
         slope = (s - along_s) / r1 - va

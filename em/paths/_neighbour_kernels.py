@@ -26,8 +26,13 @@ STRICT = 0.01
 
 # Six fractions evenly spread in six dimensions: multiples of the powers of 1 / g, g^7 = g + 1.
 _STEPS = 1.0 / 1.1127756842787053 ** np.arange(1.0, 7.0)
-MOVES = 2.0 * ((0.5 + np.arange(1.0, 49.0)[:, None] * _STEPS) % 1.0) - 1.0
-"""(n, 6) moves [-1 to 1] of the end that is first in space, and of the other."""
+_APART = 2.0 * ((0.5 + np.arange(1.0, 49.0)[:, None] * _STEPS) % 1.0) - 1.0
+_TOGETHER = np.hstack((_APART[:24, :3], _APART[:24, :3] + 0.05 * _APART[:24, 3:]))
+MOVES = np.vstack((_TOGETHER, _APART))
+"""(n, 6) moves [-1 to 1] of the end that is first in space, and of the other.
+
+First both go the same way almost: what runs along a face then stays on one side of it.
+"""
 
 
 @njit(cache=True, error_model="numpy")

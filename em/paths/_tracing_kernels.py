@@ -69,22 +69,7 @@ def next_paths(scene, tree, edges, x, y, z, place, step, images, scratch):
         )
         place = images + reached
     if scene.transmits:
-        sheets = scene.sheet_bvh
-        found = insert_crossings(
-            sheets.boxes,
-            sheets.links,
-            sheets.triangles,
-            sheets.planes,
-            sheets.margin,
-            scene.facet_plane,
-            scene.wedge_facets,
-            found,
-            points,
-            facets,
-            orders,
-            near,
-            touching,
-        )
+        found = insert_crossings(scene, found, points, facets, orders, near, touching)
     return found, place
 
 

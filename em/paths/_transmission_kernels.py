@@ -4,7 +4,8 @@
 import numpy as np
 from numba import njit
 
-from octant.em.paths._neighbour_kernels import MOVE, MOVES, comes_first
+from octant.em.paths._facet_kernels import ON_RIM, place_on_facet
+from octant.em.paths._neighbour_kernels import comes_first, neighbour_has
 from octant.em.records import TRANSMISSION
 from octant.geometries._bvh_kernels import crossing
 
@@ -91,87 +92,28 @@ def crossings(
 
 
 @njit(cache=True, error_model="numpy")
-def sheets_between(
-    boxes,
-    links,
-    triangles,
-    triangle_facets,
-    margin,
+def _on_rim(
+    planes,
+    facet_box,
+    facet_outline,
     facet_plane,
-    px,
-    py,
-    pz,
-    qx,
-    qy,
-    qz,
-    plane_a,
-    plane_b,
-    plane_c,
-    plane_d,
-    rising,
+    outline,
+    tolerance,
+    points,
+    p,
+    leg,
     places,
-    facets,
+    sheets,
+    k,
 ):
-    """Return what :func:`crossings` does, of a leg close by where sheets are met on their rims.
-
-    A leg through the edge in which two sheets meet crosses one of them or both, as its neighbours
-    do. Of these one that crosses most is taken, as a rim that is touched counts as met.
-    """
-    count = crossings(
-        boxes,
-        links,
-        triangles,
-        triangle_facets,
-        margin,
-        facet_plane,
-        px,
-        py,
-        pz,
-        qx,
-        qy,
-        qz,
-        plane_a,
-        plane_b,
-        plane_c,
-        plane_d,
-        rising,
-        places,
-        facets,
-    )
-    length = np.sqrt((qx - px) ** 2 + (qy - py) ** 2 + (qz - pz) ** 2)
-    tied = False
-    for k in range(1, min(count, len(places))):
-        tied = tied or (places[k] - places[k - 1]) * length <= 2.0 * margin
-    if not tied:
-        return count
-    most, best = -1, 0
-    for k in range(len(MOVES) + 1):
-        move = MOVES[k if k < len(MOVES) else best]
-        x, y, z = MOVE * margin * move[0], MOVE * margin * move[1], MOVE * margin * move[2]
-        count = crossings(
-            boxes,
-            links,
-            triangles,
-            triangle_facets,
-            margin,
-            facet_plane,
-            px + x,
-            py + y,
-            pz + z,
-            qx + x,
-            qy + y,
-            qz + z,
-            plane_a,
-            plane_b,
-            plane_c,
-            plane_d,
-            rising,
-            places,
-            facets,
-        )
-        if count > most:
-            most, best = count, k
-    return count
+    """Return whether a leg meets sheet k on its rim."""
+    u, v = 0.0, 0.0
+    plane = facet_plane[sheets[k]]
+    for a in range(3):
+        x = points[p, leg, a] + places[k] * (points[p, leg + 1, a] - points[p, leg, a])
+        u += x * planes[plane, 4 + a]
+        v += x * planes[plane, 7 + a]
+    return place_on_facet(facet_box, facet_outline, outline, sheets[k], u, v, tolerance) == ON_RIM
 
 
 @njit(cache=True, error_model="numpy")
@@ -183,26 +125,15 @@ def _planes_of(code, facet_plane, wedge_facets):
 
 
 @njit(cache=True, error_model="numpy")
-def insert_crossings(
-    boxes,
-    links,
-    triangles,
-    triangle_facets,
-    margin,
-    facet_plane,
-    wedge_facets,
-    found,
-    points,
-    facets,
-    orders,
-    near,
-    touching,
-):
+def insert_crossings(scene, found, points, facets, orders, near, touching):
     """Return how many of ``found`` paths are left, with the sheets they pass through among theirs.
 
     Rows hold receiver, interactions and source; those that pass through too many sheets are
-    dropped, the others move up. A path that touches something passes the sheets of its neighbour.
+    dropped, the others move up. A path that touches something passes the sheets of its neighbour,
+    and so does one that meets a sheet on its rim: of sheets that meet in an edge it passes those
+    that places beside the edge do.
     """
+    bvh, sheet_bvh = scene.bvh, scene.sheet_bvh
     places = np.empty(MAX_CROSSINGS)
     sheets = np.empty(MAX_CROSSINGS, dtype=np.int64)
     new_points = np.empty((points.shape[1], 3))
@@ -221,29 +152,29 @@ def insert_crossings(
         )
         size = 0
         fits = True
-        for leg in range(order + 1):
-            a, b = (
-                (-1, -1) if leg == 0 else _planes_of(facets[p, leg - 1], facet_plane, wedge_facets)
-            )
+        tried = touching[p]
+        leg = 0
+        while leg <= order:
+            a, b = (-1, -1)
+            if leg > 0:
+                a, b = _planes_of(facets[p, leg - 1], scene.facet_plane, scene.wedge_facets)
             c, d = (-1, -1)
             if leg < order:
-                c, d = _planes_of(facets[p, leg], facet_plane, wedge_facets)
+                c, d = _planes_of(facets[p, leg], scene.facet_plane, scene.wedge_facets)
             ways = near if touching[p] else points
-            px, py, pz = ways[p, leg, 0], ways[p, leg, 1], ways[p, leg, 2]
-            qx, qy, qz = ways[p, leg + 1, 0], ways[p, leg + 1, 1], ways[p, leg + 1, 2]
-            count = sheets_between(
-                boxes,
-                links,
-                triangles,
-                triangle_facets,
-                margin,
-                facet_plane,
-                px,
-                py,
-                pz,
-                qx,
-                qy,
-                qz,
+            count = crossings(
+                sheet_bvh.boxes,
+                sheet_bvh.links,
+                sheet_bvh.triangles,
+                sheet_bvh.planes,
+                sheet_bvh.margin,
+                scene.facet_plane,
+                ways[p, leg, 0],
+                ways[p, leg, 1],
+                ways[p, leg, 2],
+                ways[p, leg + 1, 0],
+                ways[p, leg + 1, 1],
+                ways[p, leg + 1, 2],
                 a,
                 b,
                 c,
@@ -258,27 +189,67 @@ def insert_crossings(
             if count > room or count > MAX_CROSSINGS or (middle and count > 0):
                 fits = False
                 break
-            px, py, pz = points[p, leg, 0], points[p, leg, 1], points[p, leg, 2]
-            qx, qy, qz = points[p, leg + 1, 0], points[p, leg + 1, 1], points[p, leg + 1, 2]
+            rim = False
+            for k in range(0 if tried else count):
+                rim = rim or _on_rim(
+                    scene.planes,
+                    scene.facet_box,
+                    scene.facet_outline,
+                    scene.facet_plane,
+                    scene.outline,
+                    scene.tolerance,
+                    points,
+                    p,
+                    leg,
+                    places,
+                    sheets,
+                    k,
+                )
+            if rim:
+                tried = True
+                touching[p] = neighbour_has(
+                    scene.planes,
+                    scene.plane_facet_start,
+                    scene.facet_box,
+                    scene.facet_outline,
+                    scene.facet_plane,
+                    scene.outline,
+                    bvh.boxes,
+                    bvh.links,
+                    bvh.triangles,
+                    bvh.planes,
+                    bvh.margin,
+                    scene.wedge_frame,
+                    scene.wedge_facets,
+                    points,
+                    facets,
+                    p,
+                    order,
+                    near[p],
+                )
+                if touching[p]:
+                    leg, size = 0, 0
+                    continue
             for k in range(count):
-                t = places[k]
                 new_facets[size] = TRANSMISSION + sheets[k]
-                new_points[size, 0] = px + t * (qx - px)
-                new_points[size, 1] = py + t * (qy - py)
-                new_points[size, 2] = pz + t * (qz - pz)
+                for axis in range(3):
+                    here = points[p, leg, axis]
+                    new_points[size, axis] = here + places[k] * (points[p, leg + 1, axis] - here)
                 size += 1
             if leg < order:
                 new_facets[size] = facets[p, leg]
-                new_points[size, 0], new_points[size, 1], new_points[size, 2] = qx, qy, qz
+                for axis in range(3):
+                    new_points[size, axis] = points[p, leg + 1, axis]
                 size += 1
+            leg += 1
         if not fits:
             continue
-        for a in range(3):
-            source = points[p, order + 1, a]
-            points[left, 0, a] = points[p, 0, a]
+        for axis in range(3):
+            source = points[p, order + 1, axis]
+            points[left, 0, axis] = points[p, 0, axis]
             for k in range(size):
-                points[left, k + 1, a] = new_points[k, a]
-            points[left, size + 1, a] = source
+                points[left, k + 1, axis] = new_points[k, axis]
+            points[left, size + 1, axis] = source
         for k in range(size):
             facets[left, k] = new_facets[k]
         orders[left] = size
