@@ -143,7 +143,8 @@ def run(verb: str, folder: Path, kind: str = "", after_s: float = 0.0) -> tuple[
     if disturbed and not kind:
         faults.append(f"not finished after {LONGEST_S:.0f} s")
     error = (folder / "stderr").read_text(errors="replace")
-    good = (0, 130, 143, -signal.SIGTERM, -signal.SIGKILL) if disturbed else (0,)
+    ended = (-signal.SIGINT, -signal.SIGTERM, -signal.SIGKILL)  # a shell says 128 more: 130, ...
+    good = (0, 130, *ended) if disturbed else (0,)
     if code not in good:
         faults.append(f"exit code {code} after {kind or 'nothing'}")
     if "Traceback" in error:

@@ -48,16 +48,19 @@ def radio_map(
     tag and an isotropic_theta antenna at the carrier.
     """
     from octant.geometries.files import refuse_overwrite
-    from octant.reader_design.face.map_figures import PAGES, map_pages
+    from octant.reader_design.face.map_figures import PAGES, save_pages
     from octant.reader_design.face.rss_map import (
         MapWanted,
         map_rss,
         summary_lines,
         unreached_places,
     )
+    from octant.reader_design.keeping.keys import digest
+    from octant.reader_design.keeping.results import complete_line
+    from octant.reader_design.keeping.versions import versions
     from octant.reader_design.setting.advice import opaque_wall_note
-    from octant.reader_design.showing.netcdf import write_dataset
-    from octant.reader_design.showing.style import save_figure
+    from octant.reader_design.setting.setting import build_setting
+    from octant.reader_design.showing.netcdf import inputs_of, read_dataset, write_dataset
     from octant.reader_design.study_file.loading import load_study
 
     loaded = load_study(study)
@@ -68,7 +71,6 @@ def radio_map(
         msg = f"--antenna is {antenna}, but the reader has antennas 1 to {loaded.reader.antennas}."
         raise ConfigError(msg)
     pages = [] if figures is None else [figures / name for name in PAGES]
-    refuse_overwrite(out, *pages, force=force)
     wanted = MapWanted(
         tag_ids=tag_ids,
         antennas=None if antenna is None else (antenna,),
@@ -77,19 +79,24 @@ def radio_map(
         local_mean_disc=local_mean_disc,
         spreads=spreads,
     )
-    progress = Progress(quiet=quiet)
+    progress, inputs = Progress(quiet=quiet), digest([loaded, wanted, versions()])
+    if not force and inputs_of(out) == inputs:
+        progress.say(complete_line(out))
+        if figures is not None:
+            save_pages(read_dataset(out), build_setting(loaded), figures)
+        return
+    refuse_overwrite(out, *pages, force=force)
     data, setting, layers = map_rss(
         loaded,
         wanted,
         progress=progress,
         approve=lambda cost: approve(cost, progress),
     )
-    write_dataset(data, out, force=force)
+    write_dataset(data.assign_attrs(inputs=inputs), out, force=True)
     if figures is not None:
-        for name, figure in map_pages(data, setting):
-            save_figure(figure, figures / name)
+        save_pages(data, setting, figures)
     for line in summary_lines(layers):
         click.echo(line)
     if advice := opaque_wall_note(loaded, setting.scene, unreached_places(layers)):
-        Progress(quiet=quiet).say(advice)
+        progress.say(advice)
     click.echo(f"written: {out}")

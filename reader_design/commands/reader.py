@@ -62,16 +62,15 @@ def reader(
     from octant.geometries.files import refuse_overwrite, write_text
     from octant.reader_design.face.reader import check_step, solve_reader_of
     from octant.reader_design.face.reader_band import band_of, solutions_of
+    from octant.reader_design.keeping.keys import digest
+    from octant.reader_design.keeping.versions import versions
     from octant.reader_design.setting.cost import reader_cost
+    from octant.reader_design.showing.netcdf import inputs_of, write_dataset
     from octant.reader_design.showing.style import save_figure
     from octant.reader_design.study_file.loading import load_study, to_toml
 
-    loaded = load_study(study)
-    chosen = model or loaded.reader.response
-    design = replace(loaded.reader, response=chosen)
-    if chosen != "files":
-        design = replace(design, pattern_files=(), pattern_turn="none")
-    loaded = replace(loaded, reader=design)
+    loaded = _with_model(load_study(study), model)
+    chosen = loaded.reader.response
     check_step(step_deg, name="--step-deg")
     if convergence and chosen != "fullwave":
         msg = (
@@ -86,7 +85,8 @@ def reader(
         names.append(f"reader.s{ports}p")
     names += ["band.csv"] if band_hz else []
     files = [out / name for name in names]
-    refuse_overwrite(*files, force=force)
+    inputs = digest([loaded, step_deg, band_hz, versions()])
+    refuse_overwrite(*files, force=force or inputs_of(files[0]) == inputs)
     progress = Progress(quiet=quiet)
     highest = replace(loaded.radio, channels_hz=band_hz[-1:])
     solutions = 1 + (solutions_of(band_hz) if band_hz else 0)
@@ -95,8 +95,8 @@ def reader(
     solved = solve_reader_of(
         loaded, [loaded.radio.frequency_hz], step_deg=step_deg, progress=progress
     )
+    write_dataset(solved.dataset().assign_attrs(inputs=inputs), files[0], force=True)
     write_text(out / "study.toml", to_toml(loaded, relative_to=out))
-    solved.to_netcdf(out / "reader.nc", force=True)
     solved.to_ffe(out)
     band = band_of(loaded, band_hz, progress=progress) if band_hz else None
     if band:
@@ -114,6 +114,16 @@ def reader(
         for line in solved.convergence_lines(progress=progress):
             click.echo(line)
     click.echo(f"written: {', '.join(str(p) for p in files)} and {out / 'figures'}")
+
+
+def _with_model(study: "Study", model: str | None) -> "Study":
+    """Return a study whose reader's response is of a model, if one is given."""
+    from msgspec.structs import replace
+
+    design = replace(study.reader, response=model or study.reader.response)
+    if design.response != "files":
+        design = replace(design, pattern_files=(), pattern_turn="none")
+    return replace(study, reader=design)
 
 
 def _band_hz(study: "Study", frequencies: tuple[float, ...] | None) -> tuple[float, ...]:

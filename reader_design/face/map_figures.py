@@ -1,6 +1,7 @@
 """Figures of ``octant map``: every layer of its dataset as plan views of the room."""
 
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,7 +19,12 @@ from octant.reader_design.showing.plan import (
     plan_of,
     plan_shape,
 )
-from octant.reader_design.showing.style import ANTENNA_COLOURS, figure_style, new_figure
+from octant.reader_design.showing.style import (
+    ANTENNA_COLOURS,
+    figure_style,
+    new_figure,
+    save_figure,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -51,24 +57,28 @@ _SPREADS = (
 )
 
 
-def map_pages(data: "xr.Dataset", setting: Setting) -> "Iterator[tuple[str, Figure]]":
-    """Yield a file name of `PAGES` and a figure for each layer of a map, at most four tags a page.
+def save_pages(data: "xr.Dataset", setting: Setting, folder: Path) -> None:
+    """Write a figure of `PAGES` for each layer of a map, at most four tags a page.
 
     Grey is outside the room and inside objects.
 
     Parameters
     ----------
     data : From `octant.reader_design.face.rss_map.map_dataset`.
-    setting : The room.
+    setting, folder : The room; where the figures go.
     """
-    pages = _Pages(data, setting)
+    for name, figure in _pages(_Pages(data, setting)):
+        save_figure(figure, folder / name)
+
+
+def _pages(pages: "_Pages") -> "Iterator[tuple[str, Figure]]":
     yield "power.png", pages.power()
-    if "strongest_antenna" in data:
+    if "strongest_antenna" in pages.data:
         yield "strongest_antenna.png", pages.strongest()
         yield "bearing_error.png", pages.bearing_error()
     yield "path_count.png", pages.path_count()
     for name, title, bar in _SPREADS:
-        if name in data:
+        if name in pages.data:
             yield f"{name}.png", pages.layer(name, title=title, bar_label=bar)
 
 

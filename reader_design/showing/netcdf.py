@@ -124,6 +124,22 @@ def _refuse_unsound(name: str, item: "xr.Variable") -> None:
         raise ResultError(msg)
 
 
+def inputs_of(path: Path) -> str:
+    """Return the digest of what a file was made from, as its writer put it in; none: empty.
+
+    Parameters
+    ----------
+    path : A netCDF4 file with the attribute ``inputs``, or anything else.
+    """
+    import h5netcdf
+
+    try:
+        with h5netcdf.File(path, "r") as file:
+            return str(file.attrs.get("inputs", ""))
+    except (OSError, ValueError):
+        return ""
+
+
 def read_dataset(path: Path) -> "xr.Dataset":
     """Return the dataset of a file, loaded into memory.
 

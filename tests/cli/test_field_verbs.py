@@ -7,6 +7,7 @@ import math
 import msgspec
 import numpy as np
 import pytest
+import trimesh
 
 from octant.reader_design.showing.netcdf import read_dataset
 from octant.reader_design.study_file.loading import load_study
@@ -139,6 +140,23 @@ def test_navigate_writes_what_it_promises_and_repeats_itself(octant, study_file,
     assert octant("navigate", study, "--out", second, "--noise-db", "0.5", "-q").code == 0
     for name in ("missions.csv", "trajectory.csv"):
         assert (first / name).read_bytes() == (second / name).read_bytes()
+
+
+def test_a_mesh_that_changed_changes_the_files_too(octant, study_file, tmp_path):
+    """The study's text is the same: what says that everything is there must read the mesh."""
+    mesh = 'mesh = "room.stl"\nunit = "m"\nmaterial = "concrete"'
+    study, out = study_file(FREE.replace("free_space = true", mesh)), tmp_path / "out"
+    tables = []
+    for height_m in (3.4, 3.1, 3.1):
+        room = trimesh.creation.box(bounds=[[-4.0, -4.0, 0.0], [4.0, 4.0, height_m]])
+        room.invert()
+        room.export(tmp_path / "room.stl")
+        call = octant("navigate", study, "--out", out)
+        assert call.code == 0, call.err
+        tables.append((out / "trajectory.csv").read_bytes())
+    assert tables[0] != tables[1]
+    assert tables[1] == tables[2]
+    assert "complete already" in call.err
 
 
 def test_materials_at_the_default_frequency_are_those_of_the_recommendation(octant):

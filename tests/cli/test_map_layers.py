@@ -116,6 +116,13 @@ def test_figures_show_every_layer(mapped, octant, study_file, tmp_path):
     mapped("--spreads", "--local-mean-disc", "--figures", folder, room=ROOM + CABINET)
     assert sorted(p.name for p in folder.iterdir()) == sorted(PAGES)
     assert all(p.read_bytes().startswith(b"\x89PNG") for p in folder.iterdir())
+    before = {path: path.read_bytes() for path in (tmp_path / "map.nc", *folder.iterdir())}
+    (folder / "power.png").unlink()
+    whole = "--spreads", "--local-mean-disc", "--figures", folder
+    same = octant("map", tmp_path / "study.toml", "--out", tmp_path / "map.nc", *whole)
+    assert (same.code, same.out) == (0, "")
+    assert "map.nc is complete already; nothing was written." in same.err
+    assert {path: path.read_bytes() for path in before} == before
     again = octant(
         "map", study_file(), "--out", tmp_path / "other.nc", "--figures", folder
     ).refused()

@@ -192,6 +192,16 @@ def test_what_is_there_is_not_overwritten(octant, done, folder):
     assert "--force" in line
 
 
+def test_the_same_command_finishes_what_was_interrupted(octant, done, folder):
+    there = {path: path.read_bytes() for path in (folder / "out").rglob("*") if path.is_file()}
+    for path in there:
+        if path.name != "reader.nc":
+            path.unlink()
+    again = octant("reader", folder / "study.toml", "--out", folder / "out", "--step-deg", "10")
+    assert (again.code, again.out) == (0, done)
+    assert {path: path.read_bytes() for path in there} == there
+
+
 def test_approximate_models_give_patterns_only(octant, study_file, tmp_path):
     out = tmp_path / "out"
     call = octant(

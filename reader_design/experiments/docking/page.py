@@ -368,7 +368,7 @@ def run_docking_study(
         content = compute_docking(study, rooms, jobs, cases, crew=crew, progress=progress)
     write_once(
         cases / "finished.json",
-        text,
+        [study, content.results],
         lambda: publish(content, out_dir),
         force=force,
         progress=progress,

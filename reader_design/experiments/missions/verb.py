@@ -101,7 +101,7 @@ def navigate(
     metrics = [measure(result) for result in results]
     write_once(
         folder / "finished.json",
-        text,
+        [loaded, results],
         lambda: _publish(setting, results, out),
         force=options.force,
         progress=progress,

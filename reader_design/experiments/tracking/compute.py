@@ -301,7 +301,7 @@ def run_tracking(
     )
     write_once(
         out_dir / CASES / "finished.json",
-        text,
+        [study, content.parts],
         lambda: publish(content, out_dir, progress),
         force=force,
         progress=progress,
