@@ -176,7 +176,7 @@ def results(folder: Path) -> dict[str, object]:
     return {
         f"{path.relative_to(out)} {name}".strip(): content
         for path in sorted(out.rglob("*"))
-        if path.is_file()
+        if path.is_file() and not path.name.startswith(".")  # what a killed write left
         for name, content in parts_of(path)
     }
 

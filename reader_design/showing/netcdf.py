@@ -131,12 +131,12 @@ def inputs_of(path: Path) -> str:
     ----------
     path : A netCDF4 file with the attribute ``inputs``, or anything else.
     """
-    import h5netcdf
+    import h5py
 
     try:
-        with h5netcdf.File(path, "r") as file:
+        with h5py.File(path, "r") as file:
             return str(file.attrs.get("inputs", ""))
-    except (OSError, ValueError):
+    except (OSError, ValueError, KeyError, RuntimeError):
         return ""
 
 
