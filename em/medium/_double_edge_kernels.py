@@ -5,7 +5,12 @@ import numpy as np
 from numba import njit
 
 from octant.em.medium._transition_kernels import double_transition, scaled_transition
-from octant.em.medium._wedge_kernels import cotangent_transition, image_boundary, image_is_lit
+from octant.em.medium._wedge_kernels import (
+    cotangent_transition,
+    image_boundary,
+    image_is_lit,
+    second_order_share,
+)
 from octant.em.medium._wedge_weight_kernels import boundary_weight
 
 _STEP = 1e-4  # [rad], of the one-sided slope of a wall's coefficients
@@ -161,6 +166,7 @@ def double_sum(first, second, turn, k_first, k_second, w, out):
     """
     out[:] = 0.0
     inverse = 1.0 / np.sqrt(k_first * k_second)
+    share = second_order_share(k_first) * second_order_share(k_second)
     for p in range(4):
         a = np.sqrt(2.0 * k_first) * first[p, 1].real
         one = 4j * k_first * (1.0 - a * scaled_transition(a * a))
@@ -176,7 +182,7 @@ def double_sum(first, second, turn, k_first, k_second, w, out):
             # What the slopes of the cotangents have beyond those of their poles.
             bent = first[p, 5] * one * second[q, 6] + first[p, 6] * second[q, 5] * two
             bent += first[p, 6] * second[q, 6]
-            pair -= 1j * coupling * inverse * bent
+            pair -= 1j * coupling * inverse * share * bent
             _add_product(pair, second[q], _WEIGHT, turn, first[p], _WEIGHT, out)
     angle_1, wall_1 = np.empty(4, np.complex128), np.empty(4, np.complex128)
     angle_2, wall_2 = np.empty(4, np.complex128), np.empty(4, np.complex128)

@@ -42,6 +42,16 @@ def azimuth(along, above, n):
 
 
 @njit(cache=True, error_model="numpy")
+def second_order_share(kl):
+    """Return how much counts of what is next in 1 / kL: nothing as kL goes to 0, all from 6 on.
+
+    There both ends stand near the line of the edge, where that series has no meaning and would
+    grow without bound; the first order stays below the field without the edge.
+    """
+    return -np.expm1(-kl * kl)
+
+
+@njit(cache=True, error_model="numpy")
 def cotangent_transition(x, lit, n, kl, ks):
     """Return the term of one image whose boundary is x = 0, on its lit or its dark side.
 
@@ -59,7 +69,7 @@ def cotangent_transition(x, lit, n, kl, ks):
     value = turned * root * scaled
     if half > _NEGLIGIBLE:
         rest = 1.0 - curved * (ratio * ratio / (n * n) + 0.5 * half * half * (1.0 + kl / ks))
-        value += turned / half * rest * (1.0 - root * half * scaled)
+        value += turned / half * rest * (1.0 - root * half * scaled) * second_order_share(kl)
     return value if lit else -value
 
 

@@ -5,7 +5,7 @@ import numpy as np
 from numba import njit
 
 from octant.em.paths._facet_kernels import ON_RIM, place_on_facet
-from octant.em.paths._neighbour_kernels import comes_first, neighbour_has
+from octant.em.paths._neighbour_kernels import comes_first, neighbour_has, touched
 from octant.em.records import TRANSMISSION
 from octant.geometries._bvh_kernels import crossing
 
@@ -92,28 +92,42 @@ def crossings(
 
 
 @njit(cache=True, error_model="numpy")
-def _on_rim(
-    planes,
-    facet_box,
-    facet_outline,
-    facet_plane,
-    outline,
-    tolerance,
-    points,
-    p,
-    leg,
-    places,
-    sheets,
-    k,
-):
-    """Return whether a leg meets sheet k on its rim."""
+def _meets_others(scene, points, p, leg, places, sheets, count, k):
+    """Return whether a leg meets sheet k in an edge of it where other sheets are met too."""
+    bvh, facet = scene.sheet_bvh, sheets[k]
+    plane = scene.facet_plane[facet]
+    at = np.empty(3)
     u, v = 0.0, 0.0
-    plane = facet_plane[sheets[k]]
+    length = 0.0
     for a in range(3):
-        x = points[p, leg, a] + places[k] * (points[p, leg + 1, a] - points[p, leg, a])
-        u += x * planes[plane, 4 + a]
-        v += x * planes[plane, 7 + a]
-    return place_on_facet(facet_box, facet_outline, outline, sheets[k], u, v, tolerance) == ON_RIM
+        way = points[p, leg + 1, a] - points[p, leg, a]
+        at[a] = points[p, leg, a] + places[k] * way
+        u += at[a] * scene.planes[plane, 4 + a]
+        v += at[a] * scene.planes[plane, 7 + a]
+        length += way * way
+    on_rim = place_on_facet(
+        scene.facet_box, scene.facet_outline, scene.outline, facet, u, v, scene.tolerance
+    )
+    if on_rim != ON_RIM:
+        return False
+    near = 2.0 * bvh.margin / np.sqrt(length)
+    for other in (k - 1, k + 1):
+        if 0 <= other < count and abs(places[other] - places[k]) <= near:
+            return True
+    return touched(
+        bvh.boxes,
+        bvh.links,
+        bvh.triangles,
+        bvh.planes,
+        True,
+        scene.facet_plane,
+        plane,
+        plane,
+        at[0],
+        at[1],
+        at[2],
+        2.0 * bvh.margin,
+    )
 
 
 @njit(cache=True, error_model="numpy")
@@ -130,8 +144,8 @@ def insert_crossings(scene, found, points, facets, orders, near, touching):
 
     Rows hold receiver, interactions and source; those that pass through too many sheets are
     dropped, the others move up. A path that touches something passes the sheets of its neighbour,
-    and so does one that meets a sheet on its rim: of sheets that meet in an edge it passes those
-    that places beside the edge do.
+    and so does one through an edge in which sheets meet: of these it passes those that places
+    beside the edge do. A free rim that is touched hides.
     """
     bvh, sheet_bvh = scene.bvh, scene.sheet_bvh
     places = np.empty(MAX_CROSSINGS)
@@ -191,20 +205,7 @@ def insert_crossings(scene, found, points, facets, orders, near, touching):
                 break
             rim = False
             for k in range(0 if tried else count):
-                rim = rim or _on_rim(
-                    scene.planes,
-                    scene.facet_box,
-                    scene.facet_outline,
-                    scene.facet_plane,
-                    scene.outline,
-                    scene.tolerance,
-                    points,
-                    p,
-                    leg,
-                    places,
-                    sheets,
-                    k,
-                )
+                rim = rim or _meets_others(scene, points, p, leg, places, sheets, count, k)
             if rim:
                 tried = True
                 touching[p] = neighbour_has(
