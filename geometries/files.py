@@ -52,6 +52,10 @@ def whole_file(path: Path) -> Iterator[Path]:
         yield part
         part.chmod(0o666 & ~_umask())
         part.replace(path)
+    except OSError as exc:
+        if exc.filename is None:  # as where the disk is full: name the file
+            exc.filename = str(path)
+        raise
     finally:
         part.unlink(missing_ok=True)
 

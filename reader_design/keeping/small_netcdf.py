@@ -6,9 +6,7 @@ takes 20 ms to write and 8 ms to read, against 130 ms and 60 ms with h5netcdf an
 """
 
 import io
-import tempfile
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -79,6 +77,24 @@ def read_netcdf(content: bytes) -> tuple[dict[str, npt.NDArray[Any]], dict[str, 
         return arrays, dict(file.attrs)
 
 
+def dataset_bytes(data: "xr.Dataset") -> bytes:
+    """Return the content of a dataset's netCDF4 file.
+
+    Made in memory, since HDF5 does not survive a disk that is full.
+
+    Parameters
+    ----------
+    data : Any.
+    """
+    import h5netcdf
+    from xarray.backends import H5NetCDFStore
+
+    content = io.BytesIO()
+    with h5netcdf.File(content, "w") as file:
+        data.dump_to_store(H5NetCDFStore(file))
+    return content.getvalue()
+
+
 class DatasetCodec:
     """Keeps an xarray dataset as netCDF4, with the keeper."""
 
@@ -87,10 +103,7 @@ class DatasetCodec:
     def encode(self, record: "xr.Dataset", case: object) -> bytes:
         """Return the content of the file of a dataset."""
         del case
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder) / "data.nc"
-            record.to_netcdf(path, engine="h5netcdf")
-            return path.read_bytes()
+        return dataset_bytes(record)
 
     def decode(self, content: bytes, case: object) -> "xr.Dataset":
         """Return the dataset of a file, loaded into memory."""

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from octant.geometries.errors import ConfigError, ResultError
 from octant.geometries.files import refuse_overwrite, whole_file
+from octant.reader_design.keeping.small_netcdf import dataset_bytes
 from octant.reader_design.keeping.versions import versions
 
 if TYPE_CHECKING:
@@ -100,7 +101,7 @@ def write_dataset(data: "xr.Dataset", path: Path, *, force: bool) -> None:
             raise ValueError(msg)
         _refuse_unsound(str(name), item)
     with whole_file(path) as part:
-        data.to_netcdf(part, engine="h5netcdf")
+        part.write_bytes(dataset_bytes(data))
 
 
 def _refuse_unsound(name: str, item: "xr.Variable") -> None:

@@ -1,5 +1,7 @@
 """Bad input of every kind: one sentence, exit code 2, no traceback."""
 
+import resource
+
 import pytest
 
 ROOM = '[room]\nbox_m = [7.0, 7.0, 3.0]\norigin_m = [-1, -1, 0]\nmaterial = "concrete"\n'
@@ -138,6 +140,19 @@ def test_driving_needs_a_mission_and_maps_need_a_tag(refusal):
 
 def test_maps_that_would_not_fit_into_memory_are_refused(refusal):
     assert "map.spacing_m" in refusal(ROOM + TAG + "[map]\nspacing_m = 1e-6\n")
+
+
+def test_a_disk_that_is_full_is_one_sentence(octant, study_file, tmp_path):
+    """A limit on the size of files stands for the disk's end; HDF5 took the process with it."""
+    study, out = study_file(ROOM + TAG + MISSION), tmp_path / "map.nc"
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (4096, limits[1]))
+    try:
+        call = octant("map", study, "--out", out, "--isotropic", "--quiet")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert str(out) in call.refused()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["study.toml"]
 
 
 def test_output_that_exists_is_kept(octant, study_file, tmp_path):

@@ -5,6 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from boundaries import (
+    SENDER,
+    TAKERS,
     WAVELENGTH,
     F,
     find_boundaries,
@@ -25,6 +27,7 @@ from octant.em.medium.materials import material
 from octant.em.medium.radio_scene import radio_scene
 from octant.em.paths.tracing import trace_paths
 from octant.em.power.received_power import antenna_power
+from octant.em.records import DIFFRACTION
 from octant.em.search.candidates import SolverSettings, search_candidates
 from octant.geometries.bodies import Body
 from octant.geometries.furniture import box
@@ -103,6 +106,24 @@ def test_nothing_jumps_about_the_twelve_edges_of_a_cabinet(label):
         assert len(sides[0]) == 2  # the shadow's, the reflection's
         assert optical_jumps(found, curve, *sides).min() > 0.05
         assert jumps(found, curve, *sides).max() < 1e-3
+
+
+@pytest.mark.parametrize("label", ["pec", "concrete", GLASS])
+def test_along_the_line_of_an_edge_no_ray_over_edges_is_stronger_than_free_space_allows(label):
+    """Both ends near the line of a cabinet's upright edge, above and below it: kL goes to 0."""
+    body = box((1.5, 0.5, 1.0), material=label, position_m=(0.5, 0.5, 1.0))
+    scene = build_scene((), objects=(body,))
+    away = np.geomspace(1e-1, 1e-6, 6)[:, None]
+    sources = (0.5, 1.0, 2.5) + away * (-0.57, 0.67, 0.0)
+    places = (0.5, 1.0, 0.5) + away * (-0.87, 0.27, 0.0)
+    for source, place in zip(sources, places, strict=True):
+        found = link(scene, source, 0, diffractions=2, materials=MATERIALS, region=SPACE)
+        paths = trace(found, [place])
+        over = (paths.kind == DIFFRACTION).any(axis=1)
+        assert over.sum() > 1
+        for taker in TAKERS:
+            gain = path_gains(found.radio, paths, transmitter=SENDER, receiver=taker).gain
+            assert np.abs(gain[over]).max() < incident(found, [place])[0]
 
 
 @pytest.mark.parametrize("share", [0.17, 0.71])

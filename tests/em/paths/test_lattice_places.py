@@ -15,6 +15,7 @@ from octant.geometries.furniture import cabinet
 from octant.geometries.rooms import box_room
 
 SCENES = int(os.environ.get("OCTANT_LATTICE_SCENES", "12"))
+ONCE_WRONG = (171, 294, 391, 431, 515, 559, 560, 3727, 3790, 4588, 6287, 7134, 7995, 8494)
 F = 2.4e9
 
 
@@ -106,7 +107,7 @@ def test_budgets_add_up_to_the_gain_where_legs_have_no_length():
         assert budget.gain == pytest.approx(gains[k], rel=1e-9)
 
 
-@pytest.mark.parametrize("seed", range(SCENES))
+@pytest.mark.parametrize("seed", [*range(SCENES), *ONCE_WRONG])
 def test_scenes_on_a_lattice_have_what_their_neighbours_have(seed):
     """Finite, reciprocal, passive, the paths of places 1e-6 m away, the same when all is turned."""
     assert faults_of_case(lattice_scene(seed)) == []
