@@ -53,7 +53,7 @@ def whole_file(path: Path) -> Iterator[Path]:
         part.chmod(0o666 & ~_umask())
         part.replace(path)
     except OSError as exc:
-        if exc.filename is None:  # as where the disk is full: name the file
+        if exc.errno and exc.filename is None:  # as where the disk is full: name the file
             exc.filename = str(path)
         raise
     finally:

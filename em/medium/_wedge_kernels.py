@@ -18,6 +18,8 @@ _TWO_PI = 2.0 * np.pi
 _RIM = 0.1
 # Half-angle below which the second-order part of a term is rounding.
 _NEGLIGIBLE = 1e-7
+# How fast the second order comes in over kL.
+_SECOND_ORDER = 1.8
 
 
 @njit(cache=True, error_model="numpy", inline="always")
@@ -43,12 +45,13 @@ def azimuth(along, above, n):
 
 @njit(cache=True, error_model="numpy")
 def second_order_share(kl):
-    """Return how much counts of what is next in 1 / kL: nothing as kL goes to 0, all from 6 on.
+    """Return how much counts of what is next in 1 / kL: nothing as kL goes to 0, all from 20 on.
 
-    There both ends stand near the line of the edge, where that series has no meaning and would
-    grow without bound; the first order stays below the field without the edge.
+    Where an end stands near the edge's line, that series has no meaning and would grow without
+    bound. The share is the one that lies nearest to the exact field of a point source by conducting
+    wedges of 270 to 360 degrees, which asks for 0.1 to 0.4 at kL = 0.1, 0.8 at 1 and 0.93 at 2.
     """
-    return -np.expm1(-kl * kl)
+    return -np.expm1(-_SECOND_ORDER * kl)
 
 
 @njit(cache=True, error_model="numpy")
