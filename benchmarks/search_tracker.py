@@ -39,8 +39,10 @@ BEFORE: Candidate = {
     "trust": 0.5,
     "fading_db": 4.0,
     "level_db": 1e-3,
-    "shared_db": 3.0,
-    "drift_db": 0.0,
+    "shared_db": 4.2,  # 3 dB of each reading, weighed by trust
+    "shared_m": 1e-3,
+    "most": 2000,
+    "loyalty": 1.0,
     "independent": 1e9,
     "contact_weight": 0.0,
 }
@@ -50,8 +52,8 @@ SPACE: dict[str, tuple[float, ...]] = {
     "trust": (0.25, 0.35, 0.5),
     "fading_db": (4.0, 6.0, 8.0),
     "level_db": (6.0, 10.0, 20.0),
-    "shared_db": (3.0, 5.0, 7.0),
-    "drift_db": (0.3, 1.0, 2.0),
+    "shared_db": (2.5, 3.5, 5.0),
+    "shared_m": (0.25, 0.7, 1.5),
     "independent": (4.0, 8.0),
     "contact_weight": (0.0, 0.9),
 }

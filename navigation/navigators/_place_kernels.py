@@ -19,20 +19,21 @@ def place_log_likelihood(
     rss_db: _Floats,
     noise_db: float,
     fading_db: float,
-    shared_db: float,
+    trust: float,
     null_share: float,
     independent: float,
     result: _Floats,
 ) -> None:
     """Write how each supposed place explains a reading into result (3, m).
 
-    places (6, m): ahead and to the left of the robot [m], diffuse power over the reference [dB],
-    heading of the robot [rad], the tag's level over the table's [dB] and its variance [dB²]; power
-    (r, b, s, n): the table, reference_db in the unit of rss_db (n,): the reading, -inf where
-    nothing was received, which tells nothing here. null_share of the mean direct power is added to
-    each antenna: deeper nulls are not known. More antennas than independent
-    ones count as those. Rows of result: log-likelihood; by how much the
-    reading is above the supposed level [dB], and the variance of that from the antennas [dB²].
+    places (9, m): ahead and to the left of the robot [m], diffuse power over the reference [dB],
+    heading of the robot [rad], the level over the table's of the tag and of the way [dB], variance
+    of the first, covariance, variance of the second [dB²]; power (r, b, s, n): the table,
+    reference_db in the unit of rss_db (n,): the reading, -inf where nothing was received, which
+    tells nothing here. null_share of the mean direct power is added to each antenna: deeper nulls
+    are not known. The reading counts as trust of one, and more antennas than independent ones count
+    as those. Rows of result: log-likelihood; by how much the reading is above the supposed level
+    [dB], and the variance of that from the antennas [dB²].
     """
     rows, bearings, sides, antennas = power.shape
     turn = 2.0 * math.pi
@@ -67,7 +68,8 @@ def place_log_likelihood(
         mean /= heard
         diffuse = 10.0 ** (0.1 * (places[2, p] + reference_db)) + null_share * mean
         share = diffuse / (mean + diffuse)
-        shared = shared_db**2 + fading_db**2 * share * (2.0 - share)
+        shared = fading_db**2 * share * (2.0 - share) / trust
+        supposed = places[4, p] + places[5, p]
         weight, first, second, spread = 0.0, 0.0, 0.0, 0.0
         for a in range(antennas):
             if rss_db[a] == -np.inf:
@@ -75,17 +77,17 @@ def place_log_likelihood(
             total = direct[a] + diffuse
             share = diffuse / total
             variance = noise_db**2 + fading_db**2 * share * (2.0 - share)
-            error = rss_db[a] - 10.0 * math.log10(total) - places[4, p]
+            error = rss_db[a] - 10.0 * math.log10(total) - supposed
             weight += 1.0 / variance
             first += error / variance
             second += error * error / variance
             spread += math.log(variance)
-        counted = min(1.0, independent / heard)
+        counted = trust * min(1.0, independent / heard)
         weight *= counted
         first *= counted
         second *= counted
         spread *= counted
-        level = places[5, p] + shared
+        level = places[6, p] + 2.0 * places[7, p] + places[8, p] + shared
         common = weight + 1.0 / level
         result[0, p] = -0.5 * (second - first * first / common + spread + math.log(common * level))
         result[1, p] = first / weight

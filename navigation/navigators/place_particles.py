@@ -18,6 +18,7 @@ from octant.navigation.navigators.interface import Odometry
 from octant.navigation.sensing.pattern_match import NULL_SHARE, PowerTable
 
 FloatArray = npt.NDArray[np.float64]
+_Reals = float | FloatArray
 
 TRUST = 0.3
 """Power of the likelihood of a reading [-]."""
@@ -45,10 +46,11 @@ class PlaceBelief:
 
     Parameters
     ----------
-    places : (6, m) float64 — Of each particle: the tag ahead and to the left of the robot [m], the
+    places : (9, m) float64 — Of each particle: the tag ahead and to the left of the robot [m], the
         diffuse field's level over the table's reference [dB], the robot's heading in the frame of
-        the tags' orientation [rad], mean [dB] and variance [dB²] of the tag's level over the
-        table's.
+        the tags' orientation [rad]; by how much all antennas read more than the table says, because
+        of the tag and because of where the robot stands: means [dB], then the first's variance,
+        their covariance and the second's variance [dB²].
     weights : (m,) float64 — Their probabilities, adding up to one [-].
     """
 
@@ -56,7 +58,7 @@ class PlaceBelief:
     weights: FloatArray
 
     def __post_init__(self) -> None:
-        places = frozen_array(self.places, name="places", shape=(6, None), error=NavigationError)
+        places = frozen_array(self.places, name="places", shape=(9, None), error=NavigationError)
         weights = frozen_array(
             self.weights, name="weights", shape=(places.shape[1],), error=NavigationError
         )
@@ -115,53 +117,63 @@ class PlaceFilter:
     null, a reading says little about bearings and the filter knows it. Nulls below `NULL_SHARE` of
     the mean count as that deep. A reading may be an outlier and change nothing.
 
-    All antennas share an error too: the tag's level, which each particle estimates (a Kalman filter
-    of one state), and a part of each reading's own, larger where the diffuse wave dominates. The
+    All antennas share an error too, in two parts that each particle estimates (a Kalman filter of
+    two states): the tag's level, which stays, and a part that belongs to where the robot stands and
+    fades along the way. Where the diffuse wave dominates, each reading adds one of its own. The
     antennas sample one field: more than `independent` say no more than so many. The defaults were
     found in rooms drawn at random, see `benchmarks/search_tracker.py`.
 
     Parameters
     ----------
     table : RSS of the reader for relative places of a tag, free of reflections.
-    particles : Number of particles.
+    particles, most : Number of particles, at least and at most.
+    per_cell : In between, particles for each cell of 0.5 m among which the belief is divided [-].
     noise_db, fading_db : Standard deviations where the direct, the diffuse wave dominates [dB].
     level_db : Standard deviation of the tag's level over the table's before the first reading [dB].
-    shared_db, drift_db : The same of the error that all antennas of a reading share, and of the
-        level's change from one reading to the next [dB].
+    shared_db, shared_m : The same of the error that all antennas share where the robot stands [dB],
+        and the way along which its correlation falls to 1/e [m].
     outlier_share : Probability of a reading apart from the tag's place, in (0, 1) [-].
     trust : Power of the likelihood of a reading, in (0, 1] [-]: nearby readings share their fading.
     independent : Number of antennas whose errors are independent, at most [-].
     contact_m, contact_weight : A contact counts against places ahead, by this share at the robot
         and e times less for each such distance [m], [-].
     fresh_share : Share of new particles, anywhere, at each drawing [-]; they find lost tags.
+    loyalty : Cells within 1 m of the place to which the robot was driving count so many times [-].
     travel_sd : Standard deviation of odometry's error as a share of way and turn [-].
     heading_sd_rad : The same for the turn of a period, added [rad].
     """
 
     table: PowerTable
     particles: int = 2000
+    most: int = 10000
+    per_cell: float = 500.0
     noise_db: float = 2.0
     fading_db: float = FADING_DB
     level_db: float = LEVEL_DB
     outlier_share: float = 0.05
-    shared_db: float = 4.0
-    drift_db: float = 1.0
+    shared_db: float = 3.5
+    shared_m: float = 0.7
     trust: float = TRUST
     independent: float = 8.0
     contact_m: float = 0.5
     contact_weight: float = 0.9
     fresh_share: float = 0.01
+    loyalty: float = 3.0
     travel_sd: float = 0.05
     heading_sd_rad: float = 0.01
 
     def __post_init__(self) -> None:
         for name, unit in (
             ("particles", "particles"),
+            ("most", "particles"),
+            ("per_cell", "particles"),
             ("noise_db", "dB"),
             ("fading_db", "dB"),
             ("level_db", "dB"),
             ("shared_db", "dB"),
+            ("shared_m", "m"),
             ("independent", "antennas"),
+            ("loyalty", "1"),
             ("contact_m", "m"),
             ("travel_sd", "1"),
             ("heading_sd_rad", "rad"),
@@ -205,17 +217,17 @@ class PlaceFilter:
         way = odometry.distance_m * part
         turn = odometry.turn_rad * (1.0 + self.travel_sd * rng.standard_normal(count))
         turn += self.heading_sd_rad * rng.standard_normal(count)
-        ahead = belief.places[0] - way * np.cos(0.5 * turn)
-        left = belief.places[1] - way * np.sin(0.5 * turn)
-        cosine, sine = np.cos(turn), np.sin(turn)
+        alike = np.exp(-np.abs(way) / self.shared_m)
         places = np.array(
             [
-                cosine * ahead + sine * left,
-                cosine * left - sine * ahead,
+                *seen_after(belief.places[:2], way_m=way, turn_rad=turn),
                 belief.places[2],
                 belief.places[3] + turn,
                 belief.places[4],
-                belief.places[5] + self.drift_db**2,
+                alike * belief.places[5],
+                belief.places[6],
+                alike * belief.places[7],
+                alike**2 * belief.places[8] + (1.0 - alike**2) * self.shared_db**2,
             ]
         )
         weights = belief.weights
@@ -263,41 +275,42 @@ class PlaceFilter:
             rss_db,
             self.noise_db,
             self.fading_db,
-            self.shared_db,
+            self.trust,
             NULL_SHARE,
             self.independent,
             found,
         )
         logs, above_db, variance = found
-        likelihood = (1.0 - self.outlier_share) * np.exp(logs - logs.max())
+        likelihood = (1.0 - self.outlier_share) * np.exp((logs - logs.max()) / self.trust)
         outlier = (
             self.outlier_share / (1.0 - self.outlier_share) * float(belief.weights @ likelihood)
         )
         weights = belief.weights * (likelihood + outlier) ** self.trust
-        places = belief.places.copy()
-        gain = likelihood / (likelihood + outlier)  # an outlier says nothing of the level
-        gain *= places[5] / (places[5] + variance / self.trust)
-        places[4] += gain * above_db
-        places[5] *= 1.0 - gain
-        weighed = PlaceBelief(places=places, weights=weights / weights.sum())
-        crowded = len(weights) > self.particles
-        if crowded or weighed.effective_size < 0.5 * len(weights):
-            return self._drawn_anew(weighed, rng)
+        weighed = PlaceBelief(
+            places=levels_learned(
+                belief.places, above_db, variance, likelihood / (likelihood + outlier)
+            ),
+            weights=weights / weights.sum(),
+        )
+        count = self._wanted(weighed)
+        if len(weights) > 2 * count or weighed.effective_size < 0.5 * len(weights):
+            return self._drawn_anew(weighed, count, rng)
         return weighed
 
-    def estimate(self, belief: PlaceBelief) -> PlaceEstimate:
+    def estimate(self, belief: PlaceBelief, *, held_m: FloatArray | None = None) -> PlaceEstimate:
         """Return mean and covariance of the particles within 1 m of the heaviest cell of 0.5 m.
 
         Parameters
         ----------
         belief : The particles.
+        held_m : (2,) float64 — The place to which the robot was driving, ahead and to the left [m].
         """
-        ahead, left, _, heading, level_db, _ = belief.places
-        cells = np.floor(belief.places[:2] / _CELL_M).astype(np.int64)
-        side = int(np.abs(cells).max()) + 1
-        index = (cells[0] + side) * (2 * side + 1) + cells[1] + side
-        best = int(np.argmax(np.bincount(index, weights=belief.weights)))
-        place = _CELL_M * (np.array(divmod(best, 2 * side + 1)) - side + 0.5)
+        ahead, left, _, heading, level_db = belief.places[:5]
+        centres, shares = _cells(belief)
+        if held_m is not None:
+            held = np.linalg.norm(centres - held_m, axis=1) < _NEAR_M
+            shares = np.where(held, self.loyalty * shares, shares)
+        place = centres[int(np.argmax(shares))]
         for _ in range(2):
             near = (ahead - place[0]) ** 2 + (left - place[1]) ** 2 < _NEAR_M**2
             weight = belief.weights * near
@@ -326,14 +339,22 @@ class PlaceFilter:
                 diffuse,
                 headings,
                 np.zeros(count),
+                np.zeros(count),
                 np.full(count, self.level_db**2),
+                np.zeros(count),
+                np.full(count, self.shared_db**2),
             ]
         )
 
-    def _drawn_anew(self, belief: PlaceBelief, rng: np.random.Generator) -> PlaceBelief:
+    def _wanted(self, belief: PlaceBelief) -> int:
+        """Return how many particles the belief needs: the more cells share it, the more."""
+        _, shares = _cells(belief)
+        return round(max(self.particles, min(self.most, self.per_cell / np.sum(shares**2))))
+
+    def _drawn_anew(self, belief: PlaceBelief, count: int, rng: np.random.Generator) -> PlaceBelief:
         """Return equally heavy particles: systematic resampling, blurred, with some fresh ones."""
-        fresh = round(self.fresh_share * self.particles)
-        kept = self.particles - fresh
+        fresh = round(self.fresh_share * count)
+        kept = count - fresh
         steps = (rng.random() + np.arange(kept)) / kept
         edges = np.cumsum(belief.weights)
         chosen = np.minimum(np.searchsorted(edges, steps * edges[-1]), len(edges) - 1)
@@ -342,5 +363,53 @@ class PlaceFilter:
         places[2] += _BLUR_DB * rng.standard_normal(kept)
         return PlaceBelief(
             places=np.hstack([places, self._anywhere(places[3, :fresh], rng)]),
-            weights=np.full(self.particles, 1.0 / self.particles),
+            weights=np.full(count, 1.0 / count),
         )
+
+
+def seen_after(place_m: FloatArray, *, way_m: _Reals, turn_rad: _Reals) -> FloatArray:
+    """Return places as seen by the robot after a motion along the chord of an arc, (2, ...) [m].
+
+    Parameters
+    ----------
+    place_m : (2, ...) float64 — Ahead of the robot and to its left before [m].
+    way_m, turn_rad : (...) float64 — The motion [m], [rad].
+    """
+    ahead = place_m[0] - way_m * np.cos(0.5 * turn_rad)
+    left = place_m[1] - way_m * np.sin(0.5 * turn_rad)
+    cosine, sine = np.cos(turn_rad), np.sin(turn_rad)
+    return np.array([cosine * ahead + sine * left, cosine * left - sine * ahead])
+
+
+def _cells(belief: PlaceBelief) -> tuple[FloatArray, FloatArray]:
+    """Return centres (k, 2) [m] and probabilities (k,) [-] of the cells of 0.5 m."""
+    cells = np.floor(belief.places[:2] / _CELL_M).astype(np.int64)
+    side = int(np.abs(cells).max()) + 1
+    index = (cells[0] + side) * (2 * side + 1) + cells[1] + side
+    shares = np.asarray(np.bincount(index, weights=belief.weights), dtype=np.float64)
+    held = np.flatnonzero(shares)
+    centres = _CELL_M * (np.column_stack(np.divmod(held, 2 * side + 1)) - side + 0.5)
+    return centres, shares[held]
+
+
+def levels_learned(
+    places: FloatArray, above_db: FloatArray, variance: FloatArray, believed: FloatArray
+) -> FloatArray:
+    """Return particles after a Kalman filter's step of the two errors that all antennas share.
+
+    Parameters
+    ----------
+    places : (9, m) float64 — The particles, see `PlaceBelief`.
+    above_db, variance : (m,) float64 — By how much the reading is above what each expects [dB], and
+        the variance of that [dB²].
+    believed : (m,) float64 — Probability that it is no outlier, which would teach nothing [-].
+    """
+    learned = places.copy()
+    tag, way = places[6] + places[7], places[7] + places[8]
+    gain = believed / (tag + way + variance)
+    learned[4] += gain * tag * above_db
+    learned[5] += gain * way * above_db
+    learned[6] -= gain * tag * tag
+    learned[7] -= gain * tag * way
+    learned[8] -= gain * way * way
+    return learned

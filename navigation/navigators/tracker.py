@@ -9,7 +9,12 @@ import numpy.typing as npt
 from octant.geometries.errors import NavigationError
 from octant.navigation.checks import check_positive
 from octant.navigation.navigators.interface import Decision, Mode, Odometry
-from octant.navigation.navigators.place_particles import PlaceBelief, PlaceEstimate, PlaceFilter
+from octant.navigation.navigators.place_particles import (
+    PlaceBelief,
+    PlaceEstimate,
+    PlaceFilter,
+    seen_after,
+)
 from octant.navigation.robot.drive import DifferentialDrive
 
 FloatArray = npt.NDArray[np.float64]
@@ -31,6 +36,7 @@ class TrackerMemory:
     ----------
     target : Index of the current tag in the mission's list.
     belief : The tag's place; None before the first reading of a leg, or to begin anew.
+    goal_m : (2,) float64 — The place to which the robot drives, ahead and to its left [m].
     heading_rad, heading_sd_rad : Heading that the robot supposes and its standard deviation [rad].
     readings : Readings since the belief began.
     plan : Ways [m] and turns [rad] of the next periods, when it is backing off.
@@ -40,6 +46,7 @@ class TrackerMemory:
     belief: PlaceBelief | None
     heading_rad: float
     heading_sd_rad: float
+    goal_m: FloatArray | None = None
     readings: int = 0
     plan: tuple[tuple[float, float], ...] = ()
 
@@ -49,8 +56,10 @@ class TrackerNavigator:
     """A navigator that drives to where a particle filter believes the tag.
 
     It turns on the spot when the believed place is more than 0.6 rad off its front, else it drives
-    there, a step at a time. There but not sure, it drives on in an arc: readings from new places
-    decide. After a contact it backs off, turns to one side and drives a little first.
+    there, a step at a time. It keeps to a place until another is clearly more probable: it would
+    turn round for ever between two that each look better from afar. There but not sure, it drives
+    on in an arc: readings from new places decide. After a contact it backs off, turns to one side
+    and drives a little first.
 
     Parameters
     ----------
@@ -102,7 +111,7 @@ class TrackerNavigator:
             return TrackerMemory(
                 target=target, belief=None, heading_rad=heading_rad, heading_sd_rad=_HEADING_SD_RAD
             )
-        return replace(before, target=target, belief=None, readings=0, plan=())
+        return replace(before, target=target, belief=None, goal_m=None, readings=0, plan=())
 
     def decide(
         self,
@@ -122,10 +131,14 @@ class TrackerNavigator:
         else:
             belief = place_filter.moved(belief, odometry, rng)
         belief = place_filter.observed(belief, rss_w, rng)
-        estimate = place_filter.estimate(belief)
+        held_m = memory.goal_m
+        if held_m is not None:
+            held_m = seen_after(held_m, way_m=odometry.distance_m, turn_rad=odometry.turn_rad)
+        estimate = place_filter.estimate(belief, held_m=held_m)
         memory = replace(
             memory,
             belief=belief,
+            goal_m=estimate.place_m,
             heading_rad=estimate.heading_rad,
             heading_sd_rad=estimate.heading_sd_rad,
             readings=memory.readings + 1,
@@ -139,7 +152,7 @@ class TrackerNavigator:
                 place_m=estimate.place_m,
             )
         if memory.readings >= self.patience:
-            memory = replace(memory, belief=None, readings=0)
+            memory = replace(memory, belief=None, goal_m=None, readings=0)
         if odometry.contact and not memory.plan:
             memory = replace(memory, plan=self._back_off(rng))
         if memory.plan:

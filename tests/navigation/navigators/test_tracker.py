@@ -11,7 +11,11 @@ from octant.navigation.missions.navigators import tracker_navigator
 from octant.navigation.missions.run import run_mission, run_missions
 from octant.navigation.navigators._place_kernels import place_log_likelihood
 from octant.navigation.navigators.interface import STILL, Odometry
-from octant.navigation.navigators.place_particles import PlaceBelief, PlaceFilter
+from octant.navigation.navigators.place_particles import (
+    PlaceBelief,
+    PlaceFilter,
+    levels_learned,
+)
 from octant.navigation.robot.drive import DifferentialDrive
 from octant.navigation.robot.odometry import Rolling
 from octant.navigation.sensing.pattern_match import power_table
@@ -54,9 +58,11 @@ class Silent:
 
 
 def particles_of(rng, count):
-    """Particles (6, count) within 4 m, their level known to 1 to 9 dB."""
-    low, high = [-4, -4, -30, -9, -9, 1], [4, 4, 0, 9, 9, 80]
-    return rng.uniform(low, high, (count, 6)).T.copy()
+    """Particles (9, count) within 4 m, their errors known to 1 to 9 dB each, somehow correlated."""
+    low, high = [-4, -4, -30, -9, -9, -9, 1, -1, 1], [4, 4, 0, 9, 9, 9, 80, 1, 80]
+    particles = rng.uniform(low, high, (count, 9)).T.copy()
+    particles[7] *= np.sqrt(particles[6] * particles[8])
+    return particles
 
 
 def explained(
@@ -66,7 +72,7 @@ def explained(
     *,
     noise_db=2.0,
     fading_db=4.0,
-    shared_db=3.0,
+    trust=1.0,
     reference_db=None,
     independent=8.0,
 ):
@@ -76,54 +82,58 @@ def explained(
     power, reach = table.power_w, table.reach_m
     place_log_likelihood(
         *(particles, reach, power, reference_db, rss_db),
-        *(noise_db, fading_db, shared_db, 0.02, independent, result),
+        *(noise_db, fading_db, trust, 0.02, independent, result),
     )
     return result
 
 
-def by_numpy(table, particle, rss_db, sds):
+def by_numpy(table, particle, rss_db, noise, fading, trust):
     """The log-likelihood of one particle by array operations, for a table of any sides.
 
-    Also the mean and the variance that the tag's level has after the reading.
+    Also mean and covariance of the two errors that all antennas share, after the reading.
     """
-    ahead, left, diffuse_db, heading, level_db, level_db2 = particle
+    ahead, left, diffuse_db, heading, *mean, first, both, second = particle
+    mean, covariance = np.array(mean), np.array([[first, both], [both, second]])
     place = ahead, left
-    power, noise, fading, shared = table.power_w, *sds
-    rows, bearings, sides, _ = power.shape
+    rows, bearings, sides, antennas = table.power_w.shape
     rho, phi = np.hypot(*place), np.arctan2(place[1], place[0])
     u = np.sqrt(rho / table.reach_m) * (rows - 1)
-    v = np.mod(phi / (2 * np.pi), 1.0) * bearings
-    w = np.mod((heading + phi + np.pi) / (2 * np.pi), 1.0) * sides
+    v = phi / (2 * np.pi) % 1.0 * bearings
+    w = (heading + phi + np.pi) / (2 * np.pi) % 1.0 * sides
     expected = 0.0
     for i, a in ((int(u), 1 - u % 1), (int(u) + 1, u % 1)):
         for j, b in ((int(v) % bearings, 1 - v % 1), ((int(v) + 1) % bearings, v % 1)):
             for k, c in ((int(w) % sides, 1 - w % 1), ((int(w) + 1) % sides, w % 1)):
-                expected = expected + a * b * c * power[i, j, k]
+                expected = expected + a * b * c * table.power_w[i, j, k]
     diffuse = 10.0 ** (diffuse_db / 10.0) * table.reference_w + 0.02 * expected.mean()
     share = diffuse / (expected + diffuse)
     common = diffuse / (expected.mean() + diffuse)
-    common = shared**2 + fading**2 * common * (2 - common)
-    covariance = np.diag(noise**2 + fading**2 * share * (2 - share)) + common + level_db2
-    error = rss_db - 10.0 * np.log10(expected + diffuse) - level_db
-    gain = level_db2 * np.linalg.solve(covariance, np.ones(len(error)))
-    log_likelihood = -0.5 * (
-        error @ np.linalg.solve(covariance, error) + np.linalg.slogdet(covariance).logabsdet
-    )
-    return log_likelihood, level_db + gain @ error, level_db2 * (1.0 - gain.sum())
+    own = np.diag(noise**2 + fading**2 * share * (2 - share))
+    errors = (own + fading**2 * common * (2 - common)) / trust
+    of_both = np.ones((antennas, 2))
+    total = of_both @ covariance @ of_both.T + errors
+    error = rss_db - 10.0 * np.log10(expected + diffuse) - of_both @ mean
+    gain = covariance @ of_both.T @ np.linalg.inv(total)
+    determinants = np.linalg.slogdet(total)[1] - np.linalg.slogdet(own / trust)[1]
+    determinants += trust * np.linalg.slogdet(own)[1]
+    log_likelihood = -0.5 * (error @ np.linalg.solve(total, error) + determinants)
+    return log_likelihood, mean + gain @ error, covariance - gain @ of_both @ covariance
 
 
-def test_the_likelihood_is_the_gaussian_of_correlated_decibels(free_space_link):
+@pytest.mark.parametrize("trust", [1.0, 0.3])
+def test_the_likelihood_is_the_gaussian_of_correlated_decibels(free_space_link, trust):
     table = power_table(free_space_link(), (0.0, 0.0), sides=3, bearings=12, distances=9)
     rng = np.random.default_rng(0)
     particles = particles_of(rng, 40)
     rss_db = rng.uniform(-80, -50, 8)
-    result = explained(table, particles, rss_db, noise_db=2.0, fading_db=4.0, shared_db=3.0)
-    gain = particles[5] / (particles[5] + result[2])
+    result = explained(table, particles, rss_db, noise_db=2.0, fading_db=4.0, trust=trust)
+    learned = levels_learned(particles, *result[1:], np.ones(40))
+    assert np.array_equal(levels_learned(particles, *result[1:], np.zeros(40)), particles)
     for p in range(40):
-        log, mean, variance = by_numpy(table, particles[:, p], rss_db, (2.0, 4.0, 3.0))
+        log, mean, covariance = by_numpy(table, particles[:, p], rss_db, 2.0, 4.0, trust)
         assert result[0, p] == pytest.approx(log, abs=1e-8)
-        assert particles[4, p] + gain[p] * result[1, p] == pytest.approx(mean, abs=1e-8)
-        assert (1.0 - gain[p]) * particles[5, p] == pytest.approx(variance, abs=1e-8)
+        assert learned[4:6, p] == pytest.approx(mean, abs=1e-8)
+        assert learned[6:, p] == pytest.approx(covariance[[0, 0, 1], [0, 1, 1]], abs=1e-8)
 
 
 def test_antennas_that_hear_nothing_say_nothing(table):
@@ -143,7 +153,7 @@ def test_copies_of_the_same_antennas_make_it_no_surer(free_space_link, copies):
     reading = table.power_w[20, 3, 0] * 10.0 ** (0.1 * rng.normal(0.0, 2.0, 8))
 
     def surprise(table, rss_w):
-        place_filter, own = PlaceFilter(table=table, trust=0.1), np.random.default_rng(1)
+        place_filter, own = PlaceFilter(table=table, trust=0.2), np.random.default_rng(1)
         some = PlaceBelief(places=particles_of(own, 2000), weights=np.full(2000, 1 / 2000))
         weights = place_filter.observed(some, rss_w, own).weights
         return np.std(np.log(weights))
@@ -169,7 +179,7 @@ def test_a_level_that_is_off_is_found_out(table, free_space_link, off_db):
 
 def test_a_contact_counts_against_the_places_it_was_on_the_way_to(table):
     place_filter, rng = PlaceFilter(table=table), np.random.default_rng(0)
-    places = np.zeros((6, 4))
+    places = np.zeros((9, 4))
     places[:2] = [[0.3, 1.5, -0.3, 0.0], [0.0, 0.0, 0.0, 0.3]]
     belief = PlaceBelief(places=places, weights=np.full(4, 0.25))
     ahead, far, behind, beside = place_filter.moved(belief, Odometry(contact=True), rng).weights
@@ -179,22 +189,28 @@ def test_a_contact_counts_against_the_places_it_was_on_the_way_to(table):
 
 def test_motion_moves_the_place_in_the_robots_frame_and_turns_the_heading(table):
     exact = PlaceFilter(table=table, travel_sd=1e-12, heading_sd_rad=1e-12)
-    belief = PlaceBelief(places=[[1.0], [0.0], [-20.0], [0.3], [2.0], [9.0]], weights=[1.0])
+    belief = PlaceBelief(
+        places=np.array([[1.0, 0.0, -20.0, 0.3, 2.0, -3.0, 9.0, 1.0, 4.0]]).T, weights=[1.0]
+    )
     # A quarter circle of radius 1 to the left ends at (1, 1), facing +y of the old frame.
     quarter = Odometry(distance_m=np.pi / 2, turn_rad=np.pi / 2)
     chord = Odometry(distance_m=np.sqrt(2.0), turn_rad=np.pi / 2)
     rng = np.random.default_rng(0)
     moved = exact.moved(belief, chord, rng)
-    assert moved.places[:, 0] == pytest.approx(
-        [-1.0, 0.0, -20.0, 0.3 + np.pi / 2, 2.0, 9.0 + exact.drift_db**2], abs=1e-9
-    )
+    assert moved.places[:4, 0] == pytest.approx([-1.0, 0.0, -20.0, 0.3 + np.pi / 2], abs=1e-9)
     assert exact.moved(belief, quarter, rng).places[3, 0] == pytest.approx(0.3 + np.pi / 2)
+    # Ornstein-Uhlenbeck: the part of the place fades, the tag's stays.
+    alike = np.exp(-np.sqrt(2.0) / exact.shared_m)
+    variance = exact.shared_db**2 + alike**2 * (4.0 - exact.shared_db**2)
+    assert moved.places[4:, 0] == pytest.approx([2.0, -3.0 * alike, 9.0, alike, variance])
+    turned = exact.moved(belief, Odometry(turn_rad=1.0), rng)
+    assert turned.places[4:, 0] == pytest.approx(belief.places[4:, 0])
 
 
 def test_after_a_contact_the_way_is_any_part_of_what_the_wheels_turned(table):
     rng, count = np.random.default_rng(0), 4000
     exact = PlaceFilter(table=table, travel_sd=1e-12, heading_sd_rad=1e-12)
-    places = np.zeros((6, count))
+    places = np.zeros((9, count))
     places[0] = 1.0
     belief = PlaceBelief(places=places, weights=np.full(count, 1.0 / count))
     moved = exact.moved(belief, Odometry(distance_m=0.1, contact=True), rng).places[0]
@@ -203,13 +219,12 @@ def test_after_a_contact_the_way_is_any_part_of_what_the_wheels_turned(table):
 
 
 def test_readings_from_many_poses_agree_on_the_place(table, free_space_link):
-    rng, link = np.random.default_rng(0), free_space_link()
-    place_filter = PlaceFilter(table=table, level_db=0.5, drift_db=0.1, shared_db=2.0, trust=0.5)
+    rng, place_filter, link = np.random.default_rng(0), PlaceFilter(table=table), free_space_link()
     pose = np.array([-2.0, -1.0, 0.0])
     belief = place_filter.start(rng, heading_rad=0.0, heading_sd_rad=0.05)
     first = place_filter.estimate(belief)
     step = Odometry(distance_m=0.1, turn_rad=0.05)
-    for _ in range(15):
+    for _ in range(25):
         belief = place_filter.observed(belief, link.rss_w(pose[None])[0], rng)
         belief = place_filter.moved(belief, step, rng)
         pose += [0.1 * np.cos(pose[2] + 0.025), 0.1 * np.sin(pose[2] + 0.025), 0.05]
@@ -221,6 +236,30 @@ def test_readings_from_many_poses_agree_on_the_place(table, free_space_link):
     assert estimate.share > 0.95 > 0.2 > first.share
     assert estimate.spread_m < 0.3
     assert belief.effective_size > 500
+
+
+@pytest.mark.parametrize(("cells", "wanted"), [(1, 2000), (8, 4000), (40, 10000)])
+def test_a_belief_divided_among_more_cells_has_more_particles(table, cells, wanted):
+    rng, place_filter = np.random.default_rng(0), PlaceFilter(table=table, trust=1e-3)
+    places = np.zeros((9, 9000))
+    places[0], places[1] = 0.25 + 0.5 * (np.arange(9000) % cells), 0.25
+    weights = np.where(np.arange(9000) < 3000, 1.0 / 3000, 0.0)
+    belief = PlaceBelief(places=places, weights=weights)
+    drawn = place_filter.observed(belief, np.full(8, 1e-6), rng)
+    assert len(drawn.weights) == pytest.approx(wanted, rel=0.02)
+    assert place_filter.particles <= len(drawn.weights) <= place_filter.most
+
+
+@pytest.mark.parametrize(("share", "kept"), [(0.3, True), (0.2, False)])
+def test_it_keeps_to_a_place_until_another_is_clearly_more_probable(table, share, kept):
+    places = np.zeros((9, 2))
+    places[0] = [2.0, -3.0]
+    belief = PlaceBelief(places=places, weights=[share, 1.0 - share])
+    place_filter = PlaceFilter(table=table, loyalty=3.0)
+    assert place_filter.estimate(belief).place_m[0] == pytest.approx(-3.0)
+    estimate = place_filter.estimate(belief, held_m=np.array([2.2, 0.1]))
+    assert estimate.place_m[0] == pytest.approx(2.0 if kept else -3.0)
+    assert estimate.share == pytest.approx(share if kept else 1.0 - share)
 
 
 def test_without_a_signal_the_belief_stays(table):
@@ -245,9 +284,7 @@ def test_captured_readings_do_not_keep_it_from_the_tags(thesis_setup, tracker):
     links = {tag: Deceived(link, 5) for tag, link in sensor.links.items()}
     deceived = FieldSensor(links=links, azimuths_rad=sensor.azimuths_rad, noise_db=1.0)
     results = run_missions(mission, deceived, tracker(mission), ROBOT, runs=3, seed=1)
-    metrics = [measure(result) for result in results]
-    assert sum(run.success for run in metrics) >= 2
-    assert not any((run.arrival_errors_m > 0.4).any() for run in metrics)
+    assert all(measure(result).success for result in results)
 
 
 def test_a_run_is_the_same_to_the_bit_again_and_differs_by_the_seed(thesis_setup, tracker):
@@ -319,5 +356,5 @@ def test_the_record_says_where_the_tag_was_believed_in_the_room(thesis_setup, tr
     last = len(result.time_s) - 1
     ends = [*(np.flatnonzero(np.diff(result.targets))), last]
     for target, row in enumerate(ends):
-        believed = result.believed_points_m[row - 1]
-        assert np.linalg.norm(believed - mission.tag_points_m[target]) < 0.35
+        believed = result.believed_points_m[row - 4 : row]
+        assert np.linalg.norm(believed - mission.tag_points_m[target], axis=1).max() < 0.25
