@@ -20,7 +20,7 @@ from octant.navigation.sensing.pattern_match import NULL_SHARE, PowerTable
 FloatArray = npt.NDArray[np.float64]
 _Reals = float | FloatArray
 
-TRUST = 0.3
+TRUST = 0.25
 """Power of the likelihood of a reading [-]."""
 
 FADING_DB = 6.0
