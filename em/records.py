@@ -49,7 +49,7 @@ class SceneArrays(NamedTuple):
     transmits: bool  # whether any facet lets waves through
     wedge_frame: np.ndarray  # (w, 14): origin [m], axis, tangent, normal, air [rad], length [m]
     wedge_facets: np.ndarray  # (w, 2) int64: face 0, face n
-    wedge_utd: np.ndarray  # (w, 7): tangent, normal, air over pi
+    wedge_utd: np.ndarray  # (w, 9): tangent, normal, air over pi, face 0, face n
     wedge_faces: np.ndarray  # (w, 2, 4) int64 of face 0 and face n: begin and end of its layers,
     # whether the first is in the wedge's air, whether it lets waves through
     wavelength: float  # [m]

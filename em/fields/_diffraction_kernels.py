@@ -8,6 +8,7 @@ from octant.em.medium._double_edge_kernels import TERM_SIZE, double_sum, fill_te
 from octant.em.medium._wedge_kernels import azimuth, edge_factor, face, shortened, wedge_dyad
 
 _TWO_PI = 2.0 * np.pi
+_FACETS = 7  # first of the two columns of an edge's frame that hold its facets
 _ALONG_THE_EDGE = 1e-9  # sin beta below which a ray runs along the edge
 # Distance [wavelengths] nearer than which two edges count as this far apart: at a corner, where
 # they meet, the terms grow without bound and only their sum is finite.
@@ -150,6 +151,16 @@ def _on_face(frames, edge, phi, nx, ny, nz):
 
 
 @njit(cache=True, error_model="numpy")
+def one_facet(frames, first, second):
+    """Return whether two edges bound one facet."""
+    for i in range(_FACETS, _FACETS + 2):
+        for j in range(_FACETS, _FACETS + 2):
+            if frames[first, i] == frames[second, j]:
+                return True
+    return False
+
+
+@njit(cache=True, error_model="numpy")
 def diffract_twice(
     frames,
     faces,
@@ -188,27 +199,26 @@ def diffract_twice(
     if sine_1 < _ALONG_THE_EDGE or sine_2 < _ALONG_THE_EDGE:
         return 0j, 0j, 0j
     # How (b, h) of the first edge lie in those of the second, both across the middle leg.
-    turn = np.empty((2, 2))
+    turn = np.empty(4)
     hx, hy, hz = _cross(*_axis(frames, first), mx, my, mz)
     gx, gy, gz = _cross(*_axis(frames, second), mx, my, mz)
     along = _dot(gx, gy, gz, hx, hy, hz)
     # b = m x h, so that b2 . h1 = m . (h2 x h1).
     aside = _dot(mx, my, mz, *_cross(gx, gy, gz, hx, hy, hz))
     size = np.sqrt(along * along + aside * aside)
-    turn[0, 0], turn[1, 1] = along / size, along / size
-    turn[0, 1] = aside / size
-    turn[1, 0] = -turn[0, 1]
+    turn[0], turn[3] = along / size, along / size
+    turn[1], turn[2] = aside / size, -aside / size
     apart = max(between, _APART * _TWO_PI / wavenumber)
     total = before + apart + after
-    spread = apart * total + turn[0, 1] ** 2 * before * after
+    spread = apart * total + turn[1] ** 2 * before * after
     start, end = before + apart, apart + after
     k_first = wavenumber * sine_1**2 * before * spread / (start * total)
     k_second = wavenumber * sine_2**2 * after * spread / (end * total)
-    w = turn[1, 1] * np.sqrt(before * after / (start * end))
+    w = turn[0] * np.sqrt(before * after / (start * end))
     both_free = shared and frames[first, 6] == 2.0 and frames[second, 6] == 2.0
     terms_1 = np.empty((4, TERM_SIZE), np.complex128)
     terms_2 = np.empty((4, TERM_SIZE), np.complex128)
-    part = np.empty((2, 2), np.complex128)
+    part = np.empty(4, np.complex128)
     d00, d01, d10, d11 = 0j, 0j, 0j, 0j
     for side in range(2 if both_free else 1):
         if shared:
@@ -257,10 +267,7 @@ def diffract_twice(
             terms_2,
         )
         double_sum(terms_1, terms_2, turn, k_first, k_second, w, part)
-        d00 += part[0, 0]
-        d01 += part[0, 1]
-        d10 += part[1, 0]
-        d11 += part[1, 1]
+        d00, d01, d10, d11 = d00 + part[0], d01 + part[1], d10 + part[2], d11 + part[3]
     factor = edge_factor(frames[first, 6], sine_1, wavenumber)
     factor *= edge_factor(frames[second, 6], sine_2, wavenumber)
     factor *= np.sqrt(between * (before + between + after) / spread) * (0.5 if shared else 1.0)

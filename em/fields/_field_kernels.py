@@ -5,7 +5,7 @@ import numpy as np
 from numba import njit
 
 from octant.em.antennas._antenna_kernels import far_field
-from octant.em.fields._diffraction_kernels import diffract, diffract_twice
+from octant.em.fields._diffraction_kernels import diffract, diffract_twice, one_facet
 from octant.em.fields._wave_kernels import (
     DX,
     DY,
@@ -251,7 +251,7 @@ def _bend(
             thickness,
             -1 - facets[p, leg],
             -1 - facets[p, leg - 1],
-            True,
+            one_facet(wedge_utd, -1 - facets[p, leg], -1 - facets[p, leg - 1]),
             wavenumber,
             tolerance,
             before,

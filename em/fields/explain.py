@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.em.antennas.kinds import Antenna
-from octant.em.fields._diffraction_kernels import diffract, diffract_twice
+from octant.em.fields._diffraction_kernels import diffract, diffract_twice, one_facet
 from octant.em.fields._field_kernels import leaving
 from octant.em.medium.materials import Material
 from octant.em.medium.radio_scene import RadioScene
@@ -317,7 +317,7 @@ def _diffraction(radio: RadioScene, wave: _Wave, hop: _Hop) -> tuple[_Wave, Budg
         field = diffract_twice(
             *common,
             *hop.elements,
-            True,
+            one_facet(arrays.wedge_utd, *hop.elements),
             wavenumber,
             arrays.tolerance,
             hop.before_m,

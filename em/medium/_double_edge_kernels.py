@@ -4,7 +4,12 @@
 import numpy as np
 from numba import njit
 
-from octant.em.medium._transition_kernels import double_transition, scaled_transition
+from octant.em.medium._transition_kernels import (
+    STEEP_NODES,
+    double_transition,
+    scaled_transition,
+    steep_descent,
+)
 from octant.em.medium._wedge_kernels import (
     cotangent_transition,
     image_boundary,
@@ -23,9 +28,13 @@ _STEEPEST = 4.0
 # Columns of a term: |cot(x / 2n) sin(x / 2)|, |sin(x / 2)|, lit side +-1, dx / dphi of the leg
 # between the edges, sin^2(x / 2) times the cotangent's slope and its pole's, and their difference
 # without sin^2; the term between the edges, and what it has beyond the pole's where this edge
-# stands alone; then the 2 x 2 weight and its slope.
-TERM_SIZE = 17
-_WEIGHT, _SLOPE = 9, 13
+# stands alone; the detour's root and the slope transition function over sin^2; then the 2 x 2
+# weight and its slope.
+TERM_SIZE = 19
+_DETOUR, _BENT = 9, 10
+_WEIGHT, _SLOPE = 11, 15
+# Difference of two halves [-], sin |x| / 2, that is rounding.
+_SAME_HALF = 1e-15
 
 
 @njit(cache=True, error_model="numpy")
@@ -47,7 +56,7 @@ def fill_terms(
     k_total,
     terms,
 ):
-    """Fill (4, 17) terms of one edge; ``leaving`` where the leg between both edges leaves it.
+    """Fill (4, 19) terms of one edge; ``leaving`` where the leg between both edges leaves it.
 
     Where that leg runs along a face, source and image are hidden together by an edge touched.
 
@@ -78,9 +87,13 @@ def fill_terms(
                 term[6] = (term[4] - term[5]) / (half * half)
             else:
                 term[6] = n / 12.0 - 1.0 / (3.0 * n)
-            detour = 2.0 * k_between * half * half
+            root = np.sqrt(2.0 * k_between)
+            detour = root * half
+            scaled = scaled_transition(detour * detour)
             side = term[2] * turned
-            term[7] = side * np.sqrt(2.0 * k_between) * scaled_transition(detour)
+            term[7] = side * root * scaled
+            term[_DETOUR] = detour
+            term[_BENT] = 4j * k_between * (1.0 - detour * scaled)
             detour = 2.0 * k_alone * half * half
             pole = side * np.sqrt(2.0 * k_alone) * scaled_transition(detour)
             term[8] = cotangent_transition(x, lit, n, k_alone, k_total) - pole
@@ -127,68 +140,99 @@ def fill_terms(
 
 
 @njit(cache=True, error_model="numpy")
-def _add_product(factor, second, second_at, turn, first, first_at, out):
-    """Add factor * second . turn . first, all 2 x 2, to ``out``."""
+def _add_product(left, left_at, right, out):
+    """Add left . right to ``out``; left starts at a place of its row."""
     for i in range(2):
         for j in range(2):
             for p in range(2):
-                for q in range(2):
-                    out[i, j] += (
-                        factor
-                        * second[second_at + 2 * i + p]
-                        * turn[p, q]
-                        * first[first_at + 2 * q + j]
-                    )
+                out[2 * i + j] += left[left_at + 2 * i + p] * right[2 * p + j]
 
 
 @njit(cache=True, error_model="numpy")
-def _slopes(terms, kl, by_angle, by_wall):
+def _slopes(terms, by_angle, by_wall):
     """Fill the slopes of one edge's field (4,): of its cotangents, and of its walls."""
     by_angle[:] = 0.0
     by_wall[:] = 0.0
     for p in range(4):
         term = terms[p]
-        half = term[1].real
-        x = 2.0 * kl * half * half
-        scaled = scaled_transition(x)
-        bent = 4j * kl * (1.0 - np.sqrt(x) * scaled)  # slope transition function over sin^2
         for i in range(4):
-            by_angle[i] += term[3] * term[4] * bent * term[_WEIGHT + i]
+            by_angle[i] += term[3] * term[4] * term[_BENT] * term[_WEIGHT + i]
             # A wall's slope may not jump at the boundary, where no single ray would make up for it.
-            by_wall[i] += term[2] * term[0] * half * bent * term[_SLOPE + i]
+            by_wall[i] += term[2] * term[0] * term[1] * term[_BENT] * term[_SLOPE + i]
+
+
+@njit(cache=True, error_model="numpy")
+def _fill_transitions(first, second, w, values):
+    """Fill (4, 4) values of T(a, b, w) / (a b) of all pairs of boundaries."""
+    weights_1 = np.empty((4, STEEP_NODES), np.complex128)
+    weights_2 = np.empty((4, STEEP_NODES), np.complex128)
+    for p in range(4):
+        steep_descent(first[p, _DETOUR].real, weights_1[p])
+        steep_descent(second[p, _DETOUR].real, weights_2[p])
+    for p in range(4):
+        for q in range(4):
+            # At a free edge both boundaries of an image lie equally far: two pairs are equal.
+            if (
+                p % 2 == 1
+                and abs(first[p, 1] - first[p - 1, 1]) <= _SAME_HALF
+                and abs(second[q, 1] - second[q ^ 1, 1]) <= _SAME_HALF
+                and first[p, 2] == first[p - 1, 2]
+                and second[q, 2] == second[q ^ 1, 2]
+            ):
+                values[p, q] = values[p - 1, q ^ 1]
+                continue
+            turns = (first[p, 3] * second[q, 3] * first[p, 2] * second[q, 2]).real
+            values[p, q] = double_transition(
+                first[p, _DETOUR].real,
+                second[q, _DETOUR].real,
+                -w * turns,
+                weights_1[p],
+                weights_2[q],
+            )
 
 
 @njit(cache=True, error_model="numpy")
 def double_sum(first, second, turn, k_first, k_second, w, out):
     """Fill the 2 x 2 sum over all pairs of boundaries, times the edges' factors the coefficient.
 
-    ``turn`` takes (b, h) of the first edge to that of the second; k L of both; w couples them.
+    ``turn`` takes (b, h) of the first edge to that of the second; k L of both; w couples them. All
+    2 x 2 matrices here are rows of four.
     """
-    out[:] = 0.0
     inverse = 1.0 / np.sqrt(k_first * k_second)
     share = second_order_share(k_first) * second_order_share(k_second)
-    for p in range(4):
-        a = np.sqrt(2.0 * k_first) * first[p, 1].real
-        one = 4j * k_first * (1.0 - a * scaled_transition(a * a))
-        for q in range(4):
-            b = np.sqrt(2.0 * k_second) * second[q, 1].real
-            two = 4j * k_second * (1.0 - b * scaled_transition(b * b))
+    transitions = np.empty((4, 4), np.complex128)
+    _fill_transitions(first, second, w, transitions)
+    behind, part = np.empty(4, np.complex128), np.zeros(4, np.complex128)
+    out[:] = 0.0
+    for q in range(4):
+        behind[:] = 0.0
+        for p in range(4):
             coupling = -w * (first[p, 3] * second[q, 3]).real
             side = (first[p, 2] * second[q, 2]).real
-            pair = 2.0 * side * first[p, 0] * second[q, 0] / inverse
-            pair *= double_transition(a, b, coupling * side)
+            pair = 2.0 * side * first[p, 0] * second[q, 0] / inverse * transitions[p, q]
             # What each edge has beyond its pole, seen past the other.
             pair += first[p, 8] * second[q, 7] + first[p, 7] * second[q, 8]
             # What the slopes of the cotangents have beyond those of their poles.
-            bent = first[p, 5] * one * second[q, 6] + first[p, 6] * second[q, 5] * two
+            bent = first[p, 5] * first[p, _BENT] * second[q, 6]
+            bent += first[p, 6] * second[q, 5] * second[q, _BENT]
             bent += first[p, 6] * second[q, 6]
             pair -= 1j * coupling * inverse * share * bent
-            _add_product(pair, second[q], _WEIGHT, turn, first[p], _WEIGHT, out)
+            for i in range(4):
+                behind[i] += pair * first[p, _WEIGHT + i]
+        part[:] = 0.0
+        _add_product(turn, 0, behind, part)
+        _add_product(second[q], _WEIGHT, part, out)
     angle_1, wall_1 = np.empty(4, np.complex128), np.empty(4, np.complex128)
     angle_2, wall_2 = np.empty(4, np.complex128), np.empty(4, np.complex128)
-    _slopes(first, k_first, angle_1, wall_1)
-    _slopes(second, k_second, angle_2, wall_2)
+    _slopes(first, angle_1, wall_1)
+    _slopes(second, angle_2, wall_2)
     factor = 1j * w * inverse
-    _add_product(factor, angle_2, 0, turn, wall_1, 0, out)
-    _add_product(factor, wall_2, 0, turn, angle_1, 0, out)
-    _add_product(factor, wall_2, 0, turn, wall_1, 0, out)
+    for i in range(4):
+        behind[i] = factor * wall_1[i]
+        wall_1[i] = factor * (angle_1[i] + wall_1[i])
+    part[:] = 0.0
+    _add_product(turn, 0, behind, part)
+    _add_product(angle_2, 0, part, out)
+    part[:] = 0.0
+    _add_product(turn, 0, wall_1, part)
+    _add_product(wall_2, 0, part, out)

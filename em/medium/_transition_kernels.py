@@ -58,17 +58,31 @@ _NEAR = 2.0
 _TINY = 1e-12
 _LEGENDRE, _LEGENDRE_WEIGHTS = np.polynomial.legendre.leggauss(14)
 _LEGENDRE, _LEGENDRE_WEIGHTS = 0.5 * (_LEGENDRE + 1.0), 0.5 * _LEGENDRE_WEIGHTS
-_LAGUERRE, _LAGUERRE_WEIGHTS = np.polynomial.laguerre.laggauss(20)
+STEEP_NODES = 20
+_LAGUERRE, _LAGUERRE_WEIGHTS = np.polynomial.laguerre.laggauss(STEEP_NODES)
 
 
 @njit(cache=True, error_model="numpy")
-def generalized_fresnel(x, y):
-    """Return y e^{j x^2} times the integral of e^{-j t^2} / (t^2 + y^2) over t > x, x >= 0."""
+def steep_descent(x, weights):
+    """Fill (20,) weights of the integral's path of steepest descent from x, where it is taken."""
+    if x > _NEAR:
+        for i in range(len(_LAGUERRE)):
+            weights[i] = _LAGUERRE_WEIGHTS[i] / np.sqrt(complex(x * x, -_LAGUERRE[i]))
+
+
+@njit(cache=True, error_model="numpy")
+def generalized_fresnel(x, y, weights):
+    """Return y e^{j x^2} times the integral of e^{-j t^2} / (t^2 + y^2) over t > x, x >= 0.
+
+    ``weights`` are those of :func:`steep_descent` from x.
+    """
     if x > _NEAR:
         total = 0j
+        square = x * x + y * y
         for i in range(len(_LAGUERRE)):
-            square = complex(x * x, -_LAGUERRE[i])
-            total += _LAGUERRE_WEIGHTS[i] / (np.sqrt(square) * (square + y * y))
+            # 1 / (square - j t), without a complex division
+            over = 1.0 / (square * square + _LAGUERRE[i] * _LAGUERRE[i])
+            total += weights[i] * complex(square * over, _LAGUERRE[i] * over)
         return -0.5j * y * total
     if y == 0.0:
         return 0j
@@ -86,14 +100,15 @@ def generalized_fresnel(x, y):
 
 
 @njit(cache=True, error_model="numpy")
-def double_transition(a, b, w):
+def double_transition(a, b, w, weights_a, weights_b):
     """Return T(a, b, w) / (a b) of two edges, a and b >= 0 and |w| < 1.
 
-    T is 1 far from both boundaries, and F(a^2) F(b^2) where w = 0.
+    T is 1 far from both boundaries, and F(a^2) F(b^2) where w = 0. The weights are those of
+    :func:`steep_descent` from a and from b.
     """
     # On both boundaries at once the two halves are directions: any will do, but not 0 / 0.
     a, b = max(a, _TINY), max(b, _TINY)
     root = np.sqrt(1.0 - w * w)
-    first = generalized_fresnel(a, (b + w * a) / root)
-    second = generalized_fresnel(b, (a + w * b) / root)
+    first = generalized_fresnel(a, (b + w * a) / root, weights_a)
+    second = generalized_fresnel(b, (a + w * b) / root, weights_b)
     return 2j / root * (first + second)

@@ -59,7 +59,9 @@ def scene_arrays(radio: RadioScene) -> SceneArrays:
         transmits=radio.transmits,
         wedge_frame=wedge_frames(wedges),
         wedge_facets=wedges.facets,
-        wedge_utd=np.column_stack((wedges.tangent, wedges.normal, wedges.exterior_rad / math.pi)),
+        wedge_utd=np.column_stack(
+            (wedges.tangent, wedges.normal, wedges.exterior_rad / math.pi, wedges.facets)
+        ),
         wedge_faces=_wedge_faces(radio),
         wavelength=radio.wavelength_m,
     )

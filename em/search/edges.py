@@ -10,6 +10,7 @@ combination is dropped only when no path can use it:
 * a further plane has no facet on the side to which the one before it reflects.
 """
 
+import math
 from concurrent.futures import Executor
 from dataclasses import dataclass
 
@@ -17,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.em.records import CHUNK, EdgeTreeArrays
-from octant.em.search import _edge_kernels
+from octant.em.search import _edge_kernels, _sight_kernels
 from octant.em.search.budget import Budget, gather_blocks
 from octant.em.search.facets import SearchFacets, inner_sides, search_facets
 from octant.em.search.images import ImageTree
@@ -26,7 +27,7 @@ from octant.geometries._arrays import frozen_array, read_only
 from octant.geometries.errors import GeometryError
 from octant.geometries.scene import Scene
 from octant.geometries.tolerances import LENGTHS
-from octant.geometries.wedges import Wedges
+from octant.geometries.wedges import ANGLE_TOLERANCE_RAD, Wedges
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -43,7 +44,7 @@ IMAGES_PER_BLOCK = 64
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EdgeTree:
-    """All routes from a source over one edge, or two of one facet, as images of the edges.
+    """All routes from a source over one edge, or two, as images of the edges.
 
     Parameters
     ----------
@@ -154,8 +155,8 @@ def search_edges(
     scene : Geometry.
     wedges : Its wedges, or those of them that shall diffract.
     tree : Images of the source; its order bounds a path's interactions, but for diffractions alone.
-    max_diffractions : Diffractions of a path: 1, or 2 for those over two edges of one facet as well
-        (the top of a cabinet, both rims of a plate).
+    max_diffractions : Diffractions of a path: 1, or 2 for those over two edges as well: of one
+        facet (the top of a cabinet, both rims of a plate), or rims of two sheets apart.
     executor : Runs blocks of the work, sharing memory; None: a thread per core. Same bits with any.
     """
     if max_diffractions not in (1, 2):
@@ -168,7 +169,12 @@ def search_edges(
         images.grow()
     pairs = np.zeros((0, 2), dtype=np.int64)
     if max_diffractions > 1:
-        pairs = _pairs_over_a_facet(wedges, tree)
+        pairs = np.concatenate(
+            (
+                _pairs_over_a_facet(wedges, tree),
+                _pairs_of_sheets(scene, wedges, tree, hulls, executor),
+            )
+        )
     return _combine(images, tree, light, pairs, max_diffractions)
 
 
@@ -206,8 +212,7 @@ def _light(
 ) -> _Light:
     """Return what those images light that leave a path the bend at an edge."""
     f, frame = scene.facets, wedge_frames(wedges)
-    ends = np.stack((frame[:, :3], frame[:, :3] + frame[:, 13:14] * frame[:, 3:6]))
-    order, boxes, links = _bvh_kernels.build(ends.min(axis=0), ends.max(axis=0))
+    order, boxes, links = _edge_hierarchy(frame)
     known = read_only(
         (
             tree.image_m,
@@ -245,13 +250,28 @@ def _light(
     )
 
 
-def _budget(what: str, wedges: Wedges, tree: ImageTree, each_bytes: float) -> Budget:
+def _edge_hierarchy(frame: FloatArray) -> tuple[IntArray, FloatArray, IntArray]:
+    """Return order, boxes and links of a hierarchy over edges, of their frames."""
+    ends = np.stack((frame[:, :3], frame[:, :3] + frame[:, 13:14] * frame[:, 3:6]))
+    hierarchy: tuple[IntArray, FloatArray, IntArray] = _bvh_kernels.build(
+        ends.min(axis=0), ends.max(axis=0)
+    )
+    return hierarchy
+
+
+def _budget(
+    what: str,
+    wedges: Wedges,
+    tree: ImageTree,
+    each_bytes: float,
+    advice: str = "lower max_reflections, or leave diffraction out",
+) -> Budget:
     """Return the bound on what the search finds over so many edges and images."""
     return Budget(
         f"{what}, over {len(wedges)} edges with {len(tree.image_m)} images of the source",
         most=MAX_NODES,
         each_bytes=each_bytes,
-        advice="lower max_reflections, or leave diffraction out",
+        advice=advice,
     )
 
 
@@ -276,6 +296,45 @@ def _pairs_over_a_facet(wedges: Wedges, tree: ImageTree) -> IntArray:
     apart &= (aside > LENGTHS.same_m) | (parallel > 1e-9)
     pairs: IntArray = np.column_stack((first, last))[apart]
     return pairs
+
+
+def _pairs_of_sheets(
+    scene: Scene, wedges: Wedges, tree: ImageTree, hulls: SearchFacets, executor: Executor | None
+) -> IntArray:
+    """Return (p, 2) wedges, first and last, that are rims of two sheets apart, in sight."""
+    rims = np.flatnonzero(wedges.exterior_rad > 2.0 * math.pi - ANGLE_TOLERANCE_RAD)
+    f, frame = scene.facets, wedge_frames(wedges)[rims]
+    order, boxes, links = _edge_hierarchy(frame)
+    known = read_only(
+        (
+            frame,
+            wedges.face_normals[rims],
+            wedges.facets[rims],
+            boxes,
+            links,
+            order,
+            scene.bvh.boxes,
+            scene.bvh.links,
+            scene.bvh.triangles,
+            scene.bvh.planes,
+            np.column_stack((f.plane_normal, f.plane_offset_m)),
+            f.plane_facet_start,
+            hulls.occluder_area_m2,
+            hulls.hull_start,
+            hulls.hulls_m,
+        )
+    )
+
+    def work(begin: int, end: int) -> tuple[IntArray]:
+        return (_sight_kernels.edges_in_sight(*known, begin, end, scene.tolerance_m),)
+
+    budget = _budget(
+        "pairs of rims that see one another", wedges, tree, ROUTE_BYTES, "give max_diffractions = 1"
+    )
+    parts = gather_blocks(work, len(rims), budget, block_size=IMAGES_PER_BLOCK, executor=executor)
+    pairs = rims[np.concatenate([np.zeros((0, 2), np.int64), *(part[0] for part in parts)])]
+    both: IntArray = np.concatenate((pairs, pairs[:, ::-1]))
+    return both
 
 
 def expanded(start: IntArray, size: IntArray) -> IntArray:

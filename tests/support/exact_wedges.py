@@ -90,3 +90,22 @@ def point_source(k, n, source, receiver, kind):
     """Total field of e^{-jkR}/R."""
     go = geometrical_optics(lambda r: np.exp(-1j * k * r) / r, n, source, receiver, kind)
     return go + point_source_diffracted(k, n, source, receiver, kind)
+
+
+def two_knife_edges(wavenumber, spaces, heights):
+    """Return the field behind two knife edges over that without them, paraxial.
+
+    Huygens' integral over both planes (Vogler, Radio Sci. 17, 1982, p. 1541): the inner one is an
+    error function, the outer one runs along the path of steepest descent of the whole.
+    """
+    s1, s2, s3 = spaces
+    h1, h2 = heights
+    a = 0.5j * wavenumber * (1.0 / s2 + 1.0 / s3)
+    both = 0.5j * wavenumber * (1.0 / s1 + 1.0 / (s2 + s3))
+    most = abs(h1) + abs(h2) + 12.0 * np.sqrt(sum(spaces) / wavenumber)
+    x, weights = np.polynomial.legendre.leggauss(600)
+    turn = np.exp(-0.25j * np.pi)
+    z = h1 + turn * 0.5 * most * (x + 1.0)
+    ahead = np.sqrt(a) * (h2 - z * s3 / (s2 + s3))
+    beyond = np.exp(-both * z * z) * erfc(ahead)
+    return 0.25 * most * turn * (weights @ beyond) * np.sqrt(both / np.pi)

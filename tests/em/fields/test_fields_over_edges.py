@@ -19,7 +19,7 @@ from boundaries import (
     totals,
     trace,
 )
-from exact_wedges import HARD, SOFT, point_source
+from exact_wedges import HARD, SOFT, point_source, two_knife_edges
 
 from octant.em.antennas.kinds import Antenna, make_antenna
 from octant.em.fields.gains import path_gains
@@ -422,3 +422,83 @@ def test_smaller_triangles_change_neither_edges_nor_powers():
     after = powers(fine, PLACES[0], PLACES[1:], axes=AXES)
     assert np.array_equal(before.path_count, after.path_count)
     assert after.coherent_w == pytest.approx(before.coherent_w, rel=1e-9)
+
+
+def over_screens(objects, ends, axis):
+    """Return the field from one end to the other over screens, over that without them."""
+    dipole = make_antenna("dipole", F, axis=axis)
+
+    def field(scene, solver):
+        radio = radio_scene(scene, F, wedges=find_wedges(scene))
+        found = antenna_power(
+            radio,
+            search_candidates(radio, ends[0], solver),
+            ends[1:],
+            transmitter=dipole,
+            receiver=dipole,
+            power_w=1.0,
+        )
+        return np.sqrt(found.coherent_w[0])
+
+    behind = SolverSettings(max_reflections=2, diffraction=True, max_diffractions=2)
+    aside = plate((0.0, 99.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    free = field(build_scene((), objects=[aside]), SolverSettings(max_reflections=0))
+    return field(build_scene((), objects=objects), behind) / free
+
+
+def screens(spaces, heights, size):
+    """Two screens so deep and wide that only their upper rims count."""
+    places = (spaces[0], spaces[0] + spaces[1])
+    return [
+        plate((x, -size, h - size), (0.0, 2.0 * size, 0.0), (0.0, 0.0, size))
+        for x, h in zip(places, heights, strict=True)
+    ]
+
+
+@pytest.mark.parametrize(
+    ("spaces", "heights"),
+    [
+        ((20.0, 10.0, 30.0), (0.5, 0.3)),
+        ((20.0, 10.0, 30.0), (1.0, 1.0)),
+        ((20.0, 1.0, 30.0), (0.3, 0.3)),
+        ((40.0, 5.0, 40.0), (0.6, 0.6)),
+        ((15.0, 25.0, 10.0), (0.05, 0.6)),
+        ((20.0, 10.0, 30.0), (-0.2, 0.5)),
+        ((20.0, 10.0, 30.0), (0.01, 0.01)),
+    ],
+)
+def test_two_screens_are_two_knife_edges(spaces, heights):
+    """The closed form lies midway between both polarisations, apart by what it leaves out."""
+    scene = screens(spaces, heights, 900.0)
+    ends = np.array([(0.0, 0.0, 0.0), (sum(spaces), 0.0, 0.0)])
+    hard, soft = (over_screens(scene, ends, axis) for axis in ((0.0, 0.0, 1.0), (0.0, 1.0, 0.0)))
+    exact = abs(two_knife_edges(K, spaces, heights))
+    assert 0.5 * (hard + soft) == pytest.approx(exact, abs=1e-3)
+    assert abs(hard - soft) < 0.02
+    back = over_screens(scene, ends[::-1], (0.0, 1.0, 0.0))
+    assert back == pytest.approx(soft, rel=1e-9)
+
+
+def test_two_screens_cast_the_shadow_of_one_thin_or_thick_wall():
+    """A wall of a millimetre drawn by both faces is one screen; one of metres, nearly a block."""
+    ends = np.array([(0.0, 0.0, -5.0), (25.0, 0.3, -6.0)])
+    upright = (0.0, 0.0, 1.0)
+    one, near, far = (
+        over_screens(screens((10.0, gap), (0.0, 0.0), 90.0)[:count], ends, upright)
+        for gap, count in ((5.0, 1), (1e-3, 2), (5.0, 2))
+    )
+    assert 0.8 * one < near < one
+    assert 0.0 < far < 0.7 * one
+
+
+@pytest.mark.parametrize("boundary", [(60.0, -0.3), (25.0, 0.2)])
+@pytest.mark.parametrize("axis", [(0.0, 0.0, 1.0), (0.0, 1.0, 0.0)])
+def test_nothing_jumps_where_a_screen_hides_or_mirrors_the_rim_of_another(boundary, axis):
+    """Behind the second screen its rim hides the first's, before it its mirror image ends."""
+    objects = screens((20.0, 10.0), (0.5, 0.3), 90.0)
+    below, above = (
+        over_screens(objects, np.array([(0.0, 0.0, 0.0), (boundary[0], 0.0, z)]), axis)
+        for z in (boundary[1] - 1e-6, boundary[1] + 1e-6)
+    )
+    assert below > 0.0
+    assert above == pytest.approx(below, abs=1e-4)

@@ -102,7 +102,10 @@ def test_paths_over_two_edges_are_those_of_a_brute_force_search(seed):
 
 
 def test_two_edges_are_passed_on_one_side_of_their_facet():
-    """A sheet folded to a Z of 120 degrees: each fold has a wedge on either side."""
+    """A sheet folded to a Z of 120 degrees: each fold has a wedge on either side.
+
+    Rims of its three parts, which share no facet, are pairs too.
+    """
     turn = np.radians(60.0)
     up = np.array([np.cos(turn), 0.0, np.sin(turn)])
     ends = [-up, np.zeros(3), np.array([1.0, 0.0, 0.0]), np.array([1.0, 0.0, 0.0]) + up]
@@ -124,7 +127,7 @@ def test_two_edges_are_passed_on_one_side_of_their_facet():
                 first, last = wedges.face_normals[paths.element[k, :2]]
                 same = wedges.facets[paths.element[k, 0]][:, None]
                 shared = same == wedges.facets[paths.element[k, 1]]
-                assert ((first @ last.T > 0.0) & shared).any()
+                assert ((first @ last.T > 0.0) & shared).any() or not shared.any()
                 found += 1
     assert found > 0
 

@@ -1,5 +1,8 @@
 """What images light of edges, at what cost, and what is said where the cost is too high."""
 
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import fields, replace
+
 import numpy as np
 import pytest
 from lattice_scenes import lattice_scene
@@ -10,6 +13,7 @@ from octant.em.search.images import search_images
 from octant.geometries.bodies import Body
 from octant.geometries.errors import GeometryError
 from octant.geometries.furniture import box
+from octant.geometries.occlusion import segments_blocked
 from octant.geometries.scene import build_scene
 from octant.geometries.wedges import find_wedges
 
@@ -107,8 +111,8 @@ def test_what_does_not_fit_is_refused_with_edges_images_and_bytes(monkeypatch, s
         search_edges(scene, find_wedges(scene), tree)
 
 
-def test_a_fan_of_sheets_pairs_the_edges_of_one_side_of_one_facet_alone():
-    """Four rims of a sheet: every ordered pair of them, but none with another sheet's."""
+def test_a_fan_of_sheets_pairs_the_edges_in_sight_of_each_other():
+    """Four rims of a sheet: every ordered pair, and all with the next sheet's, none past it."""
     sheets = [
         Body(
             name=str(x),
@@ -118,6 +122,12 @@ def test_a_fan_of_sheets_pairs_the_edges_of_one_side_of_one_facet_alone():
         )
         for x in range(3)
     ]
+    wider = np.array([(1.0, 1.0, 1.0), (1.0, 3.0, 2.0), (1.0, 1.0, 1.0)])
+    middle = np.array([(0.0, 0.5, 1.0)])
+    sheets = [
+        replace(s, vertices_m=(s.vertices_m - middle) * wider[x] + middle)
+        for x, s in enumerate(sheets)
+    ]
     scene = build_scene((), objects=sheets)
     wedges = find_wedges(scene)
     tree = search_images(scene, (-1.0, 0.4, 1.1), 1)
@@ -126,5 +136,64 @@ def test_a_fan_of_sheets_pairs_the_edges_of_one_side_of_one_facet_alone():
     double = found.first >= 0
     pairs = list(zip(found.first[double].tolist(), last[double].tolist(), strict=True))
     sheet = (wedges.origin_m[:, 0] + 0.5).astype(int)
-    wanted = [(i, j) for i in range(12) for j in range(12) if i != j and sheet[i] == sheet[j]]
-    assert sorted(pairs) == wanted
+    near = [(i, j) for i in range(12) for j in range(12) if i != j and abs(sheet[i] - sheet[j]) < 2]
+    assert sorted(pairs) == near
+
+
+def random_sheet(rng, name):
+    turn, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+    corners = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]) * rng.uniform(1.0, 3.0)
+    return Body(
+        name=str(name),
+        vertices_m=corners @ turn.T + rng.uniform(0.0, 3.0, 3),
+        faces=[[0, 1, 2], [0, 2, 3]],
+        material="metal",
+    )
+
+
+def test_pairs_of_rims_depend_neither_on_threads_nor_on_blocks(monkeypatch):
+    rng = np.random.default_rng(2)
+    scene = build_scene((), objects=[random_sheet(rng, name) for name in range(7)])
+    wedges, tree = find_wedges(scene), search_images(scene, (-1.0, 0.4, 9.0), 2)
+    found = []
+    for block, threads in ((64, 1), (3, 3)):
+        monkeypatch.setattr(edges, "IMAGES_PER_BLOCK", block)
+        with ThreadPoolExecutor(threads) as executor:
+            found.append(search_edges(scene, wedges, tree, max_diffractions=2, executor=executor))
+    assert (found[0].first >= 0).sum() > 300
+    for field in fields(found[0]):
+        assert np.array_equal(*(getattr(one, field.name) for one in found))
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_rims_are_pairs_where_any_place_of_one_sees_any_of_the_other(seed):
+    """Nothing that sees the other is lost; what one facet hides is left out."""
+    rng = np.random.default_rng(seed)
+    sheets = [random_sheet(rng, name) for name in range(7)]
+    scene = build_scene((), objects=[*sheets, box((2.0, 1.0, 1.0), material="metal")])
+    wedges = find_wedges(scene)
+    tree = search_images(scene, (-1.0, 0.4, 9.0), 1)
+    found = search_edges(scene, wedges, tree, max_diffractions=2)
+    last = np.repeat(found.wedge, np.diff(found.node_start))
+    pairs = set(zip(found.first.tolist(), last.tolist(), strict=True))
+    rims = np.flatnonzero(wedges.exterior_rad > 2.0 * np.pi - 1e-6)
+    plane = scene.facets.facet_plane[wedges.facets[:, 0]]
+    blind, unseen = 0, 0
+    for one in rims:
+        others = rims[wedges.facets[rims, 0] != wedges.facets[one, 0]]
+        share = rng.uniform(0.0, 1.0, (2, len(others), 300, 1))
+        ends = [
+            wedges.origin_m[w, None] + t * (wedges.length_m[w, None] * wedges.axis[w])[:, None]
+            for w, t in ((np.full(len(others), one), share[0]), (others, share[1]))
+        ]
+        blocked = segments_blocked(
+            scene.bvh,
+            *(e.reshape(-1, 3) for e in ends),
+            start_planes=plane[one],
+            end_planes=np.repeat(plane[others], 300),
+        ).reshape(-1, 300)
+        for other, hidden in zip(others.tolist(), blocked.all(axis=1), strict=True):
+            assert hidden or (one, other) in pairs
+            blind, unseen = blind + (hidden and (one, other) in pairs), unseen + hidden
+            assert ((one, other) in pairs) == ((other, one) in pairs)
+    assert blind < unseen
