@@ -3,7 +3,8 @@
 ``python tools/interruptions.py [VERB ...] [--trials N] [--seed S]`` runs each verb twice
 undisturbed, in new folders with a new cache, and then N times with one to three signals, each at a
 random moment of a run: Ctrl-C to all its processes, SIGINT, SIGTERM or SIGKILL to the first one.
-After each it types the same command again, the last time undisturbed. A finding is a traceback, an
+After each it types the same command again, the last time undisturbed. With ``--together``, the same
+command is instead typed again while the first still runs. A finding is a traceback, an
 exit code other than 0, 130 or the signal's, a process that outlives its run, or a result that is
 not the undisturbed run's to the bit: columns of CSV, variables and attributes of netCDF files,
 all other files whole. What differs between the two undisturbed runs, as the time that a computation
@@ -21,6 +22,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import xarray as xr
@@ -93,10 +95,10 @@ LONGEST_S = 1200.0
 GRACE_S = 20.0
 
 
-def started(verb: str, folder: Path) -> subprocess.Popen[bytes]:
+def started(verb: str, folder: Path, stderr: str) -> subprocess.Popen[bytes]:
     """Return the verb's process, the first of a group of its own."""
     environment = os.environ | {"OCTANT_CACHE_DIR": str(folder / "cache")}
-    with (folder / "stderr").open("wb") as error, (folder / "stdout").open("wb") as output:
+    with (folder / stderr).open("wb") as error, (folder / "stdout").open("wb") as output:
         return subprocess.Popen(
             [sys.executable, "-c", MAIN, *VERBS[verb]],
             cwd=folder,
@@ -129,9 +131,11 @@ def left_over(group: int) -> bool:
     return True
 
 
-def run(verb: str, folder: Path, kind: str = "", after_s: float = 0.0) -> tuple[int, list[str]]:
+def run(
+    verb: str, folder: Path, kind: str = "", after_s: float = 0.0, stderr: str = "stderr"
+) -> tuple[int, list[str]]:
     """Return the exit code of a run, disturbed after a while if it still runs, and its faults."""
-    process = started(verb, folder)
+    process = started(verb, folder, stderr)
     disturbed = False
     try:
         process.wait(after_s if kind else LONGEST_S)
@@ -143,7 +147,7 @@ def run(verb: str, folder: Path, kind: str = "", after_s: float = 0.0) -> tuple[
     faults = []
     if disturbed and not kind:
         faults.append(f"not finished after {LONGEST_S:.0f} s")
-    error = (folder / "stderr").read_text(errors="replace")
+    error = (folder / stderr).read_text(errors="replace")
     ended = (-signal.SIGINT, -signal.SIGTERM, -signal.SIGKILL)  # a shell says 128 more: 130, ...
     good = (0, 130, *ended) if disturbed else (0,)
     if code not in good:
@@ -153,6 +157,16 @@ def run(verb: str, folder: Path, kind: str = "", after_s: float = 0.0) -> tuple[
     if left_over(process.pid):
         faults.append(f"a process outlives its run by {GRACE_S:.0f} s after {kind or 'nothing'}")
     return code, faults
+
+
+def run_together(verb: str, folder: Path, after_s: float) -> tuple[str, list[str]]:
+    """Return what two equal commands did, one begun a while after the other, and their faults."""
+    with ThreadPoolExecutor() as pool:
+        first = pool.submit(run, verb, folder, stderr="first")
+        time.sleep(after_s)
+        second = pool.submit(run, verb, folder, stderr="second")
+        (code, faults), (other, more) = first.result(), second.result()
+    return f"two, {after_s:.1f} s apart: {code} and {other}", faults + more
 
 
 def parts_of(path: Path) -> Iterator[tuple[str, object]]:
@@ -181,7 +195,7 @@ def results(folder: Path) -> dict[str, object]:
     }
 
 
-def tried(verb: str, trials: int, draws: random.Random) -> list[str]:
+def tried(verb: str, trials: int, draws: random.Random, *, together: bool) -> list[str]:
     """Return what is wrong with a verb that is disturbed, and print what was done."""
     findings = []
     with tempfile.TemporaryDirectory(prefix="interruptions-") as name:
@@ -207,11 +221,16 @@ def tried(verb: str, trials: int, draws: random.Random) -> list[str]:
             folder.mkdir()
             (folder / "study.toml").write_text(STUDY)
             done = []
-            for _ in range(draws.randint(1, 3)):
-                kind, after_s = draws.choice(KINDS), draws.uniform(0.2, lasts_s)
-                code, faults = run(verb, folder, kind, after_s)
-                done.append(f"{kind} at {after_s:.1f} s: {code}")
+            if together:
+                what, faults = run_together(verb, folder, draws.uniform(0.0, lasts_s))
+                done.append(what)
                 findings += [f"{verb} {done}: {fault}" for fault in faults]
+            else:
+                for _ in range(draws.randint(1, 3)):
+                    kind, after_s = draws.choice(KINDS), draws.uniform(0.2, lasts_s)
+                    code, faults = run(verb, folder, kind, after_s)
+                    done.append(f"{kind} at {after_s:.1f} s: {code}")
+                    findings += [f"{verb} {done}: {fault}" for fault in faults]
             code, faults = run(verb, folder)
             findings += [f"{verb} {done}, then undisturbed: {fault}" for fault in faults]
             got = results(folder)
@@ -230,12 +249,14 @@ def main() -> int:
     parser.add_argument("verbs", nargs="*", metavar="VERB", help=f"of {', '.join(VERBS)}")
     parser.add_argument("--trials", type=int, default=5, help="disturbed runs of each verb")
     parser.add_argument("--seed", type=int, default=1, help="of the signals and their moments")
+    parser.add_argument("--together", action="store_true", help="two commands at once, no signals")
     options = parser.parse_args()
     # A shell starts what runs in the background with this signal ignored.
     signal.signal(signal.SIGINT, signal.default_int_handler)
     findings = []
     for verb in options.verbs or VERBS:
-        findings += tried(verb, options.trials, random.Random(f"{verb} {options.seed}"))  # noqa: S311
+        draws = random.Random(f"{verb} {options.seed}")  # noqa: S311
+        findings += tried(verb, options.trials, draws, together=options.together)
     print(*findings, f"{len(findings)} findings", sep="\n")
     return int(bool(findings))
 
