@@ -156,3 +156,13 @@ def facets_rested_on(
                     count += 1
             node += 1
     return pairs[:count].copy()
+
+
+@njit(cache=True, error_model="numpy")
+def one_facet(facets, first, second):
+    """Return whether two wedges bound one facet; ``facets`` (w, 2) are their faces."""
+    for i in range(2):
+        for j in range(2):
+            if facets[first, i] == facets[second, j]:
+                return True
+    return False

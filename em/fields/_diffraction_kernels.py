@@ -8,7 +8,6 @@ from octant.em.medium._double_edge_kernels import TERM_SIZE, double_sum, fill_te
 from octant.em.medium._wedge_kernels import azimuth, edge_factor, face, shortened, wedge_dyad
 
 _TWO_PI = 2.0 * np.pi
-_FACETS = 7  # first of the two columns of an edge's frame that hold its facets
 _ALONG_THE_EDGE = 1e-9  # sin beta below which a ray runs along the edge
 # Distance [wavelengths] nearer than which two edges count as this far apart: at a corner, where
 # they meet, the terms grow without bound and only their sum is finite.
@@ -148,16 +147,6 @@ def _on_face(frames, edge, phi, nx, ny, nz):
         return 0.0 if phi < 0.5 * n * np.pi else n * np.pi
     same = _dot(frames[edge, 3], frames[edge, 4], frames[edge, 5], nx, ny, nz)
     return 0.0 if same > 0.0 else n * np.pi
-
-
-@njit(cache=True, error_model="numpy")
-def one_facet(frames, first, second):
-    """Return whether two edges bound one facet."""
-    for i in range(_FACETS, _FACETS + 2):
-        for j in range(_FACETS, _FACETS + 2):
-            if frames[first, i] == frames[second, j]:
-                return True
-    return False
 
 
 @njit(cache=True, error_model="numpy")

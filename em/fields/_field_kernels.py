@@ -5,7 +5,7 @@ import numpy as np
 from numba import njit
 
 from octant.em.antennas._antenna_kernels import far_field
-from octant.em.fields._diffraction_kernels import diffract, diffract_twice, one_facet
+from octant.em.fields._diffraction_kernels import diffract, diffract_twice
 from octant.em.fields._wave_kernels import (
     DX,
     DY,
@@ -27,6 +27,9 @@ from octant.em.fields._wave_kernels import (
     travel,
 )
 from octant.em.records import TRANSMISSION
+from octant.geometries._wedge_kernels import one_facet
+
+_FACETS = 7  # first of the two columns of an edge's frame that hold its facets
 
 SHORT = 1e3
 """Length [tolerances of the scene] up to which a leg is too short to have a direction."""
@@ -251,7 +254,7 @@ def _bend(
             thickness,
             -1 - facets[p, leg],
             -1 - facets[p, leg - 1],
-            one_facet(wedge_utd, -1 - facets[p, leg], -1 - facets[p, leg - 1]),
+            one_facet(wedge_utd[:, _FACETS:], -1 - facets[p, leg], -1 - facets[p, leg - 1]),
             wavenumber,
             tolerance,
             before,

@@ -11,13 +11,14 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.em.antennas.kinds import Antenna
-from octant.em.fields._diffraction_kernels import diffract, diffract_twice, one_facet
+from octant.em.fields._diffraction_kernels import diffract, diffract_twice
 from octant.em.fields._field_kernels import leaving
 from octant.em.medium.materials import Material
 from octant.em.medium.radio_scene import RadioScene
 from octant.em.medium.reflection import WallCoefficients, wall_coefficients
 from octant.em.paths.tracing import scene_arrays
 from octant.em.records import DIFFRACTION, NOTHING, REFLECTION, TRANSMITTED, PathSet
+from octant.geometries._wedge_kernels import one_facet
 from octant.geometries.errors import GeometryError
 
 FloatArray = npt.NDArray[np.float64]
@@ -317,7 +318,7 @@ def _diffraction(radio: RadioScene, wave: _Wave, hop: _Hop) -> tuple[_Wave, Budg
         field = diffract_twice(
             *common,
             *hop.elements,
-            one_facet(arrays.wedge_utd, *hop.elements),
+            one_facet(arrays.wedge_facets, *hop.elements),
             wavenumber,
             arrays.tolerance,
             hop.before_m,

@@ -14,6 +14,7 @@ from numba import njit
 from octant.em.paths._edge_point_kernels import SECTOR_TOLERANCE, in_sector, two_points
 from octant.em.paths._facet_kernels import ON_RIM, OUTSIDE, place_on_facet
 from octant.geometries._bvh_kernels import segment_blocked, two_planes
+from octant.geometries._wedge_kernels import one_facet
 
 TOUCHING = 8.0
 """Distance [margins of the hierarchy] up to which something touches a path."""
@@ -107,15 +108,23 @@ def _planes_of(code, facet_plane, wedge_facets):
 
 
 @njit(cache=True, error_model="numpy")
-def _along(planes, plane, points, facets, row, order, reach):
-    """Return whether a leg runs within a plane, the one between two edges left out."""
+def _over_a_face(wedge_facets, code, other):
+    """Return whether two interactions are at edges of one facet, over which the ray may run."""
+    return code < 0 and other < 0 and one_facet(wedge_facets, -1 - code, -1 - other)
+
+
+@njit(cache=True, error_model="numpy")
+def _along(planes, plane, wedge_facets, points, facets, row, order, reach):
+    """Return whether a leg runs within a plane, the one between two edges of a facet left out."""
     near = False
     for v in range(order + 2):
         height = -planes[plane, 3]
         for a in range(3):
             height += planes[plane, a] * points[row, v, a]
         here = abs(height) <= reach
-        between = 1 < v <= order and facets[row, v - 2] < 0 and facets[row, v - 1] < 0
+        between = 1 < v <= order and _over_a_face(
+            wedge_facets, facets[row, v - 2], facets[row, v - 1]
+        )
         if near and here and not between:
             return True
         near = here
@@ -175,7 +184,7 @@ def touches(
             if along <= reach or along >= wedge_frame[w, 13] - reach:
                 return True
             for plane in (plane_a, plane_b):
-                if _along(planes, plane, points, facets, row, order, reach):
+                if _along(planes, plane, wedge_facets, points, facets, row, order, reach):
                     return True
         if touched(
             boxes,
@@ -365,13 +374,16 @@ def neighbour_has(
         for v in range(1, ends):
             if good and facets[row, v - 1] < 0:
                 for other in (v - 1, v + 1):
+                    on_face = last <= other <= first and _over_a_face(
+                        wedge_facets, facets[row, last - 1], facets[row, first - 1]
+                    )
                     good = good and in_sector(
                         wedge_frame,
                         -1 - facets[row, v - 1],
                         near[other, 0] - near[v, 0],
                         near[other, 1] - near[v, 1],
                         near[other, 2] - near[v, 2],
-                        SECTOR_TOLERANCE if last <= other <= first else 0.0,
+                        SECTOR_TOLERANCE if on_face else 0.0,
                     )
         for v in range(ends):
             if not good:

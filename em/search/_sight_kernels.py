@@ -6,6 +6,7 @@ from numba import njit
 
 from octant.geometries._array_kernels import grown
 from octant.geometries._bvh_kernels import crossing
+from octant.geometries._wedge_kernels import one_facet
 
 _MEETING = 10.0  # distance [slacks] below which two edges meet
 _FACES = 2
@@ -13,7 +14,7 @@ _FACES = 2
 
 @njit(cache=True, error_model="numpy")
 def _fill_box(box, points):
-    """Fill the corners of a box, or the two ends of the segment that it stands about."""
+    """Fill the eight corners of a box."""
     for i in range(8):
         for a in range(3):
             points[i, a] = box[3 + a] if (i >> a) & 1 else box[a]
@@ -38,11 +39,16 @@ def _height(normal, point, origin):
 
 @njit(cache=True, error_model="numpy")
 def _within_solid(frame, normals, points, count, slack):
-    """Return whether all points lie under both faces of a wedge, where its solid is convex."""
+    """Return whether all points lie behind both faces of a wedge, whose solid is convex."""
+    along, up = np.cos(0.5 * frame[12]), np.sin(0.5 * frame[12])
     for i in range(count):
         for face in range(_FACES):
-            if _height(normals[face], points[i], frame) >= -slack:
+            if _height(normals[face], points[i], frame) > slack:
                 return False
+        x = _height(frame[6:9], points[i], frame)
+        y = _height(frame[9:12], points[i], frame)
+        if along * x + up * y > slack:  # in the plane of a sheet, before its rim
+            return False
     return True
 
 
@@ -216,13 +222,9 @@ def edges_in_sight(
                 j = wedge_order[k]
                 if j <= i:
                     continue
-                shared = False
-                for face in range(_FACES):
-                    for other in range(_FACES):
-                        shared = shared or facets[i, face] == facets[j, other]
                 _fill_ends(wedge_frame[j], there)
                 if (
-                    shared
+                    one_facet(facets, i, j)
                     or min(_gap(wedge_frame[i], there), _gap(wedge_frame[j], ends))
                     <= _MEETING * slack
                     or _along_face(wedge_frame[i], face_normals[i], there, _MEETING * slack)

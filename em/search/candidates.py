@@ -26,8 +26,8 @@ class SolverSettings:
     ----------
     max_reflections : Greatest number of bends of a path, reflections and diffractions.
     diffraction : Whether edges diffract.
-    max_diffractions : Diffractions of a path: 1, or 2: over both edges of one face, or rims of
-        two sheets, as well.
+    max_diffractions : Diffractions of a path: 1, or 2: over both edges of one face, or two edges
+        in sight of each other, as well.
     transmission : Whether sheets with a thickness let waves through.
     search : ``complete`` finds every path; ``rays`` are launched in meshes of very many triangles.
     rays : Rays launched by ``rays``.

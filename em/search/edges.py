@@ -156,7 +156,7 @@ def search_edges(
     wedges : Its wedges, or those of them that shall diffract.
     tree : Images of the source; its order bounds a path's interactions, but for diffractions alone.
     max_diffractions : Diffractions of a path: 1, or 2 for those over two edges as well: of one
-        facet (the top of a cabinet, both rims of a plate), or rims of two sheets apart.
+        facet (the top of a cabinet, both rims of a plate), or apart and in sight of each other.
     executor : Runs blocks of the work, sharing memory; None: a thread per core. Same bits with any.
     """
     if max_diffractions not in (1, 2):
@@ -172,7 +172,7 @@ def search_edges(
         pairs = np.concatenate(
             (
                 _pairs_over_a_facet(wedges, tree),
-                _pairs_of_sheets(scene, wedges, tree, hulls, executor),
+                _pairs_in_sight(scene, wedges, tree, hulls, executor),
             )
         )
     return _combine(images, tree, light, pairs, max_diffractions)
@@ -298,18 +298,18 @@ def _pairs_over_a_facet(wedges: Wedges, tree: ImageTree) -> IntArray:
     return pairs
 
 
-def _pairs_of_sheets(
+def _pairs_in_sight(
     scene: Scene, wedges: Wedges, tree: ImageTree, hulls: SearchFacets, executor: Executor | None
 ) -> IntArray:
-    """Return (p, 2) wedges, first and last, that are rims of two sheets apart, in sight."""
-    rims = np.flatnonzero(wedges.exterior_rad > 2.0 * math.pi - ANGLE_TOLERANCE_RAD)
-    f, frame = scene.facets, wedge_frames(wedges)[rims]
+    """Return (p, 2) wedges, first and last, that bend outwards, apart and in sight."""
+    outer = np.flatnonzero(wedges.exterior_rad > math.pi + ANGLE_TOLERANCE_RAD)
+    f, frame = scene.facets, wedge_frames(wedges)[outer]
     order, boxes, links = _edge_hierarchy(frame)
     known = read_only(
         (
             frame,
-            wedges.face_normals[rims],
-            wedges.facets[rims],
+            wedges.face_normals[outer],
+            wedges.facets[outer],
             boxes,
             links,
             order,
@@ -329,10 +329,14 @@ def _pairs_of_sheets(
         return (_sight_kernels.edges_in_sight(*known, begin, end, scene.tolerance_m),)
 
     budget = _budget(
-        "pairs of rims that see one another", wedges, tree, ROUTE_BYTES, "give max_diffractions = 1"
+        "pairs of edges that see one another",
+        wedges,
+        tree,
+        ROUTE_BYTES,
+        "give max_diffractions = 1",
     )
-    parts = gather_blocks(work, len(rims), budget, block_size=IMAGES_PER_BLOCK, executor=executor)
-    pairs = rims[np.concatenate([np.zeros((0, 2), np.int64), *(part[0] for part in parts)])]
+    parts = gather_blocks(work, len(outer), budget, block_size=IMAGES_PER_BLOCK, executor=executor)
+    pairs = outer[np.concatenate([np.zeros((0, 2), np.int64), *(part[0] for part in parts)])]
     both: IntArray = np.concatenate((pairs, pairs[:, ::-1]))
     return both
 

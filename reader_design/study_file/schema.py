@@ -113,7 +113,7 @@ class Solver(Table, frozen=True, kw_only=True):
         are any.
     diffraction : Whether edges diffract.
     max_diffractions : Diffractions of a path: 1, or 2 for those over both edges of one face, or
-        the rims of two sheets in sight of each other, as well.
+        two edges in sight of each other, as well.
     transmission : Whether sheets with a thickness let waves through.
     search : ``complete`` finds every path; ``rays`` launches rays, for meshes of very many
         triangles.

@@ -13,11 +13,12 @@ NODES, WEIGHTS = np.polynomial.legendre.leggauss(6)
 
 
 def outline(corners, per_side):
-    """Ends (n, 2, 2) of the segments of a polygon given counterclockwise, graded to its corners."""
+    """Ends (n, 2, 2) of the segments of counterclockwise polygons (.., m, 2), graded to corners."""
     s = np.linspace(0.0, 1.0, per_side + 1)
     s = s**3 * (10.0 - 15.0 * s + 6.0 * s**2)
     ends = []
-    for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+    following = np.roll(corners, -1, axis=-2)
+    for a, b in zip(corners.reshape(-1, 2), following.reshape(-1, 2), strict=True):
         points = a + s[:, None] * (b - a)
         ends.extend(np.stack([points[:-1], points[1:]], axis=1))
     return np.array(ends)

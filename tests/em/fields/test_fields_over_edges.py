@@ -179,6 +179,30 @@ def test_where_an_edge_hides_another_two_edges_take_over(label):
     assert jumps(every, curve, *sides).max() < 0.025
 
 
+@pytest.mark.parametrize("first", ["cabinet", "screen"])
+def test_where_a_body_hides_the_edge_of_another_two_edges_take_over(first):
+    """Down behind a cabinet that stands behind something higher: what is left is third order."""
+    if first == "cabinet":
+        higher = box((0.8, 3.0, 1.6), material="concrete", position_m=(0.0, -1.5, 0.0))
+    else:
+        higher = plate((0.8, -1.5, 0.0), (0.0, 3.0, 0.0), (0.0, 0.0, 1.6), "metal")
+    lower = box((0.7, 3.0, 1.3), material="concrete", position_m=(2.4, -1.4, 0.0))
+    scene = build_scene((), objects=(higher, lower))
+
+    def curve(t):
+        return np.array([4.4, 0.21, 0.0]) + np.asarray(t)[:, None] * np.array([0.0, 0.0, 1.0])
+
+    found = link(scene, (-2.0, 0.13, 1.9), 3, diffractions=2, region=SPACE)
+    heights = np.linspace(0.1, 2.2, 106)
+    low, high = find_boundaries(found, curve, heights, "DRT")
+    assert len(low) > 5
+    assert jumps(found, curve, low - 1e-6, high + 1e-6).max() < 0.035
+    dark = np.abs(totals(found, curve(heights[:40]))).max(axis=1)
+    assert dark.min() > 1e-3 * incident(found, curve(heights[:40])).max()
+    back = link(scene, curve([0.3])[0], 3, diffractions=2, region=SPACE)
+    assert len(trace(back, [found.source])) == len(trace(found, curve([0.3])))
+
+
 def test_edges_of_metal_are_those_of_a_perfect_conductor():
     """But where a path grazes a face to 1e-4 rad, where the coefficients of metal turn."""
     places = np.random.default_rng(1).uniform(-3.0, 3.0, (100, 3))
@@ -344,16 +368,18 @@ def test_a_conducting_inner_corner_is_its_images():
 # Invariances
 
 
-def room_with_cabinet(turn=None, split=False):
+def room_with_cabinet(turn=None, split=False, beside=False):
     bodies = [
         *box_room((4.0, 3.0, 2.5), material="concrete"),
         box((0.9, 0.5, 1.1), material="metal", position_m=(1.9, 1.1, 0.4), yaw_deg=20.0),
     ]
+    if beside:
+        bodies += [box((0.5, 0.6, 0.8), material="wood", position_m=(1.0, 1.4, 0.0), yaw_deg=8.0)]
     if split:
         bodies = [_split(body) for body in bodies]
     if turn is not None:
         bodies = [replace(body, vertices_m=body.vertices_m @ turn.T) for body in bodies]
-    return build_scene(bodies[:-1], objects=bodies[-1:])
+    return build_scene(bodies[:6], objects=bodies[6:])
 
 
 def _split(body):
@@ -392,9 +418,10 @@ def powers(scene, source, places, *, axes, order=2, diffractions=2):
 AXES = ((0.2, 0.3, 1.0), (1.0, -0.4, 0.5))
 
 
-@pytest.mark.parametrize("diffractions", [1, 2])
-def test_power_is_the_same_both_ways(diffractions):
-    scene = room_with_cabinet()
+@pytest.mark.parametrize(("diffractions", "beside"), [(1, False), (2, False), (2, True)])
+def test_power_is_the_same_both_ways(diffractions, beside):
+    """With a second body beside the cabinet too, whose edges see its own."""
+    scene = room_with_cabinet(beside=beside)
     for other in PLACES[1:3]:
         there = powers(scene, PLACES[0], [other], axes=AXES, order=3, diffractions=diffractions)
         back = powers(scene, other, PLACES[:1], axes=AXES[::-1], order=3, diffractions=diffractions)

@@ -133,6 +133,22 @@ def to_3d(v):
     return np.array([v[0], v[1], 0.0])
 
 
+def bent(edges, points, corners, kind, shared):
+    """Field of a line source along a path over one or two corners, which share a face or not."""
+    legs = np.diff(points, axis=0)
+    lengths = np.linalg.norm(legs, axis=1)
+    directions = [to_3d(leg / length) for leg, length in zip(legs, lengths, strict=True)]
+    soft = kind == cylinders.SOFT
+    field = Z if soft else np.cross(Z, directions[0])
+    if len(corners) == 1:
+        d = edges.once(*corners, lengths, directions, field)
+    else:
+        d = edges.twice(*corners, shared, lengths, directions, field)
+    out = d @ (Z if soft else np.cross(Z, directions[-1]))
+    far = np.sqrt(2j / (np.pi * K))
+    return far * out * np.exp(-1j * K * lengths.sum()) / np.sqrt(np.prod(lengths))
+
+
 class Cylinder:
     """UTD up to two edges about a conducting rectangle; a line source of field H0(2)(kR)."""
 
@@ -165,19 +181,7 @@ class Cylinder:
         return total
 
     def along(self, points, corners):
-        """Diffracted field of a path over one or two corners."""
-        legs = np.diff(points, axis=0)
-        lengths = np.linalg.norm(legs, axis=1)
-        directions = [to_3d(leg / length) for leg, length in zip(legs, lengths, strict=True)]
-        soft = self.kind == cylinders.SOFT
-        field = Z if soft else np.cross(Z, directions[0])
-        if len(corners) == 1:
-            d = self.edges.once(*corners, lengths, directions, field)
-        else:
-            d = self.edges.twice(*corners, True, lengths, directions, field)
-        out = d @ (Z if soft else np.cross(Z, directions[-1]))
-        far = np.sqrt(2j / (np.pi * K))
-        return far * out * np.exp(-1j * K * lengths.sum()) / np.sqrt(np.prod(lengths))
+        return bent(self.edges, points, corners, self.kind, True)
 
     def total(self, source, receiver, order=2):
         total = self.geometrical(source, receiver)
@@ -216,6 +220,28 @@ def test_rectangular_cylinders_agree_with_the_method_of_moments(kind, width, tol
     once = np.array([cylinder.total(source, r, order=1) for r in receivers])
     assert np.max(np.abs(model - exact) / free) < tolerance
     assert np.max(np.abs(once - exact) / free) > 10.0 * tolerance
+
+
+@pytest.mark.parametrize(("kind", "tolerance"), [(cylinders.SOFT, 1.5e-3), (cylinders.HARD, 0.028)])
+def test_two_ridges_in_line_agree_with_the_method_of_moments(kind, tolerance):
+    """Over the tops of two bodies, where neither shares a face with the other."""
+    one = np.array([(0.0, 0.0), (-3.0, -5.0), (3.0, -5.0)])
+    bodies = one + np.array([(0.0, 0.0), (8.0, -0.3)])[:, None]
+    tops = bodies[:, 0]
+    down = to_3d(unit(one[2]))
+    edges = Edges([[*down, -down[1], down[0], 0.0, 2.0 - 2.0 * np.arctan(0.6) / np.pi]] * 2)
+    source = np.array([-6.0, -0.3])
+    angle = np.radians(np.arange(-30.0, -3.0, 2.3))
+    receivers = tops[1] + 5.0 * np.stack((np.cos(angle), np.sin(angle)), axis=1)
+    exact = cylinders.total_field(K, bodies, source, receivers, kind, per_side=70)
+    free = np.abs(hankel2(0, K * np.linalg.norm(receivers - source, axis=1)))
+
+    def over(points, corners):
+        return bent(edges, points, corners, kind, False)
+
+    both = np.array([over([source, *tops, r], (0, 1)) for r in receivers])
+    assert np.max(np.abs(both - exact) / free) < tolerance
+    assert np.max(np.abs(exact) / free) > 5.0 * tolerance
 
 
 # Continuity: what an edge diffracts, cut off by the next edge

@@ -10,6 +10,7 @@ from lattice_scenes import lattice_scene
 from octant.em.search import budget, edges
 from octant.em.search.edges import search_edges
 from octant.em.search.images import search_images
+from octant.geometries._bvh_kernels import two_planes
 from octant.geometries.bodies import Body
 from octant.geometries.errors import GeometryError
 from octant.geometries.furniture import box
@@ -151,7 +152,7 @@ def random_sheet(rng, name):
     )
 
 
-def test_pairs_of_rims_depend_neither_on_threads_nor_on_blocks(monkeypatch):
+def test_pairs_in_sight_depend_neither_on_threads_nor_on_blocks(monkeypatch):
     rng = np.random.default_rng(2)
     scene = build_scene((), objects=[random_sheet(rng, name) for name in range(7)])
     wedges, tree = find_wedges(scene), search_images(scene, (-1.0, 0.4, 9.0), 2)
@@ -165,35 +166,51 @@ def test_pairs_of_rims_depend_neither_on_threads_nor_on_blocks(monkeypatch):
         assert np.array_equal(*(getattr(one, field.name) for one in found))
 
 
+def in_air(wedges, w, directions):
+    """Whether directions (n, k, 3) away from edges point into their wedges' air, faces left out."""
+    x = np.einsum("nkc,nc->nk", directions, wedges.tangent[w])
+    y = np.einsum("nkc,nc->nk", directions, wedges.normal[w])
+    angle = np.arctan2(y, x) % (2.0 * np.pi)
+    return (angle > 1e-6) & (angle < wedges.exterior_rad[w, None] - 1e-6)
+
+
 @pytest.mark.parametrize("seed", range(6))
-def test_rims_are_pairs_where_any_place_of_one_sees_any_of_the_other(seed):
-    """Nothing that sees the other is lost; what one facet hides is left out."""
+def test_edges_are_pairs_where_any_place_of_one_sees_any_of_the_other(seed):
+    """Nothing that sees the other is lost; what one facet or their own solids hide is left out."""
     rng = np.random.default_rng(seed)
-    sheets = [random_sheet(rng, name) for name in range(7)]
-    scene = build_scene((), objects=[*sheets, box((2.0, 1.0, 1.0), material="metal")])
+    bodies = [random_sheet(rng, name) for name in range(5)]
+    bodies += [
+        box((2.0, 1.0, 1.0), material="metal", name="a"),
+        box((0.5, 1.0, 0.7), material="metal", name="b", position_m=(3.2, 0.2, 0.0), yaw_deg=20.0),
+    ]
+    scene = build_scene((), objects=bodies)
     wedges = find_wedges(scene)
     tree = search_images(scene, (-1.0, 0.4, 9.0), 1)
     found = search_edges(scene, wedges, tree, max_diffractions=2)
     last = np.repeat(found.wedge, np.diff(found.node_start))
     pairs = set(zip(found.first.tolist(), last.tolist(), strict=True))
-    rims = np.flatnonzero(wedges.exterior_rad > 2.0 * np.pi - 1e-6)
-    plane = scene.facets.facet_plane[wedges.facets[:, 0]]
+    planes = two_planes(*scene.facets.facet_plane[wedges.facets].T)
+    dark = np.isin(np.arange(len(wedges)), last[found.first < 0], invert=True)
     blind, unseen = 0, 0
-    for one in rims:
-        others = rims[wedges.facets[rims, 0] != wedges.facets[one, 0]]
+    for one in np.flatnonzero(~dark):
+        shared = (wedges.facets[:, :, None] == wedges.facets[one]).any(axis=(1, 2))
+        others = np.flatnonzero(~shared & ~dark)
         share = rng.uniform(0.0, 1.0, (2, len(others), 300, 1))
-        ends = [
+        here, there = (
             wedges.origin_m[w, None] + t * (wedges.length_m[w, None] * wedges.axis[w])[:, None]
             for w, t in ((np.full(len(others), one), share[0]), (others, share[1]))
-        ]
+        )
         blocked = segments_blocked(
             scene.bvh,
-            *(e.reshape(-1, 3) for e in ends),
-            start_planes=plane[one],
-            end_planes=np.repeat(plane[others], 300),
+            here.reshape(-1, 3),
+            there.reshape(-1, 3),
+            start_planes=planes[one],
+            end_planes=np.repeat(planes[others], 300),
         ).reshape(-1, 300)
-        for other, hidden in zip(others.tolist(), blocked.all(axis=1), strict=True):
-            assert hidden or (one, other) in pairs
-            blind, unseen = blind + (hidden and (one, other) in pairs), unseen + hidden
-            assert ((one, other) in pairs) == ((other, one) in pairs)
-    assert blind < unseen
+        sees = in_air(wedges, np.full(len(others), one), there - here) & ~blocked
+        sees &= in_air(wedges, others, here - there)
+        for other, seen in zip(others.tolist(), sees.any(axis=1), strict=True):
+            pair = (int(one), other) in pairs
+            assert pair or not seen
+            blind, unseen = blind + (pair and not seen), unseen + (not seen)
+    assert blind < 0.5 * unseen
