@@ -3,6 +3,7 @@
 import json
 import logging
 import math
+import os
 import re
 import struct
 import warnings
@@ -12,6 +13,7 @@ from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Literal
+from urllib.parse import unquote
 
 import numpy as np
 
@@ -95,6 +97,25 @@ def carries_materials(path: str | Path) -> bool:
     path : A mesh file; it need not exist.
     """
     return Path(path).suffix.lower().removeprefix(".") in (*GLTF, _SCENE)
+
+
+def files_named(path: str | Path) -> tuple[Path, ...]:
+    """Return the other files in which bodies of a mesh file stand, sorted: what it is changed by.
+
+    They are every file that a text in quotes of a GLTF or Mitsuba XML file names, relative to it.
+
+    Parameters
+    ----------
+    path : A mesh file, or any other: nothing.
+    """
+    file = Path(path)
+    if file.suffix.lower() not in {".gltf", f".{_SCENE}"}:
+        return ()
+    text = file.read_text(errors="replace")
+    quoted = set(re.findall(r"[\"']([^\"'\n]{1,500})[\"']", text))
+    found = {file.parent / unquote(name) for name in quoted}
+    # Unlike Path.is_file, isfile takes any text, however long, for a name that may not exist.
+    return tuple(sorted(name for name in found if os.path.isfile(name) and name != file))  # noqa: PTH113
 
 
 def load_bodies(

@@ -18,6 +18,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
+from octant.geometries.mesh_files import files_named
 from octant.reader_design.keeping.versions import versions
 
 KEY_FORMAT = 1
@@ -38,7 +39,8 @@ def case_keys(
     compute : A function of a module; its name is part of the key, as is the version of Octant.
     cases : One of them is what ``compute`` receives after the context. Numbers, text, arrays,
         files, dataclasses, msgspec structs and collections of these; others are a
-        TypeError. A path, or a text that is the absolute path of a file, counts by its content.
+        TypeError. A path, or a text that is the absolute path of a file, counts by its content and
+        that of the files in which its meshes stand.
     context : What ``compute`` receives first; of the same types.
     leave_out : Fields that cannot change a result, each written ``Class.field``, for example
         ``Study.name``. Fields that a dataclass computes itself (``init=False``) never count.
@@ -139,5 +141,6 @@ class _Digests:
 
 def _text_parts(text: str) -> Iterable[bytes]:
     if os.path.isabs(text) and "\n" not in text and os.path.isfile(text):  # noqa: PTH117, PTH113
-        return b"file ", hashlib.sha256(Path(text).read_bytes()).digest()
+        files = (Path(text), *files_named(text))
+        return b"file ", *(hashlib.sha256(file.read_bytes()).digest() for file in files)
     return b"text ", text.encode()

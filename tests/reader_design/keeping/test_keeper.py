@@ -101,6 +101,29 @@ def test_files_count_by_their_content(tmp_path):
     assert case_keys(compute, [two], context=None)[0] != keys[0]
 
 
+@pytest.mark.parametrize(
+    ("scene", "text", "other"),
+    [
+        ("room.gltf", '{"buffers": [{"uri": "a%20room.bin"}]}', "a room.bin"),
+        (
+            "room.xml",
+            "<scene><string name='filename' value='meshes/wall.ply'/></scene>",
+            "wall.ply",
+        ),
+    ],
+)
+def test_files_count_by_the_content_of_those_that_hold_their_meshes(tmp_path, scene, text, other):
+    (tmp_path / "meshes").mkdir()
+    named = tmp_path / ("meshes" if other.endswith("ply") else "") / other
+    (tmp_path / scene).write_text(text)
+    keys = []
+    for content in ("flat", "flat", "steep"):
+        named.write_text(content)
+        keys += case_keys(compute, [str(tmp_path / scene)], context=None)
+    assert keys[0] == keys[1]
+    assert keys[1] != keys[2]
+
+
 def test_damaged_cut_and_foreign_files_are_computed_again(tmp_path, capsys):
     first = run(tmp_path, range(5))
     cut, changed, foreign, empty, other = (k.path for k in first)
