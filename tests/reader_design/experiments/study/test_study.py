@@ -162,7 +162,7 @@ def test_results_and_tables_agree(done):
 
 def test_report_opens_with_the_chosen_design_and_escapes_the_studys_name(done):
     page = (done.folder / "report.html").read_text("utf-8")
-    powers = read_dataset(done.folder / "results.nc")["rss_w"].values
+    powers = read_dataset(done.folder / "results.nc")["map_rss_w"].values
     assert f"All {np.isfinite(powers).sum()} powers of the antennas in the map were checked" in page
     assert "tiny &lt;study&gt;" in page
     assert "<study>" not in page
