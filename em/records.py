@@ -47,9 +47,11 @@ class SceneArrays(NamedTuple):
     layer_permittivity: np.ndarray  # (l,) complex128
     layer_thickness: np.ndarray  # (l,) in wavelengths, infinite for all that lies behind
     transmits: bool  # whether any facet lets waves through
-    wedge_frame: np.ndarray  # (w, 14): origin [m], axis, tangent, normal, air [rad], length [m]
+    wedge_frame: np.ndarray  # (w, 16): origin [m], axis, tangent, normal, air [rad], length [m],
+    # whether it ends in the open at its start and at its end (Wedges.tips)
     wedge_facets: np.ndarray  # (w, 2) int64: face 0, face n
-    wedge_utd: np.ndarray  # (w, 9): tangent, normal, air over pi, face 0, face n
+    wedge_utd: np.ndarray  # (w, 13): tangent, normal, air over pi, face 0, face n, the origin's
+    # place along the axis [m], length [m], whether it ends in the open at its start and its end
     wedge_faces: np.ndarray  # (w, 2, 4) int64 of face 0 and face n: begin and end of its layers,
     # whether the first is in the wedge's air, whether it lets waves through
     wavelength: float  # [m]

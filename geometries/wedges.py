@@ -5,7 +5,7 @@ junction of k sheets k. Facets that an edge rests on (the floor under a cabinet)
 """
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -15,6 +15,7 @@ from octant.geometries._arrays import frozen_array, read_only
 from octant.geometries._plane_geometry import FloatArray, IntArray
 from octant.geometries.edges import Edges, find_edges, row_products
 from octant.geometries.facets import Facets
+from octant.geometries.occlusion import segments_blocked
 from octant.geometries.scene import Scene
 from octant.geometries.tolerances import LENGTHS
 
@@ -40,6 +41,8 @@ class Wedges:
         it; face 0's normal into the air.
     exterior_rad : (w,) float64 — Angle [rad] of the air, face 0 to face n, n pi: 2 pi at a rim.
     facets : (w, 2) int64 — Facets that are face 0 and face n; twice the same one for a rim.
+    tips : (w, 2) int64 — Whether the rim of a sheet ends in the open at its start and at its end
+        [-]: 0 for other wedges, where a facet carries it on as its mirror image, or the next rim.
     """
 
     edge: IntArray
@@ -50,6 +53,7 @@ class Wedges:
     normal: FloatArray
     exterior_rad: FloatArray
     facets: IntArray
+    tips: IntArray
 
     def __post_init__(self) -> None:
         w = len(self.edge)
@@ -62,6 +66,7 @@ class Wedges:
             ("normal", (w, 3), np.float64),
             ("exterior_rad", (w,), np.float64),
             ("facets", (w, 2), np.int64),
+            ("tips", (w, 2), np.int64),
         ):
             value = frozen_array(getattr(self, name), name=name, shape=shape, dtype=dtype)
             object.__setattr__(self, name, value)
@@ -101,7 +106,33 @@ def find_wedges(scene: Scene) -> Wedges:
         left = np.flatnonzero(~outside)
         along = (share * wedges.length_m[left])[:, None] * wedges.axis[left]
         outside[left] = ~scene.inside_solid(beside[left] + along)
-    return Wedges(**{f.name: getattr(wedges, f.name)[outside] for f in fields(Wedges)})
+    kept = Wedges(**{f.name: getattr(wedges, f.name)[outside] for f in fields(Wedges)})
+    return replace(kept, tips=_tips(scene, kept, tolerance_m))
+
+
+def _tips(scene: Scene, wedges: Wedges, tolerance_m: float) -> IntArray:
+    """Return which ends of each wedge's edge are in the open, see :class:`Wedges`."""
+    from scipy.spatial import cKDTree
+
+    tips = np.zeros((len(wedges), 2), dtype=np.int64)
+    rim = np.flatnonzero(wedges.exterior_rad > 2.0 * math.pi - ANGLE_TOLERANCE_RAD)
+    if len(rim) == 0:
+        return tips
+    origin, axis = wedges.origin_m[rim], wedges.axis[rim]
+    places = np.stack((origin, origin + wedges.length_m[rim, None] * axis), axis=1).reshape(-1, 3)
+    outward = np.stack((-axis, axis), axis=1).reshape(-1, 3)
+    into = np.repeat(-wedges.tangent[rim], 2, axis=0)
+    step_m = 100.0 * tolerance_m
+    beside = places + step_m * into
+    ends = ~segments_blocked(scene.bvh, beside - step_m * outward, beside + step_m * outward)
+    one, other = cKDTree(places).query_pairs(tolerance_m, output_type="ndarray").T
+    made_of = np.repeat(scene.facets.facet_material[wedges.facets[rim, 0]], 2)
+    goes_on = row_products(outward[one], outward[other]) < -1.0 + ANGLE_TOLERANCE_RAD
+    goes_on &= row_products(into[one], into[other]) > 1.0 - ANGLE_TOLERANCE_RAD
+    goes_on &= made_of[one] == made_of[other]
+    ends[one[goes_on]] = ends[other[goes_on]] = False
+    tips[rim] = ends.reshape(-1, 2)
+    return tips
 
 
 def _sectors(facets: Facets, edges: Edges, rests: IntArray, rested_on: IntArray) -> Wedges:
@@ -144,6 +175,7 @@ def _sectors(facets: Facets, edges: Edges, rests: IntArray, rested_on: IntArray)
         normal=np.cross(edges.axis[edge], inward[bends]),
         exterior_rad=width[bends],
         facets=np.column_stack((face, face[following]))[bends],
+        tips=np.zeros((len(bends), 2), dtype=np.int64),
     )
 
 
@@ -198,4 +230,5 @@ def no_wedges() -> Wedges:
         normal=vector,
         exterior_rad=np.zeros(0),
         facets=np.zeros((0, 2), dtype=np.int64),
+        tips=np.zeros((0, 2), dtype=np.int64),
     )

@@ -5,13 +5,31 @@ import numpy as np
 from numba import njit
 
 from octant.em.medium._double_edge_kernels import TERM_SIZE, double_sum, fill_terms
-from octant.em.medium._wedge_kernels import azimuth, edge_factor, face, shortened, wedge_dyad
+from octant.em.medium._transition_kernels import AT_END, END_SIZE, end_counts, fill_end
+from octant.em.medium._wedge_kernels import (
+    azimuth,
+    edge_factor,
+    face,
+    shortened,
+    wedge_dyad,
+    whole_edge,
+)
+from octant.em.paths._edge_point_kernels import two_points
 
 _TWO_PI = 2.0 * np.pi
+# Columns of an edge's frame: where it starts along its axis and its length [m], and whether its two
+# ends are in the open.
+_START, _LENGTH, _TIPS = 9, 10, 11
 _ALONG_THE_EDGE = 1e-9  # sin beta below which a ray runs along the edge
 # Distance [wavelengths] nearer than which two edges count as this far apart: at a corner, where
 # they meet, the terms grow without bound and only their sum is finite.
 _APART = 0.05
+# Detour over a corner times k [rad] below which it is rounding.
+_SAME_WAY = 1e-10
+# Change of a ray's slope along an edge [-] from which on it is bent off its point of diffraction.
+_BENT = 1e-7
+# Distance [tolerances of the scene] up to which ends of two edges are one corner.
+_SAME_END = 10.0
 
 
 @njit(cache=True, error_model="numpy")
@@ -76,6 +94,52 @@ def _axis(frames, edge):
 
 
 @njit(cache=True, error_model="numpy")
+def along_edge(frames, edge, point):
+    """Return the place [m] of a point along the axis of an edge."""
+    return _dot(*_axis(frames, edge), point[0], point[1], point[2])
+
+
+@njit(cache=True, error_model="numpy")
+def _past_end(h, wavenumber, before, after, cosine, sine):
+    """Return the root of the detour times k over a point ``h`` [m] off the middle of an edge.
+
+    And the weight [-] of an end there: by how much less the edge sends from there than from its
+    middle, over a detour times k. Both without the difference of two lengths.
+    """
+    half, slope, far = 0.0, 0.0, 1.0
+    for length, rise in ((before, before * cosine), (after, -after * cosine)):
+        there = np.sqrt(max(length * length + h * (2.0 * rise + h), 0.0))
+        bent = length - rise * (2.0 * rise + h) / (length + there)
+        half += bent / (length * (length + there))
+        slope += bent / (length * there)
+        far *= length / there
+    root = max(abs(h) * np.sqrt(wavenumber * half), AT_END)
+    curvature = sine * sine * (1.0 / before + 1.0 / after)
+    return root, end_counts(root * root) * far * np.sqrt(2.0 * curvature * half) / slope
+
+
+@njit(cache=True, error_model="numpy")
+def _cut(frames, edge, middle, wavenumber, before, after, cosine, sine, corner):
+    """Return what the ends of an edge leave of the field of its line, see ``left_by``.
+
+    ``middle`` [m along the axis] is where the line diffracts; ``corner`` an end that is left out.
+    """
+    whole, count = 1.0, 0
+    ends = np.empty((2, END_SIZE), np.complex128)
+    for end in range(2):
+        if frames[edge, _TIPS + end] == 0.0 or corner == end:
+            continue
+        h = frames[edge, _START] + end * frames[edge, _LENGTH] - middle
+        root, weight = _past_end(h, wavenumber, before, after, cosine, sine)
+        inside = root == AT_END or (h < 0.0) == (end == 0)
+        whole = whole if inside else 0.0
+        if weight > 0.0:
+            fill_end(root, -weight if inside else weight, ends[count])
+            count += 1
+    return whole, ends[:count]
+
+
+@njit(cache=True, error_model="numpy")
 def diffract(
     frames,
     faces,
@@ -84,6 +148,7 @@ def diffract(
     edge,
     wavenumber,
     tolerance,
+    along,
     before,
     after,
     ix,
@@ -96,16 +161,37 @@ def diffract(
     ey,
     ez,
 ):
-    """Return D . E [sqrt(m) times E's unit] behind one edge.
+    """Return D . E [sqrt(m) times E's unit] behind one edge, which the path meets at ``along``.
 
-    A row of ``frames`` holds t0 (from the edge into face 0), n0 (its normal into the air) and n
-    (the air's angle over pi); one of ``faces`` what face 0 and face n are made of. A reflection
-    within the tolerance [m] of a face's rim counts as there. The caller multiplies by
-    e^{-jk(s'+s)} / sqrt(s' s (s' + s)) where E stands for a wave E e^{-jks'} / s' at the edge.
+    A row of ``frames`` holds t0 (from the edge into face 0), n0 (its normal into the air), n (the
+    air's angle over pi), and where the edge ends; one of ``faces`` what face 0 and face n are made
+    of. ``along`` [m along the axis] is the point of diffraction, or an end off which that point
+    lies. A reflection within the tolerance [m] of a face's rim counts as there. The caller
+    multiplies by e^{-jk(s'+s)} / sqrt(s' s (s' + s)) where E stands for a wave E e^{-jks'} / s' at
+    the edge.
     """
     phi_in, phi_out, cosine, sine = edge_angles(frames, edge, ix, iy, iz, ox, oy, oz)
-    if sine < _ALONG_THE_EDGE:
+    ax, ay, az = _axis(frames, edge)
+    cos_out = _dot(ax, ay, az, ox, oy, oz)
+    sin_out = np.sqrt(max(1.0 - cos_out * cos_out, 0.0))
+    if min(sine, sin_out) < _ALONG_THE_EDGE:
         return 0j, 0j, 0j
+    scale = complex(1.0)
+    cut = whole_edge()
+    if frames[edge, _TIPS] + frames[edge, _TIPS + 1] > 0.0:
+        middle = along
+        if abs(cosine - cos_out) > _BENT:
+            # Over an end: the coefficient is that of the shortest way over the edge's line.
+            near, far, total = before * sine, after * sin_out, before + after
+            rise = before * cosine + after * cos_out
+            spread = before * after * total
+            shortest = np.sqrt((near + far) ** 2 + rise * rise)
+            middle += rise * near / (near + far) - before * cosine
+            cosine, sine = rise / shortest, (near + far) / shortest
+            before, after = shortest * near / (near + far), shortest * far / (near + far)
+            scale = np.exp(1j * wavenumber * (total - shortest))
+            scale *= np.sqrt(spread / (before * after * shortest))
+        cut = _cut(frames, edge, middle, wavenumber, before, after, cosine, sine, -1)
     d00, d01, d10, d11 = wedge_dyad(
         phi_in,
         phi_out,
@@ -120,9 +206,11 @@ def diffract(
         before,
         after,
         tolerance / (shortened(before, after) * sine),
+        cut,
     )
     soft, hard = to_edge(frames, edge, ix, iy, iz, ex, ey, ez)
-    return from_edge(frames, edge, ox, oy, oz, d00 * soft + d01 * hard, d10 * soft + d11 * hard)
+    soft, hard = scale * (d00 * soft + d01 * hard), scale * (d10 * soft + d11 * hard)
+    return from_edge(frames, edge, ox, oy, oz, soft, hard)
 
 
 @njit(cache=True, error_model="numpy")
@@ -150,6 +238,56 @@ def _on_face(frames, edge, phi, nx, ny, nz):
 
 
 @njit(cache=True, error_model="numpy")
+def _one_corner(frames, first, second, tolerance, along_1, along_2, between, mx, my, mz):
+    """Return which ends of two edges are one corner, -1 each where none is."""
+    ax, ay, az = _axis(frames, first)
+    bx, by, bz = _axis(frames, second)
+    for i in range(2):
+        h = frames[first, _START] + i * frames[first, _LENGTH] - along_1
+        for j in range(2):
+            g = frames[second, _START] + j * frames[second, _LENGTH] - along_2
+            gap = abs(h * ax - between * mx - g * bx)
+            gap = max(gap, abs(h * ay - between * my - g * by))
+            gap = max(gap, abs(h * az - between * mz - g * bz))
+            if gap <= _SAME_END * tolerance and frames[first, _TIPS + i] > 0.0:
+                return i, j
+    return -1, -1
+
+
+@njit(cache=True, error_model="numpy")
+def _leg(x, y, z):
+    """Return the direction and the length of a leg."""
+    size = np.sqrt(x * x + y * y + z * z)
+    if size == 0.0:
+        return 0.0, 0.0, 0.0, 0.0
+    return x / size, y / size, z / size, size
+
+
+@njit(cache=True, error_model="numpy")
+def _over_lines(ax, ay, az, bx, by, bz, before, between, after, ix, iy, iz, mx, my, mz, ox, oy, oz):
+    """Return the three legs of the shortest way over the lines of two edges of axes a and b.
+
+    A path over points of them is given. First how far its points move along their axes [m], and
+    whether the way was found; each leg is a direction and a length.
+    """
+    sx, sy, sz = -before * ix, -before * iy, -before * iz
+    px, py, pz = between * mx, between * my, between * mz
+    along_s, along_r = _dot(sx, sy, sz, ax, ay, az), after * _dot(ox, oy, oz, bx, by, bz)
+    lines = np.zeros((2, 6))
+    lines[0, 3], lines[0, 4], lines[0, 5] = ax, ay, az
+    lines[1, 0], lines[1, 1], lines[1, 2] = px, py, pz
+    lines[1, 3], lines[1, 4], lines[1, 5] = bx, by, bz
+    aside_s = np.sqrt(max(before * before - along_s * along_s, 0.0))
+    aside_r = np.sqrt(max(after * after - along_r * along_r, 0.0))
+    s, t, found = two_points(lines, 0, 1, aside_s, along_s, aside_r, along_r)
+    qx, qy, qz = s * ax, s * ay, s * az
+    rx, ry, rz = px + after * ox, py + after * oy, pz + after * oz
+    px, py, pz = px + t * bx, py + t * by, pz + t * bz
+    one, two = _leg(qx - sx, qy - sy, qz - sz), _leg(px - qx, py - qy, pz - qz)
+    return s, t, found, one, two, _leg(rx - px, ry - py, rz - pz)
+
+
+@njit(cache=True, error_model="numpy")
 def diffract_twice(
     frames,
     faces,
@@ -160,6 +298,8 @@ def diffract_twice(
     shared,
     wavenumber,
     tolerance,
+    along_1,
+    along_2,
     before,
     between,
     after,
@@ -181,16 +321,65 @@ def diffract_twice(
     The caller multiplies by e^{-jkS} / sqrt(before between after S), S the sum of all three, for
     any two edges: what skew edges spread differently is in D. ``shared`` says that both bound one
     face and m runs in it; of two free edges of one sheet both sides are counted. Edges nearer than
-    a twentieth of a wavelength count as that far apart.
+    a twentieth of a wavelength count as that far apart. The path meets the edges at ``along_1`` and
+    ``along_2`` [m along their axes], as in :func:`diffract`; into a corner of both the pair fades.
     """
+    ax, ay, az = _axis(frames, first)
+    bx, by, bz = _axis(frames, second)
+    soft, hard = to_edge(frames, first, ix, iy, iz, ex, ey, ez)
+    vx, vy, vz = ox, oy, oz
+    total = before + between + after
+    scale = complex(1.0)
+    at_1, at_2 = _one_corner(
+        frames, first, second, tolerance, along_1, along_2, between, mx, my, mz
+    )
+    bent_1 = _dot(ax, ay, az, mx - ix, my - iy, mz - iz)
+    bent_2 = _dot(bx, by, bz, ox - mx, oy - my, oz - mz)
+    if max(abs(bent_1), abs(bent_2)) > _BENT:
+        s, t, found, one, two, three = _over_lines(
+            ax, ay, az, bx, by, bz, before, between, after, ix, iy, iz, mx, my, mz, ox, oy, oz
+        )
+        if not found:
+            return 0j, 0j, 0j
+        along_1, along_2 = along_1 + s, along_2 + t
+        spread = before * between * after * total
+        ix, iy, iz, before = one
+        mx, my, mz, between = two
+        ox, oy, oz, after = three
+        shortest = before + between + after
+        scale = np.exp(1j * wavenumber * (total - shortest))
+        scale *= np.sqrt(spread / (before * between * after * shortest))
+        total = shortest
     in_1, out_1, cosine_1, sine_1 = edge_angles(frames, first, ix, iy, iz, mx, my, mz)
     in_2, out_2, cosine_2, sine_2 = edge_angles(frames, second, mx, my, mz, ox, oy, oz)
     if sine_1 < _ALONG_THE_EDGE or sine_2 < _ALONG_THE_EDGE:
         return 0j, 0j, 0j
+    end = between + after
+    cut_1 = _cut(frames, first, along_1, wavenumber, before, end, cosine_1, sine_1, at_1)
+    end = before + between
+    cos_out = _dot(bx, by, bz, ox, oy, oz)
+    cut_2 = _cut(frames, second, along_2, wavenumber, end, after, cos_out, sine_2, at_2)
+    tips, weight_1, weight_2 = 0, 0.0, 0.0
+    tip = np.empty((1, END_SIZE), np.complex128)
+    if at_1 >= 0:
+        h = frames[first, _START] + at_1 * frames[first, _LENGTH] - along_1
+        cx, cy, cz = h * ax, h * ay, h * az
+        _, _, _, over = _leg(cx + before * ix, cy + before * iy, cz + before * iz)
+        cx, cy, cz = cx - between * mx, cy - between * my, cz - between * mz
+        _, _, _, beyond = _leg(after * ox - cx, after * oy - cy, after * oz - cz)
+        detour = wavenumber * (over + beyond - total)
+        root = np.sqrt(detour) if detour > _SAME_WAY else 0.0
+        _, weight_1 = _past_end(h, wavenumber, before, between + after, cosine_1, sine_1)
+        h = frames[second, _START] + at_2 * frames[second, _LENGTH] - along_2
+        _, weight_2 = _past_end(h, wavenumber, before + between, after, cos_out, sine_2)
+        if weight_1 + weight_2 > 0.0:
+            fill_end(root, 1.0, tip[0])
+            tips = 1
+    corner = tip[:tips], weight_1, weight_2
     # How (b, h) of the first edge lie in those of the second, both across the middle leg.
     turn = np.empty(4)
-    hx, hy, hz = _cross(*_axis(frames, first), mx, my, mz)
-    gx, gy, gz = _cross(*_axis(frames, second), mx, my, mz)
+    hx, hy, hz = _cross(ax, ay, az, mx, my, mz)
+    gx, gy, gz = _cross(bx, by, bz, mx, my, mz)
     along = _dot(gx, gy, gz, hx, hy, hz)
     # b = m x h, so that b2 . h1 = m . (h2 x h1).
     aside = _dot(mx, my, mz, *_cross(gx, gy, gz, hx, hy, hz))
@@ -255,11 +444,11 @@ def diffract_twice(
             wavenumber * total,
             terms_2,
         )
-        double_sum(terms_1, terms_2, turn, k_first, k_second, w, part)
+        double_sum(terms_1, terms_2, turn, k_first, k_second, w, cut_1, cut_2, corner, part)
         d00, d01, d10, d11 = d00 + part[0], d01 + part[1], d10 + part[2], d11 + part[3]
     factor = edge_factor(frames[first, 6], sine_1, wavenumber)
     factor *= edge_factor(frames[second, 6], sine_2, wavenumber)
     factor *= np.sqrt(between * (before + between + after) / spread) * (0.5 if shared else 1.0)
-    soft, hard = to_edge(frames, first, ix, iy, iz, ex, ey, ez)
+    factor = scale * factor
     soft, hard = factor * (d00 * soft + d01 * hard), factor * (d10 * soft + d11 * hard)
-    return from_edge(frames, second, ox, oy, oz, soft, hard)
+    return from_edge(frames, second, vx, vy, vz, soft, hard)

@@ -5,7 +5,7 @@ import numpy as np
 from numba import njit
 
 from octant.em.antennas._antenna_kernels import far_field
-from octant.em.fields._diffraction_kernels import diffract, diffract_twice
+from octant.em.fields._diffraction_kernels import along_edge, diffract, diffract_twice
 from octant.em.fields._wave_kernels import (
     DX,
     DY,
@@ -233,6 +233,7 @@ def _bend(
             -1 - facets[p, leg],
             wavenumber,
             tolerance,
+            along_edge(wedge_utd, -1 - facets[p, leg], points[p, leg + 1]),
             before,
             after,
             dx,
@@ -257,6 +258,8 @@ def _bend(
             one_facet(wedge_utd[:, _FACETS:], -1 - facets[p, leg], -1 - facets[p, leg - 1]),
             wavenumber,
             tolerance,
+            along_edge(wedge_utd, -1 - facets[p, leg], points[p, leg + 1]),
+            along_edge(wedge_utd, -1 - facets[p, leg - 1], points[p, leg]),
             before,
             between,
             after,

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.em.antennas.kinds import Antenna
-from octant.em.fields._diffraction_kernels import diffract, diffract_twice
+from octant.em.fields._diffraction_kernels import along_edge, diffract, diffract_twice
 from octant.em.fields._field_kernels import leaving
 from octant.em.medium.materials import Material
 from octant.em.medium.radio_scene import RadioScene
@@ -301,12 +301,17 @@ def _diffraction(radio: RadioScene, wave: _Wave, hop: _Hop) -> tuple[_Wave, Budg
         arrays.layer_thickness,
     )
     wavenumber = 2.0 * math.pi / radio.wavelength_m
+    along = [
+        along_edge(arrays.wedge_utd, w, place)
+        for w, place in zip(hop.elements, hop.places_m, strict=True)
+    ]
     if len(hop.elements) == 1:
         field = diffract(
             *common,
             hop.elements[0],
             wavenumber,
             arrays.tolerance,
+            *along,
             hop.before_m,
             hop.after_m,
             *wave.direction,
@@ -321,6 +326,7 @@ def _diffraction(radio: RadioScene, wave: _Wave, hop: _Hop) -> tuple[_Wave, Budg
             one_facet(arrays.wedge_facets, *hop.elements),
             wavenumber,
             arrays.tolerance,
+            *along,
             hop.before_m,
             between,
             hop.after_m,

@@ -6,6 +6,7 @@ from numba import njit
 
 from octant.em.medium._transition_kernels import (
     STEEP_NODES,
+    beyond_ends,
     double_transition,
     scaled_transition,
     steep_descent,
@@ -14,6 +15,8 @@ from octant.em.medium._wedge_kernels import (
     cotangent_transition,
     image_boundary,
     image_is_lit,
+    left_by,
+    left_of_rest,
     second_order_share,
 )
 from octant.em.medium._wedge_weight_kernels import boundary_weight
@@ -192,17 +195,25 @@ def _fill_transitions(first, second, w, values):
 
 
 @njit(cache=True, error_model="numpy")
-def double_sum(first, second, turn, k_first, k_second, w, out):
+def double_sum(first, second, turn, k_first, k_second, w, cut_first, cut_second, corner, out):
     """Fill the 2 x 2 sum over all pairs of boundaries, times the edges' factors the coefficient.
 
     ``turn`` takes (b, h) of the first edge to that of the second; k L of both; w couples them. All
-    2 x 2 matrices here are rows of four.
+    2 x 2 matrices here are rows of four. What is left of either edge as in :func:`left_by`;
+    ``corner`` has no end, or that where both edges meet, into which the pair fades, and its weights
+    as an end of either edge.
     """
     inverse = 1.0 / np.sqrt(k_first * k_second)
     share = second_order_share(k_first) * second_order_share(k_second)
     transitions = np.empty((4, 4), np.complex128)
     _fill_transitions(first, second, w, transitions)
     behind, part = np.empty(4, np.complex128), np.zeros(4, np.complex128)
+    left_1, left_2 = np.empty(4, np.complex128), np.empty(4, np.complex128)
+    stretched = 1.0 / np.sqrt(1.0 - w * w)
+    for p in range(4):
+        left_1[p] = left_by(cut_first, stretched * first[p, _DETOUR].real)
+        left_2[p] = left_by(cut_second, stretched * second[p, _DETOUR].real)
+    tip, weight_1, weight_2 = corner
     out[:] = 0.0
     for q in range(4):
         behind[:] = 0.0
@@ -217,6 +228,14 @@ def double_sum(first, second, turn, k_first, k_second, w, out):
             bent += first[p, 6] * second[q, 5] * second[q, _BENT]
             bent += first[p, 6] * second[q, 6]
             pair -= 1j * coupling * inverse * share * bent
+            pair *= left_1[p] * left_2[q]
+            if len(tip) > 0:
+                y_1, y_2 = first[p, _DETOUR].real ** 2, second[q, _DETOUR].real ** 2
+                weight = weight_1
+                if y_1 + y_2 > 0.0:
+                    weight = (weight_1 * y_1 + weight_2 * y_2) / (y_1 + y_2)
+                y = stretched * np.sqrt(y_1 + y_2)
+                pair *= 1.0 - 2.0 * weight * beyond_ends(tip, y) / scaled_transition(y * y)
             for i in range(4):
                 behind[i] += pair * first[p, _WEIGHT + i]
         part[:] = 0.0
@@ -226,7 +245,9 @@ def double_sum(first, second, turn, k_first, k_second, w, out):
     angle_2, wall_2 = np.empty(4, np.complex128), np.empty(4, np.complex128)
     _slopes(first, angle_1, wall_1)
     _slopes(second, angle_2, wall_2)
-    factor = 1j * w * inverse
+    factor = 1j * w * inverse * left_of_rest(cut_first) * left_of_rest(cut_second)
+    for i in range(len(tip)):
+        factor *= 1.0 - (weight_1 + weight_2) * tip[i, 2]
     for i in range(4):
         behind[i] = factor * wall_1[i]
         wall_1[i] = factor * (angle_1[i] + wall_1[i])

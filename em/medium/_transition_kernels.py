@@ -56,6 +56,8 @@ def fill_transition(x, out):
 # below _NEAR, Laguerre along the path of steepest descent beyond.
 _NEAR = 2.0
 _TINY = 1e-12
+# Detours over an edge's end times the wavenumber [rad], from and up to which the end is faded out.
+END_FADES, END_REACH = 2.0, 6.0
 _LEGENDRE, _LEGENDRE_WEIGHTS = np.polynomial.legendre.leggauss(14)
 _LEGENDRE, _LEGENDRE_WEIGHTS = 0.5 * (_LEGENDRE + 1.0), 0.5 * _LEGENDRE_WEIGHTS
 STEEP_NODES = 20
@@ -64,10 +66,16 @@ _LAGUERRE, _LAGUERRE_WEIGHTS = np.polynomial.laguerre.laggauss(STEEP_NODES)
 
 @njit(cache=True, error_model="numpy")
 def steep_descent(x, weights):
-    """Fill (20,) weights of the integral's path of steepest descent from x, where it is taken."""
+    """Fill (20,) numbers that a generalised Fresnel integral takes from its lower limit alone.
+
+    Weights of the path of steepest descent from x, or where x is small e^{-j t^2} between 0 and x.
+    """
     if x > _NEAR:
         for i in range(len(_LAGUERRE)):
             weights[i] = _LAGUERRE_WEIGHTS[i] / np.sqrt(complex(x * x, -_LAGUERRE[i]))
+    else:
+        for i in range(len(_LEGENDRE)):
+            weights[i] = np.exp(-1j * (x * _LEGENDRE[i]) ** 2)
 
 
 @njit(cache=True, error_model="numpy")
@@ -76,8 +84,8 @@ def generalized_fresnel(x, y, weights):
 
     ``weights`` are those of :func:`steep_descent` from x.
     """
+    total = 0j
     if x > _NEAR:
-        total = 0j
         square = x * x + y * y
         for i in range(len(_LAGUERRE)):
             # 1 / (square - j t), without a complex division
@@ -87,16 +95,14 @@ def generalized_fresnel(x, y, weights):
     if y == 0.0:
         return 0j
     size = abs(y)
-    # From 0 to infinity it is the transition function; from 0 to x, (e^{-jz} - 1) / z is entire.
-    whole = 0.5 * np.sqrt(np.pi) * np.conj(_TURN) * scaled_transition(y * y)
-    part = 0j
+    # From 0 to infinity it is the transition function; from 0 to x the pole's share is taken out.
+    turn = np.exp(1j * y * y)
     for i in range(len(_LEGENDRE)):
         t = x * _LEGENDRE[i]
-        z = t * t + y * y
-        half = np.sin(0.5 * z)
-        part += _LEGENDRE_WEIGHTS[i] * complex(-2.0 * half * half / z, -np.sin(z) / z)
-    part = np.exp(1j * y * y) * (size * x * part + np.arctan2(x, size))
-    return np.exp(1j * x * x) * np.copysign(1.0, y) * (whole - part)
+        total += _LEGENDRE_WEIGHTS[i] / (t * t + y * y) * (weights[i] - turn)
+    total = size * x * total + turn * np.arctan2(x, size)
+    total = 0.5 * np.sqrt(np.pi) * np.conj(_TURN) * scaled_transition(y * y) - total
+    return np.exp(1j * x * x) * np.copysign(1.0, y) * total
 
 
 @njit(cache=True, error_model="numpy")
@@ -112,3 +118,47 @@ def double_transition(a, b, w, weights_a, weights_b):
     first = generalized_fresnel(a, (b + w * a) / root, weights_a)
     second = generalized_fresnel(b, (a + w * b) / root, weights_b)
     return 2j / root * (first + second)
+
+
+AT_END = 1e-6
+"""Root of a detour times k that counts for any below it: on an image's boundary and at an end, the
+ratio of both roots would be one of rounding; so it is that of a corner's bisector."""
+
+_END_WEIGHTS = 3
+END_SIZE = _END_WEIGHTS + STEEP_NODES
+"""Numbers of an edge's end: root of the detour over it times k; factors with and without a pole;
+:func:`steep_descent` from that root."""
+
+
+@njit(cache=True, error_model="numpy")
+def fill_end(root, weight, end):
+    """Fill the numbers of an edge's end whose part beyond counts with a weight [-]."""
+    end[0] = root
+    turn = weight / np.sqrt(np.pi) * np.exp(-1j * root * root)
+    end[1] = turn * _TURN
+    # Far from any pole: 1/2 where root is 0, the middle at the end; 0 far off.
+    end[2] = 0.5 * turn * np.conj(_TURN) * scaled_transition(root * root)
+    steep_descent(root, end[_END_WEIGHTS:])
+
+
+@njit(cache=True, error_model="numpy")
+def beyond_ends(ends, y):
+    """Return the part of an edge beyond its ends, times the scaled transition function of y^2.
+
+    y^2 is the detour over the edge against an image's way, times the wavenumber. The image's field
+    has a pole along the edge: of that field half lies beyond an end that is the middle.
+    """
+    part = 0j
+    y = max(y, AT_END)
+    for i in range(len(ends)):
+        part += ends[i, 1] * generalized_fresnel(ends[i, 0].real, y, ends[i, _END_WEIGHTS:])
+    return part
+
+
+@njit(cache=True, error_model="numpy")
+def end_counts(detour):
+    """Return how much of an edge's end counts [-] at a detour over it times the wavenumber."""
+    share = (detour - END_FADES) / (END_REACH - END_FADES)
+    if share <= 0.0:
+        return 1.0
+    return 0.0 if share >= 1.0 else (1.0 - share) ** 2 * (1.0 + 2.0 * share)

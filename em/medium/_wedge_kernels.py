@@ -10,7 +10,7 @@ two span the same plane for incident, reflected and diffracted rays, and a perfe
 import numpy as np
 from numba import njit
 
-from octant.em.medium._transition_kernels import scaled_transition
+from octant.em.medium._transition_kernels import END_SIZE, beyond_ends, scaled_transition
 from octant.em.medium._wedge_weight_kernels import SAME_ANGLE, boundary_weight, faces_of
 
 _TWO_PI = 2.0 * np.pi
@@ -61,6 +61,40 @@ def cotangent_transition(x, lit, n, kl, ks):
     cot(x / 2n) F(X) + P (1 - F(X)) with X the detour over the edge times k. P is the next order in
     1 / kL of Macdonald's integral; for a plane wave on a half-plane the Ps cancel.
     """
+    return cut_transition(x, lit, n, kl, ks, whole_edge())
+
+
+@njit(cache=True, error_model="numpy")
+def whole_edge():
+    """Return an edge without ends, as what is left of one: see :func:`left_by`."""
+    return 1.0, np.empty((0, END_SIZE), np.complex128)
+
+
+@njit(cache=True, error_model="numpy")
+def left_by(cut, y):
+    """Return what ``cut`` leaves [-] of an edge's term, y as in :func:`beyond_ends`.
+
+    ``cut`` has the weight of the whole edge and, row by row, the ends that matter.
+    """
+    whole, ends = cut
+    if len(ends) == 0:
+        return complex(whole)
+    return whole + beyond_ends(ends, y) / scaled_transition(y * y)
+
+
+@njit(cache=True, error_model="numpy")
+def left_of_rest(cut):
+    """Return what ``cut`` leaves [-] of what has no pole, see :func:`left_by`."""
+    whole, ends = cut
+    left = complex(whole)
+    for i in range(len(ends)):
+        left += ends[i, 2]
+    return left
+
+
+@njit(cache=True, error_model="numpy")
+def cut_transition(x, lit, n, kl, ks, cut):
+    """Return :func:`cotangent_transition` of what is left of an edge, see :func:`left_by`."""
     half = np.sin(0.5 * abs(x))
     wedge = np.sin(0.5 * abs(x) / n)
     ratio = half / wedge if wedge > 0.0 else n
@@ -69,10 +103,12 @@ def cotangent_transition(x, lit, n, kl, ks):
     root = np.sqrt(2.0 * kl * curved)
     detour = root * root * half * half
     scaled = scaled_transition(detour)
-    value = turned * root * scaled
+    whole, ends = cut
+    value = turned * root * (whole * scaled + beyond_ends(ends, root * half))
     if half > _NEGLIGIBLE:
         rest = 1.0 - curved * (ratio * ratio / (n * n) + 0.5 * half * half * (1.0 + kl / ks))
-        value += turned / half * rest * (1.0 - root * half * scaled) * second_order_share(kl)
+        rest = turned / half * rest * (1.0 - root * half * scaled) * second_order_share(kl)
+        value += rest * left_of_rest(cut)
     return value if lit else -value
 
 
@@ -136,8 +172,9 @@ def wedge_dyad(
     before,
     after,
     touch,
+    cut,
 ):
-    """Return the 2 x 2 diffraction dyad in (b, h) [sqrt(m)]."""
+    """Return the 2 x 2 diffraction dyad in (b, h) [sqrt(m)] of what ``cut`` leaves of an edge."""
     kl = wavenumber * shortened(before, after) * sin_beta * sin_beta
     ks = wavenumber * (before + after)
     closes = abs(np.rint(1.0 / n) * n - 1.0) < SAME_ANGLE
@@ -152,7 +189,7 @@ def wedge_dyad(
                 term = -term
             else:
                 lit = image_is_lit(mirrored, number, x, phi_out, n, touch)
-                term = cotangent_transition(x, lit, n, kl, ks)
+                term = cut_transition(x, lit, n, kl, ks, cut)
             w00, w01, w10, w11 = boundary_weight(
                 mirrored,
                 sign,
@@ -206,4 +243,5 @@ def fill_wedge_dyads(
             before[i],
             after[i],
             SAME_ANGLE,
+            whole_edge(),
         )

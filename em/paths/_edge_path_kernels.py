@@ -9,8 +9,14 @@ heights, and the rest is the image method towards either end.
 import numpy as np
 from numba import njit
 
-from octant.em.paths._edge_point_kernels import SECTOR_TOLERANCE, in_sector, two_points
-from octant.em.paths._neighbour_kernels import comes_first, counts
+from octant.em.medium._transition_kernels import END_REACH
+from octant.em.paths._edge_point_kernels import (
+    SECTOR_TOLERANCE,
+    in_sector,
+    kept_on_edges,
+    two_points,
+)
+from octant.em.paths._neighbour_kernels import at_tip, comes_first, counts
 from octant.em.paths._path_kernels import (
     RECEIVER,
     SOURCE,
@@ -59,6 +65,11 @@ def met_before(
             for v in range(min(i, j) + 1, max(i, j) + 1):  # bent in the same place
                 for a in range(3):
                     same = same and abs(points[row, v + 1, a] - points[row, v, a]) <= tolerance
+            # Where two edges of one line end, each has half of the ray.
+            here = at_tip(wedge_frame, w, points, row, i + 1, tolerance)
+            there = at_tip(wedge_frame, u, met_points, k, j + 1, tolerance)
+            if here >= 0 and there >= 0:
+                same = same and (here == there) == (cosine > 0.0)
             i += 1
             j += 1
         if same:
@@ -110,6 +121,7 @@ def find_edge_paths(
     sheets,
     sheet_facets,
     margin,
+    end_reach,
     wedge_frame,
     wedge_facets,
     edge_wedge,
@@ -177,12 +189,38 @@ def find_edge_paths(
                 if beside + distance <= tolerance:
                     continue
                 t = place + (along - place) * beside / (beside + distance)
-                s = t
                 one = wedge
+                length = wedge_frame[wedge, 13]
+                if t < -tolerance or t > length + tolerance:
+                    end = 0 if t < 0.0 else 1
+                    if wedge_frame[wedge, 14 + end] == 0.0:
+                        continue
+                    t = end * length
+                    detour = np.sqrt(beside * beside + (t - place) ** 2)
+                    detour += np.sqrt(distance * distance + (t - along) ** 2)
+                    detour -= np.sqrt((beside + distance) ** 2 + (along - place) ** 2)
+                    if detour > end_reach:
+                        continue
+                s = t
             else:
                 s, t, ok = two_points(wedge_frame, one, wedge, beside, place, distance, along)
-                if not ok or s < -tolerance or s > wedge_frame[one, 13] + tolerance:
+                if not ok:
                     continue
+                if max(-s, s - wedge_frame[one, 13], -t, t - wedge_frame[wedge, 13]) > tolerance:
+                    s, t, detour = kept_on_edges(
+                        wedge_frame,
+                        one,
+                        wedge,
+                        beside,
+                        place,
+                        distance,
+                        along,
+                        s,
+                        t,
+                        tolerance,
+                    )
+                    if detour > end_reach:
+                        continue
             if t < lit_from - tolerance or t > lit_to + tolerance:
                 continue
             if (along - t) ** 2 + distance * distance <= tolerance * tolerance:
@@ -435,6 +473,7 @@ def search_edges(scene, tree, edges, x, y, z, first, before, met, whole):
         sheets.triangles,
         sheets.planes,
         bvh.margin,
+        END_REACH * scene.wavelength / (2.0 * np.pi),
         scene.wedge_frame,
         scene.wedge_facets,
         edges.wedge,

@@ -35,6 +35,74 @@ def in_sector(wedge_frame, wedge, dx, dy, dz, tolerance):
 
 
 @njit(cache=True, error_model="numpy")
+def best_place(wedge_frame, first, last, s, distance, along):
+    """Return where the shortest way from the point s of one edge meets another, and if it does.
+
+    It leads to a point at ``distance`` from the other edge's line and ``along`` it.
+    """
+    bx, by, bz = wedge_frame[last, 3], wedge_frame[last, 4], wedge_frame[last, 5]
+    px = wedge_frame[first, 0] + s * wedge_frame[first, 3] - wedge_frame[last, 0]
+    py = wedge_frame[first, 1] + s * wedge_frame[first, 4] - wedge_frame[last, 1]
+    pz = wedge_frame[first, 2] + s * wedge_frame[first, 5] - wedge_frame[last, 2]
+    place = px * bx + py * by + pz * bz
+    px, py, pz = px - place * bx, py - place * by, pz - place * bz
+    beside = np.sqrt(px * px + py * py + pz * pz)
+    if beside + distance == 0.0:
+        return place, False
+    return place + (along - place) * beside / (beside + distance), True
+
+
+@njit(cache=True, error_model="numpy")
+def _length(wedge_frame, first, last, distance_s, along_s, distance_r, along_r, s, t):
+    """Return the length of a way over the point s of one edge and t of another."""
+    between = 0.0
+    for a in range(3):
+        here = wedge_frame[first, a] + s * wedge_frame[first, 3 + a]
+        between += (wedge_frame[last, a] + t * wedge_frame[last, 3 + a] - here) ** 2
+    length = np.sqrt(between) + np.sqrt(distance_s * distance_s + (s - along_s) ** 2)
+    return length + np.sqrt(distance_r * distance_r + (t - along_r) ** 2)
+
+
+@njit(cache=True, error_model="numpy")
+def kept_on_edges(
+    wedge_frame, first, last, distance_s, along_s, distance_r, along_r, s, t, tolerance
+):
+    """Return the places of the shortest way over two edges that end, and its detour.
+
+    ``s`` and ``t`` are the places on the edges' lines, which lie off at least one of them; the
+    detour is infinite where an end is none in the open, or one of the other edge too.
+    """
+    shortest = _length(wedge_frame, first, last, distance_s, along_s, distance_r, along_r, s, t)
+    length_1, length_2 = wedge_frame[first, 13], wedge_frame[last, 13]
+    end_1 = 0 if s < -tolerance else (1 if s > length_1 + tolerance else -1)
+    end_2 = 0 if t < -tolerance else (1 if t > length_2 + tolerance else -1)
+    if end_1 >= 0 and wedge_frame[first, 14 + end_1] == 0.0:
+        return s, t, np.inf
+    if end_2 >= 0 and wedge_frame[last, 14 + end_2] == 0.0:
+        return s, t, np.inf
+    for i in range(2):
+        for j in range(2):
+            gap = 0.0
+            for a in range(3):
+                here = wedge_frame[first, a] + i * length_1 * wedge_frame[first, 3 + a]
+                there = wedge_frame[last, a] + j * length_2 * wedge_frame[last, 3 + a]
+                gap = max(gap, abs(here - there))
+            if gap <= 10.0 * tolerance and (i == end_1 or j == end_2):
+                return s, t, np.inf
+    done = False
+    if end_1 >= 0:
+        s = end_1 * length_1
+        t, _ = best_place(wedge_frame, first, last, s, distance_r, along_r)
+        done = -tolerance <= t <= length_2 + tolerance
+    if end_2 >= 0 and not done:
+        t = end_2 * length_2
+        s, _ = best_place(wedge_frame, last, first, t, distance_s, along_s)
+    s, t = min(max(s, 0.0), length_1), min(max(t, 0.0), length_2)
+    kept = _length(wedge_frame, first, last, distance_s, along_s, distance_r, along_r, s, t)
+    return s, t, kept - shortest
+
+
+@njit(cache=True, error_model="numpy")
 def two_points(wedge_frame, first, last, distance_s, along_s, distance_r, along_r):
     """Return where the shortest path meets two edges, as lengths along them, and if it was found.
 

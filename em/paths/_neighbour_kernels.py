@@ -11,7 +11,12 @@ a micrometre to many sides, where nothing touches.
 import numpy as np
 from numba import njit
 
-from octant.em.paths._edge_point_kernels import SECTOR_TOLERANCE, in_sector, two_points
+from octant.em.paths._edge_point_kernels import (
+    SECTOR_TOLERANCE,
+    best_place,
+    in_sector,
+    two_points,
+)
 from octant.em.paths._facet_kernels import ON_RIM, OUTSIDE, place_on_facet
 from octant.geometries._bvh_kernels import segment_blocked, two_planes
 from octant.geometries._wedge_kernels import one_facet
@@ -283,8 +288,25 @@ def _beside(wedge_frame, w, point):
 
 
 @njit(cache=True, error_model="numpy")
-def _edge_points(planes, facet_plane, wedge_frame, facets, row, order, last, first, images, near):
-    """Fill the points on a path's edges, vertices last and first; return whether it has them."""
+def at_tip(wedge_frame, w, points, row, v, reach):
+    """Return 0 or 1 where a vertex of a path is the tip at its edge's start or end, else -1."""
+    along = 0.0
+    for a in range(3):
+        along += (points[row, v, a] - wedge_frame[w, a]) * wedge_frame[w, 3 + a]
+    for end in range(2):
+        if wedge_frame[w, 14 + end] > 0.0 and abs(along - end * wedge_frame[w, 13]) <= reach:
+            return end
+    return -1
+
+
+@njit(cache=True, error_model="numpy")
+def _edge_points(
+    planes, facet_plane, wedge_frame, points, facets, row, order, last, first, reach, images, near
+):
+    """Fill the points on a path's edges, vertices last and first; return whether it has them.
+
+    A path over the tip of an edge meets it there, whether or not its point of diffraction is off.
+    """
     for a in range(3):
         images[0, a], images[1, a] = near[0, a], near[order + 1, a]
     for v in range(1, last):
@@ -295,12 +317,24 @@ def _edge_points(planes, facet_plane, wedge_frame, facets, row, order, last, fir
     distance_r, along_r = _beside(wedge_frame, w, images[0])
     distance_s, along_s = _beside(wedge_frame, one, images[1])
     if last == first:
-        if distance_s + distance_r == 0.0:
+        end = at_tip(wedge_frame, w, points, row, last, reach)
+        if end >= 0:
+            t = end * wedge_frame[w, 13]
+        elif distance_s + distance_r == 0.0:
             return False
-        t = along_s + (along_r - along_s) * distance_s / (distance_s + distance_r)
+        else:
+            t = along_s + (along_r - along_s) * distance_s / (distance_s + distance_r)
         s = t
     else:
-        s, t, found = two_points(wedge_frame, one, w, distance_s, along_s, distance_r, along_r)
+        start = at_tip(wedge_frame, one, points, row, first, reach)
+        end = at_tip(wedge_frame, w, points, row, last, reach)
+        s, t, found = start * wedge_frame[one, 13], end * wedge_frame[w, 13], True
+        if start < 0 and end < 0:
+            s, t, found = two_points(wedge_frame, one, w, distance_s, along_s, distance_r, along_r)
+        elif end < 0:
+            t, found = best_place(wedge_frame, one, w, s, distance_r, along_r)
+        elif start < 0:
+            s, found = best_place(wedge_frame, w, one, t, distance_s, along_s)
         if not found:
             return False
     if not (0.0 <= t <= wedge_frame[w, 13] and 0.0 <= s <= wedge_frame[one, 13]):
@@ -339,17 +373,37 @@ def neighbour_has(
     images = np.empty((order + 2, 3))
     own = np.empty(2, dtype=np.int64)
     ends = order + 1
+    reach = TOUCHING * margin
     last, first = 0, 0
     for v in range(1, ends):
         if facets[row, v - 1] < 0:
             last, first = v if last == 0 else last, v
+    for v in (last, first):
+        if v > 0 and at_tip(wedge_frame, -1 - facets[row, v - 1], points, row, v, reach) >= 0:
+            for other in (v - 1, v + 1):
+                leg = 0.0
+                for a in range(3):
+                    leg = max(leg, abs(points[row, v, a] - points[row, other, a]))
+                if leg <= reach:
+                    return False  # nothing reflects in a tip
     at_receiver = 0 if comes_first(*_ends(points, row, order)) else 3
     for k in range(len(MOVES)):
         for a in range(3):
             near[0, a] = points[row, 0, a] + MOVE * margin * MOVES[k, at_receiver + a]
             near[ends, a] = points[row, ends, a] + MOVE * margin * MOVES[k, 3 - at_receiver + a]
         if last > 0 and not _edge_points(
-            planes, facet_plane, wedge_frame, facets, row, order, last, first, images, near
+            planes,
+            facet_plane,
+            wedge_frame,
+            points,
+            facets,
+            row,
+            order,
+            last,
+            first,
+            reach,
+            images,
+            near,
         ):
             continue
         begin = 0

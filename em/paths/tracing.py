@@ -60,7 +60,15 @@ def scene_arrays(radio: RadioScene) -> SceneArrays:
         wedge_frame=wedge_frames(wedges),
         wedge_facets=wedges.facets,
         wedge_utd=np.column_stack(
-            (wedges.tangent, wedges.normal, wedges.exterior_rad / math.pi, wedges.facets)
+            (
+                wedges.tangent,
+                wedges.normal,
+                wedges.exterior_rad / math.pi,
+                wedges.facets,
+                np.sum(wedges.origin_m * wedges.axis, axis=1),
+                wedges.length_m,
+                wedges.tips,
+            )
         ),
         wedge_faces=_wedge_faces(radio),
         wavelength=radio.wavelength_m,

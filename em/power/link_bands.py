@@ -169,7 +169,8 @@ def link_bands(
         groups.setdefault(_what_paths_share(channel), []).append(channel)
     bands = []
     for group in groups.values():
-        radio = group[0].radio
+        # How far past an edge's end paths lead over it grows with the wavelength.
+        radio = max((channel.radio for channel in group), key=lambda radio: radio.wavelength_m)
         found = search_candidates(radio, source_m, solver)
         scene, images, ways = path_arrays(radio, found)
         scenes = [scene_arrays(channel.radio) for channel in group]

@@ -7,7 +7,7 @@ also where rays end at a corner of the body.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -147,7 +147,10 @@ def antenna_currents(
     if own_plane_m:
         bodies.append(_own_plane(body, number, own_plane_m, gap_m))
     scene = build_scene((), objects=bodies)
-    radio = radio_scene(scene, antenna.frequency_hz, wedges=find_wedges(scene))
+    wedges = find_wedges(scene)
+    # The currents' own fields are smooth past the ends of edges, as docs/rays.md says.
+    endless = replace(wedges, tips=np.zeros_like(wedges.tips))
+    radio = radio_scene(scene, antenna.frequency_hz, wedges=endless)
     lift_m = 0.0 if antenna.kind == "monopole" and own_plane_m == 0.0 else gap_m
     foot_m = body.element_feet_m[number] + np.array((0.0, 0.0, lift_m))
     wire_m = np.stack((foot_m, foot_m + np.array((0.0, 0.0, antenna.length_m))))

@@ -119,7 +119,7 @@ def no_edges() -> EdgeTree:
 
 
 def wedge_frames(wedges: Wedges) -> FloatArray:
-    """Return (w, 14): origin [m], axis, tangent, normal [-], air [rad] and length [m] of wedges.
+    """Return (w, 16): origin [m], axis, tangent, normal [-], air [rad], length [m], tips of wedges.
 
     Parameters
     ----------
@@ -133,6 +133,7 @@ def wedge_frames(wedges: Wedges) -> FloatArray:
             wedges.normal,
             wedges.exterior_rad,
             wedges.length_m,
+            wedges.tips,
         )
     )
 

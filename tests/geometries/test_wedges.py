@@ -156,3 +156,30 @@ def test_edges_are_cut_at_every_corner_and_rest_on_every_facet_that_a_search_of_
             if height.max() <= tolerance < rim and abs(turn) > 1.0:
                 found.add((e, i))
     assert set(map(tuple, facets_rested_on(f, edges, tolerance).tolist())) == found
+
+
+def test_rims_end_in_the_open_but_not_on_a_floor():
+    corners = [(1.0, 2.0, 0.0), (3.0, 2.0, 0.0), (3.0, 2.0, 2.0), (1.0, 2.0, 2.0)]
+    screen = Body(name="screen", vertices_m=corners, faces=[[0, 1, 2], [0, 2, 3]], material="wood")
+    block = box((1.0, 0.6, 1.8), material="wood", position_m=(2.0, 3.0, 0.0), name="block")
+    wedges = find_wedges(build_scene(box_room((5.0, 5.0, 3.0)), objects=[screen, block]))
+    rim = wedges.exterior_rad > 6.0
+    ends = wedges.origin_m[:, 2:] + (wedges.axis[:, 2] * wedges.length_m)[:, None] * np.arange(2)
+    assert rim.sum() == 3
+    assert (wedges.tips == (rim[:, None] & (ends > 1e-9))).all()
+
+
+def test_an_edge_that_a_second_body_carries_on_has_no_end_there():
+    def sheet(x, name, material):
+        corners = [(x, 0.0, 1.0), (x + 1.0, 0.0, 1.0), (x + 1.0, 0.0, 2.0), (x, 0.0, 2.0)]
+        faces = [[0, 1, 2], [0, 2, 3]]
+        return Body(name=name, vertices_m=corners, faces=faces, material=material)
+
+    for material, inner in (("wood", 0), ("metal", 1)):
+        sheets = [sheet(0.0, "one", "wood"), sheet(1.0, "two", material)]
+        wedges = find_wedges(build_scene((), objects=sheets))
+        for w in np.flatnonzero(np.abs(wedges.axis[:, 0]) > 0.5):
+            x = wedges.origin_m[w, 0] + wedges.axis[w, 0] * wedges.length_m[w] * np.arange(2)
+            middle = np.abs(x - 1.0) < 1e-9
+            assert (wedges.tips[w][middle] == inner).all()
+            assert (wedges.tips[w][~middle] == 1).all()

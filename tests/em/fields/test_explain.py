@@ -137,9 +137,9 @@ def test_budgets_over_edges_and_through_sheets_add_up(sender):
         words.add(word)
         assert len(budget.lines) == len(word) + 4 - word.count("DD")
         total = sum(line.change_db for line in budget.lines)
-        gain_db = 10.0 * math.log10(abs(gains.gain[path]) ** 2)
-        if gain_db < -250.0:
+        if abs(gains.gain[path]) < 1e-10:
             continue
+        gain_db = 10.0 * math.log10(abs(gains.gain[path]) ** 2)
         assert total == pytest.approx(gain_db, abs=1e-9)
         assert abs(budget.gain - gains.gain[path]) <= 1e-10 * abs(gains.gain[path])
     assert {"D", "DD", "T", "TR", "R"} <= words

@@ -250,11 +250,12 @@ def ray(frame, axis, phi, beta, outward):
 def at_edge(frame, faces, before_m, after_m, incoming, outgoing, field, tolerance_m=1e-12):
     return np.array(
         diffract(
-            frame,
+            np.pad(frame, ((0, 0), (0, 6))),  # an edge without ends
             *faces.kernel_arrays(),
             0,
             K,
             tolerance_m,
+            0.0,
             before_m,
             after_m,
             *incoming,

@@ -25,7 +25,7 @@ class Edges:
 
     def __init__(self, rows, permittivity=CONDUCTOR, k=K):
         self.k = k
-        self.frames = np.array(rows, dtype=float)
+        self.frames = np.pad(np.array(rows, dtype=float), ((0, 0), (0, 6)))  # without ends
         self.faces = np.full((len(rows), 2, 4), (0, 1, 1, 0))
         self.permittivity = np.array([permittivity], complex)
         self.thickness = np.array([np.inf])
@@ -40,6 +40,7 @@ class Edges:
                 edge,
                 self.k,
                 1e-9,
+                0.0,
                 *lengths,
                 *np.concatenate(directions),
                 *np.asarray(field, complex),
@@ -58,6 +59,8 @@ class Edges:
                 shared,
                 self.k,
                 1e-9,
+                0.0,
+                0.0,
                 *lengths,
                 *np.concatenate(directions),
                 *np.asarray(field, complex),
