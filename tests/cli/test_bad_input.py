@@ -226,3 +226,11 @@ def test_ends_so_close_that_more_would_arrive_than_was_sent_are_refused(octant, 
     near, far = ("1.0162,1,1", "1.0164,1,1")
     octant("paths", study, "--tx", "1,1,1", "--rx", far)
     assert "(1.0162, 1, 1) m" in octant("paths", study, "--tx", "1,1,1", "--rx", near).refused()
+
+
+@pytest.mark.parametrize("given", ["x" * 5000, "1" * 5000 + "x"])
+def test_what_was_given_is_repeated_only_in_part_where_it_is_long(octant, study_file, given):
+    options = ("--out", "room.glb", "--azimuth-deg", given)
+    sentence = octant("scene", study_file(), *options).refused()
+    assert "--azimuth-deg" in sentence
+    assert len(sentence) < 400
