@@ -249,7 +249,8 @@ def _one_corner(frames, first, second, tolerance, along_1, along_2, between, mx,
             gap = abs(h * ax - between * mx - g * bx)
             gap = max(gap, abs(h * ay - between * my - g * by))
             gap = max(gap, abs(h * az - between * mz - g * bz))
-            if gap <= _SAME_END * tolerance and frames[first, _TIPS + i] > 0.0:
+            tips = frames[first, _TIPS + i] > 0.0 and frames[second, _TIPS + j] > 0.0
+            if tips and gap <= _SAME_END * tolerance:
                 return i, j
     return -1, -1
 

@@ -193,7 +193,8 @@ def find_edge_paths(
                 length = wedge_frame[wedge, 13]
                 if t < -tolerance or t > length + tolerance:
                     end = 0 if t < 0.0 else 1
-                    if wedge_frame[wedge, 14 + end] == 0.0:
+                    # A ray along the line itself carries nothing on, and has no end on one side.
+                    if wedge_frame[wedge, 14 + end] == 0.0 or min(beside, distance) <= tolerance:
                         continue
                     t = end * length
                     detour = np.sqrt(beside * beside + (t - place) ** 2)

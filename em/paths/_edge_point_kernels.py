@@ -89,17 +89,22 @@ def kept_on_edges(
                 gap = max(gap, abs(here - there))
             if gap <= 10.0 * tolerance and (i == end_1 or j == end_2):
                 return s, t, np.inf
-    done = False
-    if end_1 >= 0:
-        s = end_1 * length_1
-        t, _ = best_place(wedge_frame, first, last, s, distance_r, along_r)
-        done = -tolerance <= t <= length_2 + tolerance
-    if end_2 >= 0 and not done:
-        t = end_2 * length_2
-        s, _ = best_place(wedge_frame, last, first, t, distance_s, along_s)
-    s, t = min(max(s, 0.0), length_1), min(max(t, 0.0), length_2)
-    kept = _length(wedge_frame, first, last, distance_s, along_s, distance_r, along_r, s, t)
-    return s, t, kept - shortest
+    # The length is convex: the shortest way meets one of the ends that the lines' own way lies off.
+    kept, s_kept, t_kept = np.inf, s, t
+    for i in range(2):
+        if i == 0 and end_1 >= 0:
+            s = end_1 * length_1
+            t, _ = best_place(wedge_frame, first, last, s, distance_r, along_r)
+        elif i == 1 and end_2 >= 0:
+            t = end_2 * length_2
+            s, _ = best_place(wedge_frame, last, first, t, distance_s, along_s)
+        else:
+            continue
+        s, t = min(max(s, 0.0), length_1), min(max(t, 0.0), length_2)
+        length = _length(wedge_frame, first, last, distance_s, along_s, distance_r, along_r, s, t)
+        if length < kept:
+            kept, s_kept, t_kept = length, s, t
+    return s_kept, t_kept, kept - shortest
 
 
 @njit(cache=True, error_model="numpy")
