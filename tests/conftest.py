@@ -23,10 +23,15 @@ settings.load_profile("full" if os.environ.get("OCTANT_EXAMPLES") == "full" else
 
 @pytest.fixture(scope="session", autouse=True)
 def own_cache(tmp_path_factory):
-    """Keep what Octant caches out of the user's folder; workers of one session share it."""
+    """Keep what Octant caches out of the user's folder; workers of one session share it.
+
+    Processes that tests start read the package that is tested, whose kernels are compiled, not one
+    that stands in the current folder.
+    """
     folder = Path(tmp_path_factory.getbasetemp())
     if "PYTEST_XDIST_WORKER" in os.environ:
         folder = folder.parent
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("OCTANT_CACHE_DIR", str(folder / "octant-cache"))
+        patch.setenv("PYTHONSAFEPATH", "1")
         yield
