@@ -2,10 +2,11 @@
 """Compiled growth of arrays whose final length is not known before."""
 
 import numpy as np
-from numba import njit
+
+from octant.geometries.kernels import kernel
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def grown(array, needed):
     """Return the array with room for ``needed`` rows."""
     if needed <= len(array):

@@ -8,7 +8,8 @@ whose box is hit is followed by its first child, any other by the node its skip 
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
+
+from octant.geometries.kernels import kernel
 
 RIM = 1e-10
 """Inclusive margin [-] in barycentric coordinates."""
@@ -31,7 +32,7 @@ class BvhArrays(NamedTuple):
     margin: float  # [m] by which hits at the ends of a segment are ignored
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _split_place(lo, hi, order, begin, end, axis, low, width):
     """Return the number of bins left of the cheapest surface-area split, 0 if there is none."""
     counts = np.zeros(BINS, dtype=np.int64)
@@ -68,7 +69,7 @@ def _split_place(lo, hi, order, begin, end, axis, low, width):
     return place
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def build(lo, hi):
     """Return order, boxes and links of a hierarchy over the boxes (t, 3) lo to hi [m]."""
     t = len(lo)
@@ -131,13 +132,13 @@ def build(lo, hi):
     return order, bounds[:nodes].copy(), links[:nodes].copy()
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def two_planes(first, second):
     """Return one number for the two planes that meet at a segment's end, for segment_blocked."""
     return first | (second + 1) << 32
 
 
-@njit(cache=True, error_model="numpy", forceinline=True)
+@kernel(forceinline=True)
 def crossing(triangles, i, px, py, pz, dx, dy, dz):
     """Return the t at which the line p + t d crosses a triangle, rim included, or -1.
 
@@ -162,7 +163,7 @@ def crossing(triangles, i, px, py, pz, dx, dy, dz):
     return (bx * cx + by * cy + bz * cz) / det
 
 
-@njit(cache=True, error_model="numpy", forceinline=True)
+@kernel(forceinline=True)
 def segment_blocked(
     boxes, links, triangles, planes, margin, px, py, pz, qx, qy, qz, plane_p, plane_q
 ):
@@ -218,7 +219,7 @@ def segment_blocked(
     return False
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def segments_blocked(bvh, starts, ends, plane_a, plane_b, blocked):
     """Fill (n,) ``blocked`` for n segments between (n, 3) points [m]."""
     for i in range(len(starts)):
@@ -239,7 +240,7 @@ def segments_blocked(bvh, starts, ends, plane_a, plane_b, blocked):
         )
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def winding_numbers(points, corners, winding):
     """Fill (n,) ``winding`` [-] of n points about (t, 3, 3) triangles [m].
 

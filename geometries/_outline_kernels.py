@@ -2,12 +2,12 @@
 """Compiled kernels that turn the triangles of a plane into outlines."""
 
 import numpy as np
-from numba import njit
 
 from octant.geometries._plane_kernels import join, roots
+from octant.geometries.kernels import kernel
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _corners_between(vertices, corners, places, axis, a, b, tolerance, hits, along):
     """Fill ``hits`` with the corners that stand on the edge from a to b, in order; return how many.
 
@@ -43,7 +43,7 @@ def _corners_between(vertices, corners, places, axis, a, b, tolerance, hits, alo
     return count
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def split_edges(group_start, starts, ends, vertices, tolerance):
     """Return (k, 3) edge, start and end of the edges cut where corners of their group lie on them.
 
@@ -86,7 +86,7 @@ def split_edges(group_start, starts, ends, vertices, tolerance):
     return pieces[:count].copy()
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def connected(count, triangles, edges):
     """Return (count,) the least corner that each corner hangs together with."""
     parent = np.arange(count)
@@ -99,7 +99,7 @@ def connected(count, triangles, edges):
     return parent
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def merge_straight(starts, ends, places, tolerance):
     """Join straight runs of directed edges between corners at ``places``; return which edges stay.
 

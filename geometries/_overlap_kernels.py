@@ -2,10 +2,11 @@
 """Compiled kernel for flat pieces that overlap themselves: where edges cross."""
 
 import numpy as np
-from numba import njit
+
+from octant.geometries.kernels import kernel
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def crossings(ends, tolerance):
     """Return (c, 2) pairs of plane edges (k, 4) that cross, and (c, 2) where [m] along each."""
     pairs = np.empty((16, 2), dtype=np.int64)

@@ -2,7 +2,8 @@
 """Compiled kernels that weld vertices and gather triangles into planes."""
 
 import numpy as np
-from numba import njit
+
+from octant.geometries.kernels import kernel
 
 REACH = 8.0
 """Greatest factor [-] by which rounding may grow where a plane is carried beyond its triangles."""
@@ -22,7 +23,7 @@ MAX_CANDIDATES = 64
 """Planes [-] that a region is compared with before it is taken as a plane of its own."""
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _root(parent, i):
     while parent[i] != i:
         parent[i] = parent[parent[i]]
@@ -30,7 +31,7 @@ def _root(parent, i):
     return i
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def join(parent, i, j):
     """Join the sets of i and j under the lesser root."""
     a, b = _root(parent, i), _root(parent, j)
@@ -40,14 +41,14 @@ def join(parent, i, j):
         parent[a] = b
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def roots(parent):
     """Replace every entry by the least member of its set."""
     for i in range(len(parent)):
         parent[i] = _root(parent, i)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def weld(points, order, height, tolerance, slack, parent):
     """Join points (n, 3) within ``tolerance`` of one another in ``parent``.
 
@@ -74,7 +75,7 @@ def weld(points, order, height, tolerance, slack, parent):
     roots(parent)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _spread(x, y, z, sums, plane):
     """Add one corner to the sums of a region: count, first and second moments about its centre."""
     x, y, z = x - plane[0], y - plane[1], z - plane[2]
@@ -90,7 +91,7 @@ def _spread(x, y, z, sums, plane):
     sums[9] += z * z
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _fit(sums, plane):
     """Fit a plane to a region's corners: ``plane`` keeps its centre of moments in 0 to 2.
 
@@ -115,7 +116,7 @@ def _fit(sums, plane):
     plane[16] = np.sqrt(2.0 * max(values[1], 1e-300))
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _misfit(plane, x, y, z, reach):
     """Return how far a point is off a fitted plane, per what rounding can make of it there.
 
@@ -129,7 +130,7 @@ def _misfit(plane, x, y, z, reach):
     return off / min(1.0 + along + across, reach)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _belongs(plane, vertices, faces, normals, trusted, tolerance, triangle):
     """Return whether all that keeps a triangle off a plane is rounding."""
     if trusted[triangle]:
@@ -145,7 +146,7 @@ def _belongs(plane, vertices, faces, normals, trusted, tolerance, triangle):
     return True
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _seed_plane(plane, sums, vertices, faces, normals, seed):
     """Start a region: what ``_fit`` makes of one triangle, from the triangle's own normal."""
     i, j, k = faces[seed, 0], faces[seed, 1], faces[seed, 2]
@@ -177,7 +178,7 @@ def _seed_plane(plane, sums, vertices, faces, normals, seed):
     plane[16] = np.sqrt(2.0 * max(least, 1e-300))
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def grow_regions(
     seeds, vertices, faces, normals, trusted, tolerance, edge_of, edge_start, edge_triangle
 ):
@@ -232,7 +233,7 @@ def grow_regions(
     return region, planes[:count].copy()
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _holds(plane, other, tolerance, reach):
     """Return whether the corners of another region's bounds lie in a fitted plane."""
     for side in range(4):
@@ -246,7 +247,7 @@ def _holds(plane, other, tolerance, reach):
     return True
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _same_plane(a, b, tolerance):
     """Return whether two regions lie in one plane but for rounding.
 
@@ -260,7 +261,7 @@ def _same_plane(a, b, tolerance):
     return _holds(b, a, tolerance, CLOSE) and _holds(a, b, tolerance, np.inf)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _slot(level, i, j, k, m, mask):
     """Return a cell's place in the table."""
     h = np.uint64(level + 1) * np.uint64(0x9E3779B97F4A7C15)
@@ -271,7 +272,7 @@ def _slot(level, i, j, k, m, mask):
     return np.int64(h & np.uint64(mask))
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def merge_regions(planes, tolerance, middle, radius):
     """Return the least region (r,) that each region shares its plane with.
 

@@ -2,7 +2,8 @@
 """Compiled queries of a scene: supporting planes, sides of closed parts, facets near a point."""
 
 import numpy as np
-from numba import njit
+
+from octant.geometries.kernels import kernel
 
 MAX_STACK = 130
 """Nodes waiting in a nearest-first walk: two per level of the deepest hierarchy, and some."""
@@ -14,7 +15,7 @@ NEAR_RIM = 1e-9
 """Barycentric distance [-] from a triangle's rim below which a crossing is not trusted."""
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@kernel(nogil=True)
 def supporting_sides(points, normals, offsets, tolerance, sides):
     """Fill (p,) ``sides``: +1 or -1 where all points lie on that side of a plane, else 0."""
     for i in range(len(normals)):
@@ -35,7 +36,7 @@ def supporting_sides(points, normals, offsets, tolerance, sides):
         sides[i] = 1 if above else (-1 if below else 0)
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@kernel(nogil=True)
 def _crossings(boxes, links, triangles, parts, own, dx, dy, dz):
     """Return how often a ray from a triangle's middle crosses its own part, -1 when in doubt."""
     part = parts[own]
@@ -82,7 +83,7 @@ def _crossings(boxes, links, triangles, parts, own, dx, dy, dz):
     return count
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@kernel(nogil=True)
 def outer_sides(boxes, links, triangles, parts, directions, sides):
     """Fill (t,) ``sides``: +1 when a triangle's own normal points out of its closed part, else -1.
 
@@ -105,7 +106,7 @@ def outer_sides(boxes, links, triangles, parts, directions, sides):
                 break
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _box_distance(boxes, node, x, y, z):
     dx = max(boxes[node, 0] - x, 0.0, x - boxes[node, 3])
     dy = max(boxes[node, 1] - y, 0.0, y - boxes[node, 4])
@@ -113,7 +114,7 @@ def _box_distance(boxes, node, x, y, z):
     return np.sqrt(dx * dx + dy * dy + dz * dz)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _covers(triangles, i, x, y, z, tolerance):
     """Return whether a point of a triangle's plane lies in the triangle, rim included."""
     ax, ay, az = triangles[i, 3], triangles[i, 4], triangles[i, 5]
@@ -138,7 +139,7 @@ def _covers(triangles, i, x, y, z, tolerance):
     return True
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@kernel(nogil=True)
 def nearest_facets(
     points, boxes, links, triangles, planes, normals, offsets, tolerance, nearest, plane_of
 ):
@@ -189,7 +190,7 @@ def nearest_facets(
         plane_of[k] = best_plane
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@kernel(nogil=True)
 def planes_at(point, boxes, links, triangles, planes, normals, offsets, slack, found):
     """Mark in (p,) ``found`` the planes of all facets that a point lies on."""
     x, y, z = point[0], point[1], point[2]

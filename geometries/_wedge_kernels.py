@@ -2,12 +2,12 @@
 """Compiled searches for edges: which corners stand on one, and which facets one rests on."""
 
 import numpy as np
-from numba import njit
 
 from octant.geometries._array_kernels import grown
+from octant.geometries.kernels import kernel
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _passes_box(boxes, node, start, step, tolerance):
     """Return whether a segment comes as near to a box as the tolerance."""
     least, most = 0.0, 1.0
@@ -23,7 +23,7 @@ def _passes_box(boxes, node, start, step, tolerance):
     return least <= most
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def cut_at_corners(places, ends, corners, boxes, links, order, tolerance):
     """Return (k, 3) edge, start and end of edges (e, 2), cut where other corners stand on them.
 
@@ -83,7 +83,7 @@ def cut_at_corners(places, ends, corners, boxes, links, order, tolerance):
     return pieces[:count].copy()
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _within(outline, begin, end, u, v, tolerance):
     """Return whether a point of a facet's plane lies in it, and not on its rim."""
     winding = 0
@@ -101,7 +101,7 @@ def _within(outline, begin, end, u, v, tolerance):
     return winding != 0
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def facets_rested_on(
     ends,
     boxes,
@@ -158,7 +158,7 @@ def facets_rested_on(
     return pairs[:count].copy()
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def one_facet(facets, first, second):
     """Return whether two wedges bound one facet; ``facets`` (w, 2) are their faces."""
     for i in range(2):

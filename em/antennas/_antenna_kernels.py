@@ -4,12 +4,12 @@
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numba.extending import overload
 
 from octant.em.antennas._phase_kernels import sine_cosine
 from octant.em.antennas._response_kernels import PAD, cell_weights
 from octant.em.records import AntennaArrays, PatternArrays, PatternChannels
+from octant.geometries.kernels import kernel
 
 ISOTROPIC_THETA = 0
 DIPOLE = 1
@@ -32,7 +32,7 @@ def _antenna_at_of(antennas, channel):  # noqa: ARG001  numba asks for the same 
     return lambda antennas, channel: _closed_form_at(antennas, channel)  # noqa: PLW0108
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _closed_form_at(antennas, channel):
     n = antennas.numbers[channel]
     return AntennaArrays(
@@ -40,7 +40,7 @@ def _closed_form_at(antennas, channel):
     )
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _pattern_at(antennas, channel):
     n = antennas.numbers[channel]
     table, linear = antennas.tables[channel], antennas.linear[channel]
@@ -65,7 +65,7 @@ def _far_field_of(antenna, dx, dy, dz):  # noqa: ARG001  numba asks for the same
     return lambda antenna, dx, dy, dz: _closed_form_field(antenna, dx, dy, dz)  # noqa: PLW0108
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _closed_form_field(antenna, dx, dy, dz):
     ax, ay, az = antenna.axis_x, antenna.axis_y, antenna.axis_z
     c = dx * ax + dy * ay + dz * az
@@ -100,7 +100,7 @@ def _closed_form_field(antenna, dx, dy, dz):
     return scale * (c * dx - ax), scale * (c * dy - ay), scale * (c * dz - az)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _bessel_1(x):
     """Return the Bessel function J1 by its power series, which holds to 1e-14 up to x = 8."""
     quarter = 0.25 * x * x
@@ -112,7 +112,7 @@ def _bessel_1(x):
     return total
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _patch_field(antenna, dx, dy, dz, c):
     """Return the field of two in-phase magnetic slots across the resonant length."""
     if c < 0.0:
@@ -127,7 +127,7 @@ def _patch_field(antenna, dx, dy, dz, c):
     return scale * (wy * dz - wz * dy), scale * (wz * dx - wx * dz), scale * (wx * dy - wy * dx)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _pattern_field(antenna, dx, dy, dz):
     """Return the field of a table, between its points cubic, or linear at steps."""
     ax, ay, az = antenna.axis_x, antenna.axis_y, antenna.axis_z
@@ -166,7 +166,7 @@ def _pattern_field(antenna, dx, dy, dz):
     )
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def fill_far_field(antenna, direction, out):
     """Fill (n, 3) far-field vectors for (n, 3) unit directions."""
     for i in range(len(direction)):

@@ -5,7 +5,8 @@ The library's take one call each, and with them a third of the time of a path's 
 """
 
 import numpy as np
-from numba import njit
+
+from octant.geometries.kernels import kernel
 
 _TWO_OVER_PI = 2.0 / np.pi
 # pi/2 in two parts, of which the first has 33 bits: its multiples are exact for a million radians.
@@ -13,7 +14,7 @@ _HALF_PI_HIGH = 1.57079632673412561417
 _HALF_PI_LOW = 6.07710050650619224932e-11
 
 
-@njit(cache=True, error_model="numpy", forceinline=True)
+@kernel(forceinline=True)
 def sine_cosine(phase):
     """Return sine and cosine of a phase to 2e-16; beyond 1e6 rad to the phase's own rounding.
 

@@ -2,13 +2,14 @@
 """Compiled interpolation of the reader's embedded patterns."""
 
 import numpy as np
-from numba import njit
+
+from octant.geometries.kernels import kernel
 
 PAD = 2
 """Rows and columns that the table repeats beyond its ends, for the cubic stencil."""
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def cubic_weights(t):
     """Return the four Lagrange weights at -1, 0, 1, 2 for a place t between 0 and 1."""
     return (
@@ -19,7 +20,7 @@ def cubic_weights(t):
     )
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def cell_weights(t, linear):
     """Return the four weights of `cubic_weights`, or those of a straight line at a step."""
     if linear:
@@ -27,7 +28,7 @@ def cell_weights(t, linear):
     return cubic_weights(t)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def far_fields(table, linear, step_theta, step_phi, centre, theta, phi, parts, out):
     """Fill (c, n, 2) F_theta, F_phi of every antenna in one direction of the reader frame.
 
@@ -72,7 +73,7 @@ def far_fields(table, linear, step_theta, step_phi, centre, theta, phi, parts, o
             m += 4
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def fill_far_fields(response, theta, phi, out):
     """Fill (m, c, n, 2) F_theta, F_phi for m directions."""
     parts = np.empty(response.table.shape[2])

@@ -2,7 +2,6 @@
 """Compiled fields behind one edge and behind two."""
 
 import numpy as np
-from numba import njit
 
 from octant.em.medium._double_edge_kernels import TERM_SIZE, double_sum, fill_terms
 from octant.em.medium._transition_kernels import AT_END, END_SIZE, end_counts, fill_end
@@ -15,6 +14,7 @@ from octant.em.medium._wedge_kernels import (
     whole_edge,
 )
 from octant.em.paths._edge_point_kernels import two_points
+from octant.geometries.kernels import kernel
 
 _TWO_PI = 2.0 * np.pi
 # Columns of an edge's frame: where it starts along its axis and its length [m], and whether its two
@@ -32,17 +32,17 @@ _BENT = 1e-7
 _SAME_END = 10.0
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _dot(ax, ay, az, bx, by, bz):
     return ax * bx + ay * by + az * bz
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _cross(ax, ay, az, bx, by, bz):
     return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def edge_angles(frames, edge, ix, iy, iz, ox, oy, oz):
     """Return phi_in, phi_out, cos beta and sin beta of a ray in (i) and out (o) at an edge."""
     tx, ty, tz = frames[edge, 0], frames[edge, 1], frames[edge, 2]
@@ -55,7 +55,7 @@ def edge_angles(frames, edge, ix, iy, iz, ox, oy, oz):
     return phi_in, phi_out, _dot(ax, ay, az, ix, iy, iz), np.sqrt(cx * cx + cy * cy + cz * cz)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def to_edge(frames, edge, dx, dy, dz, ex, ey, ez):
     """Return the components of E along b and h of a ray d at an edge."""
     ax, ay, az = _axis(frames, edge)
@@ -67,7 +67,7 @@ def to_edge(frames, edge, dx, dy, dz, ex, ey, ez):
     return along / sine, (ex * hx + ey * hy + ez * hz) / sine
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def from_edge(frames, edge, dx, dy, dz, soft, hard):
     """Return the field whose components along b and h of a ray d at an edge are given."""
     ax, ay, az = _axis(frames, edge)
@@ -81,7 +81,7 @@ def from_edge(frames, edge, dx, dy, dz, soft, hard):
     return soft * bx + hard * hx, soft * by + hard * hy, soft * bz + hard * hz
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _axis(frames, edge):
     return _cross(
         frames[edge, 0],
@@ -93,13 +93,13 @@ def _axis(frames, edge):
     )
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def along_edge(frames, edge, point):
     """Return the place [m] of a point along the axis of an edge."""
     return _dot(*_axis(frames, edge), point[0], point[1], point[2])
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _past_end(h, wavenumber, before, after, cosine, sine):
     """Return the root of the detour times k over a point ``h`` [m] off the middle of an edge.
 
@@ -118,7 +118,7 @@ def _past_end(h, wavenumber, before, after, cosine, sine):
     return root, end_counts(root * root) * far * np.sqrt(2.0 * curvature * half) / slope
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _cut(frames, edge, middle, wavenumber, before, after, cosine, sine, corner):
     """Return what the ends of an edge leave of the field of its line, see ``left_by``.
 
@@ -139,7 +139,7 @@ def _cut(frames, edge, middle, wavenumber, before, after, cosine, sine, corner):
     return whole, ends[:count]
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def diffract(
     frames,
     faces,
@@ -213,7 +213,7 @@ def diffract(
     return from_edge(frames, edge, ox, oy, oz, soft, hard)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _side(frames, edge, phi):
     """Return the normal into the air of the face of an edge that is nearest to the azimuth phi."""
     turn = frames[edge, 6] * np.pi
@@ -227,7 +227,7 @@ def _side(frames, edge, phi):
     )
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _on_face(frames, edge, phi, nx, ny, nz):
     """Return the azimuth of the edge's face to which phi is nearest; of a sheet, the side n."""
     n = frames[edge, 6]
@@ -237,7 +237,7 @@ def _on_face(frames, edge, phi, nx, ny, nz):
     return 0.0 if same > 0.0 else n * np.pi
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _one_corner(frames, first, second, tolerance, along_1, along_2, between, mx, my, mz):
     """Return which ends of two edges are one corner, -1 each where none is."""
     ax, ay, az = _axis(frames, first)
@@ -255,7 +255,7 @@ def _one_corner(frames, first, second, tolerance, along_1, along_2, between, mx,
     return -1, -1
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _leg(x, y, z):
     """Return the direction and the length of a leg."""
     size = np.sqrt(x * x + y * y + z * z)
@@ -264,7 +264,7 @@ def _leg(x, y, z):
     return x / size, y / size, z / size, size
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _over_lines(ax, ay, az, bx, by, bz, before, between, after, ix, iy, iz, mx, my, mz, ox, oy, oz):
     """Return the three legs of the shortest way over the lines of two edges of axes a and b.
 
@@ -288,7 +288,7 @@ def _over_lines(ax, ay, az, bx, by, bz, before, between, after, ix, iy, iz, mx, 
     return s, t, found, one, two, _leg(rx - px, ry - py, rz - pz)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def diffract_twice(
     frames,
     faces,

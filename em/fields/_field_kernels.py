@@ -2,7 +2,6 @@
 """Compiled vector fields along paths: pattern, spreading, phase and every interaction."""
 
 import numpy as np
-from numba import njit
 
 from octant.em.antennas._antenna_kernels import far_field
 from octant.em.fields._diffraction_kernels import along_edge, diffract, diffract_twice
@@ -28,6 +27,7 @@ from octant.em.fields._wave_kernels import (
 )
 from octant.em.records import TRANSMISSION
 from octant.geometries._wedge_kernels import one_facet
+from octant.geometries.kernels import kernel
 
 _FACETS = 7  # first of the two columns of an edge's frame that hold its facets
 
@@ -35,7 +35,7 @@ SHORT = 1e3
 """Length [tolerances of the scene] up to which a leg is too short to have a direction."""
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def path_fields(
     antenna,
     planes,
@@ -168,7 +168,7 @@ def path_fields(
         begin = last
 
 
-@njit(cache=True, error_model="numpy", forceinline=True)
+@kernel(forceinline=True)
 def _has_edge(wedge_utd, facets, p, order):
     """Return whether a path bends at an edge."""
     if len(wedge_utd) > 0:
@@ -178,7 +178,7 @@ def _has_edge(wedge_utd, facets, p, order):
     return False
 
 
-@njit(cache=True, error_model="numpy", forceinline=True)
+@kernel(forceinline=True)
 def _edge_lengths(wedge_utd, points, facets, p, order):
     """Return the lengths of a path before, between and behind its edges [m], and their number."""
     before, between, length, edges = 0.0, 0.0, 0.0, 0
@@ -198,7 +198,7 @@ def _edge_lengths(wedge_utd, points, facets, p, order):
     return before, between, length - before - between, edges
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _bend(
     planes,
     facet_plane,
@@ -284,7 +284,7 @@ def _bend(
     return leg
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def leaving(planes, facet_plane, tolerance, points, facets, p, leg):
     """Return the unit direction in which a path leaves an interaction towards the receiver.
 
@@ -311,7 +311,7 @@ def leaving(planes, facet_plane, tolerance, points, facets, p, leg):
     return ox, oy, oz
 
 
-@njit(cache=True, error_model="numpy", forceinline=True)
+@kernel(forceinline=True)
 def fields_in_scene(scene, antenna, count, points, facets, orders, field, direction):
     """Fill the fields of ``count`` paths in a scene, see :func:`path_fields`."""
     path_fields(
@@ -335,7 +335,7 @@ def fields_in_scene(scene, antenna, count, points, facets, orders, field, direct
     )
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@kernel(nogil=True)
 def path_gains(scene, transmitter, receiver, order, vertices, codes, gain, directions):
     """Fill complex gains and the (departure, arrival) directions of recorded paths.
 

@@ -2,11 +2,11 @@
 """Compiled waves side by side: many paths' fields meet their walls and travel on at once."""
 
 import numpy as np
-from numba import njit
 
 from octant.em.antennas._phase_kernels import sine_cosine
 from octant.em.medium._reflection_kernels import displaced_air, half_space, wall
 from octant.em.records import TRANSMISSION
+from octant.geometries.kernels import kernel
 
 WIDTH = 64
 """Paths whose fields are worked out side by side: what they need fits the first-level cache."""
@@ -27,7 +27,7 @@ LENGTH, SPREAD = 23 * WIDTH, 24 * WIDTH  # [m]
 SIZE = 25 * WIDTH
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def reflect_half_spaces(state, count):
     """Fill the coefficients of half-spaces: see :mod:`octant.em.medium._reflection_kernels`."""
     for i in range(count):
@@ -43,7 +43,7 @@ def reflect_half_spaces(state, count):
         state[UR + i], state[UI + i] = tm.real, tm.imag
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def meet_walls(state, count):
     """Turn directions and fields by the walls' coefficients, and walk the legs behind them.
 
@@ -80,7 +80,7 @@ def meet_walls(state, count):
         state[LENGTH + i] += dx * state[LX + i] + dy * state[LY + i] + dz * state[LZ + i]
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def travel(state, count, wavenumber, scale):
     """Multiply the fields by the phase of their length and by ``scale`` over their spreading."""
     for i in range(count):
@@ -94,7 +94,7 @@ def travel(state, count, wavenumber, scale):
         state[ZR + i], state[ZI + i] = zr * re - zi * im, zr * im + zi * re
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def gather_walls(
     planes,
     facet_plane,
@@ -130,7 +130,7 @@ def gather_walls(
     return simple
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def reflect_any_walls(
     facet_layers, facet_front, permittivity, thickness, facets, first, leg, count, state
 ):

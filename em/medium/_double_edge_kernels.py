@@ -2,7 +2,6 @@
 """Compiled coefficient of two edges one after the other, uniform where both boundaries overlap."""
 
 import numpy as np
-from numba import njit
 
 from octant.em.medium._transition_kernels import (
     STEEP_NODES,
@@ -20,6 +19,7 @@ from octant.em.medium._wedge_kernels import (
     second_order_share,
 )
 from octant.em.medium._wedge_weight_kernels import boundary_weight
+from octant.geometries.kernels import kernel
 
 _STEP = 1e-4  # [rad], of the one-sided slope of a wall's coefficients
 _NEAR_BOUNDARY = 1e-4
@@ -40,7 +40,7 @@ _WEIGHT, _SLOPE = 11, 15
 _SAME_HALF = 1e-15
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def fill_terms(
     leaving,
     along_face,
@@ -142,7 +142,7 @@ def fill_terms(
             row += 1
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _add_product(left, left_at, right, out):
     """Add left . right to ``out``; left starts at a place of its row."""
     for i in range(2):
@@ -151,7 +151,7 @@ def _add_product(left, left_at, right, out):
                 out[2 * i + j] += left[left_at + 2 * i + p] * right[2 * p + j]
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _slopes(terms, by_angle, by_wall):
     """Fill the slopes of one edge's field (4,): of its cotangents, and of its walls."""
     by_angle[:] = 0.0
@@ -164,7 +164,7 @@ def _slopes(terms, by_angle, by_wall):
             by_wall[i] += term[2] * term[0] * term[1] * term[_BENT] * term[_SLOPE + i]
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _fill_transitions(first, second, w, values):
     """Fill (4, 4) values of T(a, b, w) / (a b) of all pairs of boundaries."""
     weights_1 = np.empty((4, STEEP_NODES), np.complex128)
@@ -194,7 +194,7 @@ def _fill_transitions(first, second, w, values):
             )
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def double_sum(first, second, turn, k_first, k_second, w, cut_first, cut_second, corner, out):
     """Fill the 2 x 2 sum over all pairs of boundaries, times the edges' factors the coefficient.
 

@@ -6,12 +6,13 @@ these admittances p, scaled by the wave number of air, both reflect (p - p') / (
 """
 
 import numpy as np
-from numba import njit
+
+from octant.geometries.kernels import kernel
 
 _TINY = 1e-300
 
 
-@njit(cache=True, error_model="numpy", forceinline=True)
+@kernel(forceinline=True)
 def _interface(near, far):
     """Return the reflection where a wave of admittance ``near`` meets one of admittance ``far``."""
     # In real numbers: a compiled complex division guards against overflow at many times the cost.
@@ -22,7 +23,7 @@ def _interface(near, far):
     return complex((up_r * down_r + up_i * down_i) * scale, (up_i * down_r - up_r * down_i) * scale)
 
 
-@njit(cache=True, error_model="numpy", forceinline=True)
+@kernel(forceinline=True)
 def _normal_wavenumber(eps_r, cosine):
     """Return k_z within a layer, over the wave number of air; it decays into the layer."""
     # eps - sin^2, written so that air is matched to air exactly, however grazing; its principal
@@ -34,7 +35,7 @@ def _normal_wavenumber(eps_r, cosine):
     return complex(larger if re >= 0.0 else abs(smaller), smaller if re >= 0.0 else decaying)
 
 
-@njit(cache=True, error_model="numpy", forceinline=True)
+@kernel(forceinline=True)
 def half_space(eps_r, cosine):
     """Return the TE and TM reflection coefficients of a half-space; an infinite |eps_r| is PEC."""
     # Without a branch, so that several are computed at once.
@@ -48,7 +49,7 @@ def half_space(eps_r, cosine):
     )
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def slab(eps_r, cosine, thickness):
     """Return reflection TE, TM and transmission TE, TM of a slab; thickness in wavelengths."""
     if np.isinf(eps_r.imag):
@@ -66,7 +67,7 @@ def slab(eps_r, cosine, thickness):
     return te_back, tm_back, (1.0 - te2) * once * te_sum, (1.0 - tm2) * once * tm_sum
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@kernel(inline="always")
 def wall(permittivity, thickness, begin, end, cosine, from_front):
     """Return reflection TE, TM and transmission TE, TM of layers ``begin`` to ``end`` of a table.
 
@@ -83,7 +84,7 @@ def wall(permittivity, thickness, begin, end, cosine, from_front):
     return _stack(permittivity, thickness, begin, end, cosine, from_front)
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@kernel(inline="always")
 def displaced_air(thickness, begin, end, cosine):
     """Return what turns a transmission into one relative to the air that the wall displaces.
 
@@ -96,7 +97,7 @@ def displaced_air(thickness, begin, end, cosine):
     return complex(np.cos(turn), np.sin(turn))
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _stack(permittivity, thickness, begin, end, cosine, from_front):
     """Return what ``wall`` does, for any number of layers.
 
@@ -131,7 +132,7 @@ def _stack(permittivity, thickness, begin, end, cosine, from_front):
     return back_te, back_tm, out_te, out_tm
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _before(near, far, back, out, once):
     """Return ``back`` and ``out`` with one more interface and the way through a layer before it."""
     face = _interface(near, far)
@@ -142,14 +143,14 @@ def _before(near, far, back, out, once):
     return (face + back) * total * once, (1.0 + face) * out * total
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def fill_half_space(eps_r, cosine, te, tm):
     """Fill (n,) coefficients of a half-space."""
     for i in range(len(cosine)):
         te[i], tm[i] = half_space(eps_r, cosine[i])
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def fill_wall(permittivity, thickness, cosine, from_front, out):
     """Fill (4, n) coefficients of a wall."""
     for i in range(len(cosine)):

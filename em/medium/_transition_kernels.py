@@ -2,7 +2,8 @@
 """Compiled transition function of the uniform theory of diffraction."""
 
 import numpy as np
-from numba import njit
+
+from octant.geometries.kernels import kernel
 
 # Midpoint rule of step sqrt(pi / (N + 1/2)) on the integral of the Faddeeva function, as Al Azah,
 # Chandler-Wilde and La Porte (2014) choose it: 12 points give 16 digits everywhere.
@@ -16,7 +17,7 @@ _ASYMPTOTIC_TERMS = 12
 _TURN = np.sqrt(0.5) * (1.0 + 1.0j)  # e^{j pi/4}
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def scaled_transition(x):
     """Return F(x) / sqrt(x), finite down to x = 0, for real x >= 0."""
     if x > _ASYMPTOTIC_FROM:
@@ -39,13 +40,13 @@ def scaled_transition(x):
     return np.sqrt(np.pi) * _TURN * faddeeva
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def transition(x):
     """Return the transition function F(x) of Kouyoumjian and Pathak for real x >= 0."""
     return np.sqrt(x) * scaled_transition(x)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def fill_transition(x, out):
     """Fill (n,) values of the transition function."""
     for i in range(len(x)):
@@ -64,7 +65,7 @@ STEEP_NODES = 20
 _LAGUERRE, _LAGUERRE_WEIGHTS = np.polynomial.laguerre.laggauss(STEEP_NODES)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def steep_descent(x, weights):
     """Fill (20,) numbers that a generalised Fresnel integral takes from its lower limit alone.
 
@@ -78,7 +79,7 @@ def steep_descent(x, weights):
             weights[i] = np.exp(-1j * (x * _LEGENDRE[i]) ** 2)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def generalized_fresnel(x, y, weights):
     """Return y e^{j x^2} times the integral of e^{-j t^2} / (t^2 + y^2) over t > x, x >= 0.
 
@@ -105,7 +106,7 @@ def generalized_fresnel(x, y, weights):
     return np.exp(1j * x * x) * np.copysign(1.0, y) * total
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def double_transition(a, b, w, weights_a, weights_b):
     """Return T(a, b, w) / (a b) of two edges, a and b >= 0 and |w| < 1.
 
@@ -130,7 +131,7 @@ END_SIZE = _END_WEIGHTS + STEEP_NODES
 :func:`steep_descent` from that root."""
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def fill_end(root, weight, end):
     """Fill the numbers of an edge's end whose part beyond counts with a weight [-]."""
     end[0] = root
@@ -141,7 +142,7 @@ def fill_end(root, weight, end):
     steep_descent(root, end[_END_WEIGHTS:])
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def beyond_ends(ends, y):
     """Return the part of an edge beyond its ends, times the scaled transition function of y^2.
 
@@ -155,7 +156,7 @@ def beyond_ends(ends, y):
     return part
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def end_counts(detour):
     """Return how much of an edge's end counts [-] at a detour over it times the wavenumber."""
     share = (detour - END_FADES) / (END_REACH - END_FADES)

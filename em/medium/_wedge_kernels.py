@@ -8,10 +8,10 @@ two span the same plane for incident, reflected and diffracted rays, and a perfe
 """
 
 import numpy as np
-from numba import njit
 
 from octant.em.medium._transition_kernels import END_SIZE, beyond_ends, scaled_transition
 from octant.em.medium._wedge_weight_kernels import SAME_ANGLE, boundary_weight, faces_of
+from octant.geometries.kernels import kernel
 
 _TWO_PI = 2.0 * np.pi
 # Reach of an obstacle's rim over the tolerance of a facet's: 1e-10 of a side, 1e-9 of a scene.
@@ -22,7 +22,7 @@ _NEGLIGIBLE = 1e-7
 _SECOND_ORDER = 1.8
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@kernel(inline="always")
 def face(faces, edge, which):
     """Return face 0 or n of an edge from (e, 2, 4) integers."""
     return (
@@ -33,7 +33,7 @@ def face(faces, edge, which):
     )
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def azimuth(along, above, n):
     """Return the angle from face 0 to the direction (along, above), kept within [0, n pi]."""
     angle = np.arctan2(above, along)
@@ -43,7 +43,7 @@ def azimuth(along, above, n):
     return min(angle, n * np.pi)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def second_order_share(kl):
     """Return how much counts of what is next in 1 / kL: nothing as kL goes to 0, all from 20 on.
 
@@ -54,7 +54,7 @@ def second_order_share(kl):
     return -np.expm1(-_SECOND_ORDER * kl)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def cotangent_transition(x, lit, n, kl, ks):
     """Return the term of one image whose boundary is x = 0, on its lit or its dark side.
 
@@ -64,13 +64,13 @@ def cotangent_transition(x, lit, n, kl, ks):
     return cut_transition(x, lit, n, kl, ks, whole_edge())
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def whole_edge():
     """Return an edge without ends, as what is left of one: see :func:`left_by`."""
     return 1.0, np.empty((0, END_SIZE), np.complex128)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def left_by(cut, y):
     """Return what ``cut`` leaves [-] of an edge's term, y as in :func:`beyond_ends`.
 
@@ -82,7 +82,7 @@ def left_by(cut, y):
     return whole + beyond_ends(ends, y) / scaled_transition(y * y)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def left_of_rest(cut):
     """Return what ``cut`` leaves [-] of what has no pole, see :func:`left_by`."""
     whole, ends = cut
@@ -92,7 +92,7 @@ def left_of_rest(cut):
     return left
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def cut_transition(x, lit, n, kl, ks, cut):
     """Return :func:`cotangent_transition` of what is left of an edge, see :func:`left_by`."""
     half = np.sin(0.5 * abs(x))
@@ -112,7 +112,7 @@ def cut_transition(x, lit, n, kl, ks, cut):
     return value if lit else -value
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def image_is_lit(mirrored, number, x, phi_out, n, touch):
     """Return whether an image counts as lit at the angle x from its boundary.
 
@@ -131,7 +131,7 @@ def image_is_lit(mirrored, number, x, phi_out, n, touch):
     return x >= -touch * slant
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def image_boundary(mirrored, sign, phi_in, phi_out, n):
     """Return the image whose boundary, beta = 2 n pi number - sign pi, is nearest, and x.
 
@@ -144,20 +144,20 @@ def image_boundary(mirrored, sign, phi_in, phi_out, n):
     return number, np.pi + sign * (beta - _TWO_PI * n * number)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def shortened(before, after):
     """Return s s' / (s + s'), also when one of them is infinite."""
     short, long = min(before, after), max(before, after)
     return short / (1.0 + short / long)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def edge_factor(n, sin_beta, wavenumber):
     """Return what multiplies the sum of the four terms [sqrt(m)]."""
     return -np.sqrt(0.5) * (1.0 - 1.0j) / (2.0 * n * np.sqrt(_TWO_PI * wavenumber) * sin_beta)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def wedge_dyad(
     phi_in,
     phi_out,
@@ -213,7 +213,7 @@ def wedge_dyad(
     return scale * d00, scale * d01, scale * d10, scale * d11
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def fill_wedge_dyads(
     phi_in,
     phi_out,

@@ -7,9 +7,9 @@ whether the first of them is the one in the wedge's air, and whether it lets wav
 """
 
 import numpy as np
-from numba import njit
 
 from octant.em.medium._reflection_kernels import displaced_air, wall
+from octant.geometries.kernels import kernel
 
 _TWO_PI = 2.0 * np.pi
 # The least cosine of incidence: exactly at grazing the coefficients of air would be 0 / 0.
@@ -17,7 +17,7 @@ _GRAZING = 1e-6
 SAME_ANGLE = 1e-9
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def faces_of(mirrored, number):
     """Return the nearest, the step to the next, and the count of the faces that make an image.
 
@@ -28,13 +28,13 @@ def faces_of(mirrored, number):
     return 0, -1, -2 * number + (1 if mirrored else 0)
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@kernel(inline="always")
 def _conducts(permittivity, face, conductor):
     """Return whether the layer that a wave from the wedge's air meets first counts as perfect."""
     return abs(permittivity[face[0] if face[2] else face[1] - 1]) >= conductor
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _wall(permittivity, thickness, face, conductor, cosine):
     """Return reflection and transmission (te, tm each) at the cosine of incidence.
 
@@ -52,7 +52,7 @@ def _wall(permittivity, thickness, face, conductor, cosine):
     return te, tm, te_out * air, tm_out * air
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _mirror(te, tm, c, q):
     """Return the reflection in (b, h); (c, q) is the TE direction of the wave before."""
     size = c * c + q * q
@@ -63,7 +63,7 @@ def _mirror(te, tm, c, q):
     return te * cc - tm * qq, cross, -cross, tm * cc - te * qq
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _window(te, tm, c, q):
     """Return the transmission in (b, h); (c, q) is the TE direction."""
     size = c * c + q * q
@@ -74,12 +74,12 @@ def _window(te, tm, c, q):
     return te * cc + tm * qq, cross, cross, te * qq + tm * cc
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _times(a, b, c, d, e, f, g, h):
     return a * e + b * g, a * f + b * h, c * e + d * g, c * f + d * h
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _crossing(source_side, receiver_side, sharp):
     """Return the grazing angle at which a face is met, and that of its plane of incidence.
 
@@ -99,7 +99,7 @@ def _crossing(source_side, receiver_side, sharp):
     return grazing, sharp * shared + (1.0 - sharp) * half
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _image_weight(
     mirrored,
     number,
@@ -147,7 +147,7 @@ def _image_weight(
     return w00, w01, w10, w11
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _blocked(
     upper,
     phi_in,
@@ -183,7 +183,7 @@ def _blocked(
     return 1.0 - w00, -w01, -w10, 1.0 - w11
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _free_edge(
     mirrored, phi_in, phi_out, cos_beta, sin_beta, permittivity, thickness, face, conductor
 ):
@@ -209,7 +209,7 @@ def _free_edge(
     return 1.0 - t00, -t01, -t10, 1.0 - t11
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def boundary_weight(
     mirrored,
     sign,

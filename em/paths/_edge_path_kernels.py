@@ -7,7 +7,6 @@ heights, and the rest is the image method towards either end.
 """
 
 import numpy as np
-from numba import njit
 
 from octant.em.medium._transition_kernels import END_REACH
 from octant.em.paths._edge_point_kernels import (
@@ -24,12 +23,13 @@ from octant.em.paths._path_kernels import (
     inside_supporting_planes,
 )
 from octant.geometries._bvh_kernels import segment_blocked, two_planes
+from octant.geometries.kernels import kernel
 
 PARALLEL = 1e-9
 """Squared sine of an angle [-] below which two edges count as parallel."""
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def met_before(
     wedge_frame, points, facets, row, order, met_points, met_facets, met_orders, met, tolerance
 ):
@@ -86,7 +86,7 @@ def met_before(
     return False
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def unfold(planes, sequence, begin, end, x, y, z, chain_image):
     """Fill the images of a point over the planes of a sequence, one after the other."""
     chain_image[0, 0], chain_image[0, 1], chain_image[0, 2] = x, y, z
@@ -99,7 +99,7 @@ def unfold(planes, sequence, begin, end, x, y, z, chain_image):
         chain_image[i, 0], chain_image[i, 1], chain_image[i, 2] = x, y, z
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def find_edge_paths(
     image,
     order_of,
@@ -439,7 +439,7 @@ def find_edge_paths(
     return found, last
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def search_edges(scene, tree, edges, x, y, z, first, before, met, whole):
     """Return the number of paths over some edge images from ``first`` on, and where to go on."""
     points, facets, orders, near, touching = whole[1:]

@@ -2,7 +2,8 @@
 """Compiled places of diffraction on edges: where the shortest way meets one edge, or two."""
 
 import numpy as np
-from numba import njit
+
+from octant.geometries.kernels import kernel
 
 SECTOR_TOLERANCE = 1e-7
 """Angle [rad] by which a ray may leave a wedge's sector of air: rays along a face have rounding."""
@@ -23,7 +24,7 @@ NEWTON_STEPS = 12
 """Steps [-] from which on every other one halves the bracket."""
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def in_sector(wedge_frame, wedge, dx, dy, dz, tolerance):
     """Return whether a direction away from the edge points into the wedge's air, faces included."""
     across = dx * wedge_frame[wedge, 6] + dy * wedge_frame[wedge, 7] + dz * wedge_frame[wedge, 8]
@@ -34,7 +35,7 @@ def in_sector(wedge_frame, wedge, dx, dy, dz, tolerance):
     return angle <= wedge_frame[wedge, 12] + tolerance or angle >= 2.0 * np.pi - tolerance
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def best_place(wedge_frame, first, last, s, distance, along):
     """Return where the shortest way from the point s of one edge meets another, and if it does.
 
@@ -52,7 +53,7 @@ def best_place(wedge_frame, first, last, s, distance, along):
     return place + (along - place) * beside / (beside + distance), True
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _length(wedge_frame, first, last, distance_s, along_s, distance_r, along_r, s, t):
     """Return the length of a way over the point s of one edge and t of another."""
     between = 0.0
@@ -63,7 +64,7 @@ def _length(wedge_frame, first, last, distance_s, along_s, distance_r, along_r, 
     return length + np.sqrt(distance_r * distance_r + (t - along_r) ** 2)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def kept_on_edges(
     wedge_frame, first, last, distance_s, along_s, distance_r, along_r, s, t, tolerance
 ):
@@ -107,7 +108,7 @@ def kept_on_edges(
     return s_kept, t_kept, kept - shortest
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def two_points(wedge_frame, first, last, distance_s, along_s, distance_r, along_r):
     """Return where the shortest path meets two edges, as lengths along them, and if it was found.
 

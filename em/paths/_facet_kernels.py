@@ -2,13 +2,14 @@
 """Compiled test of where a point of a plane lies with respect to a facet."""
 
 import numpy as np
-from numba import njit
+
+from octant.geometries.kernels import kernel
 
 OUTSIDE, INSIDE, ON_RIM = 0, 1, 2
 """Where a point of its plane lies with respect to a facet."""
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def winds_around(outline, begin, end, u, v, tolerance):
     """Return where a point lies with respect to the polygon of directed edges."""
     winding = 0
@@ -30,7 +31,7 @@ def winds_around(outline, begin, end, u, v, tolerance):
     return INSIDE if winding != 0 else OUTSIDE
 
 
-@njit(cache=True, error_model="numpy", forceinline=True)
+@kernel(forceinline=True)
 def place_on_facet(facet_box, facet_outline, outline, facet, u, v, tolerance):
     """Return where a point of its plane lies with respect to a facet; NaN is outside."""
     if not (

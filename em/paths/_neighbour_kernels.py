@@ -9,7 +9,6 @@ a micrometre to many sides, where nothing touches.
 """
 
 import numpy as np
-from numba import njit
 
 from octant.em.paths._edge_point_kernels import (
     SECTOR_TOLERANCE,
@@ -20,6 +19,7 @@ from octant.em.paths._edge_point_kernels import (
 from octant.em.paths._facet_kernels import ON_RIM, OUTSIDE, place_on_facet
 from octant.geometries._bvh_kernels import segment_blocked, two_planes
 from octant.geometries._wedge_kernels import one_facet
+from octant.geometries.kernels import kernel
 
 TOUCHING = 8.0
 """Distance [margins of the hierarchy] up to which something touches a path."""
@@ -41,13 +41,13 @@ First both go the same way almost: what runs along a face then stays on one side
 """
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def comes_first(x, y, z, ox, oy, oz):
     """Return whether a point comes before another in space: what does not depend on who sends."""
     return x < ox or (x == ox and (y < oy or (y == oy and z < oz)))
 
 
-@njit(cache=True, error_model="numpy", forceinline=True)
+@kernel(forceinline=True)
 def _ends(points, row, order):
     """Return the places of receiver and source of a path."""
     return (
@@ -60,7 +60,7 @@ def _ends(points, row, order):
     )
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def touched(
     boxes, links, triangles, owner, by_facet, facet_plane, plane_a, plane_b, x, y, z, reach
 ):
@@ -104,7 +104,7 @@ def touched(
     return False
 
 
-@njit(cache=True, error_model="numpy", forceinline=True)
+@kernel(forceinline=True)
 def _planes_of(code, facet_plane, wedge_facets):
     """Return the one or two planes that a path touches at an interaction."""
     if code >= 0:
@@ -112,13 +112,13 @@ def _planes_of(code, facet_plane, wedge_facets):
     return facet_plane[wedge_facets[-1 - code, 0]], facet_plane[wedge_facets[-1 - code, 1]]
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _over_a_face(wedge_facets, code, other):
     """Return whether two interactions are at edges of one facet, over which the ray may run."""
     return code < 0 and other < 0 and one_facet(wedge_facets, -1 - code, -1 - other)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _along(planes, plane, wedge_facets, points, facets, row, order, reach):
     """Return whether a leg runs within a plane, the one between two edges of a facet left out."""
     near = False
@@ -136,7 +136,7 @@ def _along(planes, plane, wedge_facets, points, facets, row, order, reach):
     return False
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def touches(
     planes,
     facet_box,
@@ -222,7 +222,7 @@ def touches(
     return False
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _mirror(planes, plane, point, image):
     """Fill the image of a point over a plane; return the point's height over it [m]."""
     height = -planes[plane, 3]
@@ -233,7 +233,7 @@ def _mirror(planes, plane, point, image):
     return height
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _reflections(
     planes,
     plane_facet_start,
@@ -275,7 +275,7 @@ def _reflections(
     return True
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _beside(wedge_frame, w, point):
     """Return the distance of a point from the line of a wedge's edge, and its place along it."""
     along, across, up = 0.0, 0.0, 0.0
@@ -287,7 +287,7 @@ def _beside(wedge_frame, w, point):
     return np.sqrt(across * across + up * up), along
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def at_tip(wedge_frame, w, points, row, v, reach):
     """Return 0 or 1 where a vertex of a path is the tip at its edge's start or end, else -1."""
     along = 0.0
@@ -299,7 +299,7 @@ def at_tip(wedge_frame, w, points, row, v, reach):
     return -1
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _edge_points(
     planes, facet_plane, wedge_frame, points, facets, row, order, last, first, reach, images, near
 ):
@@ -345,7 +345,7 @@ def _edge_points(
     return True
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def neighbour_has(
     planes,
     plane_facet_start,
@@ -468,7 +468,7 @@ def neighbour_has(
     return False
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def read_otherwise(
     planes,
     plane_facet_start,
@@ -533,7 +533,7 @@ def read_otherwise(
     return False
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def counts(
     planes,
     plane_facet_start,

@@ -6,13 +6,13 @@ path. So each function here works through many images at a time and takes its ar
 """
 
 import numpy as np
-from numba import njit
 
 from octant.em.paths._facet_kernels import OUTSIDE, place_on_facet
 from octant.em.paths._neighbour_kernels import comes_first, counts
 from octant.em.paths._transmission_kernels import MAX_CROSSINGS
 from octant.em.records import CHUNK
 from octant.geometries._bvh_kernels import segment_blocked
+from octant.geometries.kernels import kernel
 
 FACET, PLANE, NODE, CURSOR = 0, 1, 2, 3
 """Columns of the search state, one row per reflection counted from the receiver."""
@@ -21,7 +21,7 @@ RECEIVER, SOURCE = 0, 1
 """Columns of its last row: where an end is a point of an edge, its two planes, packed; else -1."""
 
 
-@njit(cache=True, error_model="numpy", forceinline=True)
+@kernel(forceinline=True)
 def inside_supporting_planes(supporting, x, y, z):
     """Return whether a point is on the inner side of every plane that bounds the whole scene."""
     for i in range(len(supporting)):
@@ -31,7 +31,7 @@ def inside_supporting_planes(supporting, x, y, z):
     return True
 
 
-@njit(cache=True, error_model="numpy", forceinline=True)
+@kernel(forceinline=True)
 def path_is_free(boxes, links, triangles, triangle_planes, margin, points, state, row, order):
     """Return whether every segment of a path is free; each ignores the planes that it ends on."""
     ends = len(state) - 1
@@ -55,7 +55,7 @@ def path_is_free(boxes, links, triangles, triangle_planes, margin, points, state
     return True
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def known_already(points, first, last, order, tolerance):
     """Return whether row ``last`` repeats one of the rows from ``first`` on, vertex by vertex."""
     for row in range(first, last):
@@ -68,7 +68,7 @@ def known_already(points, first, last, order, tolerance):
     return False
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def find_paths(
     image,
     order_of,
@@ -241,7 +241,7 @@ def find_paths(
     return found
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def make_scratch(max_order, ways, transmits, rows):
     """Return state, points, facets and orders for chunks of paths of up to ``max_order`` bends.
 
@@ -260,7 +260,7 @@ def make_scratch(max_order, ways, transmits, rows):
     )
 
 
-@njit(cache=True, error_model="numpy", forceinline=True)
+@kernel(forceinline=True)
 def search_chunk(scene, tree, x, y, z, first, last, whole):
     """Return the number of paths to x, y, z over the images from first to last, row by row."""
     bvh, sheets = scene.bvh, scene.sheet_bvh

@@ -2,15 +2,15 @@
 """Compiled tracing: all paths from a source to a receiver, chunk by chunk, over walls and edges."""
 
 import numpy as np
-from numba import njit
 
 from octant.em.paths._edge_path_kernels import search_edges
 from octant.em.paths._path_kernels import make_scratch, search_chunk
 from octant.em.paths._transmission_kernels import insert_crossings
 from octant.em.records import CHUNK
+from octant.geometries.kernels import kernel
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def tracing_scratch(scene, tree, edges):
     """Return what :func:`next_paths` works in: a set for whole paths, one for their first parts.
 
@@ -44,14 +44,14 @@ def tracing_scratch(scene, tree, edges):
     return whole, before, met
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def tracing_steps(scene, tree, edges):
     """Return images per chunk, images, and the place at which a receiver's paths are all found."""
     step = max(1, CHUNK // tree.ways) if scene.transmits else CHUNK
     return step, len(tree.order), len(tree.order) + len(edges.wedge)
 
 
-@njit(cache=True, error_model="numpy", forceinline=True)
+@kernel(forceinline=True)
 def next_paths(scene, tree, edges, x, y, z, place, step, images, scratch):
     """Return the number of paths of one more chunk from ``place`` on, and the place after it.
 
@@ -73,7 +73,7 @@ def next_paths(scene, tree, edges, x, y, z, place, step, images, scratch):
     return found, place
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@kernel(nogil=True)
 def record_paths(scene, tree, edges, receivers, start, order, vertices, codes, counts):
     """Return the greatest number of interactions; count each receiver's paths, record what fits.
 

@@ -2,18 +2,18 @@
 """Compiled search for the sheets that a path passes straight through."""
 
 import numpy as np
-from numba import njit
 
 from octant.em.paths._facet_kernels import ON_RIM, place_on_facet
 from octant.em.paths._neighbour_kernels import comes_first, neighbour_has, touched
 from octant.em.records import TRANSMISSION
 from octant.geometries._bvh_kernels import crossing
+from octant.geometries.kernels import kernel
 
 MAX_CROSSINGS = 128
 """Sheets that one path may pass through; a path through more counts as blocked."""
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def crossings(
     boxes,
     links,
@@ -91,7 +91,7 @@ def crossings(
     return count
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _meets_others(scene, points, p, leg, places, sheets, count, k):
     """Return whether a leg meets sheet k in an edge of it where other sheets are met too."""
     bvh, facet = scene.sheet_bvh, sheets[k]
@@ -130,7 +130,7 @@ def _meets_others(scene, points, p, leg, places, sheets, count, k):
     )
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _planes_of(code, facet_plane, wedge_facets):
     """Return the one or two planes that a path touches at an interaction."""
     if code >= 0:
@@ -138,7 +138,7 @@ def _planes_of(code, facet_plane, wedge_facets):
     return facet_plane[wedge_facets[-1 - code, 0]], facet_plane[wedge_facets[-1 - code, 1]]
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def insert_crossings(scene, found, points, facets, orders, near, touching):
     """Return how many of ``found`` paths are left, with the sheets they pass through among theirs.
 

@@ -4,10 +4,11 @@
 import math
 
 import numpy as np
-from numba import njit
+
+from octant.geometries.kernels import kernel
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel(nogil=True)
 def image_power(
     places,
     begin,

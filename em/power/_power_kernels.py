@@ -2,15 +2,15 @@
 """Compiled received power: paths found, fields added up, nothing stored beyond one receiver."""
 
 import numpy as np
-from numba import njit
 
 from octant.em.antennas._antenna_kernels import antenna_at, far_field
 from octant.em.antennas._response_kernels import far_fields
 from octant.em.fields._field_kernels import fields_in_scene, path_fields
 from octant.em.paths._tracing_kernels import next_paths, tracing_scratch, tracing_steps
+from octant.geometries.kernels import kernel
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@kernel(nogil=True)
 def antenna_power(
     scene, tree, edges, transmitter, receiver, places, begin, end, coherent, mean, count
 ):
@@ -40,7 +40,7 @@ def antenna_power(
         mean[i] = power
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@kernel(nogil=True)
 def reader_power(
     scene,
     channels,

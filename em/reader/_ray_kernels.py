@@ -2,13 +2,13 @@
 """Compiled magnetic fields on the reader's metal: the sum over all rays."""
 
 import numpy as np
-from numba import njit
 
 from octant.em.fields._field_kernels import fields_in_scene
 from octant.em.paths._tracing_kernels import next_paths, tracing_scratch, tracing_steps
+from octant.geometries.kernels import kernel
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@kernel(nogil=True)
 def sum_magnetic_fields(scene, tree, edges, transmitter, places, begin, end, total):
     """Fill (m, 3) the coherent sum of direction x field, rows begin to end.
 

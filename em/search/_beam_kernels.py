@@ -2,7 +2,8 @@
 """Compiled geometry of beams: hulls of facets, what a beam reaches of them, what hides them."""
 
 import numpy as np
-from numba import njit
+
+from octant.geometries.kernels import kernel
 
 MAX_CORNERS = 24
 """Greatest number of corners of a window; a window that would have more is left uncut there."""
@@ -11,14 +12,14 @@ MAX_OCCLUDERS = 16
 """Facets [-] of a beam, the widest seen from its image, asked whether they hide others."""
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _turn(points, a, b, c):
     return (points[b, 0] - points[a, 0]) * (points[c, 1] - points[a, 1]) - (
         points[b, 1] - points[a, 1]
     ) * (points[c, 0] - points[a, 0])
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _convex_hull(points, hull):
     """Fill ``hull`` with the rows of the hull's corners, counter-clockwise; return how many.
 
@@ -41,7 +42,7 @@ def _convex_hull(points, hull):
     return size
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def facet_hulls(outline_start, outline, fills):
     """Return the convex hull of each facet in its plane: start per facet, (v, 2) corners.
 
@@ -79,7 +80,7 @@ def facet_hulls(outline_start, outline, fills):
     return start, corners[:count].copy()
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def make_beam(image, window, begin, end, slack, beam):
     """Fill ``beam`` with the half-spaces of a beam and return how many there are.
 
@@ -139,7 +140,7 @@ def make_beam(image, window, begin, end, slack, beam):
     return rows
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _give(beam, row, reach, slack):
     """Return by how much [m] a cut is widened, so that what is dropped cannot carry a path.
 
@@ -149,7 +150,7 @@ def _give(beam, row, reach, slack):
     return slack * (1.0 + reach / beam[row, 4])
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def box_is_outside(boxes, node, image, beam, rows, slack):
     """Return whether a box lies wholly outside one side of a beam."""
     reach = 0.0
@@ -165,7 +166,7 @@ def box_is_outside(boxes, node, image, beam, rows, slack):
     return False
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _cut(corners, count, nx, ny, nz, offset, slack, out):
     """Keep the part of a convex polygon where n . x >= offset - slack; return its corner count."""
     kept = 0
@@ -185,7 +186,7 @@ def _cut(corners, count, nx, ny, nz, offset, slack, out):
     return kept
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def copy_rows(source, begin, count, target, place):
     """Copy ``count`` points from one array to another."""
     for i in range(count):
@@ -193,7 +194,7 @@ def copy_rows(source, begin, count, target, place):
             target[place + i, k] = source[begin + i, k]
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def clip_to_beam(hulls, begin, end, image, beam, rows, slack, work, out):
     """Return the corner count of the part of a hull that a beam can reach, written to ``out``."""
     count = end - begin
@@ -224,7 +225,7 @@ def clip_to_beam(hulls, begin, end, image, beam, rows, slack, work, out):
     return count if count >= 3 else 0
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def hides(
     normal,
     offset,

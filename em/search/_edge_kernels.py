@@ -2,12 +2,12 @@
 """Compiled search over edges: what of them an image lights, and which planes reflect them next."""
 
 import numpy as np
-from numba import njit
 
 from octant.geometries._array_kernels import grown
+from octant.geometries.kernels import kernel
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _keep_above(lo, hi, value, slope, slack):
     """Return the part of lo..hi where value + slope t >= -slack."""
     if slope == 0.0:
@@ -18,7 +18,7 @@ def _keep_above(lo, hi, value, slope, slack):
     return lo, min(hi, edge)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _beam_sides(image, hull, begin, end, slack, sides):
     """Fill the sides of a beam that leaves an image through a convex polygon; return how many.
 
@@ -47,7 +47,7 @@ def _beam_sides(image, hull, begin, end, slack, sides):
     return rows
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _box_is_dark(box, image, plane, side, sides, rows, slack):
     """Return whether a box lies before the plane of a beam, or outside one of its sides."""
     reach, ahead = 0.0, -side * plane[3]
@@ -69,7 +69,7 @@ def _box_is_dark(box, image, plane, side, sides, rows, slack):
     return False
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _lit_through(image, plane, side, sides, rows, wedge, slack):
     """Return the part of an edge that a beam reaches behind the polygon that it leaves through.
 
@@ -100,7 +100,7 @@ def _lit_through(image, plane, side, sides, rows, wedge, slack):
     return lo, hi
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _lies_in(plane, wedge, slack):
     """Return whether an edge lies in a plane, which then cannot show its image."""
     start = plane[0] * wedge[0] + plane[1] * wedge[1] + plane[2] * wedge[2] - plane[3]
@@ -108,7 +108,7 @@ def _lies_in(plane, wedge, slack):
     return abs(start) <= slack and abs(start + rise) <= slack
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@kernel(nogil=True)
 def light_edges(
     image,
     order,
@@ -201,7 +201,7 @@ def light_edges(
     return pairs[:count].copy(), found[:count].copy()
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _reaches_above(corners, begin, end, plane, offset, turn, slack):
     """Return whether any corner lies over a plane, or under it when ``turn`` is -1."""
     for c in range(begin, end):
@@ -211,7 +211,7 @@ def _reaches_above(corners, begin, end, plane, offset, turn, slack):
     return False
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@kernel(nogil=True)
 def planes_after(
     frame,
     wedge,

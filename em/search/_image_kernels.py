@@ -2,7 +2,6 @@
 """Compiled kernel of the image search: which planes can follow which image."""
 
 import numpy as np
-from numba import njit
 
 from octant.em.search._beam_kernels import (
     MAX_CORNERS,
@@ -14,9 +13,10 @@ from octant.em.search._beam_kernels import (
     make_beam,
 )
 from octant.geometries._array_kernels import grown
+from octant.geometries.kernels import kernel
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _faces(image, facet, facet_plane, facet_side, plane_normal, plane_offset, slack):
     """Return whether an image lies off a facet's plane, on a side on which the facet reflects."""
     plane = facet_plane[facet]
@@ -29,7 +29,7 @@ def _faces(image, facet, facet_plane, facet_side, plane_normal, plane_offset, sl
     return abs(height) > slack and height * facet_side[facet] >= 0.0
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _widest(image, hits, begin, end, occluder_area, hulls, hull_start, weight, chosen):
     """Fill ``chosen`` with the occluders among hits that look widest; return how many.
 
@@ -57,7 +57,7 @@ def _widest(image, hits, begin, end, occluder_area, hulls, hull_start, weight, c
     return count
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@kernel(nogil=True)
 def expand(
     images,
     window_start,

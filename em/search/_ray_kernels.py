@@ -2,9 +2,9 @@
 """Compiled ray launching: which sequences of planes rays from a source meet."""
 
 import numpy as np
-from numba import njit
 
 from octant.geometries._bvh_kernels import crossing
+from octant.geometries.kernels import kernel
 
 MAX_STACK = 130
 """Nodes waiting in a nearest-first walk: two per level of the deepest hierarchy, and some."""
@@ -16,7 +16,7 @@ MAX_SEGMENTS = 4096
 """Segments [-] after which a launched ray is given up."""
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _enters(boxes, node, px, py, pz, ix, iy, iz):
     """Return where a ray enters a box, infinity when it misses."""
     t0, t1 = (boxes[node, 0] - px) * ix, (boxes[node, 3] - px) * ix
@@ -28,7 +28,7 @@ def _enters(boxes, node, px, py, pz, ix, iy, iz):
     return enter if enter <= leave and leave >= 0.0 else np.inf
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _nearest(boxes, links, triangles, planes, px, py, pz, dx, dy, dz, plane_left, stack, enter):
     """Return the first triangle on a ray and its distance [m]; -1 when there is none."""
     best, found = np.inf, -1
@@ -61,7 +61,7 @@ def _nearest(boxes, links, triangles, planes, px, py, pz, dx, dy, dz, plane_left
     return found, best
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _slot(table, nodes, parent, plane):
     """Return the table's place for a sequence: where it is, or where it would go."""
     mask = np.uint64(len(table) - 1)
@@ -76,7 +76,7 @@ def _slot(table, nodes, parent, plane):
         place = (place + np.uint64(1)) & mask
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _larger_table(nodes, count, size):
     table = np.full(size, -1, dtype=np.int64)
     for node in range(1, count):
@@ -84,7 +84,7 @@ def _larger_table(nodes, count, size):
     return table
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@kernel(nogil=True)
 def launch(source, directions, half, boxes, links, triangles, planes, clear, normals, max_order):
     """Return (k, 3) sequences that a block of rays meets: parent, plane and order.
 

@@ -2,17 +2,17 @@
 """Compiled search for edges that see each other, past the facets that hide them."""
 
 import numpy as np
-from numba import njit
 
 from octant.geometries._array_kernels import grown
 from octant.geometries._bvh_kernels import crossing
 from octant.geometries._wedge_kernels import one_facet
+from octant.geometries.kernels import kernel
 
 _MEETING = 10.0  # distance [slacks] below which two edges meet
 _FACES = 2
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _fill_box(box, points):
     """Fill the eight corners of a box."""
     for i in range(8):
@@ -20,7 +20,7 @@ def _fill_box(box, points):
             points[i, a] = box[3 + a] if (i >> a) & 1 else box[a]
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _fill_ends(frame, points):
     """Fill both ends of an edge."""
     for a in range(3):
@@ -28,7 +28,7 @@ def _fill_ends(frame, points):
         points[1, a] = frame[a] + frame[13] * frame[3 + a]
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _height(normal, point, origin):
     return (
         normal[0] * (point[0] - origin[0])
@@ -37,7 +37,7 @@ def _height(normal, point, origin):
     )
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _within_solid(frame, normals, points, count, slack):
     """Return whether all points lie behind both faces of a wedge, whose solid is convex."""
     along, up = np.cos(0.5 * frame[12]), np.sin(0.5 * frame[12])
@@ -52,7 +52,7 @@ def _within_solid(frame, normals, points, count, slack):
     return True
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _along_face(frame, normals, ends, slack):
     """Return whether an edge lies in the plane of a face of a wedge, and on the face's side."""
     turn = frame[12]
@@ -69,7 +69,7 @@ def _along_face(frame, normals, ends, slack):
     return False
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _gap(frame, points):
     """Return the least distance [m] of two points from an edge."""
     least = np.inf
@@ -82,7 +82,7 @@ def _gap(frame, points):
     return least
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _hides(plane, hull, begin, end, ends, points, count, slack):
     """Return whether a convex facet crosses all lines from both ends of an edge to some points."""
     for e in range(2):
@@ -115,7 +115,7 @@ def _hides(plane, hull, begin, end, ends, points, count, slack):
     return True
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _hidden(
     boxes,
     links,
@@ -166,7 +166,7 @@ def _hidden(
     return False
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@kernel(nogil=True)
 def edges_in_sight(
     wedge_frame,
     face_normals,

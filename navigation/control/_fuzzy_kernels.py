@@ -2,12 +2,13 @@
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
+
+from octant.geometries.kernels import kernel
 
 _Floats = npt.NDArray[np.float64]
 
 
-@njit(cache=True)
+@kernel
 def _sort(values: _Floats, count: int) -> None:
     """Sort the first few values in place; a dozen of them, so by insertion."""
     for i in range(1, count):
@@ -19,7 +20,7 @@ def _sort(values: _Floats, count: int) -> None:
         values[j + 1] = value
 
 
-@njit(cache=True)
+@kernel
 def _membership(x: float, a: float, b: float, c: float, d: float) -> float:
     if not a <= x <= d:  # true for NaN as well
         return 0.0
@@ -30,7 +31,7 @@ def _membership(x: float, a: float, b: float, c: float, d: float) -> float:
     return (d - x) / (d - c)
 
 
-@njit(cache=True)
+@kernel
 def _clipped_lines(
     u: float,
     corners: _Floats,
@@ -60,7 +61,7 @@ def _clipped_lines(
     return lines
 
 
-@njit(cache=True)
+@kernel
 def _envelope_moments(
     low: float, high: float, lines: int, line: _Floats, cuts: _Floats
 ) -> tuple[float, float]:
@@ -95,7 +96,7 @@ def _envelope_moments(
     return area, moment
 
 
-@njit(cache=True)
+@kernel
 def mamdani_centroids(
     x: _Floats, low: float, high: float, input_corners: _Floats, output_corners: _Floats
 ) -> _Floats:
@@ -163,7 +164,7 @@ def mamdani_centroids(
     return result
 
 
-@njit(cache=True)
+@kernel
 def mamdani_centroid(
     x: float, low: float, high: float, input_corners: _Floats, output_corners: _Floats
 ) -> _Floats:

@@ -5,12 +5,13 @@ import math
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
+
+from octant.geometries.kernels import kernel
 
 _Floats = npt.NDArray[np.float64]
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def place_log_likelihood(
     places: _Floats,
     reach: float,

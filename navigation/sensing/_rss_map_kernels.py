@@ -1,10 +1,10 @@
 # mypy: allow-untyped-defs
 """Bilinear interpolation of RSS maps of many tags."""
 
-from numba import njit
+from octant.geometries.kernels import kernel
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel(nogil=True)
 def interpolate(places, low_x, low_y, spacing_x, spacing_y, values, out):
     """Fill ``out`` (m, s) from ``values`` (nx, ny, s); outside the map its edge goes on."""
     nx, ny = values.shape[0], values.shape[1]

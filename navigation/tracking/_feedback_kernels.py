@@ -4,8 +4,8 @@
 import math
 
 import numpy as np
-from numba import njit
 
+from octant.geometries.kernels import kernel
 from octant.navigation.tracking._optimal_kernels import (
     _forward,
     _pull_back,
@@ -13,7 +13,7 @@ from octant.navigation.tracking._optimal_kernels import (
 )
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _read_tags(x, y, tags, alpha, beta, rss, slope_x, slope_y):
     """Fill the RSS of (6.2) without noise, and its slopes along x and y."""
     for j in range(tags.shape[0]):
@@ -24,7 +24,7 @@ def _read_tags(x, y, tags, alpha, beta, rss, slope_x, slope_y):
         slope_x[j], slope_y[j] = rate * dx, rate * dy
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def feedback_cost(
     gains,
     noise,
@@ -82,7 +82,7 @@ def feedback_cost(
     return cost
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@kernel(nogil=True)
 def mean_cost(
     gains,
     noise,

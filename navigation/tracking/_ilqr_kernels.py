@@ -4,12 +4,12 @@
 import math
 
 import numpy as np
-from numba import njit
 
+from octant.geometries.kernels import kernel
 from octant.navigation.tracking._optimal_kernels import _forward, _running_cost
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _roll_out(
     rates, wanted, reference, q_weight, p_weight, r_weight, step_s, substeps, radius, axle, poses
 ):
@@ -39,7 +39,7 @@ def _roll_out(
     )
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _value_of_step(value, slope, heading, right, left, step_s, radius, axle, q_weight, slope_q):
     """Take V and s of y = (q, u), (5, 5) and (5,), an Euler step y' = A y back, in place.
 
@@ -69,7 +69,7 @@ def _value_of_step(value, slope, heading, right, left, step_s, radius, axle, q_w
             value[i, j] += step_s * q_weight[i, j]
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _bounded_step(a, b, d, g0, g1, low, high, step, free):
     """Minimise a u²/2 + b u v + d v²/2 + g0 u + g1 v in a box; ``free`` says which are not cut."""
     det = a * d - b * b
@@ -94,7 +94,7 @@ def _bounded_step(a, b, d, g0, g1, low, high, step, free):
                 free[fixed], free[other] = False, cut == best_other
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _backward(
     rates,
     wanted,
@@ -178,7 +178,7 @@ def _backward(
     return expected
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def ilqr(
     rates,
     wanted,
@@ -277,7 +277,7 @@ def ilqr(
     return done
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def plan_first_rates(
     wanted,
     starts,

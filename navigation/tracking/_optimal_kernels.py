@@ -4,10 +4,11 @@
 import math
 
 import numpy as np
-from numba import njit
+
+from octant.geometries.kernels import kernel
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _running_cost(x, y, heading, reference, weight, slope):
     """Return half of e'We; ``slope`` becomes We."""
     ex, ey, eh = x - reference[0], y - reference[1], heading - reference[2]
@@ -16,7 +17,7 @@ def _running_cost(x, y, heading, reference, weight, slope):
     return 0.5 * (ex * slope[0] + ey * slope[1] + eh * slope[2])
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _forward(poses, j, right, left, step_s, radius, axle):
     half = 0.5 * radius * (right + left)
     heading = poses[j, 2]
@@ -25,7 +26,7 @@ def _forward(poses, j, right, left, step_s, radius, axle):
     poses[j + 1, 2] = heading + step_s * radius * (right - left) / axle
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _pull_back(costate, heading, right, left, step_s, radius, axle, slope_u):
     """Take the costate one Euler step back, without the cost; ``slope_u`` becomes dJ/du."""
     c, s = math.cos(heading), math.sin(heading)
@@ -36,7 +37,7 @@ def _pull_back(costate, heading, right, left, step_s, radius, axle, slope_u):
     costate[2] += half * (-s * costate[0] + c * costate[1])
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def input_cost(
     rates, start, reference, q_weight, p_weight, step_s, substeps, radius, axle, poses, gradient
 ):
@@ -65,7 +66,7 @@ def input_cost(
     return cost
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@kernel(nogil=True)
 def gain_cost(
     gains,
     start,

@@ -2,9 +2,9 @@
 """Compiled phase factors of a far field."""
 
 import numpy as np
-from numba import njit
 
 from octant.em.reader.fullwave._rwg_kernels import C4, C6, C8, C10, S3, S5, S7, S9, S11
+from octant.geometries.kernels import kernel
 
 TWO_OVER_PI = 0.6366197723675814
 HALF_PI_HIGH = 1.5707963267341256  # 33 bits of pi / 2
@@ -13,7 +13,7 @@ C12, C14 = 1 / 479001600, -1 / 87178291200
 S13 = 1 / 6227020800
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel(nogil=True)
 def fill_phases(direction, point, begin, end, out):
     """Fill out[i] = exp(j direction[begin + i] . point), for points (3, p) already times k.
 

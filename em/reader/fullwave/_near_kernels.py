@@ -2,10 +2,11 @@
 """Compiled interactions of near triangles, the singular part of the potential in closed form."""
 
 import numpy as np
-from numba import njit
+
+from octant.geometries.kernels import kernel
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel(nogil=True)
 def near_counts(tri, near, counts):
     """Count, for each triangle p of the first sector, its near triangles q with q0 >= p."""
     for p in range(tri.per_sector):
@@ -22,7 +23,7 @@ def near_counts(tri, near, counts):
         counts[p] = total
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel(nogil=True)
 def near_lists(tri, near, start, found):
     """Fill the near triangles that ``near_counts`` counted."""
     for p in range(tri.per_sector):
@@ -39,7 +40,7 @@ def near_lists(tri, near, start, found):
                     at += 1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel(nogil=True)
 def _fill_points(tri, p, touching, place, share):
     """Fill the points (from the centroid) and weights of a triangle's rule; return their number."""
     if not touching:
@@ -59,7 +60,7 @@ def _fill_points(tri, p, touching, place, share):
     return len(tri.close)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel(nogil=True)
 def add_near(
     tri, fun, rows, begin, end, near_start, near_list, wavenumber, close, vector, scalar, sheet, z
 ):

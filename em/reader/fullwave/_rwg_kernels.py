@@ -13,7 +13,8 @@ a call with array arguments costs more than a quadrature point.
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
+
+from octant.geometries.kernels import kernel
 
 C4, C6, C8, C10 = 1 / 24, -1 / 720, 1 / 40320, -1 / 3628800  # Taylor's, of the cosine
 S3, S5, S7, S9, S11 = -1 / 6, 1 / 120, -1 / 5040, 1 / 362880, -1 / 39916800  # and the sine
@@ -46,7 +47,7 @@ class FunctionArrays(NamedTuple):
     sign: np.ndarray  # (e,)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel(nogil=True)
 def add_far(tri, fun, rows, begin, end, wavenumber, near, mid, vector, scalar, z):
     """Add pairs of the triangles rows[begin:end] with all that are not near to z (m, sector, n).
 
@@ -162,7 +163,7 @@ def add_far(tri, fun, rows, begin, end, wavenumber, near, mid, vector, scalar, z
                         z[m, d, function[f]] += (se * sign[f]) * k[i, local[f]]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel(nogil=True)
 def add_mirror(z, tile, begin, end):
     """Add to z[m, d, n] its partner z[n, -d, m], for the tiles of rows begin to end.
 
