@@ -12,6 +12,7 @@ from octant.reader_design.showing.style import (
     draw_antennas,
     figure_style,
     new_figure,
+    with_projection,
 )
 
 if TYPE_CHECKING:
@@ -49,8 +50,7 @@ def element_figure(
     """
     with figure_style():
         figure, axes = new_figure(width_in=9.0, height_in=4.2, title=title, columns=2)
-        axes[0, 0].remove()
-        solid: Any = figure.add_subplot(1, 2, 1, projection="3d")
+        solid = with_projection(axes[0, 0], "3d")
         _draw_solid(figure, solid, theta_rad, phi_rad, gain)
         ax = axes[0, 1]
         degrees = np.degrees(theta_rad)
@@ -83,8 +83,7 @@ def gain_figure(
     """
     with figure_style():
         figure, axes = new_figure(width_in=6.4, height_in=5.4, title=title)
-        axes[0, 0].remove()
-        solid: Any = figure.add_subplot(1, 1, 1, projection="3d")
+        solid = with_projection(axes[0, 0], "3d")
         _draw_solid(figure, solid, theta_rad, phi_rad, gain)
     return figure
 
@@ -96,6 +95,7 @@ def _draw_solid(
     from matplotlib import colormaps
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
+    from matplotlib.ticker import NullFormatter
 
     top = float(gain.max())
     radius = np.maximum(gain - (top - SPAN_DB), 0.0) / SPAN_DB
@@ -113,9 +113,8 @@ def _draw_solid(
         shade=False,
     )
     _space(axes, reach=1.0)
-    axes.set_xticklabels([])
-    axes.set_yticklabels([])
-    axes.set_zticklabels([])
+    for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
+        axis.set_major_formatter(NullFormatter())
     axes.set_xlabel("x (antenna 1)", labelpad=-10)
     axes.set_ylabel("y", labelpad=-10)
     axes.set_zlabel("z (up)", labelpad=-10)
@@ -161,10 +160,10 @@ def cuts_figure(
             columns=columns,
         )
         polar: Any = None
-        for k in range(rows * columns):
-            axes[k // columns, k % columns].remove()
-        for k, (elevation_deg, gain) in enumerate(cuts):
-            polar = figure.add_subplot(rows, columns, k + 1, projection="polar")
+        for unused in axes.flat[len(cuts) :]:
+            unused.remove()
+        for ax, (elevation_deg, gain) in zip(axes.flat, cuts, strict=False):
+            polar = with_projection(ax, "polar")
             draw_antennas(polar, phi_rad, np.maximum(gain, top - SPAN_DB).T)
             polar.set_ylim(top - SPAN_DB, top)
             polar.set_yticks(np.arange(top - SPAN_DB, top + 1.0, 10.0))
@@ -262,8 +261,7 @@ def current_figure(corners_m: FloatArray, current_a_per_m: FloatArray, *, title:
     points = 100.0 * corners_m
     with figure_style():
         figure, axes = new_figure(width_in=7.6, height_in=5.6, title=title)
-        axes[0, 0].remove()
-        ax: Any = figure.add_subplot(1, 1, 1, projection="3d")
+        ax = with_projection(axes[0, 0], "3d")
         faces = Poly3DCollection(
             points, facecolors=colormaps["inferno"](scale(level)), edgecolors="#ffffff30"
         )

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -100,6 +100,19 @@ def new_figure(
         math_text(title), x=0.012, ha="left", fontsize=12, fontweight="bold", color="#222222"
     )
     return figure, figure.subplots(rows, columns, squeeze=False)
+
+
+def with_projection(axes: "Axes", projection: str) -> Any:  # noqa: ANN401  none for all kinds
+    """Return new axes of another projection in the place of given ones, which are removed.
+
+    Parameters
+    ----------
+    axes : Axes that `new_figure` made.
+    projection : "polar" or "3d".
+    """
+    figure, place = axes.get_figure(), axes.get_subplotspec()
+    axes.remove()
+    return figure.add_subplot(place, projection=projection)
 
 
 def math_text(label: str) -> str:

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +16,7 @@ from octant.reader_design.showing.style import (
     draw_antennas,
     figure_style,
     new_figure,
+    with_projection,
 )
 
 if TYPE_CHECKING:
@@ -50,8 +51,7 @@ def rss_azimuth_figure(
     peak = float(level.max())
     with figure_style():
         figure, axes = new_figure(width_in=9.6, height_in=4.2, title=title, rows=1, columns=2)
-        axes[0, 0].remove()
-        polar: Any = figure.add_subplot(1, 2, 1, projection="polar")
+        polar = with_projection(axes[0, 0], "polar")
         span = 30.0
         draw_antennas(polar, azimuth, np.maximum(level - peak, -span))
         polar.set_ylim(-span, 2.0)
@@ -200,8 +200,7 @@ def element_pattern_figure(antenna: Antenna, *, title: str) -> "Figure":
     gain_dbi = decibels(gain)
     with figure_style():
         figure, axes = new_figure(width_in=8.6, height_in=4.0, title=title, columns=2)
-        axes[0, 0].remove()
-        polar: Any = figure.add_subplot(1, 2, 1, projection="polar")
+        polar = with_projection(axes[0, 0], "polar")
         polar.set_theta_zero_location("N")
         polar.set_theta_direction(-1)
         polar.plot(theta, np.maximum(gain_dbi, FLOOR_DBI), color="#332288", label="gain")
