@@ -160,9 +160,10 @@ def cuts_figure(
             columns=columns,
         )
         polar: Any = None
-        for unused in axes.flat[len(cuts) :]:
+        places = axes.ravel().tolist()
+        for unused in places[len(cuts) :]:
             unused.remove()
-        for ax, (elevation_deg, gain) in zip(axes.flat, cuts, strict=False):
+        for ax, (elevation_deg, gain) in zip(places, cuts, strict=False):
             polar = with_projection(ax, "polar")
             draw_antennas(polar, phi_rad, np.maximum(gain, top - SPAN_DB).T)
             polar.set_ylim(top - SPAN_DB, top)

@@ -110,7 +110,8 @@ def with_projection(axes: "Axes", projection: str) -> Any:  # noqa: ANN401  none
     axes : Axes that `new_figure` made.
     projection : "polar" or "3d".
     """
-    figure, place = axes.get_figure(), axes.get_subplotspec()
+    figure: Any = axes.get_figure()
+    place = axes.get_subplotspec()
     axes.remove()
     return figure.add_subplot(place, projection=projection)
 
