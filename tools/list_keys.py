@@ -18,6 +18,7 @@ import msgspec
 from octant.reader_design.study_file.errors import unit_of
 from octant.reader_design.study_file.quantities import limits, range_text
 from octant.reader_design.study_file.schema import Study
+from octant.reader_design.study_file.tables_read import READ_BY
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "study_file.md"
 HEAD = """# Every key of a study file
@@ -88,7 +89,7 @@ def default_text(field: msgspec.structs.FieldInfo) -> str:
 
 def page() -> str:
     """Return the text of the page."""
-    lines = [HEAD]
+    lines = [HEAD, *experiments()]
     for table in dict.fromkeys(tables_of(Study)):
         meanings = described(table)
         lines += [
@@ -104,6 +105,26 @@ def page() -> str:
             lines.append(f"| `{field.encode_name}` | {default_text(field)} | {words} | {meaning} |")
         lines.append("")
     return "\n".join(lines)
+
+
+def experiments() -> list[str]:
+    """Return the lines of the section that says which experiment reads which tables."""
+    rows = [
+        f"| `octant {verb}` | {', '.join(f'`{table}`' for table in sorted(read))} |"
+        for verb, read in READ_BY.items()
+    ]
+    return [
+        "## Which experiment reads which table",
+        "",
+        "All read the room, the tags, the reader, the radio and the solver. A table that an experiment",
+        "does not read, and that says anything but defaults, is refused with the verbs that do. Verbs",
+        "that answer one question (`paths`, `explain`, `scene`, `map`, `rss`, `reader`) take any study.",
+        "",
+        "| experiment | tables |",
+        "|---|---|",
+        *rows,
+        "",
+    ]
 
 
 def inherited(table: type, name: str) -> str:

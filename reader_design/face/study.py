@@ -22,6 +22,7 @@ from octant.reader_design.setting.setting import build_setting
 from octant.reader_design.showing.netcdf import read_dataset
 from octant.reader_design.study_file.loading import load_study, to_toml, vary
 from octant.reader_design.study_file.schema import Study as StudyTables
+from octant.reader_design.study_file.tables_read import check_tables
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -249,7 +250,7 @@ class Study:
         from octant.reader_design.experiments.study.run import run_study
 
         run_study(
-            self.tables,
+            self._for("study"),
             Path(out),
             quick=quick,
             force=force,
@@ -277,7 +278,7 @@ class Study:
         from octant.reader_design.experiments.sweep.compute import sweep_study
 
         sweep_study(
-            self.tables,
+            self._for("sweep"),
             Path(out),
             workers=workers,
             cluster=cluster,
@@ -304,7 +305,7 @@ class Study:
         from octant.reader_design.experiments.optimise.run import run_optimise
 
         run_optimise(
-            self.tables,
+            self._for("optimise"),
             Path(out),
             workers=workers,
             cluster=cluster,
@@ -333,7 +334,7 @@ class Study:
         from octant.reader_design.experiments.tolerance.run import run_tolerance
 
         run_tolerance(
-            self.tables,
+            self._for("tolerance"),
             Path(out),
             samples=samples,
             workers=workers,
@@ -361,7 +362,7 @@ class Study:
         from octant.reader_design.experiments.tracking.compute import run_tracking
 
         run_tracking(
-            self.tables,
+            self._for("track"),
             Path(out),
             workers=workers,
             cluster=cluster,
@@ -388,7 +389,9 @@ class Study:
         """
         from octant.reader_design.experiments.docking.page import run_docking_study
 
-        study = self.tables if runs is None else vary(self.tables, {"dock.runs": runs})
+        study = self._for("dock")
+        if runs is not None:
+            study = vary(study, {"dock.runs": runs})
         run_docking_study(
             study, Path(out), workers=workers, force=force, progress=progress_of(progress)
         )
@@ -420,6 +423,10 @@ class Study:
             comparison = msgspec.structs.replace(comparison, runs=runs)
         run_comparison(comparison, Path(out), force=force, progress=progress_of(progress))
         return open_results(out)
+
+    def _for(self, verb: str) -> StudyTables:
+        check_tables(self.tables, verb)
+        return self.tables
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Study) and self.tables == other.tables

@@ -28,8 +28,10 @@ def dock(*, study: Path | None, options: RunOptions, runs: int | None) -> Ended:
         summary_lines,
     )
     from octant.reader_design.study_file.loading import load_study, replace, vary
+    from octant.reader_design.study_file.tables_read import check_tables
 
     loaded, out = load_study(study, built_in="dock_study"), options.out
+    check_tables(loaded, "dock")
     dock_table(loaded)
     if runs is not None:
         loaded = replace(vary(loaded, {"dock.runs": runs}), sweep=loaded.sweep)

@@ -27,6 +27,7 @@ from octant.reader_design.study_file.loading import load_study, vary
 from octant.reader_design.study_file.quantities import Count, Distance, FileName, Name, Seed, Word
 from octant.reader_design.study_file.room import Table
 from octant.reader_design.study_file.schema import Map, Study
+from octant.reader_design.study_file.tables_read import check_tables
 from octant.reader_design.study_file.toml import toml_text
 from octant.reader_design.study_file.toml_files import toml_file_text, toml_tables
 
@@ -193,6 +194,7 @@ def plan_comparison(comparison: Comparison) -> tuple[ComparisonCell, ...]:
 
 def _cells_of(comparison: Comparison, layout: LayoutEntry) -> Iterator[ComparisonCell]:
     study = load_study(layout.study)
+    check_tables(study, "navigate")
     mission_table(study)
     for link in comparison.links:
         for reader in comparison.readers:

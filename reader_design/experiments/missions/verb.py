@@ -70,8 +70,10 @@ def navigate(
     from octant.reader_design.setting.cost import mission_cost, reader_cost
     from octant.reader_design.setting.setting import build_setting, mission_table
     from octant.reader_design.study_file.loading import load_study, replace, to_toml, vary
+    from octant.reader_design.study_file.tables_read import check_tables
 
     loaded, out, progress = load_study(study), options.out, options.progress
+    check_tables(loaded, "navigate")
     if animate is not None and animate.suffix.lower() != ".gif":
         msg = f"--animate is {animate}, but an animation is a GIF; name a file that ends in .gif."
         raise ConfigError(msg)

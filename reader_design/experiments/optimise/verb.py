@@ -22,8 +22,10 @@ def optimise(*, study: Path, options: RunOptions) -> Ended:
     from octant.reader_design.setting.cost import reader_cost
     from octant.reader_design.study_file.loading import load_study
     from octant.reader_design.study_file.optimise import Optimise
+    from octant.reader_design.study_file.tables_read import check_tables
 
     loaded = load_study(study)
+    check_tables(loaded, "optimise")
     choices = (loaded.optimise or Optimise()).choices.given().values()
     surveyed = math.prod(float(len(values)) for values in choices)
     designs = reader_cost(loaded).times(surveyed, "combinations of choices", "optimise.choices")

@@ -18,8 +18,10 @@ def study(*, study: Path | None, options: RunOptions, quick: bool) -> Ended:
     """
     from octant.reader_design.experiments.study.run import plan_lines, run_study
     from octant.reader_design.study_file.loading import load_study
+    from octant.reader_design.study_file.tables_read import check_tables
 
     loaded = load_study(study)
+    check_tables(loaded, "study")
     if options.dry_run:
         lines = plan_lines(loaded, options.out, quick=quick, workers=options.workers)
         return Ended(lines=lines)

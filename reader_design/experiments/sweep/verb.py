@@ -22,8 +22,10 @@ def sweep(*, study: Path, options: RunOptions, merge: bool) -> Ended:
     from octant.reader_design.setting.cost import sweep_cost
     from octant.reader_design.setting.setting import Sampling
     from octant.reader_design.study_file.loading import load_study
+    from octant.reader_design.study_file.tables_read import check_tables
 
     loaded = load_study(study)
+    check_tables(loaded, "sweep")
     if options.dry_run:
         plan = study_plan(loaded)
         rows = known_rows(plan, options.out, progress=options.progress)

@@ -22,9 +22,11 @@ def tolerance(*, study: Path | None, options: RunOptions, samples: int | None) -
     from octant.reader_design.experiments.tolerance.run import plan_lines, run_tolerance
     from octant.reader_design.setting.cost import reader_cost
     from octant.reader_design.study_file.loading import load_study
+    from octant.reader_design.study_file.tables_read import check_tables
     from octant.reader_design.study_file.tolerance import Tolerance
 
     loaded = load_study(study)
+    check_tables(loaded, "tolerance")
     if options.dry_run:
         return Ended(lines=plan_lines(loaded, options.out, samples=samples))
     table = loaded.tolerance or Tolerance()

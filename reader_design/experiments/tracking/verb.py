@@ -20,8 +20,10 @@ def track(*, study: Path | None, options: RunOptions) -> Ended:
     from octant.reader_design.experiments.tracking.compute import plan_line, run_tracking
     from octant.reader_design.experiments.tracking.page import summary_lines
     from octant.reader_design.study_file.loading import load_study
+    from octant.reader_design.study_file.tables_read import check_tables
 
     loaded = load_study(study, built_in="track_study")
+    check_tables(loaded, "track")
     if options.dry_run:
         return Ended(lines=(plan_line(loaded, options.out),))
     content = run_tracking(

@@ -1,0 +1,78 @@
+"""Every experiment with every table: read, or refused with the names of the verbs that read it."""
+
+import itertools
+
+import msgspec
+import pytest
+
+import octant
+from octant.geometries.errors import ConfigError
+from octant.reader_design import cli
+from octant.reader_design.study_file.loading import load_study, to_toml
+from octant.reader_design.study_file.schema import Study
+from octant.reader_design.study_file.tables_read import READ_BY, check_tables
+
+BASE = """
+[room]
+box_m = [5.0, 5.0, 3.0]
+[[tag]]
+id = "tag"
+position_m = [2.0, 2.0, 2.9]
+"""
+TABLES = {
+    "sweep": "[sweep]\nantenna_radius_m = [0.05, 0.10]",
+    "scoring": "[scoring]\nnoise_db = 2.0",
+    "choice": "[choice]\nmissions = 3",
+    "map": "[map]\nspacing_m = 0.2",
+    "mission": '[mission]\nstart_m = [1.0, 1.0]\ntags = ["tag"]',
+    "sensor": "[sensor]\nbits = 8",
+    "tolerance": "[tolerance]\nsamples = 3",
+    "layout": '[[layout]]\nname = "second"',
+    "optimise": "[optimise]\nparameters = {antenna_length_m = [0.04, 0.07]}",
+    "track": "[track]",
+    "dock": '[dock]\ntag = "tag"\nlandmark_position_m = [0.5, 2.0, 0.5]',
+}
+READ_BY_ALL = {"name", "seed", "radio", "room", "tag", "reader", "solver"}
+QUESTIONS = {"paths", "explain", "scene", "map", "rss", "reader"}
+NO_STUDY = {"audit", "materials", "warm-up"}
+
+
+def test_every_verb_and_every_table_is_thought_of():
+    assert set(READ_BY) | QUESTIONS | NO_STUDY == set(cli.octant.list_commands(None))
+    tables = {field.encode_name for field in msgspec.structs.fields(Study)}
+    assert tables == READ_BY_ALL | set(TABLES)
+    assert set().union(*READ_BY.values()) == set(TABLES)
+
+
+@pytest.mark.parametrize(("verb", "table"), list(itertools.product(READ_BY, TABLES)))
+def test_a_table_is_read_or_refused(verb, table, tmp_path):
+    file = tmp_path / "study.toml"
+    file.write_text(BASE + TABLES[table])
+    study = load_study(file)
+    if table in READ_BY[verb]:
+        check_tables(study, verb)
+    else:
+        with pytest.raises(ConfigError) as refusal:
+            check_tables(study, verb)
+        for other, read in READ_BY.items():
+            assert (f"'octant {other}'" in str(refusal.value)) == (other == verb or table in read)
+
+
+@pytest.mark.parametrize("verb", READ_BY)
+def test_defaults_that_are_written_out_say_nothing(verb, tmp_path):
+    file = tmp_path / "study.toml"
+    file.write_text(BASE)
+    whole = tmp_path / "whole.toml"
+    whole.write_text(to_toml(load_study(file)))
+    assert "[sensor]" in whole.read_text()
+    check_tables(load_study(whole), verb)
+
+
+def test_the_command_and_python_refuse_alike(tmp_path, capsys):
+    file = tmp_path / "study.toml"
+    file.write_text(BASE + TABLES["mission"])
+    for call in ("track", "dock", "optimise"):
+        with pytest.raises(ConfigError, match=r"\[mission\].*'octant navigate'"):
+            getattr(octant.Study.load(file), call)(tmp_path / "out", progress=False)
+        assert cli.run([call, str(file), "--out", str(tmp_path / "out")]) == 2
+        assert "[mission], which" in capsys.readouterr().err
