@@ -116,9 +116,10 @@ def experiments() -> list[str]:
     return [
         "## Which experiment reads which table",
         "",
-        "All read the room, the tags, the reader, the radio and the solver. A table that an experiment",
-        "does not read, and that says anything but defaults, is refused with the verbs that do. Verbs",
-        "that answer one question (`paths`, `explain`, `scene`, `map`, `rss`, `reader`) take any study.",
+        "All read the room, the tags, the reader, the radio and the solver. A table that an",
+        "experiment does not read, and that says anything but defaults, is refused with the verbs",
+        "that do. Verbs that answer one question (`paths`, `explain`, `scene`, `map`, `rss`,",
+        "`reader`) take any study.",
         "",
         "| experiment | tables |",
         "|---|---|",
