@@ -16,6 +16,7 @@ from octant.reader_design.experiments.choice.thesis_claims import (
     claim_table,
     thesis_claims,
 )
+from octant.reader_design.experiments.choice.thesis_setup import ThesisSetup
 from octant.reader_design.experiments.missions.stage import RoomMission
 from octant.reader_design.experiments.study.approximations import approximation_table
 from octant.reader_design.experiments.study.mission_sections import (
@@ -52,6 +53,7 @@ class StudyContent:
     notes : What the user should know: tags that were moved, validity of models.
     approximations : How far the approximate responses are off for the chosen reader ([dB],).
     as_built : What tolerances do to the chosen reader ([mm], [deg]); None: no tolerances.
+    thesis : What the thesis' designs among the cells receive in its set-up [W]; None: not asked.
     study_toml, quick, seconds : The resolved study; whether a quick look; time since start [s].
     """
 
@@ -66,6 +68,7 @@ class StudyContent:
     seconds: float
     approximations: tuple[ResponseDifference, ...] = ()
     as_built: ReportSection | None = None
+    thesis: ThesisSetup | None = None
 
     @property
     def chosen(self) -> Candidate:
@@ -80,10 +83,9 @@ class StudyContent:
     @property
     def claims(self) -> tuple[Claim, ...]:
         """Claims of the thesis that the sweep tests, numbers with their units."""
-        if any(cell.label != cell.design.label() for cell in self.cells):
-            return ()  # the thesis varies antenna, r_a and h_p alone
-        power_w = self.setting.study.radio.tag_power_w
-        return thesis_claims(self.cells, self.candidates, self.choice, tag_power_w=power_w)
+        if self.thesis is None:
+            return ()
+        return thesis_claims(self.cells, self.candidates, self.choice, self.thesis)
 
     @property
     def chosen_cell(self) -> Cell:

@@ -17,6 +17,7 @@ from octant.em.blocks import cores
 from octant.geometries.errors import SweepStateError
 from octant.geometries.files import write_text
 from octant.reader_design.experiments.choice.thesis_claims import claim_sentence
+from octant.reader_design.experiments.choice.thesis_setup import thesis_setup
 from octant.reader_design.experiments.missions.stage import collected_warnings
 from octant.reader_design.experiments.study.approximations import approximation_errors
 from octant.reader_design.experiments.study.map_stage import MapCase, map_stage
@@ -207,6 +208,10 @@ def run_study(
         approximations = approximation_errors(setting)
         stages = out_dir / "stages"
         room_map = map_stage(MapCase(setting=setting, progress=progress), stages)
+        thesis = None
+        if all(cell.label == cell.design.label() for cell in cells):
+            # the thesis varies antenna, r_a and h_p alone
+            thesis = thesis_setup(cells, study.radio, stages, progress)
         driven = drive_shortlist(
             rooms_of,
             scored,
@@ -240,6 +245,7 @@ def run_study(
         seconds=time.perf_counter() - began,
         approximations=approximations,
         as_built=as_built,
+        thesis=thesis,
     )
     publish(content, room_map, rooms, out_dir, force=force, progress=progress)
     return StudyOutcome(content=content, folder=out_dir, report=out_dir / "report.html")

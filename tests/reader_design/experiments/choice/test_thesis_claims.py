@@ -5,16 +5,29 @@ import dataclasses
 import numpy as np
 import pytest
 
+from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
 from octant.reader_design.experiments.choice.thesis_claims import (
-    THESIS_LEVEL_W,
+    LEVEL_W,
     claim_sentence,
     claim_table,
     thesis_claims,
 )
+from octant.reader_design.experiments.choice.thesis_setup import (
+    TAG_ABOVE_M,
+    LoneAntenna,
+    ThesisDrive,
+    ThesisSetup,
+    is_the_thesis,
+    lone_antenna,
+    thesis_drive,
+    thesis_setup,
+)
+from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.setting.design import content_hash
 from octant.reader_design.setting.evaluation import Cell
 from octant.reader_design.setting.ranking import Candidate, choose
 from octant.reader_design.study_file.reader import Reader
+from octant.reader_design.study_file.schema import Radio
 from octant.reader_design.study_file.scores import SCORE_NAMES, Scores
 
 GOOD = {"right_share": 0.9, "vector_rms_rad": 0.1, "margin_worst_db": 1.0, "usable_share": 1.0}
@@ -22,106 +35,130 @@ BAD = {"right_share": 0.3, "vector_rms_rad": 1.2, "margin_worst_db": -2.0, "usab
 TRAVEL = np.linspace(0.0, 5.0, 101)
 
 
-def cell(antenna, radius_m, height_m, scores, *, level_w=1e-6, **design):
+def cell(antenna, radius_m, height_m, scores, **design):
     base = Reader(
         antenna=antenna,
         antenna_radius_m=radius_m,
         plate_height_m=height_m,
-        **{
-            "ground_plane_m": 0.20,
-            "ground_plane_shape": "square",
-            "antennas": 8,
-            "gap_m": 0.005,
-            "monopole_plane_m": 0.04,
-            "height_m": 0.3,
-            "load_ohm": 50.0,
-            **design,
-        },
+        **{"ground_plane_m": 0.20, "ground_plane_shape": "square", "antennas": 8, **design},
     )
-    rss = np.full((TRAVEL.size, 8), 0.1 * level_w)
-    rss[:, 0] = level_w
-    rss[TRAVEL < 0.3] *= 1e-3
     return Cell(
         key=content_hash(base.as_dict()),
         design=base,
         free=Scores(**{**dict.fromkeys(SCORE_NAMES, 0.0), **scores}),
         distances_m=np.zeros(0),
         free_rss_w=np.zeros((0, 0, 8)),
-        travel_m=TRAVEL,
-        travel_rss_w=rss,
+        travel_m=np.zeros(0),
+        travel_rss_w=np.zeros((0, 8)),
     )
 
 
-def claims_of(cells, tag_power_w=1.0):
+def drive(lead_w=0.9e-6, *, level_w=1e-6, share=1.0):
+    """A drive on which antenna 1 leads over a share of the way from 0.4 m on, then antenna 2."""
+    rss = np.full((TRAVEL.size, 8), level_w - lead_w)
+    rss[:, 0] = level_w
+    beyond = np.flatnonzero(TRAVEL > 0.399)
+    lost = beyond[round(share * beyond.size) :]
+    rss[lost, 1] = 2.0 * level_w
+    rss[beyond[0] :: -1] *= 1e-3
+    return ThesisDrive(travel_m=TRAVEL, rss_w=rss, start_rss_w=np.full(8, level_w))
+
+
+def claims_of(pairs, **antennas):
+    cells = [c for c, _ in pairs]
     candidates = [
         Candidate(label=c.design.label(), key=c.key, free=c.free, room=None) for c in cells
     ]
-    choice = choose(candidates, model="fullwave")
-    return thesis_claims(cells, candidates, choice, tag_power_w=tag_power_w)
+    setup = ThesisSetup(drives={c.key: d for c, d in pairs}, antennas=antennas)
+    return thesis_claims(cells, candidates, choose(candidates, model="fullwave"), setup)
+
+
+def found(claims, words):
+    (claim,) = [c for c in claims if words in c.text]
+    return claim
 
 
 def verdict(claims, words):
-    (found,) = [c for c in claims if words in c.text]
-    return found.agrees
+    return found(claims, words).agrees
 
 
 def best(**better):
     return {**GOOD, "right_share": 0.99, **better}
 
 
-def test_the_best_dipole_is_read_from_the_ranking():
-    cells = [cell("dipole", 0.1, 0.08, best()), cell("dipole", 0.1, 0.15, GOOD)]
-    assert verdict(claims_of(cells), "best dipole") is True
-    cells = [cell("dipole", 0.1, 0.08, GOOD), cell("dipole", 0.1, 0.15, best())]
-    claims = claims_of(cells)
-    assert verdict(claims, "best dipole") is False
-    assert "h_p = 15 cm" in next(c.found for c in claims if "best dipole" in c.text)
+@pytest.mark.parametrize(("other_w", "same"), [(0.8e-6, True), (0.95e-6, False)])
+def test_the_best_dipole_leads_by_most_watts_and_octants_ranking_stands_beside(other_w, same):
+    low, high = cell("dipole", 0.1, 0.08, GOOD), cell("dipole", 0.1, 0.15, best())
+    claims = claims_of([(low, drive()), (high, drive(other_w))])
+    claim = found(claims, "best dipole")
+    assert claim.agrees is same
+    assert claim.stricter_agrees is False
+    assert "h_p = 15 cm ranks first" in claim.stricter
 
 
+@pytest.mark.parametrize("share", [0.3, 0.7])
 @pytest.mark.parametrize(("scores", "useless"), [(BAD, True), (GOOD, False)])
-def test_designs_without_plates_are_judged_by_share_and_bearing(scores, useless):
+def test_antennas_are_told_apart_by_the_thesis_drive_whatever_the_scores(share, scores, useless):
     cells = [cell("dipole", 0.05, 0.0, scores), cell("monopole", 0.1, 0.0, scores)]
-    claims = claims_of(cells)
-    assert verdict(claims, "Dipoles at r_a = 5 cm without plates") is useless
-    assert verdict(claims, "Monopoles at r_a = 10 cm without plates") is useless
+    claims = claims_of([(c, drive(share=share)) for c in cells])
+    for words in ("Dipoles at r_a = 5 cm without plates", "Monopoles at r_a = 10 cm without"):
+        assert found(claims, words).agrees is (share < 0.5)
+        assert found(claims, words).stricter_agrees is useless
+        assert f"{share:.0%}" in found(claims, words).found
 
 
-def test_small_radii_confuse_when_a_facing_antenna_is_not_the_strongest():
-    cells = [cell("dipole", 0.05, 0.08, BAD), cell("dipole", 0.1, 0.08, BAD)]
-    claims = claims_of(cells)
-    assert verdict(claims, "r_a = 5 cm, h_p = 8 cm") is True
-    assert verdict(claims, "r_a = 10 cm, h_p = 8 cm the") is False
+@pytest.mark.parametrize(("share", "always"), [(0.99, False), (1.0, True)])
+def test_one_place_with_another_antenna_is_not_always(share, always):
+    cells = [cell("dipole", 0.05, 0.08, BAD), cell("dipole", 0.1, 0.15, BAD)]
+    claims = claims_of([(c, drive(share=share)) for c in cells])
+    assert verdict(claims, "r_a = 5 cm, h_p = 8 cm") is not always
+    assert verdict(claims, "r_a = 10 cm, h_p = 15 cm") is always
+    assert found(claims, "r_a = 10 cm, h_p = 15 cm").stricter_agrees is False
 
 
-def test_dipoles_and_monopoles_are_compared_by_their_best_designs():
-    dipole, monopole = cell("dipole", 0.1, 0.08, GOOD), cell("monopole", 0.1, 0.08, best())
-    assert verdict(claims_of([dipole, monopole]), "better than monopoles") is False
-    dipole = cell("dipole", 0.1, 0.08, best(level_median_dbm=1.0))
-    assert verdict(claims_of([dipole, monopole]), "better than monopoles") is True
+def test_dipoles_and_monopoles_are_compared_by_their_best_drives():
+    dipole, monopole = cell("dipole", 0.1, 0.08, best()), cell("monopole", 0.1, 0.08, GOOD)
+    claims = claims_of([(dipole, drive(0.5e-6)), (monopole, drive())])
+    assert verdict(claims, "better than monopoles") is False
+    assert found(claims, "better than monopoles").stricter_agrees is True
+    assert verdict(claims_of([(dipole, drive()), (monopole, drive(0.5e-6))]), "better than m")
+    plates = [cell("monopole", r, h, GOOD) for r in (0.05, 0.1) for h in (0.08, 0.15)]
+    leads = [0.1e-6, 0.2e-6, 0.3e-6, 0.4e-6]
+    apart = claims_of([(c, drive(w)) for c, w in zip(plates, leads, strict=True)])
+    assert verdict(apart, "told apart better at r_a = 10 cm") is True
+    apart = claims_of([(c, drive(w)) for c, w in zip(plates, leads[::-1], strict=True)])
+    assert verdict(apart, "told apart better at r_a = 10 cm") is False
 
 
-def test_level_is_compared_at_one_watt():
-    same = cell("dipole", 0.1, 0.08, GOOD, level_w=2.0 * THESIS_LEVEL_W)
-    assert verdict(claims_of([same], tag_power_w=2.0), "µW") is True
-    claims = claims_of([same], tag_power_w=1.0)
-    assert verdict(claims, "µW") is False
-    assert "3.0 dB more" in next(c.found for c in claims if "µW" in c.text)
-    assert verdict(claims, "under the tag") is True
+@pytest.mark.parametrize(("level_w", "same"), [(LEVEL_W, True), (2.0 * LEVEL_W, False)])
+def test_the_level_is_that_of_the_start_of_the_mission(level_w, same):
+    claims = claims_of([(cell("dipole", 0.1, 0.08, GOOD), drive(level_w=level_w))])
+    assert verdict(claims, "At the start") is same
+    assert ("3.0 dB more" in found(claims, "At the start").found) is not same
+    assert verdict(claims, "Right under the tag") is True
+    assert verdict(claims, "Within about 40 cm") is True
 
 
-def test_other_readers_are_not_compared_with_the_thesis():
-    assert claims_of([cell("dipole", 0.1, 0.08, GOOD, ground_plane_shape="round")]) == ()
-    assert claims_of([cell("dipole", 0.1, 0.08, GOOD, antennas=6)]) == ()
-    failed = dataclasses.replace(cell("dipole", 0.1, 0.0, GOOD), free=None, reason="no")
-    good = cell("dipole", 0.07, 0.03, GOOD)
-    candidate = Candidate(label="a", key=good.key, free=good.free, room=None)
-    choice = choose([candidate], model="fullwave")
-    assert thesis_claims([failed, good], [candidate], choice, tag_power_w=1.0) == ()
+def test_other_readers_and_carriers_are_not_compared_with_the_thesis(tmp_path):
+    thesis = cell("dipole", 0.1, 0.08, GOOD)
+    assert is_the_thesis(thesis.design)
+    for other in ({"ground_plane_shape": "round"}, {"antennas": 6}, {"plate_outer_radius_m": 0.08}):
+        assert not is_the_thesis(cell("dipole", 0.1, 0.08, GOOD, **other).design)
+    failed = dataclasses.replace(thesis, free=None, reason="no")
+    assert thesis_setup([failed], Radio(), tmp_path, Progress()) == ThesisSetup(
+        drives={}, antennas={}
+    )
+    uhf = Radio(frequency_hz=868e6)
+    assert thesis_setup([thesis], uhf, tmp_path, Progress()).drives == {}
 
 
 def test_sentence_counts_and_names_what_does_not_hold():
-    cells = [cell("dipole", 0.1, 0.08, GOOD), cell("monopole", 0.1, 0.08, best())]
-    claims = claims_of(cells)
+    pairs = [
+        (cell("dipole", 0.1, 0.08, GOOD), drive()),
+        (cell("monopole", 0.1, 0.08, best()), drive(0.99e-6)),
+    ]
+    alone = LoneAntenna(resistance_ohm=90.0, reactance_ohm=-50.0, gain_db=2.2, realised_gain_db=1.3)
+    claims = claims_of(pairs, dipole=alone)
     text = claim_sentence(claims)
     assert "Dipoles perform better than monopoles" in text
     tested = [c for c in claims if c.agrees is not None]
@@ -129,4 +166,43 @@ def test_sentence_counts_and_names_what_does_not_hold():
     assert claim_sentence([c for c in tested if c.agrees]).endswith("all hold.")
     table = claim_table(claims)
     assert len(table.rows) == len(claims)
-    assert {row[1] for row in table.rows} == {"yes", "no", "–"}
+    assert {row[2] for row in table.rows} == {"yes", "no", "–"}
+    assert "90.0 - j50.0 Ω" in found(claims, "A dipole alone").found
+
+
+def half_wave_gain(angle_rad):
+    return 1.64092 * (np.cos(0.5 * np.pi * np.cos(angle_rad)) / np.sin(angle_rad)) ** 2
+
+
+def test_the_drive_of_lone_dipoles_is_friis_between_two_half_waves():
+    reader = cell("dipole", 0.1, 0.0, GOOD, response="isolated").design
+    driven = thesis_drive(None, reader)
+    away = driven.travel_m[1:]
+    distance_m = np.hypot(away, TAG_ABOVE_M)
+    gain = half_wave_gain(np.arctan2(away, TAG_ABOVE_M))
+    friis_w = (SPEED_OF_LIGHT_M_PER_S / 2.4e9 / (4.0 * np.pi * distance_m)) ** 2 * gain**2
+    assert driven.travel_m[-1] == 5.0
+    for rss_w in driven.rss_w[1:].T:  # alone they are alike; the wire is thin, not endlessly so
+        np.testing.assert_allclose(rss_w, friis_w, rtol=2e-3)
+    start_w = np.interp(np.hypot(2.0, 0.5), away, friis_w)
+    np.testing.assert_allclose(driven.start_rss_w, start_w, rtol=2e-3)
+
+
+def test_the_start_of_the_mission_sees_the_tag_14_degrees_beside_antenna_1():
+    reader = cell("dipole", 0.1, 0.08, GOOD, response="rays").design
+    start_w = thesis_drive(None, reader).start_rss_w
+    assert start_w.argmax() == 0
+    assert start_w[1] > start_w[7]  # antenna 2 is nearer to the tag than antenna 8
+
+
+@pytest.mark.parametrize(
+    ("kind", "wire_radius_m", "gain_dbi", "tolerance_db"),
+    [("dipole", 5e-7, 2.151, 0.02), ("monopole", 5e-4, 1.66, 0.1)],
+)
+def test_an_antenna_alone_has_its_gain(kind, wire_radius_m, gain_dbi, tolerance_db):
+    reader = cell(kind, 0.1, 0.0, GOOD, wire_radius_m=wire_radius_m).design
+    alone = lone_antenna(None, reader)
+    z = complex(alone.resistance_ohm, alone.reactance_ohm)
+    lost_db = -10.0 * np.log10(1.0 - abs((z - 50.0) / (z + 50.0)) ** 2)
+    assert alone.gain_db == pytest.approx(gain_dbi, abs=tolerance_db)
+    assert alone.realised_gain_db == pytest.approx(alone.gain_db - lost_db, abs=0.01)
