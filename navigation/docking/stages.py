@@ -15,8 +15,10 @@ from octant.navigation.docking.task import (
     Phase,
 )
 from octant.navigation.estimators.landmark_filters import PLACE, LandmarkTrack
+from octant.navigation.robot.drive import DifferentialDrive
 from octant.navigation.robot.floor import Floor
 from octant.navigation.robot.motion import AT_REST, Motion
+from octant.navigation.robot.odometry import Rolling, RollingWheels
 from octant.navigation.sensing.bearing import turn_towards, vector_sum_bearing
 from octant.navigation.sensing.landmark_sensor import LandmarkSensor
 from octant.navigation.sensing.sensor import RssSensor
@@ -64,7 +66,10 @@ class DockingDrive:
     ) -> None:
         self._task, self._setting, self._rng = task, setting, rng
         self._floor = Floor(robot=setting.robot, blocked=setting.blocked)
+        self._wheels = RollingWheels(setting.rolling, setting.robot, rng)
+        self._plain = type(setting.robot) is DifferentialDrive and setting.rolling == Rolling()
         self.pose = pose
+        self.rolled, self.reckoned = np.zeros(2), np.zeros(2)
         self._times_s: list[float] = []
         self._phases: list[str] = []
         self._rows: list[FloatArray] = []
@@ -73,6 +78,17 @@ class DockingDrive:
         self.time_s = 0.0
         self.contacts = 0
         self.staged_m = np.nan
+
+    @property
+    def robot(self) -> DifferentialDrive:
+        """Return the robot's kinematics."""
+        return self._setting.robot
+
+    @property
+    def turn_rate_rad_per_s(self) -> float:
+        """Return the greatest rate of turns between the drives [rad/s]."""
+        limit = self.robot.turning_limit_rad_per_s(MANOEUVRE_SPEED_M_PER_S)
+        return min(_TURN_RATE_RAD_PER_S, limit)
 
     @property
     def off_dock(self) -> tuple[float, float]:
@@ -113,11 +129,13 @@ class DockingDrive:
             [rad].
         """
         self._row(phase, twist, seen=seen, polar=polar, slips=slips)
+        self._command(twist, period_s)
         self.pose, contact = self._floor.slip(
-            self.pose, twist, slip=self._task.slip, period_s=period_s, rng=self._rng
+            self.pose, self.rolled, slip=self._task.slip, period_s=period_s, rng=self._rng
         )
         robot, outside = self._setting.robot, self._setting.outside
-        rates = robot.wheel_rates(speed_m_per_s=twist[0], turn_rate_rad_per_s=twist[1])
+        speed, turn_rate = self.reckoned
+        rates = robot.wheel_rates(speed_m_per_s=speed, turn_rate_rad_per_s=turn_rate)
         self.odometry = robot.step_arc(self.odometry, rates, period_s=period_s)
         self.time_s += period_s
         self.contacts += contact
@@ -125,11 +143,29 @@ class DockingDrive:
             raise LeftTheRoom
         return contact
 
+    def _command(self, twist: FloatArray, period_s: float) -> None:
+        """Find how the wheels roll (`rolled`), and how they are seen to (`reckoned`)."""
+        self.rolled = self.reckoned = twist
+        if self._plain:
+            return
+        robot, wheels = self.robot, self._wheels
+        rates = robot.saturate(
+            robot.wheel_rates(speed_m_per_s=twist[0], turn_rate_rad_per_s=twist[1])
+        )
+        turned = wheels.turn(rates, period_s=period_s)
+        # Of rates: rotations in a second.
+        self.rolled = robot.twist(wheels.roll(turned, period_s=1.0))
+        if self._setting.rolling.tick_rad > 0.0:
+            rates = wheels.count(period_s * turned) / period_s
+        self.reckoned = robot.twist(rates)
+
     def feel(self) -> bool:
         """Return whether the station makes contact here; the robot turns about on the spot for it.
 
-        So near to the dock its camera sees no landmark.
+        So near to the dock its camera sees no landmark. A car stays as it stands.
         """
+        if self.docked or self.robot.least_radius_m > 0.0:
+            return self.docked
         period_s = self._task.fine.period_s
         rate = min(_TURN_RATE_RAD_PER_S, self._task.tolerance_rad / period_s)
         for _ in range(int(np.ceil(2.0 * np.pi / rate / period_s))):
@@ -254,7 +290,7 @@ class CoarseDrive:
                 return None
             twist = self._twist_towards(ahead) if self._heard else _STILL
             contact = self._drive.step("approach", twist, period_s=coarse.period_s)
-            self._driven = AT_REST if contact else self._motion(twist)
+            self._driven = AT_REST if contact else self._motion()
             if contact and not self._evade():
                 return "collision", "the robot is stuck between obstacles on its way to the tag"
         return "tag not found", (
@@ -268,12 +304,12 @@ class CoarseDrive:
         )
         return float(turn_towards(vector_sum_bearing(rss_w, self._reader.azimuths_rad)))
 
-    def _motion(self, twist: FloatArray) -> Motion:
-        """Return how the robot really drove on a command: a slow reader reads on that way."""
-        slip = self._task.slip
+    def _motion(self) -> Motion:
+        """Return how the robot really drove: a slow reader reads on that way."""
+        slip, (speed, turn_rate) = self._task.slip, self._drive.rolled
         return Motion(
-            speed_m_per_s=float(twist[0]) + slip.linear_m_per_s,
-            turn_rate_rad_per_s=float(twist[1]) + slip.angular_rad_per_s,
+            speed_m_per_s=float(speed) + slip.linear_m_per_s,
+            turn_rate_rad_per_s=float(turn_rate) + slip.angular_rad_per_s,
         )
 
     def _twist_towards(self, ahead: FloatArray) -> FloatArray:
@@ -284,9 +320,11 @@ class CoarseDrive:
             # There, but not sure of it: drive across, bearings from new places decide.
             return np.array([coarse.speed_m_per_s, 0.3])
         error = float(wrap_angle(np.arctan2(ahead[1], ahead[0]) - self._drive.odometry[2]))
-        rate = np.clip(error / coarse.period_s, -_TURN_RATE_RAD_PER_S, _TURN_RATE_RAD_PER_S)
-        if abs(error) > _TURN_ON_SPOT_RAD:
-            return np.array([0.0, rate])
+        robot, most = self._drive.robot, self._drive.turn_rate_rad_per_s
+        rate = np.clip(error / coarse.period_s, -most, most)
+        behind = robot.encircles(distance * np.cos(error), distance * np.sin(error))
+        if abs(error) > _TURN_ON_SPOT_RAD or behind:
+            return np.array(robot.turning(rate, reverse=behind))
         return np.array([min(coarse.speed_m_per_s, distance / coarse.period_s), 0.7 * rate])
 
     def _evade(self) -> bool:
@@ -295,11 +333,14 @@ class CoarseDrive:
             return False
         self._drive.straight(-_EVADE_BACK_M, "back off")
         turn = float(self._rng.choice([-1.0, 1.0]) * self._rng.uniform(np.pi / 3, 2 * np.pi / 3))
-        self._drive.step(
-            "back off",
-            np.array([0.0, np.copysign(_TURN_RATE_RAD_PER_S, turn)]),
-            period_s=abs(turn) / _TURN_RATE_RAD_PER_S,
-        )
+        rate = self._drive.turn_rate_rad_per_s
+        twist = np.array(self._drive.robot.turning(np.copysign(rate, turn)))
+        lasts_s = abs(turn) / rate
+        # On the spot nothing can be touched; an arc is driven in steps.
+        parts = 1 if twist[0] == 0.0 else int(np.ceil(lasts_s / _MANOEUVRE_PERIOD_S))
+        for _ in range(parts):
+            if self._drive.step("back off", twist, period_s=lasts_s / parts):
+                break
         self._drive.straight(_EVADE_ALONG_M, "approach")
         return not self._drive.worn_out
 
@@ -327,7 +368,8 @@ class FineDrive:
     def search(self) -> LandmarkTrack | None:
         """Return a first belief of the landmark on which detections agree; None without one."""
         fine = self._task.fine
-        twist = np.array([0.0, fine.search_rate_rad_per_s])
+        rate = min(fine.search_rate_rad_per_s, self._drive.turn_rate_rad_per_s)
+        twist = np.array(self._drive.robot.turning(rate))
         for _ in range(int(np.ceil(_FULL_TURN_RAD / twist[1] / fine.period_s))):
             detection = self._look()
             if np.isfinite(detection[0]):
@@ -355,11 +397,12 @@ class FineDrive:
         fine, yaw = self._task.fine, self._camera.yaw_rad
         for _ in range(int(np.ceil(np.pi / fine.search_rate_rad_per_s / fine.period_s))):
             off_axis = float(wrap_angle(np.arctan2(*track.place_m[::-1]) - yaw))
-            limit = fine.search_rate_rad_per_s
+            limit = min(fine.search_rate_rad_per_s, self._drive.turn_rate_rad_per_s)
             if abs(off_axis) < 0.5 * limit * fine.period_s:
                 break
             turn = float(np.clip(off_axis / fine.period_s, -limit, limit))
-            track = self._step(track, np.array([0.0, turn]), "refine")[0]
+            turning = self._drive.robot.turning(turn, reverse=True)
+            track = self._step(track, np.array(turning), "refine")[0]
         return self._stand(track)
 
     def _stand(self, track: LandmarkTrack) -> LandmarkTrack:
@@ -385,7 +428,7 @@ class FineDrive:
             polar=polar,
             slips=track.slips,
         )
-        track = fine.filter.predict(track, twist, period_s=fine.period_s)
+        track = fine.filter.predict(track, self._drive.reckoned, period_s=fine.period_s)
         return fine.filter.correct(track, self._look()), contact
 
     def dock(self, track: LandmarkTrack) -> Failure | None:

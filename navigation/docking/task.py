@@ -25,6 +25,7 @@ from octant.navigation.estimators.landmark_filters import (
 from octant.navigation.estimators.tag_place import TagPlaceFilter
 from octant.navigation.robot.drive import DifferentialDrive
 from octant.navigation.robot.floor import Blocked, WheelSlip
+from octant.navigation.robot.odometry import Rolling
 from octant.navigation.sensing.landmark_sensor import Landmark, LandmarkSensor
 from octant.navigation.sensing.sensor import RssSensor
 
@@ -214,7 +215,8 @@ class DockingSetting:
     ----------
     reader : The bearing-sensitive reader; None: the robot starts at the staging place.
     camera : The landmark's detector.
-    robot : Wheels and limits.
+    robot, rolling : Wheels and limits; motors, slip shares and encoders. Filters and odometry get
+        what encoders of a resolution count, and without one the commands, as in the paper.
     blocked, outside : (m, 2) points on the floor [m] -> (m,) bool: where the robot touches
         something; where it has left the room, whose field is known inside only.
     """
@@ -222,6 +224,7 @@ class DockingSetting:
     reader: RssSensor | None
     camera: LandmarkSensor
     robot: DifferentialDrive
+    rolling: Rolling = field(default_factory=Rolling)
     blocked: Blocked | None = None
     outside: Blocked | None = None
 

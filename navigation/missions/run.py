@@ -48,7 +48,7 @@ def run_mission(
     _check_run(mission, sensor, robot)
     check_start(mission.start_m, blocked, outside)
     wheels_rng, navigator_rng = rng.spawn(2)
-    wheels = RollingWheels(mission.rolling, wheels_rng)
+    wheels = RollingWheels(mission.rolling, robot, wheels_rng)
     floor = Floor(robot=robot, step=mission.motion, contact=mission.contact, blocked=blocked)
     heading_rad = float(wrap_angle(mission.heading_rad))
     pose = np.array([*mission.start_m, heading_rad])
@@ -56,7 +56,8 @@ def run_mission(
     target, silent, touched = 0, 0, 0
     memory, odometry = navigator.begin(0, None, heading_rad=heading_rad), STILL
     driven = AT_REST
-    last = int(np.floor(mission.time_limit_s / mission.sample_time_s * (1.0 + 1e-12)))
+    period_s = mission.sample_time_s
+    last = int(np.floor(mission.time_limit_s / period_s * (1.0 + 1e-12)))
     for k in range(last + 1):
         rss_w = sensor.read(pose, mission.tag_ids[target], rng, motion=driven)
         decision = navigator.decide(memory, rss_w, odometry, navigator_rng)
@@ -76,9 +77,9 @@ def run_mission(
             log.row(k, pose, replace(decision, mode="stopped"), target, rss_w)
             return log.result(*ended)
         log.row(k, pose, decision, target, rss_w)
-        rotations = mission.sample_time_s * decision.rates
-        rates = wheels.roll(rotations) / mission.sample_time_s
-        pose, contact = floor.roll(pose, rates, period_s=mission.sample_time_s)
+        rotations = period_s * wheels.turn(decision.rates, period_s=period_s)
+        rates = wheels.roll(rotations, period_s=period_s) / period_s
+        pose, contact = floor.roll(pose, rates, period_s=period_s)
         log.contacts += contact
         if outside is not None and bool(outside(pose[None, :2])[0]):
             stopped = replace(decision, mode="stopped", place_m=None)

@@ -58,7 +58,8 @@ class ThesisNavigator:
 
     Without a signal the robot waits in rotation mode and goes straight on at cruise speed in
     navigation mode. A rotation faster than the wheels allow goes on in the next periods without a
-    new bearing; the Scout turns by up to 286° in 1 s.
+    new bearing; the Scout turns by up to 286° in 1 s. A car turns on its tightest circle forwards,
+    as the place of the tag is not known; it may go round a tag inside of it until the time is up.
 
     Parameters
     ----------
@@ -159,11 +160,11 @@ class ThesisNavigator:
                 return np.zeros(2), memory
             estimate = doct if self.rotation == "strongest" else vector_sum_bearing
             turn_rad = float(turn_towards(estimate(rss_w, self.azimuths_rad)))
-        limit_rad = self.robot.max_turn_rate_rad_per_s * self.period_s
+        limit = self.robot.turning_limit_rad_per_s(self.cruise_speed_m_per_s)
+        limit_rad = limit * self.period_s
         now_rad = min(max(turn_rad, -limit_rad), limit_rad)
-        rates = self.robot.wheel_rates(
-            speed_m_per_s=0.0, turn_rate_rad_per_s=now_rad / self.period_s
-        )
+        speed, turn_rate = self.robot.turning(now_rad / self.period_s)
+        rates = self.robot.wheel_rates(speed_m_per_s=speed, turn_rate_rad_per_s=turn_rate)
         left_rad = turn_rad - now_rad
         mode: Mode = "rotation" if left_rad != 0.0 else "navigation"
         return rates, replace(memory, turn_left_rad=left_rad, mode=mode)

@@ -59,7 +59,8 @@ class TrackerNavigator:
     there, a step at a time. It keeps to a place until another is clearly more probable: it would
     turn round for ever between two that each look better from afar. There but not sure, it drives
     on in an arc: readings from new places decide. After a contact it backs off, turns to one side
-    and drives a little first.
+    and drives a little first. A car turns on its tightest circle, backwards where the believed
+    place lies inside of it.
 
     Parameters
     ----------
@@ -183,11 +184,16 @@ class TrackerNavigator:
     def _towards(self, estimate: PlaceEstimate) -> tuple[float, float, Mode]:
         """Return way [m] and turn [rad] of the coming period."""
         error = estimate.bearing_rad
-        limit = self.robot.max_turn_rate_rad_per_s * self.period_s
+        speed_m_per_s = self.cruise_step_m / self.period_s
+        limit = self.robot.turning_limit_rad_per_s(speed_m_per_s) * self.period_s
         if estimate.distance_m <= self.arrival_radius_m:
             return self.cruise_step_m, _SEARCH_TURN_RAD, "search"
-        if abs(error) > _ON_SPOT_RAD:
-            return 0.0, min(max(error, -limit), limit), "rotation"
+        x_m, y_m = estimate.place_m
+        behind = self.robot.encircles(float(x_m), float(y_m))
+        if abs(error) > _ON_SPOT_RAD or behind:
+            # Of a period instead of a second: ways and turns.
+            way, turn = self.robot.turning(min(max(error, -limit), limit), reverse=behind)
+            return way, turn, "rotation"
         least = _LEAST_STEP_SHARE * self.cruise_step_m
         way = min(self.cruise_step_m, max(least, estimate.distance_m))
         return way, _TURN_SHARE * error, "navigation"
@@ -196,4 +202,4 @@ class TrackerNavigator:
         side = math.copysign(rng.uniform(np.pi / 3.0, 2.0 * np.pi / 3.0), rng.random() - 0.5)
         back = ((-self.cruise_step_m, 0.0),) * _BACK_STEPS
         along = ((self.cruise_step_m, 0.0),) * _ALONG_STEPS
-        return (*back, (0.0, side), *along)
+        return (*back, self.robot.turning(side), *along)

@@ -51,6 +51,86 @@ class DifferentialDrive:
         """Return the fastest turn on the spot [rad/s]."""
         return 2.0 * self.max_wheel_speed_m_per_s / self.axle_length_m
 
+    @property
+    def least_radius_m(self) -> float:
+        """Return the radius of the tightest circle that the robot's centre can drive [m]."""
+        return 0.0
+
+    def turning(self, turn_rate_rad_per_s: float, *, reverse: bool = False) -> tuple[float, float]:  # noqa: ARG002
+        """Return speed [m/s] and turn rate [rad/s] of a turn with as little way as there can be.
+
+        Parameters
+        ----------
+        turn_rate_rad_per_s : Wanted, counter-clockwise positive [rad/s].
+        reverse : Whether a robot that cannot turn on the spot drives backwards.
+        """
+        return 0.0, turn_rate_rad_per_s
+
+    def turning_limit_rad_per_s(self, speed_m_per_s: float) -> float:  # noqa: ARG002
+        """Return how fast a `turning` may be [rad/s].
+
+        Parameters
+        ----------
+        speed_m_per_s : Greatest speed on the way of it [m/s], for a robot that needs one.
+        """
+        return self.max_turn_rate_rad_per_s
+
+    def encircles(self, ahead_m: float, left_m: float) -> bool:
+        """Return whether a place lies inside the tightest circle to its side: out of reach ahead.
+
+        Parameters
+        ----------
+        ahead_m, left_m : The place from the robot's centre [m].
+        """
+        radius = self.least_radius_m
+        return bool(np.hypot(ahead_m, abs(left_m) - radius) < radius)
+
+    def shafts(self, wheel_rates_rad_per_s: npt.ArrayLike) -> npt.NDArray[np.float64]:
+        """Return how fast the shafts turn that motors drive and encoders count: the wheels [rad/s].
+
+        Parameters
+        ----------
+        wheel_rates_rad_per_s : (..., 2) float64 — Right and left [rad/s], or rotations [rad].
+        """
+        return np.asarray(wheel_rates_rad_per_s, dtype=np.float64)
+
+    def of_shafts(self, shafts: npt.ArrayLike) -> npt.NDArray[np.float64]:
+        """Return the wheel rates [rad/s] of `shafts`, whose inverse this is.
+
+        Parameters
+        ----------
+        shafts : (..., 2) float64 — Rates of the shafts [rad/s], or rotations [rad].
+        """
+        return np.asarray(shafts, dtype=np.float64)
+
+    def follow(
+        self,
+        before_rad_per_s: npt.ArrayLike,
+        wanted_rad_per_s: npt.ArrayLike,
+        *,
+        period_s: float,
+        acceleration_rad_per_s2: float | None = None,
+        dead_band_rad_per_s: float = 0.0,
+    ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+        """Return the wheels' mean rates in a period, and their rates at its end [rad/s].
+
+        Each wheel's motor stands still on commands below its dead band, and changes its rate at
+        most so fast: it ramps, then holds. The rotations in the period are exact; that the mean
+        rates stand for the whole period leaves out how the ramp bends the way, at most half of the
+        ramp's way times the turn in it.
+
+        Parameters
+        ----------
+        before_rad_per_s, wanted_rad_per_s : (..., 2) float64 — Rates now, and the command [rad/s].
+        period_s : Sample period T [s].
+        acceleration_rad_per_s2 : Greatest acceleration [rad/s²]; None: at once.
+        dead_band_rad_per_s : Slower commands do not turn a wheel [rad/s].
+        """
+        wanted = without_dead_band(wanted_rad_per_s, dead_band_rad_per_s)
+        return ramp(
+            before_rad_per_s, wanted, period_s=period_s, acceleration=acceleration_rad_per_s2
+        )
+
     def saturate(self, wheel_rates_rad_per_s: npt.ArrayLike) -> npt.NDArray[np.float64]:
         """Return wheel rates, each cut by itself to ±u_max, thesis (3.8) [rad/s].
 
@@ -120,6 +200,42 @@ class DifferentialDrive:
         return pose_on_arc(
             pose, period_s, speed_m_per_s=twist[..., 0], turn_rate_rad_per_s=twist[..., 1]
         )
+
+
+def without_dead_band(wanted: npt.ArrayLike, dead_band: float) -> npt.NDArray[np.float64]:
+    """Return commands, zero where they are smaller than the dead band [rad/s].
+
+    Parameters
+    ----------
+    wanted, dead_band : (...) float64, float — Commands and the band [rad/s].
+    """
+    given = np.asarray(wanted, dtype=np.float64)
+    return given if dead_band == 0.0 else np.where(np.abs(given) < dead_band, 0.0, given)
+
+
+def ramp(
+    before: npt.ArrayLike,
+    wanted: npt.ArrayLike,
+    *,
+    period_s: float,
+    acceleration: npt.ArrayLike | None,
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Return mean and last rate of a period that begins with a ramp to the wanted one [rad/s].
+
+    Parameters
+    ----------
+    before, wanted : (...) float64 — Rates at the period's begin, and the command [rad/s].
+    period_s : Its length T [s].
+    acceleration : (...) float64 or None — Slope of the ramp [rad/s²]; None: a step.
+    """
+    end = np.asarray(wanted, dtype=np.float64)
+    if acceleration is None:
+        return end, end
+    start, slope = np.asarray(before, dtype=np.float64), np.asarray(acceleration)
+    change = np.clip(end - start, -slope * period_s, slope * period_s)
+    end = start + change
+    ramp_share = np.abs(change) / (slope * period_s)
+    return end - 0.5 * ramp_share * change, end
 
 
 def linear_model(

@@ -1,7 +1,7 @@
 """The closed loop: robot, readings, estimator and controller, all runs of a set in step."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,7 @@ from octant.geometries.errors import NavigationError
 from octant.navigation.angles import wrap_angle
 from octant.navigation.estimators.pose_filters import PoseEstimator, RssModel
 from octant.navigation.robot.drive import DifferentialDrive
-from octant.navigation.robot.odometry import counted_rotation
+from octant.navigation.robot.odometry import Rolling, RollingWheels
 from octant.navigation.sensing.rss_models import RssNoise
 from octant.navigation.tracking.controllers import TrackingController
 from octant.navigation.tracking.trajectories import DesiredTrajectory
@@ -33,7 +33,8 @@ class World:
     rate_sigma_rad_per_s : Standard deviation of what is added to each wheel's rate [rad/s].
     start_covariance : (3, 3) float64 — How wrong the assumed start is, or its diagonal [m², rad²].
     reading_every : Periods from one reading of the tags to the next.
-    encoder_tick_rad : Resolution of the estimator's encoders [rad]; None: it gets the commands.
+    rolling : Motors, slip and encoders; the estimator gets what encoders of a resolution count,
+        and without one the commands.
     """
 
     robot: DifferentialDrive
@@ -43,7 +44,7 @@ class World:
     rate_sigma_rad_per_s: float
     start_covariance: FloatArray
     reading_every: int = 1
-    encoder_tick_rad: float | None = None
+    rolling: Rolling = field(default_factory=Rolling)
 
     def __post_init__(self) -> None:
         given = np.array(self.start_covariance, dtype=np.float64)
@@ -169,21 +170,23 @@ def drive(
         raise NavigationError(msg)
     pairs = [[np.random.default_rng(child) for child in _children(seed)] for seed in seeds]
     rngs, own = [pair[0] for pair in pairs], [pair[1] for pair in pairs]
-    runs, steps = len(rngs), desired.steps
+    runs, steps, period_s = len(rngs), desired.steps, world.period_s
     true = np.tile(np.asarray(start, dtype=np.float64), (runs, 1))
     wrong = np.linalg.cholesky(world.start_covariance + 1e-18 * np.eye(3))
     assumed = true + np.array([wrong @ rng.normal(size=3) for rng in rngs])
     belief = estimator.begin(assumed, world.start_covariance, own)
     rss = _read(world, true, rngs)
     poses, estimates = np.empty((runs, steps + 1, 3)), np.empty((runs, steps + 1, 3))
-    commanded, turned = np.empty((runs, steps, 2)), np.zeros((runs, 2))
+    commanded = np.empty((runs, steps, 2))
+    wheels = RollingWheels(world.rolling, world.robot, *rngs)
     poses[:, 0], estimates[:, 0] = true, estimator.poses(belief)
     for k in range(steps):
         rates = world.robot.saturate(controller.wheel_rates(k, estimates[:, k].copy(), rss))
         noise = np.array([rng.normal(0.0, world.rate_sigma_rad_per_s, 2) for rng in rngs])
-        real = rates + noise
-        true = world.robot.step_arc(true, real, period_s=world.period_s)
-        counted, turned = _counted_rates(world, rates, real, turned)
+        real = wheels.turn(rates, period_s=period_s) + noise
+        rolled = wheels.roll(real, period_s=1.0)  # of rates: rotations in a second
+        true = world.robot.step_arc(true, rolled, period_s=period_s)
+        counted = wheels.count(period_s * real) / period_s if world.rolling.tick_rad else rates
         heard = (k + 1) % world.reading_every == 0
         if heard:
             rss = _read(world, true, rngs)
@@ -205,16 +208,3 @@ def _read(world: World, true: FloatArray, rngs: Sequence[np.random.Generator]) -
     clean = world.sensor.rss_dbm(true[:, :2])
     noisy: FloatArray = clean + np.array([world.noise.draw((clean.shape[1],), rng) for rng in rngs])
     return noisy
-
-
-def _counted_rates(
-    world: World, commanded: FloatArray, real: FloatArray, turned: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Return the wheel rates that the estimator gets, and how far the wheels have turned."""
-    if world.encoder_tick_rad is None:
-        return commanded, turned
-    after = turned + world.period_s * real
-    before_count, count = (
-        counted_rotation(angle, tick_rad=world.encoder_tick_rad) for angle in (turned, after)
-    )
-    return (count - before_count) / world.period_s, after

@@ -139,9 +139,22 @@ def check_feasible(trajectory: DesiredTrajectory, robot: DifferentialDrive) -> N
     trajectory : The trajectory.
     robot : The robot and its limits.
     """
-    rates = np.abs(trajectory.wheel_rates(robot)).max(axis=1)
+    wanted = trajectory.wheel_rates(robot)
+    rates = np.abs(wanted).max(axis=1)
     worst = int(np.argmax(rates))
     limit = robot.max_wheel_rate_rad_per_s
+    if robot.least_radius_m > 0.0:
+        short = np.abs(robot.saturate(wanted) - wanted).max(axis=1)
+        worst = int(np.argmax(short))
+        if short[worst] > limit * 1e-9:
+            msg = (
+                f"the trajectory {trajectory.name!r} is infeasible: at "
+                f"{trajectory.time_s[worst]:g} s it needs {trajectory.speed_m_per_s[worst]:.3g} "
+                f"m/s and {trajectory.turn_rate_rad_per_s[worst]:.3g} rad/s of a car whose least "
+                f"radius is {robot.least_radius_m:.3g} m and whose wheels turn at most "
+                f"{limit:.3g} rad/s; give it more time or wider bends."
+            )
+            raise NavigationError(msg)
     if rates[worst] > limit * (1.0 + 1e-9):
         speed = trajectory.speed_m_per_s[worst]
         turn = trajectory.turn_rate_rad_per_s[worst]

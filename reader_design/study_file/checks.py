@@ -17,6 +17,7 @@ from octant.reader_design.study_file.materials import check_material, material_l
 from octant.reader_design.study_file.mission import Mission
 from octant.reader_design.study_file.optimise import check_optimise
 from octant.reader_design.study_file.reader import Reader
+from octant.reader_design.study_file.robot import check_robot
 from octant.reader_design.study_file.room import Room
 from octant.reader_design.study_file.room_checks import check_rooms
 from octant.reader_design.study_file.rules import mission_rules
@@ -58,6 +59,7 @@ def check_study(study: Study, *, shapes: bool = True) -> None:
     _check_pattern_files(study.reader)
     _check_surroundings(study.reader)
     _check_sensor(study.sensor)
+    check_robot(study.robot, {"mission": study.mission, "dock": study.dock, "track": study.track})
     if study.mission is not None:
         _check_mission(study.mission, study.tags)
         period_s = study.mission.sample_time_s

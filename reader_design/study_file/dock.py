@@ -53,9 +53,12 @@ class Dock(Table, frozen=True, kw_only=True):
         itself.
     latch_radius_m : The robot stops so near to the goal [m].
     compensate_slips : Whether estimated slips are taken off the commands.
-    linear_slip_m_per_s : How much faster the robot drives than it is commanded to [m/s].
-    angular_slip_deg_per_s : How much faster it turns than it is commanded to [deg/s].
-    robot_radius_m, robot_height_m : The round body that collides [m].
+    linear_slip_m_per_s : How much faster the robot drives than it is commanded to [m/s]; this and
+        the next three are in ``[robot]`` for all verbs; None: as there, and else -0.01.
+    angular_slip_deg_per_s : How much faster it turns than it is commanded to [deg/s]; None: as
+        there, and else 0.5.
+    robot_radius_m, robot_height_m : The round body that collides [m]; None: as there, and else 0.2
+        m and 0.8 m.
     camera_range_m : Greatest distance at which the landmark is recognised [m].
     camera_width_deg : Horizontal field of view [deg].
     position_sd_m : Standard deviation of each measured coordinate of the landmark [m].
@@ -86,10 +89,10 @@ class Dock(Table, frozen=True, kw_only=True):
     saturation: Literal["curvature", "clip"] = "curvature"
     latch_radius_m: Distance = 0.02
     compensate_slips: bool = True
-    linear_slip_m_per_s: SpeedError = -0.01
-    angular_slip_deg_per_s: TurnRateError = 0.5
-    robot_radius_m: Distance = 0.2
-    robot_height_m: Distance = 0.8
+    linear_slip_m_per_s: SpeedError | None = None
+    angular_slip_deg_per_s: TurnRateError | None = None
+    robot_radius_m: Distance | None = None
+    robot_height_m: Distance | None = None
     camera_range_m: Distance = 4.5
     camera_width_deg: Annotated[float, Meta(ge=0.1, le=180.0)] = 57.0
     position_sd_m: Distance = 0.1

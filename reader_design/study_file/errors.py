@@ -15,10 +15,12 @@ Path = tuple[str | int, ...]
 _UNITS = {
     "_s_per_m": "S/m",
     "_rad_per_s": "rad/s",
+    "_rad_per_s2": "rad/s²",
     "_per_m": "1/m",
     "_dbm": "dBm",
     "_m_per_s": "m/s",
     "_deg_per_s": "degrees/s",
+    "_deg_per_s2": "degrees/s²",
     "_per_s": "1/s",
     "_m": "m",
     "_hz": "Hz",

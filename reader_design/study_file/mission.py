@@ -104,10 +104,12 @@ class Mission(Table, frozen=True, kw_only=True):
         random [m].
     placements : Number of such placements that the runs take in turn.
     contact : When the robot touches a wall or an object: ``end`` of the run, or ``slide`` along it.
-    robot_radius_m, robot_height_m : The round body that collides [m].
-    wheel_slip : Standard deviation of each wheel's slip in a period, as a share of its rotation.
+    robot_radius_m, robot_height_m : The round body that collides [m]; None: as in ``[robot]``,
+        which has it for all verbs, and else 0.15 m and 0.4 m.
+    wheel_slip : Standard deviation of each wheel's slip in a period, as a share of its rotation;
+        this and the next two are in ``[robot]`` for all verbs; None: as there, and else none.
     wheel_scale : The same, constant over a run [-].
-    encoder_counts : Counts of an encoder in a turn of the wheel; None: exact.
+    encoder_counts : Counts of an encoder in a turn of the wheel; None: as there, and else exact.
     """
 
     start_m: Spot
@@ -133,8 +135,8 @@ class Mission(Table, frozen=True, kw_only=True):
     placement_m: DistanceOrZero = 0.0
     placements: Count = 1
     contact: Literal["end", "slide"] = "end"
-    robot_radius_m: Distance = 0.15
-    robot_height_m: Distance = 0.4
-    wheel_slip: Share = 0.0
-    wheel_scale: Share = 0.0
+    robot_radius_m: Distance | None = None
+    robot_height_m: Distance | None = None
+    wheel_slip: Share | None = None
+    wheel_scale: Share | None = None
     encoder_counts: Count | None = None

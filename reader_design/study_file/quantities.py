@@ -81,6 +81,12 @@ WheelRate = Annotated[float, Meta(ge=1e-2, le=1e4)]
 """Of a wheel [rad/s]."""
 WheelRateDeviation = Annotated[float, Meta(ge=0.0, le=1e3)]
 """Of a wheel [rad/s]."""
+WheelAcceleration = Annotated[float, Meta(ge=1e-3, le=1e6)]
+"""Of a wheel [rad/s²]."""
+TurnAcceleration = Annotated[float, Meta(ge=1e-2, le=1e6)]
+"""Of a robot [deg/s²]."""
+SteeringLimit = Annotated[float, Meta(ge=0.1, le=89.0)]
+"""Of a car's front wheels [deg]."""
 Gain = Annotated[float, Meta(ge=1e-6, le=1e6)]
 """Of a control law [1/s], [-]."""
 

@@ -28,6 +28,7 @@ from octant.reader_design.study_file.quantities import (
     Word,
 )
 from octant.reader_design.study_file.reader import Reader
+from octant.reader_design.study_file.robot import Robot
 from octant.reader_design.study_file.room import Room, RoomObject, Table
 from octant.reader_design.study_file.sensor import Sensor
 from octant.reader_design.study_file.tolerance import Tolerance
@@ -174,6 +175,7 @@ class Study(Table, frozen=True, kw_only=True):
     scoring : The receiver whose readings are scored beside the exact RSS.
     choice : By which scores a reader is chosen.
     mission : None: the study drives no robot.
+    robot : The robot of missions, tracking and docking.
     sensor : How the robot's reader measures on missions.
     track : Trajectory tracking from RSS; None: the study has none.
     dock : Docking at a tagged station; None: the study has none.
@@ -194,6 +196,7 @@ class Study(Table, frozen=True, kw_only=True):
     solver: Solver = Solver()
     map: Map = Map()
     mission: Mission | None = None
+    robot: Robot = Robot()
     sensor: Sensor = Sensor()
     track: Track | None = None
     dock: Dock | None = None

@@ -10,7 +10,7 @@ from octant.reader_design.study_file.loading import resolved
 from octant.reader_design.study_file.schema import Study
 
 _PARTS_OF_A_STUDY = frozenset(
-    ("sweep", "scoring", "choice", "map", "mission", "sensor", "tolerance", "layout")
+    ("sweep", "scoring", "choice", "map", "mission", "robot", "sensor", "tolerance", "layout")
 )
 """`octant study` reads all of these, and the verbs that do one part of it read the same file."""
 
@@ -20,8 +20,8 @@ READ_BY: Mapping[str, frozenset[str]] = {
     "navigate": _PARTS_OF_A_STUDY,
     "tolerance": _PARTS_OF_A_STUDY,
     "optimise": frozenset(("optimise", "scoring")),
-    "track": frozenset(("track",)),
-    "dock": frozenset(("dock", "sensor", "layout")),
+    "track": frozenset(("track", "robot")),
+    "dock": frozenset(("dock", "robot", "sensor", "layout")),
 }
 """Tables that a verb heeds, by its name, besides what all heed: the room, tags, reader and solver.
 

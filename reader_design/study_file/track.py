@@ -71,14 +71,15 @@ class Track(Table, frozen=True, kw_only=True):
     rss_mean_db, rss_sigma_db : Mean and standard deviation of the noise on readings [dB].
     wheel_sigma_rad_per_s : Standard deviation of what a wheel adds to its command in a period
         [rad/s]; the thesis prints it for SLAM only.
-    encoder_counts : Counts of a wheel encoder per turn, which the estimators receive; None: they
-        receive the commands, as in the thesis.
+    encoder_counts : Counts of a wheel encoder per turn, which the estimators receive; None: as in
+        ``[robot]``, which has it for all verbs, and else they receive the commands, as in the
+        thesis.
     start_sigma_m, start_sigma_deg : How wrong the assumed start is [m], [deg].
     feedback_tags, tags : Tags along each side of the square mesh of chapter 6 and of chapter 7.
     tag_spacing_m : Distance of neighbouring tags [m].
     tag_height_m : Height of the tags above the robot's antenna [m].
     feedback_wheel_rate_rad_per_s, wheel_rate_rad_per_s : Limits of the wheels in chapter 6 and in
-        chapter 7 [rad/s].
+        chapter 7 [rad/s]; None: as in ``[robot]``, and else 12.1 and 10.
     state_weight, final_weight : Q and P(t_f) of trajectories: three diagonal values, or three rows
         [1/m², 1/rad²].
     input_weight : R of the neighbouring control: two diagonal values, or two rows [s²/rad²].
@@ -117,8 +118,8 @@ class Track(Table, frozen=True, kw_only=True):
     tags: Annotated[int, Meta(ge=1, le=100)] = 5
     tag_spacing_m: Distance = 3.0
     tag_height_m: Distance = 3.0
-    feedback_wheel_rate_rad_per_s: WheelRate = 12.1
-    wheel_rate_rad_per_s: WheelRate = 10.0
+    feedback_wheel_rate_rad_per_s: WheelRate | None = None
+    wheel_rate_rad_per_s: WheelRate | None = None
     state_weight: Weights = (1.0, 1.0, 2.0)
     final_weight: Weights = (0.5, 0.5, 1.0)
     input_weight: Weights = (0.01, 0.01)

@@ -132,7 +132,7 @@ def test_bad_docks_are_refused_in_one_sentence(octant, study_file, tmp_path, old
 def test_the_built_in_study_has_the_papers_station_in_a_room_and_in_free_space():
     study = load_study(built_in="dock_study")
     assert [room.name for room in docking_rooms(study)] == ["docking-station", "free-space"]
-    task = docking_task(study.dock)
+    task = docking_task(study)
     law, limits = task.fine.law, task.fine.limits
     assert (law.gamma_per_s, law.h, law.k_per_s) == (0.125, 20.0, 1.0)
     assert limits.max_speed_m_per_s == pytest.approx(limits.max_turn_rate_rad_per_s) == 0.2

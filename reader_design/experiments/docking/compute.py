@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +19,6 @@ from octant.navigation.docking.task import (
     task_filter,
 )
 from octant.navigation.missions.starts import RandomStarts
-from octant.navigation.robot.drive import DifferentialDrive
 from octant.navigation.robot.floor import RobotSpace, WheelSlip
 from octant.navigation.sensing.landmark_sensor import Landmark, LandmarkSensor
 from octant.reader_design.experiments.docking.published import (
@@ -32,7 +31,7 @@ from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.keeping.seeded import count_seeded, map_seeded
 from octant.reader_design.keeping.workers import Crew
 from octant.reader_design.setting.receiver import study_sensor
-from octant.reader_design.setting.robot import robot_space
+from octant.reader_design.setting.robot import robot_space, study_robot
 from octant.reader_design.setting.setting import Setting, build_setting
 from octant.reader_design.study_file.dock import Dock
 from octant.reader_design.study_file.schema import Study
@@ -55,13 +54,14 @@ def dock_table(study: Study) -> Dock:
     return study.dock
 
 
-def docking_task(table: Dock) -> DockingTask:
-    """Return the docking task of a table ``[dock]`` [m], [rad], [s].
+def docking_task(study: Study) -> DockingTask:
+    """Return the docking task of a study [m], [rad], [s].
 
     Parameters
     ----------
-    table : The table.
+    study : With a table ``[dock]``, and perhaps ``[robot]``.
     """
+    table, rolling = dock_table(study), study_robot(study, "dock").rolling
     return DockingTask(
         tag_id=table.tag,
         landmark=Landmark(
@@ -90,8 +90,8 @@ def docking_task(table: Dock) -> DockingTask:
             latch_radius_m=table.latch_radius_m,
         ),
         slip=WheelSlip(
-            linear_m_per_s=table.linear_slip_m_per_s,
-            angular_rad_per_s=math.radians(table.angular_slip_deg_per_s),
+            linear_m_per_s=rolling.linear_m_per_s,
+            angular_rad_per_s=rolling.angular_rad_per_s,
         ),
     )
 
@@ -103,15 +103,14 @@ def docking_space(setting: Setting) -> RobotSpace:
     ----------
     setting : A room of a study with a table ``[dock]`` [m].
     """
-    table = dock_table(setting.study)
-    task = docking_task(table)
+    task, robot = docking_task(setting.study), study_robot(setting.study, "dock")
     try:
         task.landmark.check(setting.scene)
     except NavigationError as exc:
         msg = f"dock.landmark_position_m: {exc}"
         raise ConfigError(msg) from exc
     space = robot_space(
-        setting.scene, setting.reader, radius_m=table.robot_radius_m, height_m=table.robot_height_m
+        setting.scene, setting.reader, radius_m=robot.radius_m, height_m=robot.height_m
     )
     if not space(task.goal[None, :2])[0]:
         x, y = task.goal[:2]
@@ -131,8 +130,8 @@ def docking_job(setting: Setting) -> DockingJob:
     setting : The reader in a room of a study with a table ``[dock]`` [m].
     """
     table = dock_table(setting.study)
-    task, space = docking_task(table), docking_space(setting)
-    link = setting.link(setting.tag(table.tag))
+    task, space = docking_task(setting.study), docking_space(setting)
+    link, robot = setting.link(setting.tag(table.tag)), study_robot(setting.study, "dock")
     return DockingJob(
         task=task,
         setting=DockingSetting(
@@ -151,7 +150,9 @@ def docking_job(setting: Setting) -> DockingJob:
                 false_probability=table.false_probability,
                 scene=setting.scene,
             ),
-            robot=DifferentialDrive(),
+            robot=robot.drive,
+            # The task's slip has the constant ones.
+            rolling=replace(robot.rolling, linear_m_per_s=0.0, angular_rad_per_s=0.0),
             blocked=space.footprint,
             outside=space.outside,
         ),

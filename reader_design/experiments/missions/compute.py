@@ -26,7 +26,6 @@ from octant.navigation.navigators.arrival import ArrivalTest, arrival_tests
 from octant.navigation.navigators.interface import Navigator
 from octant.navigation.robot.drive import DifferentialDrive
 from octant.navigation.robot.floor import RobotSpace
-from octant.navigation.robot.odometry import Rolling
 from octant.navigation.sensing.pattern_match import PatternMatcher, PowerTable
 from octant.navigation.sensing.sensor import PowerLink
 from octant.reader_design.keeping.progress import Progress
@@ -34,7 +33,7 @@ from octant.reader_design.keeping.seeded import count_seeded, map_seeded
 from octant.reader_design.keeping.workers import Crew, worker_map
 from octant.reader_design.setting.links import mission_tables
 from octant.reader_design.setting.receiver import study_sensor
-from octant.reader_design.setting.robot import robot_space
+from octant.reader_design.setting.robot import robot_space, study_robot
 from octant.reader_design.setting.setting import Setting, build_setting
 from octant.reader_design.study_file.mission import Mission as MissionTable
 from octant.reader_design.study_file.room import RoomObject
@@ -68,7 +67,6 @@ def study_mission(setting: Setting, links: Mapping[str, PowerLink]) -> Mission:
             arrivals += arrival_tests(
                 lone, [tag_id], np.zeros((1, 2)), radius_m=table.arrival_radius_m
             )
-    counts = table.encoder_counts
     return Mission(
         start_m=np.array(table.start_m),
         heading_rad=math.radians(table.heading_deg),
@@ -80,11 +78,7 @@ def study_mission(setting: Setting, links: Mapping[str, PowerLink]) -> Mission:
         max_time_s=table.max_time_s,
         silent_limit=table.silent_limit,
         contact=table.contact,
-        rolling=Rolling(
-            slip_sd=table.wheel_slip,
-            scale_sd=table.wheel_scale,
-            tick_rad=0.0 if counts is None else 2.0 * math.pi / counts,
-        ),
+        rolling=study_robot(setting.study, "mission").rolling,
     )
 
 
@@ -95,9 +89,9 @@ def mission_space(setting: Setting) -> RobotSpace:
     ----------
     setting : The reader in a room of a study with a mission [m].
     """
-    table = setting.mission
+    robot = study_robot(setting.study, "mission")
     return robot_space(
-        setting.scene, setting.reader, radius_m=table.robot_radius_m, height_m=table.robot_height_m
+        setting.scene, setting.reader, radius_m=robot.radius_m, height_m=robot.height_m
     )
 
 
@@ -142,7 +136,7 @@ def mission_job(setting: Setting, *, noise_db: float | None = None) -> MissionJo
     """
     table = setting.mission
     links = {tag_id: setting.link(setting.tag(tag_id)) for tag_id in dict.fromkeys(table.tags)}
-    robot = DifferentialDrive()
+    robot = study_robot(setting.study, "mission").drive
     mission = study_mission(setting, links)
     space = mission_space(setting)
     return MissionJob(

@@ -15,11 +15,14 @@ from octant.navigation.tracking import shapes
 from octant.navigation.tracking.closed_loop import World
 from octant.navigation.tracking.problem import Weights, stabilisation_weights
 from octant.navigation.tracking.trajectories import Curve, check_feasible, desired_trajectory
+from octant.reader_design.setting.robot import study_robot
 from octant.reader_design.study_file.schema import Study
 from octant.reader_design.study_file.track import Track, Trajectory
 
 FloatArray = npt.NDArray[np.float64]
 
+_FEEDBACK_RATE_RAD_PER_S, _RATE_RAD_PER_S = 12.1, 10.0
+_PLANNED = ("feedback", "nominal")
 NOMINAL_PERIOD_S = 0.6
 """Sample period of the nominal control, thesis 7.5.1 [s]."""
 EULER_STEP_S = 0.05
@@ -56,7 +59,8 @@ class Settings:
     Parameters
     ----------
     study, track : The study, and its table ``[track]``.
-    feedback_robot, robot : The Scout with the wheel limits of chapter 6 and of chapter 7 [rad/s].
+    feedback_robot, robot : The study's robot, by default the Scout, with the wheel limits of
+        chapter 6 and of chapter 7 [rad/s].
     weights, stabilisation : Of trajectories, and of thesis 7.5.2.1.
     law, noise : Of the tags' RSS.
     own : The study's own trajectories.
@@ -115,7 +119,6 @@ class Settings:
         sigma = np.array(
             [track.start_sigma_m, track.start_sigma_m, math.radians(track.start_sigma_deg)]
         )
-        counts = track.encoder_counts
         return World(
             robot=self.robot,
             period_s=track.period_s,
@@ -124,7 +127,7 @@ class Settings:
             rate_sigma_rad_per_s=track.wheel_sigma_rad_per_s,
             start_covariance=sigma**2,
             reading_every=reading_every,
-            encoder_tick_rad=None if counts is None else 2.0 * math.pi / counts,
+            rolling=study_robot(self.study, "track").rolling,
         )
 
 
@@ -140,8 +143,21 @@ def settings_of(study: Study) -> Settings:
         msg = "the study has no [track], so there is nothing to follow; add the table, even empty."
         raise ConfigError(msg)
     _check_names([one.name for one in track.trajectories])
-    feedback_robot = _scout(track.feedback_wheel_rate_rad_per_s)
-    robot = _scout(track.wheel_rate_rad_per_s)
+    feedback_robot, robot = (
+        study_robot(study, "track", wheel_rate_rad_per_s=given, usual_rate_rad_per_s=usual).drive
+        for given, usual in (
+            (track.feedback_wheel_rate_rad_per_s, _FEEDBACK_RATE_RAD_PER_S),
+            (track.wheel_rate_rad_per_s, _RATE_RAD_PER_S),
+        )
+    )
+    planned = [chapter for chapter in track.chapters if chapter in _PLANNED]
+    if planned and robot.least_radius_m > 0.0:
+        msg = (
+            f"track.chapters has {', '.join(planned)}, whose controls are optimal for two wheels "
+            "that turn freely within their limits, but robot.kinematics is 'car', whose steering "
+            f"turns it within {robot.least_radius_m:.3g} m at best; leave these chapters out."
+        )
+        raise ConfigError(msg)
     settings = Settings(
         study=study,
         track=track,
@@ -174,11 +190,6 @@ def _check_names(names: list[str]) -> None:
                 f"thesis' are {' and '.join(RESERVED_NAMES)}); give every one its own name."
             )
             raise ConfigError(msg)
-
-
-def _scout(wheel_rate_rad_per_s: float) -> DifferentialDrive:
-    radius = DifferentialDrive().wheel_radius_m
-    return DifferentialDrive(max_wheel_speed_m_per_s=wheel_rate_rad_per_s * radius)
 
 
 def _own_task(index: int, given: Trajectory) -> OwnTask:

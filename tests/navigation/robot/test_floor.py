@@ -55,33 +55,37 @@ def test_head_on_it_stays_and_still_turns():
 
 
 def test_slip_has_its_standard_deviation_and_scale_stays_for_a_run():
-    slipping = RollingWheels(Rolling(slip_sd=0.05), np.random.default_rng(0))
-    rolled = np.array([slipping.roll(np.ones(2)) for _ in range(4000)])
+    slipping = RollingWheels(Rolling(slip_sd=0.05), ROBOT, np.random.default_rng(0))
+    rolled = np.array([slipping.roll(np.ones(2), period_s=1.0) for _ in range(4000)])
     assert rolled.std() == pytest.approx(0.05, rel=0.05)
     assert rolled.mean() == pytest.approx(1.0, abs=0.003)
     scales = np.array(
         [
-            [RollingWheels(Rolling(scale_sd=0.02), np.random.default_rng(s)).roll(np.ones(2))]
+            [
+                RollingWheels(Rolling(scale_sd=0.02), ROBOT, np.random.default_rng(s)).roll(
+                    np.ones(2), period_s=1.0
+                )
+            ]
             for s in range(500)
         ]
     )
     assert scales.std() == pytest.approx(0.02, rel=0.1)
-    same = RollingWheels(Rolling(scale_sd=0.02), np.random.default_rng(0))
-    assert np.array_equal(same.roll(np.ones(2)), same.roll(np.ones(2)))
+    same = RollingWheels(Rolling(scale_sd=0.02), ROBOT, np.random.default_rng(0))
+    assert np.array_equal(same.roll(np.ones(2), period_s=1.0), same.roll(np.ones(2), period_s=1.0))
 
 
 def test_encoders_count_whole_ticks_and_lose_none():
-    wheels = RollingWheels(Rolling(tick_rad=0.3), np.random.default_rng(0))
+    wheels = RollingWheels(Rolling(tick_rad=0.3), ROBOT, np.random.default_rng(0))
     counted = np.array([wheels.count(np.array([0.1, 0.25])) for _ in range(30)])
     assert counted / 0.3 == pytest.approx(np.round(counted / 0.3))
     assert np.abs(counted.sum(axis=0) - [3.0, 7.5]).max() <= 0.3
-    exact = RollingWheels(Rolling(), np.random.default_rng(0))
+    exact = RollingWheels(Rolling(), ROBOT, np.random.default_rng(0))
     assert exact.count(np.array([0.1, 0.2])) == pytest.approx([0.1, 0.2])
 
 
 def test_perfect_wheels_draw_nothing():
     rng = np.random.default_rng(0)
-    RollingWheels(Rolling(), rng).roll(np.ones(2))
+    RollingWheels(Rolling(), ROBOT, rng).roll(np.ones(2), period_s=1.0)
     assert rng.random() == np.random.default_rng(0).random()
     with pytest.raises(NavigationError, match="slip_sd is -1"):
         Rolling(slip_sd=-1.0)

@@ -18,6 +18,7 @@ from octant.navigation.estimators.rss_kalman import (
     UnscentedKalman,
 )
 from octant.navigation.robot.drive import DifferentialDrive, linear_model
+from octant.navigation.robot.odometry import Rolling
 from octant.navigation.sensing.rss_models import LogExponentialLaw, RssNoise, TagMesh, tag_grid
 from octant.navigation.tracking import shapes
 from octant.navigation.tracking.closed_loop import World, drive, run_seeds
@@ -216,7 +217,7 @@ def test_a_run_depends_on_its_seed_alone(control):
 
 def test_encoders_make_dead_reckoning_follow_the_real_wheels(control):
     largest = {}
-    for tick in (None, 0.01):
+    for tick in (0.0, 0.01):
         world = World(
             robot=ROBOT,
             period_s=0.1,
@@ -224,14 +225,14 @@ def test_encoders_make_dead_reckoning_follow_the_real_wheels(control):
             noise=RssNoise(),
             rate_sigma_rad_per_s=0.5,
             start_covariance=np.full(3, 1e-12),
-            encoder_tick_rad=tick,
+            rolling=Rolling(tick_rad=tick),
         )
         reckoned = DeadReckoning(motion=MOTION)
         record = drive(control, reckoned, world, EIGHT, start=(0.5, 0, 0), seeds=run_seeds(1, 3))
         off = record.poses[..., :2] - record.estimates[..., :2]
         largest[tick] = np.linalg.norm(off, axis=-1).max()
     assert largest[0.01] < 0.05  # counts are never lost
-    assert largest[None] > 0.5  # and commands are not what the wheels do
+    assert largest[0.0] > 0.5  # and commands are not what the wheels do
 
 
 def test_a_new_controller_and_a_new_estimator_are_one_class_each():

@@ -25,6 +25,7 @@ TABLES = {
     "choice": "[choice]\nmissions = 3",
     "map": "[map]\nspacing_m = 0.2",
     "mission": '[mission]\nstart_m = [1.0, 1.0]\ntags = ["tag"]',
+    "robot": '[robot]\npreset = "scout"',
     "sensor": "[sensor]\nbits = 8",
     "tolerance": "[tolerance]\nsamples = 3",
     "layout": '[[layout]]\nname = "second"',
