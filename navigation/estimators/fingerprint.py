@@ -46,14 +46,14 @@ class FingerprintFilter:
 
         Parameters
         ----------
-        rss_dbm : (r, s) float64 — Readings [dBm].
+        rss_dbm : (r, s) float64 — Readings [dBm]; NaN: a tag that was not heard.
         """
         x, y = np.meshgrid(self.survey.x_m, self.survey.y_m, indexing="ij")
         places = np.column_stack([x.ravel(), y.ravel()])
         prints = self.survey.rss.reshape(len(places), -1)
         fixes = np.empty((len(rss_dbm), 2))
         for run, reading in enumerate(rss_dbm):
-            distance = np.sum((prints - reading) ** 2, axis=1)
+            distance = np.nansum((prints - reading) ** 2, axis=1)
             nearest = np.argpartition(distance, self.neighbours - 1)[: self.neighbours]
             fixes[run] = places[nearest].mean(axis=0)
         return fixes
@@ -83,7 +83,7 @@ class FingerprintFilter:
             observation=np.tile(np.eye(2, 3), (len(rss_dbm), 1, 1)),
             measurement_noise=self.sigma_m**2 * np.eye(2),
         )
-        return update(moved, innovation)
+        return update(moved, innovation, accept=~np.isnan(rss_dbm).all(axis=1))
 
     def poses(self, belief: Gaussian) -> FloatArray:
         """Return the estimated poses, (r, 3) [m, rad]."""

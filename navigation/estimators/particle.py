@@ -96,6 +96,7 @@ class ParticleFilter:
             runs = len(poses)
             expected = self.sensor.rss_dbm(poses.reshape(-1, 3)[:, :2])
             offset = rss_dbm[:, None] - expected.reshape(runs, self.particles, -1)
+            offset = np.where(np.isnan(offset), 0.0, offset)  # a tag not heard says nothing
             weights = weights - 0.5 * np.sum(offset**2, axis=2) / self.sigma_db**2
             poses, weights = self._resampled(Particles(poses=poses, log_weights=weights), rngs)
         return Particles(poses=poses, log_weights=weights)

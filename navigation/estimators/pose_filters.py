@@ -72,7 +72,8 @@ class PoseEstimator(Protocol[Belief]):
         ----------
         belief : What `begin` or `step` returned; it must not be changed.
         wheel_rates : (r, 2) float64 — Right and left, commanded or counted by encoders [rad/s].
-        rss_dbm : (r, s) float64 or None — What was read at its end [dBm]; None when nothing was.
+        rss_dbm : (r, s) float64 or None — What was read at its end [dBm], NaN of tags that were not
+            heard; None when nothing was read.
         rngs : One for each run.
         """
 

@@ -140,8 +140,9 @@ class ExtendedKalman(RssFilter):
         if rss_dbm is None:
             return moved
         predicted, slopes = expected_readings(self.sensor, moved)
+        residual, slopes = only_heard(rss_dbm - predicted, slopes)
         turned, small = np.linalg.qr(slopes)
-        heard = np.swapaxes(turned, 1, 2) @ (rss_dbm - predicted)[..., None]
+        heard = np.swapaxes(turned, 1, 2) @ residual[..., None]
         innovation = innovate(
             moved,
             heard[..., 0],
@@ -194,6 +195,22 @@ def expected_readings(sensor: SmoothRssModel, belief: Gaussian) -> tuple[FloatAr
     return predicted, slopes
 
 
+def only_heard(residual_db: FloatArray, rows: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return residuals (r, s) [dB] and what belongs to each, (r, s, n), zero for tags not heard.
+
+    A row of zeros says nothing to a filter, so that it stays as it was without that tag.
+
+    Parameters
+    ----------
+    residual_db : (r, s) float64 — Readings less what was expected [dB]; NaN: not heard.
+    rows : (r, s, n) float64 — Slopes, or sigma points, of every reading [dB per state's unit].
+    """
+    lost = np.isnan(residual_db)
+    if not lost.any():
+        return residual_db, rows
+    return np.where(lost, 0.0, residual_db), np.where(lost[..., None], 0.0, rows)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class UnscentedKalman(RssFilter):
     """The unscented Kalman filter: sigma points in place of slopes.
@@ -238,7 +255,9 @@ class UnscentedKalman(RssFilter):
         predicted = read.mean(axis=1)
         spread = (read - predicted[:, None]) / np.sqrt(2 * states)
         offset = (points - belief.mean[:, None]) / np.sqrt(2 * states)
-        heard = (spread @ (rss_dbm - predicted)[..., None])[..., 0]
+        residual, columns = only_heard(rss_dbm - predicted, np.swapaxes(spread, 1, 2))
+        spread = np.swapaxes(columns, 1, 2)
+        heard = (spread @ residual[..., None])[..., 0]
         gram = spread @ np.swapaxes(spread, 1, 2)
         noisy = gram + self.noise.sigma_db**2 * np.eye(2 * states)
         # K = X (Y'Y + s² I)^-1 Y' with X the points' and Y' the readings' offsets.
@@ -316,10 +335,11 @@ class KalmanBucy(RssFilter):
     def _corrected(self, belief: Gaussian, rss_dbm: FloatArray, length_s: float) -> Gaussian:
         """Return the belief after the last terms of (7.44), solved exactly, and of (7.45)."""
         predicted, slopes = expected_readings(self.sensor, belief)
+        residual, slopes = only_heard(rss_dbm - predicted, slopes)
         density = self.noise.sigma_db**2 * self.motion.period_s
         heard = np.swapaxes(slopes, 1, 2) / density
         growth = np.eye(belief.mean.shape[1]) + length_s * (heard @ slopes) @ belief.covariance
         spread = np.swapaxes(np.linalg.solve(np.swapaxes(growth, 1, 2), belief.covariance), 1, 2)
         spread = 0.5 * (spread + np.swapaxes(spread, 1, 2))
-        step = (spread @ heard @ (rss_dbm - predicted)[..., None])[..., 0]
+        step = (spread @ heard @ residual[..., None])[..., 0]
         return Gaussian(mean=belief.mean + length_s * step, covariance=spread)

@@ -14,11 +14,14 @@ from octant.navigation.tracking._optimal_kernels import (
 
 
 @kernel
-def _read_tags(x, y, tags, alpha, beta, rss, slope_x, slope_y):
-    """Fill the RSS of (6.2) without noise, and its slopes along x and y."""
+def _read_tags(x, y, tags, alpha, beta, reach, rss, slope_x, slope_y):
+    """Fill the RSS of (6.2) without noise, and its slopes along x and y; zero beyond reach."""
     for j in range(tags.shape[0]):
         dx, dy, dz = x - tags[j, 0], y - tags[j, 1], tags[j, 2]
         distance = math.sqrt(dx * dx + dy * dy + dz * dz)
+        if distance > reach:
+            rss[j] = slope_x[j] = slope_y[j] = 0.0
+            continue
         rss[j] = alpha * math.exp(beta * distance)
         rate = beta * rss[j] / distance
         slope_x[j], slope_y[j] = rate * dx, rate * dy
@@ -31,6 +34,7 @@ def feedback_cost(
     tags,
     alpha,
     beta,
+    reach,
     start,
     reference,
     q_weight,
@@ -54,11 +58,13 @@ def feedback_cost(
     poses[0] = start
     cost = 0.0
     for k in range(steps):
-        _read_tags(poses[k, 0], poses[k, 1], tags, alpha, beta, read[k], slope_x[k], slope_y[k])
+        _read_tags(
+            poses[k, 0], poses[k, 1], tags, alpha, beta, reach, read[k], slope_x[k], slope_y[k]
+        )
         for w in range(2):
             wanted = 0.0
             for j in range(s):
-                if w == 0:
+                if w == 0 and read[k, j] != 0.0:
                     read[k, j] += noise[k, j]
                 wanted += gains[k, w, j] * read[k, j]
             rates[k, w] = min(max(wanted, -limit), limit)
@@ -89,6 +95,7 @@ def mean_cost(
     tags,
     alpha,
     beta,
+    reach,
     start,
     reference,
     q_weight,
@@ -115,6 +122,7 @@ def mean_cost(
             tags,
             alpha,
             beta,
+            reach,
             start,
             reference,
             q_weight,

@@ -14,6 +14,7 @@ from octant.navigation.estimators.pose_filters import PoseEstimator, RssModel
 from octant.navigation.robot.drive import DifferentialDrive
 from octant.navigation.robot.odometry import Rolling, RollingWheels
 from octant.navigation.sensing.rss_models import RssNoise
+from octant.navigation.sensing.tag_frames import Hearing
 from octant.navigation.tracking.controllers import TrackingController
 from octant.navigation.tracking.trajectories import DesiredTrajectory
 
@@ -35,6 +36,7 @@ class World:
     reading_every : Periods from one reading of the tags to the next.
     rolling : Motors, slip and encoders; the estimator gets what encoders of a resolution count,
         and without one the commands.
+    hearing : How far tags reach, in which codes they answer, and when; None: always, exactly.
     """
 
     robot: DifferentialDrive
@@ -45,6 +47,7 @@ class World:
     start_covariance: FloatArray
     reading_every: int = 1
     rolling: Rolling = field(default_factory=Rolling)
+    hearing: Hearing | None = None
 
     def __post_init__(self) -> None:
         given = np.array(self.start_covariance, dtype=np.float64)
@@ -187,10 +190,13 @@ def drive(
         rolled = wheels.roll(real, period_s=1.0)  # of rates: rotations in a second
         true = world.robot.step_arc(true, rolled, period_s=period_s)
         counted = wheels.count(period_s * real) / period_s if world.rolling.tick_rad else rates
-        heard = (k + 1) % world.reading_every == 0
-        if heard:
-            rss = _read(world, true, rngs)
-        belief = estimator.step(belief, counted, rss if heard else None, own)
+        heard = _replying(world, k, rss.shape[1])
+        read = None
+        if heard.any():
+            now = _read(world, true, rngs)
+            read = np.where(heard, now, np.nan)
+            rss = np.where(heard, now, rss)
+        belief = estimator.step(belief, counted, read, own)
         poses[:, k + 1], estimates[:, k + 1] = true, estimator.poses(belief)
         commanded[:, k] = rates
     return TrackingRecord(desired=desired, poses=poses, estimates=estimates, wheel_rates=commanded)
@@ -207,4 +213,11 @@ def _children(seed: np.random.SeedSequence) -> list[np.random.SeedSequence]:
 def _read(world: World, true: FloatArray, rngs: Sequence[np.random.Generator]) -> FloatArray:
     clean = world.sensor.rss_dbm(true[:, :2])
     noisy: FloatArray = clean + np.array([world.noise.draw((clean.shape[1],), rng) for rng in rngs])
-    return noisy
+    return noisy if world.hearing is None else world.hearing.heard(true, noisy)
+
+
+def _replying(world: World, step: int, tags: int) -> npt.NDArray[np.bool_]:
+    """Return which tags' replies arrive in a period, (s,); its end counts as the time of them."""
+    if world.hearing is None or world.hearing.polling is None:
+        return np.full(tags, (step + 1) % world.reading_every == 0)
+    return world.hearing.polling.heard(step * world.period_s, (step + 1) * world.period_s)

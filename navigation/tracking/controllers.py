@@ -29,7 +29,7 @@ class TrackingController(Protocol):
         ----------
         step : Number k of the period, which begins at k T.
         poses : (r, 3) float64 — Estimated x [m], y [m], heading [rad] then, not wrapped.
-        rss_dbm : (r, s) float64 — What was read last [dBm].
+        rss_dbm : (r, s) float64 — What was read last [dBm]; NaN: out of range then.
         """
 
 
@@ -108,7 +108,8 @@ class MeasurementFeedback:
     def wheel_rates(self, step: int, poses: FloatArray, rss_dbm: FloatArray) -> FloatArray:
         """Return the rates of a period, (r, 2) [rad/s]."""
         del poses
-        rates: FloatArray = np.sum(self.gains[step] * rss_dbm[:, None, :], axis=-1)
+        heard = np.where(np.isnan(rss_dbm), 0.0, rss_dbm)
+        rates: FloatArray = np.sum(self.gains[step] * heard[:, None, :], axis=-1)
         return rates
 
 

@@ -8,6 +8,7 @@ import numpy.typing as npt
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import NavigationError
 from octant.navigation.sensing.rss_models import LogExponentialLaw, RssNoise, TagMesh
+from octant.navigation.sensing.tag_frames import Hearing
 from octant.navigation.tracking import _feedback_kernels
 from octant.navigation.tracking.descent import Descent
 from octant.navigation.tracking.problem import TrackingProblem
@@ -24,11 +25,13 @@ class FeedbackTask:
     problem : Trajectory, start, weights and robot; without substeps, as in the thesis.
     tags_m : (s, 3) float64 — Places of the tags [m]; the robot does not know them.
     law : RSS of the tags, (6.2).
+    range_m : Distance from which on a tag is not heard and counts for nothing [m].
     """
 
     problem: TrackingProblem
     tags_m: FloatArray
     law: LogExponentialLaw
+    range_m: float = np.inf
 
     def __post_init__(self) -> None:
         mesh = TagMesh(tags_m=self.tags_m, law=self.law)
@@ -102,6 +105,45 @@ def run_feedback(task: FeedbackTask, gains: FloatArray, noise_db: FloatArray) ->
     return FeedbackRun(cost=float(cost), gradient=gradient, poses=poses, wheel_rates=rates)
 
 
+def run_heard(
+    task: FeedbackTask, gains: FloatArray, noise_db: FloatArray, hearing: Hearing | None
+) -> FeedbackRun:
+    """Return what u = K z does when the tags answer in codes, one after another, within a range.
+
+    A tag keeps its last value until it answers again; one out of range counts for nothing. The
+    cost's gradient is then not computed: the codes have none.
+
+    Parameters
+    ----------
+    task, gains, noise_db : As for `run_feedback` [rad/s per dBm], [dB].
+    hearing : Range, codes and turns of the tags; None: as for `run_feedback`.
+    """
+    if hearing is None or (hearing.codes is None and hearing.polling is None):
+        return run_feedback(task, gains, noise_db)
+    problem, mesh = task.problem, TagMesh(tags_m=task.tags_m, law=task.law)
+    steps, tags = task.record_shape
+    poses, rates = np.empty((steps + 1, 3)), np.empty((steps, 2))
+    poses[0] = problem.start
+    read = np.zeros(tags)
+    for k in range(steps):
+        clean = mesh.rss_dbm(poses[k : k + 1, :2])
+        now = np.nan_to_num(hearing.heard(poses[k : k + 1], clean + noise_db[k])[0])
+        begin, end = (k - 1) * problem.period_s, k * problem.period_s
+        answers = k == 0 or hearing.polling is None or hearing.polling.heard(begin, end)
+        read = np.where(answers, now, read)
+        rates[k] = problem.robot.saturate(gains[k] @ read)
+        poses[k + 1] = problem.robot.step_euler(poses[k], rates[k], period_s=problem.period_s)
+    offset, weights = poses - problem.desired.poses, problem.weights
+    running = np.sum((offset[:-1] @ weights.state) * offset[:-1])
+    final = offset[-1] @ weights.final @ offset[-1]
+    return FeedbackRun(
+        cost=0.5 * float(problem.period_s * running + final),
+        gradient=np.full((steps, 2, tags), np.nan),
+        poses=poses,
+        wheel_rates=rates,
+    )
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FeedbackTraining(Descent):
     """How a gain is trained: the five steps of thesis 6.4.
@@ -145,6 +187,7 @@ def replay_and_fresh_m(
     noise: RssNoise,
     training: FeedbackTraining,
     seed: np.random.SeedSequence,
+    hearing: Hearing | None = None,
 ) -> tuple[FloatArray, FeedbackRun, FeedbackRun]:
     """Return E / (t_f - t_0) of (3.11) on the training's record and on a new one, and both runs.
 
@@ -154,11 +197,12 @@ def replay_and_fresh_m(
     noise : Of the readings.
     training : How to train.
     seed : Of both records.
+    hearing : As for `run_heard`; the training knows the range only.
     """
     rng = np.random.default_rng(seed)
     seen, unseen = noise.draw(task.record_shape, rng), noise.draw(task.record_shape, rng)
     gains, _ = training.train(task, seen[None])
-    replay, fresh = run_feedback(task, gains, seen), run_feedback(task, gains, unseen)
+    replay, fresh = (run_heard(task, gains, one, hearing) for one in (seen, unseen))
     errors = [run.errors_m(task.problem)[:-1].mean() for run in (replay, fresh)]
     return np.array(errors), replay, fresh
 
@@ -170,6 +214,7 @@ def _arguments(task: FeedbackTask) -> tuple[object, ...]:
         task.tags_m,
         task.law.alpha_dbm,
         task.law.beta_per_m,
+        task.range_m,
         problem.start,
         problem.desired.poses,
         problem.weights.state,

@@ -8,6 +8,7 @@ from msgspec import Meta
 from octant.reader_design.study_file.quantities import (
     Angle,
     AngleDeviation,
+    Bandwidth,
     Count,
     Deviation,
     Distance,
@@ -16,6 +17,7 @@ from octant.reader_design.study_file.quantities import (
     Name,
     Number,
     Period,
+    PeriodOrZero,
     Ratio,
     Spot,
     WheelRate,
@@ -23,7 +25,16 @@ from octant.reader_design.study_file.quantities import (
 )
 from octant.reader_design.study_file.room import Table
 
-Chapter = Literal["rss", "feedback", "nominal", "neighbouring", "slam", "room", "costs"]
+Chapter = Literal[
+    "rss",
+    "feedback",
+    "nominal",
+    "neighbouring",
+    "slam",
+    "room",
+    "costs",
+    "tags",
+]
 Shape = Literal[
     "line", "sine", "sigmoid", "parabola", "ellipse", "lemniscate", "u-shape", "point", "spline"
 ]
@@ -64,7 +75,7 @@ class Track(Table, frozen=True, kw_only=True):
     ----------
     chapters : What is computed: ``rss`` (Fig. 6.3), ``feedback`` (6.4, 6.5), ``nominal`` (7.3-7.5),
         ``neighbouring`` (7.6, 7.7), ``slam`` (7.15), ``room`` (RSS from the room solver), ``costs``
-        (Table 8.1).
+        (Table 8.1); and, if named, ``tags`` (error against number and range of tags, 6.5.5).
     runs, slam_runs : Monte-Carlo repetitions, and those of SLAM.
     period_s : Sample period T of chapters 6 and 7.3 [s].
     alpha_dbm, beta_per_m : Alpha [dBm] and beta [1/m] of the RSS law (6.2).
@@ -78,6 +89,21 @@ class Track(Table, frozen=True, kw_only=True):
     feedback_tags, tags : Tags along each side of the square mesh of chapter 6 and of chapter 7.
     tag_spacing_m : Distance of neighbouring tags [m].
     tag_height_m : Height of the tags above the robot's antenna [m].
+    tag_pattern : How the tags hang where the study has no ``[[tag]]``: ``mesh``, ``line`` along x,
+        ``circle`` or ``random``, drawn from the seed. With ``[[tag]]``, these are the tags of all
+        chapters, and the keys of number, pattern, spacing and height are not read.
+    tag_count : Number of tags of every chapter; None: ``feedback_tags`` and ``tags`` squared.
+    tag_field_m : Side of the square that the tags fill [m]; None: from ``tag_spacing_m``.
+    tag_range_m : Distance from which on a tag is not heard [m]; None: heard everywhere.
+    least_tags : Tags that the robot should hear everywhere.
+    tag_counts : Numbers of tags of the chapter ``tags``; of a mesh square numbers.
+    tag_ranges_m : Ranges of a tag of the chapter ``tags`` [m]; Table 6.1 ends at 6.18 m.
+    tag_bits : Length of the code in which a tag answers with the RSS that it measures; None:
+        readings are not rounded. The thesis has 8, after 16 of the tag's identity.
+    tag_floor_dbm, tag_full_scale_dbm : RSS of the lowest and of the highest of these codes [dBm].
+    tag_bit_rate_hz : Bits that reader and tags send in a second [Hz], which makes tags answer one
+        after another; None: all in every period.
+    tag_turnaround_s : Pause before each tag's reply [s].
     feedback_wheel_rate_rad_per_s, wheel_rate_rad_per_s : Limits of the wheels in chapter 6 and in
         chapter 7 [rad/s]; None: as in ``[robot]``, and else 12.1 and 10.
     state_weight, final_weight : Q and P(t_f) of trajectories: three diagonal values, or three rows
@@ -118,6 +144,20 @@ class Track(Table, frozen=True, kw_only=True):
     tags: Annotated[int, Meta(ge=1, le=100)] = 5
     tag_spacing_m: Distance = 3.0
     tag_height_m: Distance = 3.0
+    tag_pattern: Literal["mesh", "line", "circle", "random"] = "mesh"
+    tag_count: Annotated[int, Meta(ge=1, le=10_000)] | None = None
+    tag_field_m: Distance | None = None
+    tag_range_m: Distance | None = None
+    least_tags: Annotated[int, Meta(ge=1, le=10_000)] = 9
+    tag_counts: Annotated[
+        tuple[Annotated[int, Meta(ge=1, le=10_000)], ...], Meta(min_length=1, max_length=100)
+    ] = (4, 9, 25, 49)
+    tag_ranges_m: Annotated[tuple[Distance, ...], Meta(max_length=100)] = (4.0, 6.18, 9.0)
+    tag_bits: Annotated[int, Meta(ge=1, le=16)] | None = None
+    tag_floor_dbm: Level = -255.0
+    tag_full_scale_dbm: Level = 0.0
+    tag_bit_rate_hz: Bandwidth | None = None
+    tag_turnaround_s: PeriodOrZero = 0.0
     feedback_wheel_rate_rad_per_s: WheelRate | None = None
     wheel_rate_rad_per_s: WheelRate | None = None
     state_weight: Weights = (1.0, 1.0, 2.0)

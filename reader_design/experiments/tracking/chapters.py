@@ -39,7 +39,7 @@ from octant.navigation.tracking.measurement_feedback import (
     FeedbackTask,
     FeedbackTraining,
     replay_and_fresh_m,
-    run_feedback,
+    run_heard,
 )
 from octant.navigation.tracking.neighbouring import (
     StabilityReport,
@@ -159,7 +159,12 @@ def feedback_task(
         weights=settings.weights,
         robot=settings.feedback_robot,
     )
-    return FeedbackTask(problem=problem, tags_m=settings.feedback_tags_m, law=settings.law)
+    return FeedbackTask(
+        problem=problem,
+        tags_m=settings.feedback_tags_m,
+        law=settings.law,
+        range_m=settings.track.tag_range_m or math.inf,
+    )
 
 
 def feedback_run(settings: Settings, task: str, run: int) -> tuple[Outcome, ...]:
@@ -173,7 +178,8 @@ def feedback_run(settings: Settings, task: str, run: int) -> tuple[Outcome, ...]
     work = feedback_task(settings, *FEEDBACK_TASKS[task])
     training = FeedbackTraining(iterations=settings.track.training_iterations)
     seed = run_seeds(settings.study.seed, run + 1)[run]
-    _, *both = replay_and_fresh_m(work, settings.noise, training, seed)
+    hearing = settings.hearing(work.tags_m)
+    _, *both = replay_and_fresh_m(work, settings.noise, training, seed, hearing)
     return tuple(
         _feedback_outcome(work, method, [one])
         for method, one in zip((REPLAY, FRESH), both, strict=True)
@@ -192,9 +198,13 @@ def trained_over_many(settings: Settings, task: str) -> tuple[Outcome, ...]:
     rng = np.random.default_rng([settings.study.seed, 7])
     shape = (settings.track.training_records, *work.record_shape)
     gains, _ = training.train(work, settings.noise.draw(shape, rng))
+    hearing = settings.hearing(work.tags_m)
     runs = [
-        run_feedback(
-            work, gains, settings.noise.draw(work.record_shape, np.random.default_rng(seed))
+        run_heard(
+            work,
+            gains,
+            settings.noise.draw(work.record_shape, np.random.default_rng(seed)),
+            hearing,
         )
         for seed in run_seeds(settings.study.seed, settings.track.runs)
     ]
@@ -399,7 +409,7 @@ def neighbouring_runs(settings: Settings, task: str) -> tuple[tuple[Outcome, ...
     own = {one.curve.name: one for one in settings.own}
     if task in own:
         setup = neighbouring_setup(settings, own[task].curve, own[task].start)
-        outcomes = (_driven(settings, setup, EKF, setup.control, _ekf(settings)),)
+        outcomes = (driven(settings, setup, EKF, setup.control, thesis_filter(settings)),)
         return outcomes, setup.stability
     if task == "point":
         setup = neighbouring_setup(
@@ -408,7 +418,7 @@ def neighbouring_runs(settings: Settings, task: str) -> tuple[tuple[Outcome, ...
     else:
         setup = neighbouring_setup(settings, shapes.lemniscate(), LEMNISCATE_START)
     methods = _methods(settings, setup)
-    return tuple(_driven(settings, setup, *method) for method in methods), setup.stability
+    return tuple(driven(settings, setup, *method) for method in methods), setup.stability
 
 
 def wheel_noise_run(settings: Settings, sigma: float) -> Outcome:
@@ -421,10 +431,16 @@ def wheel_noise_run(settings: Settings, sigma: float) -> Outcome:
     track = msgspec.structs.replace(settings.track, wheel_sigma_rad_per_s=sigma)
     setup = neighbouring_setup(settings, shapes.lemniscate(), LEMNISCATE_START)
     noisy = replace(settings, track=track)
-    return _driven(noisy, setup, EKF, setup.control, _ekf(noisy))
+    return driven(noisy, setup, EKF, setup.control, thesis_filter(noisy))
 
 
-def _ekf(settings: Settings) -> ExtendedKalman:
+def thesis_filter(settings: Settings) -> ExtendedKalman:
+    """Return the extended Kalman filter that estimates the noise's mean too.
+
+    Parameters
+    ----------
+    settings : Everything.
+    """
     return ExtendedKalman(motion=settings.motion, sensor=settings.mesh, noise=settings.assumptions)
 
 
@@ -432,7 +448,7 @@ def _methods(
     settings: Settings, setup: NeighbouringSetup
 ) -> tuple[tuple[str, TrackingController, PoseEstimator[Any]], ...]:
     motion, mesh, noise = settings.motion, settings.mesh, settings.assumptions
-    ekf = _ekf(settings)
+    ekf = thesis_filter(settings)
     ignoring = RssAssumptions(sigma_db=noise.sigma_db, mean_sigma_db=0.0)
     predictive = PredictiveControl(
         desired=setup.desired, robot=settings.robot, weights=setup.weights
@@ -446,22 +462,44 @@ def _methods(
     )
 
 
-def _driven(
+def driven(
     settings: Settings,
     setup: NeighbouringSetup,
     method: str,
     controller: TrackingController,
     estimator: PoseEstimator[Any],
+    *,
+    chapter: str = "neighbouring",
+    task: str = "",
 ) -> Outcome:
+    """Return the runs of a controller with an estimator among the tags of chapter 7.
+
+    Parameters
+    ----------
+    settings, setup : Everything, and what is followed.
+    method, controller, estimator : Their name, and both.
+    chapter, task : Of the outcome; by default the trajectory is the task.
+    """
     record = drive(
         controller,
         estimator,
-        settings.world(settings.mesh),
+        settings.world(settings.mesh, tags_m=settings.mesh.tags_m),
         setup.desired,
         start=setup.start,
         seeds=run_seeds(settings.study.seed, settings.track.runs),
     )
-    return Outcome(chapter="neighbouring", task=setup.desired.name, method=method, runs=record)
+    return Outcome(chapter=chapter, task=task or setup.desired.name, method=method, runs=record)
+
+
+def slam_tags_m(settings: Settings) -> FloatArray:
+    """Return the tags of SLAM, (s, 2): the study's, or those of thesis 7.6.1 [m].
+
+    Parameters
+    ----------
+    settings : Everything.
+    """
+    given = settings.given_tags_m
+    return np.array(SLAM_TAGS_M) if given is None else given[:, :2]
 
 
 def slam_record(settings: Settings, sigma: float) -> SlamRecord:
@@ -477,6 +515,6 @@ def slam_record(settings: Settings, sigma: float) -> SlamRecord:
         start=np.array([1.0, 0.0, 0.5 * math.pi]),
         wheel_rates_rad_per_s=np.array([rate, rate]),
         steps=round(3.0 / (robot.wheel_radius_m * rate * period_s)),
-        tags_m=np.array(SLAM_TAGS_M),
+        tags_m=slam_tags_m(settings),
     )
     return run_slam(task, run_seeds(settings.study.seed, settings.track.slam_runs))

@@ -34,6 +34,8 @@ from octant.reader_design.experiments.tracking.costs import (
     cost_scalings,
     with_errors,
 )
+from octant.reader_design.experiments.tracking.further import FURTHER
+from octant.reader_design.experiments.tracking.parts import Part, PartRecord, Records
 from octant.reader_design.experiments.tracking.results import (
     COLUMNS,
     SLAM_COLUMNS,
@@ -41,7 +43,12 @@ from octant.reader_design.experiments.tracking.results import (
     slam_row,
     tracking_dataset,
 )
-from octant.reader_design.experiments.tracking.room import MESHES, RoomRuns, check_room, room_runs
+from octant.reader_design.experiments.tracking.room import (
+    RoomRuns,
+    check_room,
+    meshes,
+    room_runs,
+)
 from octant.reader_design.experiments.tracking.settings import (
     RESERVED_NAMES,
     Settings,
@@ -60,46 +67,6 @@ FILES = ("results.nc", "tracking.csv", "report.html", "study.toml")
 """What is always written; costs.csv and slam.csv where their chapters are."""
 CASES = "cases"
 _NO_EFFECT = ("Study.name", "Track.chapters")
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Part:
-    """One case of a tracking study.
-
-    Parameters
-    ----------
-    chapter : One of ``track.chapters``; ``wheel noise`` belongs to ``neighbouring``.
-    task, method : What is computed of it; empty where the chapter has one part.
-    run, sigma : Number of the run or of the mesh of tags, and noise of the wheels [rad/s].
-    """
-
-    chapter: str
-    task: str = ""
-    method: str = ""
-    run: int = 0
-    sigma: float = 0.0
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PartRecord:
-    """What a part computed; empty or None where it has no such thing.
-
-    Parameters
-    ----------
-    outcomes : Errors and poses.
-    fits, costs : Tables 6.1 and 8.1.
-    nominal, slam, room : A nominal problem, runs of EKF SLAM, runs with RSS of the room solver.
-    stability, scalings : Stability along a nominal trajectory, and how costs grow.
-    """
-
-    outcomes: tuple[Outcome, ...] = ()
-    fits: RssFits | None = None
-    nominal: NominalRun | None = None
-    stability: StabilityReport | None = None
-    slam: SlamRecord | None = None
-    room: RoomRuns | None = None
-    costs: tuple[CostRow, ...] = ()
-    scalings: tuple[CostScaling, ...] = ()
 
 
 def parts_of(settings: Settings) -> tuple[Part, ...]:
@@ -127,10 +94,12 @@ def parts_of(settings: Settings) -> tuple[Part, ...]:
             *noisy,
         ],
         "slam": [Part(chapter="slam", sigma=sigma) for sigma in SLAM_WHEEL_SIGMAS_RAD_PER_S],
-        "room": [Part(chapter="room", run=mesh) for mesh in MESHES],
+        "room": [Part(chapter="room", run=mesh) for mesh in meshes(settings)],
     }
-    return tuple(
-        part for name, some in parts.items() if name in settings.track.chapters for part in some
+    named = settings.track.chapters
+    return (
+        *(part for name, some in parts.items() if name in named for part in some),
+        *(part for name, one in FURTHER.items() if name in named for part in one.parts(settings)),
     )
 
 
@@ -164,6 +133,7 @@ _CHAPTERS: dict[str, Callable[[Settings, Part], PartRecord]] = {
     "slam": lambda s, part: PartRecord(slam=slam_record(s, part.sigma)),
     "room": lambda s, part: PartRecord(room=room_runs(s, part.run)),
     "costs": lambda s, _: PartRecord(costs=cost_rows(s), scalings=cost_scalings(s)),
+    **{name: one.compute for name, one in FURTHER.items()},
 }
 
 
@@ -243,7 +213,14 @@ class TrackingContent:
         """The outcomes of all chapters ([m], [rad])."""
         nominal = (run.outcome for run in self.nominal)
         room = (outcome for runs in self.room for outcome in runs.outcomes)
-        return (*self.feedback, *nominal, *self.neighbouring, *room)
+        further = (o for records in self.further.values() for _, r in records for o in r.outcomes)
+        return (*self.feedback, *nominal, *self.neighbouring, *room, *further)
+
+    @property
+    def further(self) -> dict[str, Records]:
+        """What the chapters of `FURTHER` left, of those that the study names."""
+        found = {name: tuple(self.records(name)) for name in FURTHER}
+        return {name: records for name, records in found.items() if records}
 
     @property
     def costs(self) -> tuple[CostRow, ...]:
@@ -396,11 +373,14 @@ def publish(content: TrackingContent, out_dir: Path, progress: Progress) -> list
     )
     written = [out_dir / name for name in FILES]
     write_dataset(data, out_dir / "results.nc", force=True)
-    tables = {
+    tables: dict[str, tuple[Sequence[str], Sequence[tuple[object, ...]]]] = {
         "tracking.csv": (COLUMNS, [o.row() for o in content.outcomes]),
         "slam.csv": (SLAM_COLUMNS, [slam_row(s, r) for s, r in content.slam]),
         "costs.csv": (COST_COLUMNS, [row.row() for row in content.costs]),
     }
+    for name, records in content.further.items():
+        for table in FURTHER[name].tables(content.settings, records):
+            tables[table.file] = table.header, table.rows
     for name, (header, rows) in tables.items():
         if rows or name == "tracking.csv":
             put_table(str(out_dir / name), header, iter(rows), force=True)

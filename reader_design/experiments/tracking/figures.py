@@ -18,11 +18,12 @@ from octant.reader_design.experiments.tracking.chapters import (
     PRINTED,
     PUBLISHED_FIT,
     PUBLISHED_NOISY_FIT,
-    SLAM_TAGS_M,
     RssFits,
+    slam_tags_m,
 )
 from octant.reader_design.experiments.tracking.compute import TrackingContent
 from octant.reader_design.experiments.tracking.costs import CostScaling
+from octant.reader_design.experiments.tracking.further import FURTHER
 from octant.reader_design.experiments.tracking.results import Outcome
 from octant.reader_design.experiments.tracking.room import RoomRuns
 from octant.reader_design.showing.style import NamedFigure, figure_style, new_figure
@@ -76,7 +77,7 @@ def tracking_figures(content: TrackingContent) -> Iterator[NamedFigure]:
             title="EKF SLAM (thesis Fig. 7.15)",
             caption="Range and bearing are so noisy that the tags are located to some decimetres "
             "only; the pose, exact to millimetres, comes from the wheels.",
-            figure=slam_figure(record, np.array(SLAM_TAGS_M), wheel_sigma=sigma),
+            figure=slam_figure(record, slam_tags_m(content.settings), wheel_sigma=sigma),
         )
     if content.room:
         yield NamedFigure(
@@ -87,6 +88,8 @@ def tracking_figures(content: TrackingContent) -> Iterator[NamedFigure]:
             "each estimator follows the lemniscate.",
             figure=room_figure(content.room),
         )
+    for name, records in content.further.items():
+        yield from FURTHER[name].figures(content.settings, records)
     if content.scalings:
         yield NamedFigure(
             file="costs.png",

@@ -15,6 +15,7 @@ from octant.reader_design.experiments.tracking.chapters import (
     REPLAY,
 )
 from octant.reader_design.experiments.tracking.compute import TrackingContent
+from octant.reader_design.experiments.tracking.further import FURTHER
 from octant.reader_design.experiments.tracking.results import SLAM_COLUMNS, Outcome, slam_row
 from octant.reader_design.experiments.tracking.room import PARTICLE
 from octant.reader_design.experiments.tracking.settings import RESERVED_NAMES
@@ -89,7 +90,8 @@ def summary_lines(content: TrackingContent) -> Iterator[str]:
     for outcome in content.outcomes:
         own = outcome.chapter == "neighbouring" and outcome.task not in RESERVED_NAMES
         key = (outcome.chapter, outcome.task, outcome.method)
-        if own or (outcome.chapter == "room" and key not in _PUBLISHED):
+        further = outcome.chapter in content.further
+        if own or further or (outcome.chapter == "room" and key not in _PUBLISHED):
             words = f"{outcome.task}, {outcome.method}"
             text = _pair(outcome.measures()["average_m"])
             yield f"{outcome.chapter:<13} {words:<44} {text} m"
@@ -140,6 +142,7 @@ def tracking_report(content: TrackingContent, figures: FigureFiles) -> Report:
         _neighbouring_section(content, figures),
         _slam_section(content, figures),
         _room_section(content, figures),
+        *_further_sections(content, figures),
         _cost_section(content, figures),
         _study_section(content),
     )
@@ -331,6 +334,36 @@ def _room_section(content: TrackingContent, figures: FigureFiles) -> ReportSecti
         tables=(_outcome_table(room, "The lemniscate; median / 90 % over the runs."),),
         figures=embedded_figures(figures, "room"),
     )
+
+
+def _further_sections(content: TrackingContent, figures: FigureFiles) -> Iterator[ReportSection]:
+    for name, records in content.further.items():
+        chapter = FURTHER[name]
+        yield ReportSection(
+            heading=chapter.heading,
+            paragraphs=chapter.said(content.settings, records),
+            tables=tuple(
+                ReportTable(
+                    caption=table.caption,
+                    header=table.header,
+                    rows=tuple(tuple(map(cell_text, row)) for row in table.rows),
+                )
+                for table in chapter.tables(content.settings, records)
+            ),
+            figures=embedded_figures(figures, name),
+        )
+
+
+def cell_text(value: str | float | None) -> str:
+    """Return a cell of a table as it stands on the page, numbers with three digits [any].
+
+    Parameters
+    ----------
+    value : In the unit of its column [any]; None: there is none.
+    """
+    if value is None:
+        return "–"
+    return f"{value:.3g}" if isinstance(value, float) else str(value)
 
 
 def _cost_section(content: TrackingContent, figures: FigureFiles) -> ReportSection | None:

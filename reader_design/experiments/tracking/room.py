@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from octant.em.antennas.kinds import make_antenna
+from octant.em.antennas.kinds import Antenna, make_antenna
 from octant.em.decibels import power_dbm
 from octant.em.medium.materials import material
 from octant.em.medium.radio_scene import radio_scene
@@ -27,7 +27,6 @@ from octant.navigation.sensing.rss_models import (
     RssNoise,
     TagMesh,
     fit_log_distance,
-    tag_grid,
 )
 from octant.navigation.tracking import shapes
 from octant.navigation.tracking.closed_loop import drive, run_seeds
@@ -111,8 +110,17 @@ class _Knowledge:
     wrong: RssMap | None
 
 
-MESHES = (0, 1)
-"""Numbers of the meshes of tags: that of chapter 6 and that of chapter 7."""
+def meshes(settings: Settings) -> tuple[int, ...]:
+    """Return the numbers of the meshes of tags: that of chapter 6, that of chapter 7.
+
+    Tags that the study gives, or counts, are one mesh for both.
+
+    Parameters
+    ----------
+    settings : The study.
+    """
+    one = settings.given_tags_m is not None or settings.track.tag_count is not None
+    return (0,) if one else (0, 1)
 
 
 def room_runs(settings: Settings, mesh: int) -> RoomRuns:
@@ -120,7 +128,7 @@ def room_runs(settings: Settings, mesh: int) -> RoomRuns:
 
     Parameters
     ----------
-    settings, mesh : The study, and one of its `MESHES`, of which the first meets a wrong map too.
+    settings, mesh : The study, and one of its `meshes`, of which the first meets a wrong map too.
     """
     track = settings.track
     setup = neighbouring_setup(settings, shapes.lemniscate(), LEMNISCATE_START)
@@ -129,6 +137,7 @@ def room_runs(settings: Settings, mesh: int) -> RoomRuns:
     known = _known(settings, field, tags_m, imagine_wrong=mesh == 0)
     world = settings.world(
         FieldRss(field=field),
+        tags_m=tags_m,
         noise=RssNoise(mean_db=0.0, sigma_db=track.room_noise_db),
         reading_every=max(round(track.room_reading_every_s / track.period_s), 1),
     )
@@ -164,7 +173,7 @@ def check_room(settings: Settings) -> None:
     settings : The study [m].
     """
     setting = build_setting(settings.study)
-    for mesh in MESHES:
+    for mesh in meshes(settings):
         _tags(settings, setting, mesh)
 
 
@@ -177,7 +186,7 @@ def _tags(settings: Settings, setting: Setting, mesh: int) -> FloatArray:
     )[mesh]
     low, high = setting.scene.bounds_m
     height_m = float(high[2]) - standoff_m - setting.map_z_m
-    tags = tag_grid(side, spacing_m=spacing_m, height_m=height_m)
+    tags = settings.tags_m(side, spacing_m=spacing_m, height_m=height_m)
     wanted = max(REACH_M, float(np.abs(tags[:, :2]).max()) + standoff_m)
     if (low[:2] > -wanted).any() or (high[:2] < wanted).any():
         msg = (
@@ -203,7 +212,10 @@ def _field(settings: Settings, mesh: int, *, wrong: bool = False) -> tuple[Image
     axis = grid_axis_m(-REACH_M - 0.5, REACH_M + 0.5, spacing_m=TRACE_SPACING_M)
     field = trace_image_field(
         radio_scene(setting.scene, carrier, materials, transmission=study.solver.transmission),
-        [((*tag[:2], tag[2] + z_m), make_antenna("dipole", carrier)) for tag in tags],
+        [
+            ((*tag[:2], tag[2] + z_m), antenna)
+            for tag, antenna in zip(tags, _antennas(setting, len(tags)), strict=True)
+        ],
         receiver=make_antenna("isotropic_theta", carrier),
         x_m=axis,
         y_m=axis,
@@ -213,6 +225,15 @@ def _field(settings: Settings, mesh: int, *, wrong: bool = False) -> tuple[Image
         power_w=study.radio.tag_power_w,
     )
     return field, tags
+
+
+def _antennas(setting: Setting, tags: int) -> list[Antenna]:
+    """Return every tag's antenna at the carrier, or the channel next to it; else a dipole."""
+    radio = setting.study.radio
+    if not setting.tags:
+        return [make_antenna("dipole", radio.frequency_hz)] * tags
+    nearest = int(np.argmin(np.abs(np.array(radio.frequencies_hz) - radio.frequency_hz)))
+    return [tag.antennas[nearest] for tag in setting.tags]
 
 
 def _computed_map(settings: Settings, field: ImageField) -> RssMap:

@@ -10,12 +10,15 @@ from octant.geometries.errors import ConfigError
 from octant.navigation.estimators.pose_filters import RssModel, WheelMotion
 from octant.navigation.estimators.rss_kalman import RssAssumptions
 from octant.navigation.robot.drive import DifferentialDrive
-from octant.navigation.sensing.rss_models import LogExponentialLaw, RssNoise, TagMesh, tag_grid
+from octant.navigation.sensing.rss_models import LogExponentialLaw, RssNoise, TagMesh
+from octant.navigation.sensing.tag_frames import Hearing, Polling, RssCodes
+from octant.navigation.sensing.tag_layouts import patterned_tags
 from octant.navigation.tracking import shapes
 from octant.navigation.tracking.closed_loop import World
 from octant.navigation.tracking.problem import Weights, stabilisation_weights
 from octant.navigation.tracking.trajectories import Curve, check_feasible, desired_trajectory
 from octant.reader_design.setting.robot import study_robot
+from octant.reader_design.setting.setting import build_setting
 from octant.reader_design.study_file.schema import Study
 from octant.reader_design.study_file.track import Track, Trajectory
 
@@ -64,6 +67,7 @@ class Settings:
     weights, stabilisation : Of trajectories, and of thesis 7.5.2.1.
     law, noise : Of the tags' RSS.
     own : The study's own trajectories.
+    given_tags_m : (s, 3) float64 or None — The tags ``[[tag]]``, heights above the antenna [m].
     """
 
     study: Study
@@ -75,21 +79,68 @@ class Settings:
     law: LogExponentialLaw
     noise: RssNoise
     own: tuple[OwnTask, ...]
+    given_tags_m: FloatArray | None = None
 
     @property
     def feedback_tags_m(self) -> FloatArray:
         """Return the tags of chapter 6, (s, 3) [m]."""
-        track = self.track
-        return tag_grid(
-            track.feedback_tags, spacing_m=track.tag_spacing_m, height_m=track.tag_height_m
-        )
+        return self.tags_m(self.track.feedback_tags)
 
     @property
     def mesh(self) -> TagMesh:
         """Return the tags of chapter 7 with their RSS [dBm]."""
+        return TagMesh(tags_m=self.tags_m(self.track.tags), law=self.law)
+
+    def tags_m(
+        self, side: int, *, spacing_m: float | None = None, height_m: float | None = None
+    ) -> FloatArray:
+        """Return the tags ``[[tag]]``, else as the keys say, (s, 3), heights above the antenna [m].
+
+        Parameters
+        ----------
+        side : Tags along each side of a mesh, unless ``track.tag_count`` says how many there are.
+        spacing_m, height_m : Of a mesh; None: as the keys ``track.tag_spacing_m`` and
+            ``track.tag_height_m`` [m].
+        """
+        if self.given_tags_m is not None:
+            return self.given_tags_m
         track = self.track
-        tags = tag_grid(track.tags, spacing_m=track.tag_spacing_m, height_m=track.tag_height_m)
-        return TagMesh(tags_m=tags, law=self.law)
+        count = track.tag_count or side**2
+        spacing = spacing_m or track.tag_spacing_m
+        return patterned_tags(
+            track.tag_pattern,
+            count,
+            field_m=track.tag_field_m or spacing * max(math.ceil(math.sqrt(count)) - 1, 1),
+            height_m=height_m or track.tag_height_m,
+            rng=np.random.default_rng([self.study.seed, 11]),
+        )
+
+    def hearing(self, tags_m: FloatArray) -> Hearing | None:
+        """Return how tags are heard; None: all, everywhere, exactly and in every period.
+
+        Parameters
+        ----------
+        tags_m : (s, 3) float64 — The tags, heights above the antenna [m].
+        """
+        track = self.track
+        if track.tag_range_m is None and track.tag_bits is None and track.tag_bit_rate_hz is None:
+            return None
+        codes = polling = None
+        if track.tag_bits is not None:
+            codes = RssCodes(
+                bits=track.tag_bits,
+                floor_dbm=track.tag_floor_dbm,
+                full_scale_dbm=track.tag_full_scale_dbm,
+            )
+        if track.tag_bit_rate_hz is not None:
+            polling = Polling(
+                tags=len(tags_m),
+                bit_rate_hz=track.tag_bit_rate_hz,
+                turnaround_s=track.tag_turnaround_s,
+                code_bits=track.tag_bits or RssCodes().bits,
+            )
+        range_m = math.inf if track.tag_range_m is None else track.tag_range_m
+        return Hearing(tags_m=tags_m, range_m=range_m, codes=codes, polling=polling)
 
     @property
     def motion(self) -> WheelMotion:
@@ -106,13 +157,19 @@ class Settings:
         return RssAssumptions(sigma_db=self.noise.sigma_db)
 
     def world(
-        self, sensor: RssModel, *, noise: RssNoise | None = None, reading_every: int = 1
+        self,
+        sensor: RssModel,
+        *,
+        tags_m: FloatArray,
+        noise: RssNoise | None = None,
+        reading_every: int = 1,
     ) -> World:
         """Return the world in which robots are driven.
 
         Parameters
         ----------
         sensor, noise : RSS that the tags really send, and noise on it; None: the chapters' [dB].
+        tags_m : (s, 3) float64 — These tags, heights above the antenna [m].
         reading_every : Periods from one reading to the next.
         """
         track = self.track
@@ -128,6 +185,7 @@ class Settings:
             start_covariance=sigma**2,
             reading_every=reading_every,
             rolling=study_robot(self.study, "track").rolling,
+            hearing=self.hearing(tags_m),
         )
 
 
@@ -172,14 +230,31 @@ def settings_of(study: Study) -> Settings:
         law=LogExponentialLaw(alpha_dbm=track.alpha_dbm, beta_per_m=track.beta_per_m),
         noise=RssNoise(mean_db=track.rss_mean_db, sigma_db=track.rss_sigma_db),
         own=tuple(_own_task(i, one) for i, one in enumerate(track.trajectories)),
+        given_tags_m=_given_tags_m(study),
     )
-    settings.world(settings.mesh)
+    settings.world(settings.mesh, tags_m=settings.mesh.tags_m)
     for task in (*settings.own, OwnTask(curve=shapes.lemniscate(), start=LEMNISCATE_START)):
         check_feasible(desired_trajectory(task.curve, period_s=track.period_s), robot)
     for curve in (shapes.line(), shapes.sine()) if "feedback" in track.chapters else ():
         check_feasible(desired_trajectory(curve, period_s=track.period_s), feedback_robot)
     _ = settings.motion
     return settings
+
+
+def _given_tags_m(study: Study) -> FloatArray | None:
+    if not study.tags:
+        return None
+    setting = build_setting(study)
+    places = np.array([tag.position_m for tag in setting.tags])
+    places[:, 2] -= setting.map_z_m
+    level = np.flatnonzero(places[:, 2] == 0.0)
+    if len(level):
+        msg = (
+            f"tag[{level[0]}].position_m is at the height of the robot's antenna, where the law of "
+            "[track] has no slope under the tag; move the tag, or set map.height_m."
+        )
+        raise ConfigError(msg)
+    return places
 
 
 def _check_names(names: list[str]) -> None:

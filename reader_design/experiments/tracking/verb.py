@@ -4,26 +4,38 @@ from pathlib import Path
 
 import click
 
-from octant.reader_design.options import Ended, RunOptions, experiment
+from octant.reader_design.options import Ended, RunOptions, experiment, number
+from octant.reader_design.study_file.quantities import Count, Seed
 
 
 @click.command()
+@click.option(
+    "--runs",
+    type=number(Count),
+    help="Repetitions of every drive, of SLAM too; default: the study's.",
+)
+@click.option("--seed", type=number(Seed), help="Seed of all random numbers; default: the study's.")
 @experiment(out="octant-track", study=False)
-def track(*, study: Path | None, options: RunOptions) -> Ended:
+def track(*, study: Path | None, options: RunOptions, runs: int | None, seed: int | None) -> Ended:
     """Follow trajectories from the RSS of tags, by every controller and estimator.
 
     Without STUDY the built-in study of thesis chapters 6 and 7 runs: measurement feedback, nominal
-    and neighbouring optimal control, EKF SLAM, and the same with RSS from the room solver. Writes
-    results.nc, tracking.csv, costs.csv, slam.csv, figures, study.toml and report.html to --out; the
-    same command again goes on where the last one stopped.
+    and neighbouring optimal control, EKF SLAM, and the same with RSS from the room solver; further
+    chapters are computed where track.chapters names them. Writes results.nc, tracking.csv,
+    costs.csv, slam.csv, a table of each further chapter, figures, study.toml and report.html to
+    --out; the same command again goes on where the last one stopped.
     """
     from octant.reader_design.experiments.tracking.compute import plan_line, run_tracking
     from octant.reader_design.experiments.tracking.page import summary_lines
-    from octant.reader_design.study_file.loading import load_study
+    from octant.reader_design.study_file.loading import load_study, replace
     from octant.reader_design.study_file.tables_read import check_tables
 
     loaded = load_study(study, built_in="track_study")
     check_tables(loaded, "track")
+    if seed is not None:
+        loaded = replace(loaded, seed=seed)
+    if runs is not None and loaded.track is not None:
+        loaded = replace(loaded, track=replace(loaded.track, runs=runs, slam_runs=runs))
     if options.dry_run:
         return Ended(lines=(plan_line(loaded, options.out),))
     content = run_tracking(

@@ -1,6 +1,7 @@
 """Measurement feedback of chapter 6: exact gradients, training, replay against fresh noise."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ import pytest
 from octant.geometries.errors import NavigationError
 from octant.navigation.robot.drive import DifferentialDrive
 from octant.navigation.sensing.rss_models import LogExponentialLaw, RssNoise, TagMesh, tag_grid
+from octant.navigation.sensing.tag_frames import Hearing, Polling, RssCodes
 from octant.navigation.tracking import shapes
 from octant.navigation.tracking.closed_loop import run_seeds
 from octant.navigation.tracking.controllers import MeasurementFeedback
@@ -16,6 +18,7 @@ from octant.navigation.tracking.measurement_feedback import (
     FeedbackTraining,
     replay_and_fresh_m,
     run_feedback,
+    run_heard,
 )
 from octant.navigation.tracking.problem import TrackingProblem, tracking_weights
 from octant.navigation.tracking.trajectories import desired_trajectory
@@ -65,6 +68,36 @@ def test_the_loop_is_the_thesis_law_in_plain_words():
         assert rates == pytest.approx(run.wheel_rates[k], abs=1e-9)
         pose = ROBOT.step_euler(pose, rates, period_s=0.1)
     assert pose == pytest.approx(run.poses[-1], abs=1e-7)
+
+
+def test_the_gradient_knows_the_range_of_the_tags():
+    rng = np.random.default_rng(3)
+    near = replace(LINE, range_m=6.0)
+    noise = RssNoise().draw(near.record_shape, rng)
+    gains = rng.normal(0.0, 2e-3, (600, 2, 9))
+    exact = run_feedback(near, gains, noise).gradient
+    assert (exact == 0.0).any()
+    for flat in rng.choice(np.flatnonzero(exact), 8, replace=False):
+        index = np.unravel_index(flat, gains.shape)
+        step = np.zeros_like(gains)
+        step[index] = 1e-8
+        ahead, behind = (run_feedback(near, gains + s * step, noise).cost for s in (1, -1))
+        slope = (ahead - behind) / 2e-8
+        assert exact[index] == pytest.approx(slope, rel=1e-5, abs=1e-6 * np.abs(exact).max())
+
+
+def test_what_is_heard_at_once_and_in_fine_codes_is_the_same_run():
+    rng = np.random.default_rng(4)
+    near = replace(LINE, range_m=6.0)
+    noise = RssNoise().draw(near.record_shape, rng)
+    gains = rng.normal(0.0, 2e-3, (600, 2, 9))
+    fine = RssCodes(bits=16, floor_dbm=-800.0, full_scale_dbm=500.0)
+    exact = run_feedback(near, gains, noise)
+    coded = run_heard(near, gains, noise, Hearing(tags_m=TAGS, range_m=6.0, codes=fine))
+    assert coded.poses[:20] == pytest.approx(exact.poses[:20], abs=1e-3)
+    polled = Hearing(tags_m=TAGS, polling=Polling(tags=9, bit_rate_hz=1e9))
+    at_once = run_heard(LINE, gains, noise, polled)
+    assert at_once.cost == pytest.approx(run_feedback(LINE, gains, noise).cost, rel=1e-9)
 
 
 @pytest.mark.parametrize(("task", "limit_m"), [(LINE, 0.07), (SINE, 0.08)], ids=["line", "sine"])

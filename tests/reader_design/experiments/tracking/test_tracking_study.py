@@ -4,11 +4,12 @@ import msgspec
 import numpy as np
 import pytest
 
-from octant.reader_design.experiments.tracking import chapters, compute, room
+from octant.geometries.errors import ConfigError
+from octant.reader_design.experiments.tracking import chapters, compute, room, tag_numbers
 from octant.reader_design.experiments.tracking.costs import CostScaling, cost_rows
 from octant.reader_design.experiments.tracking.figures import tracking_figures
 from octant.reader_design.experiments.tracking.settings import settings_of
-from octant.reader_design.study_file.loading import load_study
+from octant.reader_design.study_file.loading import load_study, parse_study
 
 
 def small(**changes):
@@ -22,7 +23,76 @@ def small(**changes):
 def in_the_room():
     """Nine tags only: the larger mesh is shrunk to one tag, which serves no acceptance here."""
     settings = small(runs=6, tags=1, room_particles=200)
-    return [room.room_runs(settings, mesh) for mesh in room.MESHES]
+    return [room.room_runs(settings, mesh) for mesh in room.meshes(settings)]
+
+
+def among(text, tmp_path):
+    """Settings of a study in the thesis' room, with further tables."""
+    room = (
+        '[room]\nbox_m = [12.0, 12.0, 3.0]\norigin_m = [-6.0, -6.0, 0.0]\nmaterial = "concrete"\n'
+    )
+    return settings_of(parse_study(room + text, source="test", directory=tmp_path))
+
+
+TWO_TAGS = """
+[track]
+[map]
+height_m = 0.4
+[[tag]]
+id = "a"
+position_m = [1.0, 2.0, 2.5]
+[[tag]]
+id = "b"
+position_m = [-1.0, 0.5, 1.4]
+"""
+
+
+def test_the_tags_of_the_study_are_the_tags_of_every_chapter(tmp_path):
+    settings = among(TWO_TAGS, tmp_path)
+    heights = [[1.0, 2.0, 2.1], [-1.0, 0.5, 1.0]]
+    for found in (settings.mesh.tags_m, settings.feedback_tags_m):
+        assert found == pytest.approx(np.array(heights))
+    assert chapters.slam_tags_m(settings) == pytest.approx(np.array(heights)[:, :2])
+    assert room.meshes(settings) == (0,)
+
+
+def test_a_tag_as_high_as_the_antenna_is_refused(tmp_path):
+    with pytest.raises(ConfigError, match=r"tag\[1\].*set map.height_m"):
+        among(TWO_TAGS.replace("1.4]", "0.4]"), tmp_path)
+
+
+def test_patterns_and_numbers_of_tags_are_keys(tmp_path):
+    settings = among(
+        '[track]\ntag_pattern = "circle"\ntag_count = 6\ntag_field_m = 8.0\n', tmp_path
+    )
+    for found in (settings.mesh.tags_m, settings.feedback_tags_m):
+        assert np.hypot(*found[:, :2].T) == pytest.approx(np.full(6, 4.0))
+
+
+@pytest.mark.parametrize(
+    ("task", "run", "sigma", "published_m"),
+    [
+        (tag_numbers.SPACING, 4, 0.0, 0.181),
+        (tag_numbers.SPACING, 9, 0.0, 0.116),
+        (tag_numbers.SPACING, 25, 0.0, 0.071),
+        (tag_numbers.SPACING, 49, 0.0, 0.043),
+    ],
+)
+def test_more_tags_follow_better_as_the_audit_found(task, run, sigma, published_m):
+    part = compute.Part(chapter="tags", task=task, method="lemniscate", run=run, sigma=sigma)
+    (row,) = tag_numbers.compute(small(runs=25), part).rows
+    found = dict(zip(tag_numbers.COLUMNS, row, strict=True))
+    assert found["average_m_median"] == pytest.approx(published_m, rel=0.1)
+    assert found["field_m"] == pytest.approx(3.0 * (run**0.5 - 1.0))
+
+
+def test_a_range_leaves_the_robot_with_fewer_tags_and_a_larger_error():
+    part = compute.Part(chapter="tags", task=tag_numbers.RANGE, method="lemniscate", sigma=4.0)
+    (row,) = tag_numbers.compute(small(runs=5), part).rows
+    found = dict(zip(tag_numbers.COLUMNS, row, strict=True))
+    assert found["heard_least_on_way"] == 1
+    assert found["share_of_way_with_least_tags"] == 0.0
+    assert found["average_m_median"] > 0.15
 
 
 def averages(results, task, method):
