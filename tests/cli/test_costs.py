@@ -1,6 +1,7 @@
 """What a command will take is known before it starts, and too much is not started."""
 
 import pytest
+from part_of_study import part_for
 
 from octant.reader_design import options
 
@@ -49,7 +50,7 @@ def typed(octant, study_file, tmp_path, monkeypatch):
     """A command as it is typed in a folder with a study, with some limits of what is too much."""
 
     def call(verb, *more, **limits):
-        study_file(STUDY)
+        study_file(part_for(verb, STUDY))
         (tmp_path / "poses.csv").write_text("x_m,y_m,heading_deg\n1,1,90\n")
         monkeypatch.chdir(tmp_path)
         for name, limit in limits.items():

@@ -1,6 +1,7 @@
 """Every form of a material in every verb that makes a room: a name, a slab, own numbers, layers."""
 
 import pytest
+from part_of_study import part_for
 
 FORMS = {
     "name": '"brick"',
@@ -78,7 +79,7 @@ WHOLE = (
 def called(octant, study_file, tmp_path, call, form, **changes):
     """Return what a verb says to a study whose room is of one form of material."""
     keys = {"frequency_hz": "2.4e9", "response": "isolated", "material": FORMS[form]} | changes
-    study = study_file(STUDY.format(**keys))
+    study = study_file(part_for(call.split()[0], STUDY.format(**keys)))
     words = call.replace("STUDY", str(study)).replace("OUT", str(tmp_path / "out")).split()
     return octant(*words)
 
