@@ -50,6 +50,7 @@ from octant.geometries.mesh_files import save_bodies
 from octant.geometries.rooms import box_room
 from octant.reader_design.cli import VERBS, octant, run
 from octant.reader_design.study_file.loading import load_study, parse_study
+from octant.reader_design.study_file.tables_read import belongs
 
 ROOT = Path(__file__).resolve().parents[1]
 GOOD_CODES = (0, 2, 3, 130)
@@ -336,12 +337,18 @@ def study_loads(rng: random.Random) -> Trial:
 
 def study_verbs(rng: random.Random) -> Trial:
     """Return a small mutated study and a verb that computes it."""
+    call = rng.choices(CALLS, WEIGHTS)[0].split()
     tables = tomllib.loads(STUDY) if rng.random() < 0.5 else plain(bases()[0])
-    content = toml_bytes(mutated_tables(rng, tables))
+    content = toml_bytes(mutated_tables(rng, part_for(call[0], tables)))
     return Trial(
         files={"study.toml": content} | {name: text.encode() for name, text in CSV_FILES.items()},
-        arguments=tuple(rng.choices(CALLS, WEIGHTS)[0].split()),
+        arguments=tuple(call),
     )
+
+
+def part_for(verb: str, tables: dict[str, Any]) -> dict[str, Any]:
+    """Return the tables of a study without those that a verb refuses, which are of others alone."""
+    return {key: value for key, value in tables.items() if belongs(key, verb)}
 
 
 def option_lines(rng: random.Random) -> Trial:
@@ -364,7 +371,7 @@ def option_lines(rng: random.Random) -> Trial:
     if long and rng.random() < 0.95:
         words.append("--dry-run")
     return Trial(
-        files={"study.toml": STUDY.encode()}
+        files={"study.toml": toml_bytes(part_for(words[0], tomllib.loads(STUDY)))}
         | {name: text.encode() for name, text in CSV_FILES.items()},
         arguments=tuple(words),
     )
@@ -472,7 +479,8 @@ KEEPING = (
 
 @functools.cache
 def _kept_files(call: str) -> tuple[dict[str, bytes], dict[str, bytes]]:
-    study = STUDY.replace('"isolated"', '"fullwave"').encode()
+    study = tomllib.loads(STUDY.replace('"isolated"', '"fullwave"'))
+    study = toml_bytes(part_for(call.split()[0], study))
     given = {"study.toml": study} | {name: text.encode() for name, text in CSV_FILES.items()}
     with _folder_of(given) as folder, contextlib.redirect_stdout(io.StringIO()):
         with contextlib.redirect_stderr(io.StringIO()):

@@ -18,7 +18,7 @@ import msgspec
 from octant.reader_design.study_file.errors import unit_of
 from octant.reader_design.study_file.quantities import limits, range_text
 from octant.reader_design.study_file.schema import Study
-from octant.reader_design.study_file.tables_read import READ_BY
+from octant.reader_design.study_file.tables_read import READ_BY, SHARE_A_STUDY
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "study_file.md"
 HEAD = """# Every key of a study file
@@ -108,20 +108,21 @@ def page() -> str:
 
 
 def experiments() -> list[str]:
-    """Return the lines of the section that says which experiment reads which tables."""
+    """Return the lines of the section that says which verb reads which tables."""
     rows = [
-        f"| `octant {verb}` | {', '.join(f'`{table}`' for table in sorted(read))} |"
-        for verb, read in READ_BY.items()
+        f"| `[{table}]` | {', '.join(f'`{verb}`' for verb in verbs)} |"
+        for table, verbs in READ_BY.items()
     ]
     return [
-        "## Which experiment reads which table",
+        "## Which verb reads which table",
         "",
-        "All read the room, the tags, the reader, the radio and the solver. A table that an",
-        "experiment does not read, and that says anything but defaults, is refused with the verbs",
-        "that do. Verbs that answer one question (`paths`, `explain`, `scene`, `map`, `rss`,",
-        "`reader`) take any study.",
+        "All read the room, the tags, the reader, the radio and the solver. The verbs",
+        f"{', '.join(f'`{verb}`' for verb in sorted(SHARE_A_STUDY))} share one study file: each",
+        "leaves to the others what is theirs. A table that is of no use to an experiment, and that",
+        "says anything but defaults, is refused with the verbs that read it. Verbs that answer one",
+        "question (`paths`, `explain`, `scene`, `map`, `rss`, `reader`) take any study.",
         "",
-        "| experiment | tables |",
+        "| table | read by |",
         "|---|---|",
         *rows,
         "",

@@ -9,27 +9,42 @@ from octant.geometries.errors import ConfigError
 from octant.reader_design.study_file.loading import resolved
 from octant.reader_design.study_file.schema import Study
 
-_PARTS_OF_A_STUDY = frozenset(
-    ("sweep", "scoring", "choice", "map", "mission", "robot", "sensor", "tolerance", "layout")
-)
-"""`octant study` reads all of these, and the verbs that do one part of it read the same file."""
-
-READ_BY: Mapping[str, frozenset[str]] = {
-    "study": _PARTS_OF_A_STUDY,
-    "sweep": _PARTS_OF_A_STUDY,
-    "navigate": _PARTS_OF_A_STUDY,
-    "tolerance": _PARTS_OF_A_STUDY,
-    "optimise": frozenset(("optimise", "scoring")),
-    "track": frozenset(("track", "robot")),
-    "dock": frozenset(("dock", "robot", "sensor", "layout")),
+READ_BY: Mapping[str, tuple[str, ...]] = {
+    "sweep": ("study", "sweep"),
+    "scoring": ("study", "sweep", "optimise", "tolerance"),
+    "choice": ("study",),
+    "map": ("study", "map"),
+    "mission": ("study", "navigate"),
+    "robot": ("study", "navigate", "track", "dock"),
+    "sensor": ("study", "navigate", "dock"),
+    "track": ("track",),
+    "dock": ("dock",),
+    "optimise": ("optimise",),
+    "tolerance": ("study", "tolerance"),
+    "layout": ("study", "dock"),
 }
-"""Tables that a verb heeds, by its name, besides what all heed: the room, tags, reader and solver.
+"""The verbs that read a table, by its name; the other tables are read by all."""
 
-Verbs that answer one question about a study (paths, explain, scene, map, rss, reader) take any
-study, whatever experiments it describes.
+SHARE_A_STUDY = frozenset(("study", "sweep", "navigate", "tolerance", "optimise"))
+"""Each does a part of designing a reader, and leaves in its study to the others what is theirs."""
+
+EXPERIMENTS = SHARE_A_STUDY | {"track", "dock"}
+"""The verbs that compute what a study describes.
+
+Those that answer one question about it (paths, explain, scene, map, rss, reader) take any study.
 """
 
-_FOR_SOME = frozenset.union(*READ_BY.values())
+
+def belongs(table: str, verb: str) -> bool:
+    """Return whether a table may say something in the study that a verb is given.
+
+    Parameters
+    ----------
+    table, verb : Names as in a study file and on the command line.
+    """
+    readers = READ_BY.get(table, (verb,))
+    shared = verb in SHARE_A_STUDY and SHARE_A_STUDY.intersection(readers)
+    return verb in readers or verb not in EXPERIMENTS or bool(shared)
 
 
 def check_tables(study: Study, verb: str) -> None:
@@ -41,18 +56,18 @@ def check_tables(study: Study, verb: str) -> None:
     Parameters
     ----------
     study : A loaded study.
-    verb : A key of `READ_BY`.
+    verb : One of `EXPERIMENTS`.
     """
     silent = resolved(Study(room=study.room, reader=study.reader), directory=Path("/"))
     for field in msgspec.structs.fields(Study):
-        table = field.encode_name
-        if table not in _FOR_SOME - READ_BY[verb]:
+        if belongs(field.encode_name, verb):
             continue
         if getattr(study, field.name) != getattr(silent, field.name):
-            readers = [f"'octant {other}'" for other, read in READ_BY.items() if table in read]
+            readers = READ_BY[field.encode_name]
+            names = " and ".join(f"'octant {reader}'" for reader in readers)
             msg = (
-                f"the study has a table [{table}], which 'octant {verb}' does not read; "
-                f"{' and '.join(readers)} {'does' if len(readers) == 1 else 'do'}: remove the "
-                f"table, or keep it in a study of its own."
+                f"the study has a table [{field.encode_name}], which 'octant {verb}' does not "
+                f"read; {names} {'does' if len(readers) == 1 else 'do'}: remove the table, or "
+                "keep it in a study of its own."
             )
             raise ConfigError(msg)

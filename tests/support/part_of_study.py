@@ -2,13 +2,10 @@
 
 import re
 
-from octant.reader_design.study_file.tables_read import READ_BY
-
-FOR_SOME = frozenset.union(*READ_BY.values())
+from octant.reader_design.study_file.tables_read import belongs
 
 
 def part_for(verb, text):
-    """Return the text without the tables that other experiments alone read."""
+    """Return the text without the tables that a verb refuses, being of other experiments alone."""
     parts = re.split(r"^(?=\[)", text, flags=re.MULTILINE)
-    ignored = FOR_SOME - READ_BY.get(verb, FOR_SOME)
-    return "".join(part for part in parts if re.match(r"\[*(\w*)", part)[1] not in ignored)
+    return "".join(part for part in parts if belongs(re.match(r"\[*(\w*)", part)[1], verb))
