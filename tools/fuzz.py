@@ -480,7 +480,7 @@ KEEPING = (
 @functools.cache
 def _kept_files(call: str) -> tuple[dict[str, bytes], dict[str, bytes]]:
     study = tomllib.loads(STUDY.replace('"isolated"', '"fullwave"'))
-    study = toml_bytes(part_for(call.split()[0], study))
+    study = toml_bytes(part_for(call.split(maxsplit=1)[0], study))
     given = {"study.toml": study} | {name: text.encode() for name, text in CSV_FILES.items()}
     with _folder_of(given) as folder, contextlib.redirect_stdout(io.StringIO()):
         with contextlib.redirect_stderr(io.StringIO()):
