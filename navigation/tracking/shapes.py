@@ -173,6 +173,28 @@ def lemniscate(*, size_m: float = 3.0, duration_s: float = 60.0) -> Curve:
     return _harmonic("lemniscate", ((size_m, 1, 0.0), (size_m, 2, 0.0)), duration_s=duration_s)
 
 
+def repeated(curve: Curve, laps: int) -> Curve:
+    """Return a closed curve, driven again and again.
+
+    Parameters
+    ----------
+    curve : It ends where, and as fast as, it begins.
+    laps : How often.
+    """
+    ends = curve.motion(np.array([0.0, curve.duration_s]))[:2]
+    if laps < 1 or not np.allclose(ends[:, 0], ends[:, 1], rtol=0.0, atol=1e-6):
+        msg = (
+            f"{curve.name!r} shall be driven {laps} times, but it must end as it begins, place and "
+            "velocity, and be driven at least once: take a closed curve."
+        )
+        raise NavigationError(msg)
+
+    def motion(time_s: FloatArray) -> FloatArray:
+        return curve.motion(np.mod(time_s, curve.duration_s))
+
+    return Curve(name=curve.name, duration_s=laps * curve.duration_s, motion=motion)
+
+
 def u_shape(
     legs_m: tuple[float, float, float] = (7.5, 4.0, 5.0),
     *,

@@ -34,6 +34,8 @@ Chapter = Literal[
     "room",
     "costs",
     "tags",
+    "long",
+    "stabilisation",
 ]
 Shape = Literal[
     "line", "sine", "sigmoid", "parabola", "ellipse", "lemniscate", "u-shape", "point", "spline"
@@ -57,6 +59,9 @@ class Trajectory(Table, frozen=True, kw_only=True):
     duration_s : How long it takes [s].
     start_m : (2,) tuple of float or None — Where the robot starts [m]; None: on the trajectory.
     start_heading_deg : Its heading there [deg]; None: along the trajectory.
+    goal_heading_deg : Heading in which it is to stay at a ``point`` [deg]; None: that of the start.
+    state_weight, final_weight : Q and P(t_f) of this trajectory; None: those of ``[track]``. For a
+        ``point`` the thesis has 0.01 and 2 on all diagonals (7.5.2.1).
     """
 
     name: Name
@@ -66,6 +71,9 @@ class Trajectory(Table, frozen=True, kw_only=True):
     duration_s: Duration = 60.0
     start_m: Spot | None = None
     start_heading_deg: Angle | None = None
+    goal_heading_deg: Angle | None = None
+    state_weight: Weights | None = None
+    final_weight: Weights | None = None
 
 
 class Track(Table, frozen=True, kw_only=True):
@@ -75,7 +83,9 @@ class Track(Table, frozen=True, kw_only=True):
     ----------
     chapters : What is computed: ``rss`` (Fig. 6.3), ``feedback`` (6.4, 6.5), ``nominal`` (7.3-7.5),
         ``neighbouring`` (7.6, 7.7), ``slam`` (7.15), ``room`` (RSS from the room solver), ``costs``
-        (Table 8.1); and, if named, ``tags`` (error against number and range of tags, 6.5.5).
+        (Table 8.1); and, if named, ``tags`` (error against number and range of tags, 6.5.5),
+        ``long`` (whether the error grows with the way, 6.5.4), ``stabilisation`` (chapter 6's
+        feedback holds a point, 6.5.5).
     runs, slam_runs : Monte-Carlo repetitions, and those of SLAM.
     period_s : Sample period T of chapters 6 and 7.3 [s].
     alpha_dbm, beta_per_m : Alpha [dBm] and beta [1/m] of the RSS law (6.2).
@@ -95,6 +105,7 @@ class Track(Table, frozen=True, kw_only=True):
     tag_count : Number of tags of every chapter; None: ``feedback_tags`` and ``tags`` squared.
     tag_field_m : Side of the square that the tags fill [m]; None: from ``tag_spacing_m``.
     tag_range_m : Distance from which on a tag is not heard [m]; None: heard everywhere.
+    long_laps : Laps of the chapter ``long``.
     least_tags : Tags that the robot should hear everywhere.
     tag_counts : Numbers of tags of the chapter ``tags``; of a mesh square numbers.
     tag_ranges_m : Ranges of a tag of the chapter ``tags`` [m]; Table 6.1 ends at 6.18 m.
@@ -148,6 +159,7 @@ class Track(Table, frozen=True, kw_only=True):
     tag_count: Annotated[int, Meta(ge=1, le=10_000)] | None = None
     tag_field_m: Distance | None = None
     tag_range_m: Distance | None = None
+    long_laps: Annotated[int, Meta(ge=2, le=1000)] = 10
     least_tags: Annotated[int, Meta(ge=1, le=10_000)] = 9
     tag_counts: Annotated[
         tuple[Annotated[int, Meta(ge=1, le=10_000)], ...], Meta(min_length=1, max_length=100)

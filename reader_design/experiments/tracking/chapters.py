@@ -143,20 +143,24 @@ def fit_samples(settings: Settings) -> RssFits:
 
 
 def feedback_task(
-    settings: Settings, curve: Curve, start: tuple[float, float, float]
+    settings: Settings,
+    curve: Curve,
+    start: tuple[float, float, float],
+    *,
+    weights: Weights | None = None,
 ) -> FeedbackTask:
     """Return the task of measurement feedback along a curve.
 
     Parameters
     ----------
-    settings : Robot, weights, tags and law.
+    settings, weights : Robot, tags, law, and weights, unless other weights are given.
     curve, start : The way, and where the robot starts: x [m], y [m], heading [rad].
     """
     desired = desired_trajectory(curve, period_s=settings.track.period_s)
     problem = TrackingProblem(
         desired=desired,
         start=np.array(start),
-        weights=settings.weights,
+        weights=weights or settings.weights,
         robot=settings.feedback_robot,
     )
     return FeedbackTask(
@@ -181,7 +185,7 @@ def feedback_run(settings: Settings, task: str, run: int) -> tuple[Outcome, ...]
     hearing = settings.hearing(work.tags_m)
     _, *both = replay_and_fresh_m(work, settings.noise, training, seed, hearing)
     return tuple(
-        _feedback_outcome(work, method, [one])
+        feedback_outcome(work, method, [one])
         for method, one in zip((REPLAY, FRESH), both, strict=True)
     )
 
@@ -208,18 +212,38 @@ def trained_over_many(settings: Settings, task: str) -> tuple[Outcome, ...]:
         )
         for seed in run_seeds(settings.study.seed, settings.track.runs)
     ]
-    return (_feedback_outcome(work, MANY, runs),)
+    return (feedback_outcome(work, MANY, runs),)
 
 
-def _feedback_outcome(task: FeedbackTask, method: str, runs: Sequence[FeedbackRun]) -> Outcome:
+def feedback_outcome(
+    work: FeedbackTask,
+    method: str,
+    runs: Sequence[FeedbackRun],
+    *,
+    chapter: str = "feedback",
+    task: str = "",
+) -> Outcome:
+    """Return the outcome of runs of the measurement feedback ([m], [rad]).
+
+    Parameters
+    ----------
+    work, method, runs : What was followed, the name of how, and the runs.
+    chapter, task : Of the outcome; by default the trajectory is the task.
+    """
     rates = np.array([run.wheel_rates for run in runs])
-    record = _without_estimates(task.problem.desired, [run.poses for run in runs], rates)
-    return Outcome(chapter="feedback", task=record.desired.name, method=method, runs=record)
+    record = without_estimates(work.problem.desired, [run.poses for run in runs], rates)
+    return Outcome(chapter=chapter, task=task or record.desired.name, method=method, runs=record)
 
 
-def _without_estimates(
+def without_estimates(
     desired: DesiredTrajectory, poses: Sequence[FloatArray], wheel_rates: FloatArray
 ) -> TrackingRecord:
+    """Return the record of runs in which nothing was estimated ([m], [rad], [rad/s]).
+
+    Parameters
+    ----------
+    desired, poses, wheel_rates : What was followed, and what each run did.
+    """
     return TrackingRecord(
         desired=desired,
         poses=np.array(poses),
@@ -327,7 +351,7 @@ def _nominal_run(
     task: str, method: str, problem: TrackingProblem, solutions: Sequence[NominalSolution]
 ) -> NominalRun:
     rates = np.array([s.wheel_rates for s in solutions])
-    record = _without_estimates(problem.desired, [s.poses for s in solutions], rates)
+    record = without_estimates(problem.desired, [s.poses for s in solutions], rates)
     outcome = Outcome(chapter="nominal", task=task, method=method, runs=record)
     return NominalRun(outcome=outcome, solution=solutions[0])
 
@@ -408,7 +432,9 @@ def neighbouring_runs(settings: Settings, task: str) -> tuple[tuple[Outcome, ...
     """
     own = {one.curve.name: one for one in settings.own}
     if task in own:
-        setup = neighbouring_setup(settings, own[task].curve, own[task].start)
+        setup = neighbouring_setup(
+            settings, own[task].curve, own[task].start, weights=own[task].weights
+        )
         outcomes = (driven(settings, setup, EKF, setup.control, thesis_filter(settings)),)
         return outcomes, setup.stability
     if task == "point":

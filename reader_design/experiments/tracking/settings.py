@@ -49,10 +49,12 @@ class OwnTask:
     Parameters
     ----------
     curve, start : The way, and where the robot starts: x [m], y [m], heading [rad].
+    weights : Of its cost; None: those of all trajectories.
     """
 
     curve: Curve
     start: tuple[float, float, float]
+    weights: Weights | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -229,7 +231,7 @@ def settings_of(study: Study) -> Settings:
         stabilisation=stabilisation_weights(),
         law=LogExponentialLaw(alpha_dbm=track.alpha_dbm, beta_per_m=track.beta_per_m),
         noise=RssNoise(mean_db=track.rss_mean_db, sigma_db=track.rss_sigma_db),
-        own=tuple(_own_task(i, one) for i, one in enumerate(track.trajectories)),
+        own=tuple(_own_task(track, i, one) for i, one in enumerate(track.trajectories)),
         given_tags_m=_given_tags_m(study),
     )
     settings.world(settings.mesh, tags_m=settings.mesh.tags_m)
@@ -267,14 +269,24 @@ def _check_names(names: list[str]) -> None:
             raise ConfigError(msg)
 
 
-def _own_task(index: int, given: Trajectory) -> OwnTask:
+def _own_task(track: Track, index: int, given: Trajectory) -> OwnTask:
     curve = _curve(f"track.trajectory[{index}]", given)
     first, velocity, _ = curve.motion(np.zeros(1))
     heading = math.atan2(velocity[0, 1], velocity[0, 0]) if velocity.any() else 0.0
     if given.start_heading_deg is not None:
         heading = math.radians(given.start_heading_deg)
     x, y = given.start_m or (float(first[0, 0]), float(first[0, 1]))
-    return OwnTask(curve=curve, start=(x, y, heading))
+    return OwnTask(curve=curve, start=(x, y, heading), weights=_own_weights(track, given))
+
+
+def _own_weights(track: Track, given: Trajectory) -> Weights | None:
+    if given.state_weight is None and given.final_weight is None:
+        return None
+    return Weights(
+        state=given.state_weight or track.state_weight,  # type: ignore[arg-type]
+        final=given.final_weight or track.final_weight,  # type: ignore[arg-type]
+        inputs=track.input_weight,  # type: ignore[arg-type]
+    )
 
 
 def _curve(path: str, given: Trajectory) -> Curve:
@@ -286,6 +298,12 @@ def _curve(path: str, given: Trajectory) -> Curve:
         msg = (
             f"{path}.waypoints_m has {count} points, but the shape {given.shape!r} takes {wanted}; "
             "change the list or the shape."
+        )
+        raise ConfigError(msg)
+    if given.goal_heading_deg is not None and given.shape != "point":
+        msg = (
+            f"{path}.goal_heading_deg is {given.goal_heading_deg:g}, but only a 'point' has a goal "
+            f"heading, and the shape is {given.shape!r}: leave it out."
         )
         raise ConfigError(msg)
     duration = given.duration_s
@@ -302,7 +320,8 @@ def _curve(path: str, given: Trajectory) -> Curve:
     elif given.shape == "line":
         curve = shapes.line(*given.waypoints_m, duration_s=duration)
     elif given.shape == "point":
-        heading = math.radians(given.start_heading_deg or 0.0)
+        goal = given.goal_heading_deg
+        heading = math.radians((given.start_heading_deg or 0.0) if goal is None else goal)
         curve = shapes.fixed_pose((*given.waypoints_m[0], heading), duration_s=duration)
     else:
         curve = shapes.spline(given.waypoints_m, duration_s=duration, closed=given.closed)

@@ -115,7 +115,7 @@ def compute(settings: Settings, part: Part) -> PartRecord:
     task = own.get(part.method, lemniscate)
     changed = _with(settings, part)
     tags_m, track = changed.mesh.tags_m, changed.track
-    setup = neighbouring_setup(changed, task.curve, task.start)
+    setup = neighbouring_setup(changed, task.curve, task.start, weights=task.weights)
     what = f"{part.sigma:g} m range" if part.task == RANGE else f"{part.run} tags, {part.task}"
     outcome = driven(
         changed,

@@ -1,0 +1,110 @@
+"""Further chapters of the tracking study: long drives, points, laws on line, and so on."""
+
+import math
+
+import numpy as np
+import pytest
+
+from octant.geometries.errors import ConfigError, NavigationError
+from octant.navigation.tracking import shapes
+from octant.reader_design.experiments.tracking import (
+    chapters,
+    long_drives,
+    stabilisation,
+)
+from octant.reader_design.experiments.tracking.parts import Part
+from octant.reader_design.experiments.tracking.settings import settings_of
+from octant.reader_design.study_file.loading import parse_study
+
+ROOM = '[room]\nbox_m = [12.0, 12.0, 3.0]\norigin_m = [-6.0, -6.0, 0.0]\nmaterial = "concrete"\n'
+POINT = """
+[[track.trajectory]]
+name = "my point"
+shape = "point"
+waypoints_m = [[3.0, 8.0]]
+start_m = [0.0, 0.0]
+start_heading_deg = 28.6
+goal_heading_deg = 90.0
+state_weight = [0.01, 0.01, 0.01]
+final_weight = [2.0, 2.0, 2.0]
+"""
+
+
+def of(tmp_path, track="", tables=""):
+    text = f"{ROOM}[track]\n{track}{tables}"
+    return settings_of(parse_study(text, source="test", directory=tmp_path))
+
+
+def rows_by(columns, record):
+    return [dict(zip(columns, row, strict=True)) for row in record.rows]
+
+
+# Goal heading and weights of one's own ------------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_a_point_of_ones_own_with_the_thesis_values_is_the_thesis_point(tmp_path):
+    settings = of(tmp_path, "runs = 2\n", POINT)
+    mine, _ = chapters.neighbouring_runs(settings, "my point")
+    thesis, _ = chapters.neighbouring_runs(settings, "point")
+    assert (mine[0].runs.poses == thesis[0].runs.poses).all()
+    assert mine[0].runs.desired.poses[-1, 2] == pytest.approx(math.pi / 2)
+
+
+def test_a_goal_heading_without_a_point_is_refused(tmp_path):
+    with pytest.raises(ConfigError, match="only a 'point' has a goal heading"):
+        of(tmp_path, "", POINT.replace('"point"\nw', '"line"\nw').replace("8.0]]", "8.0], [0, 0]]"))
+
+
+# Long drives --------------------------------------------------------------------------------------
+
+
+def test_a_repeated_curve_is_itself_again_and_an_open_one_is_refused():
+    once, thrice = shapes.lemniscate(), shapes.repeated(shapes.lemniscate(), 3)
+    times = np.linspace(0.0, 59.9, 50)
+    assert thrice.motion(times + 120.0) == pytest.approx(once.motion(times), abs=1e-12)
+    with pytest.raises(NavigationError, match="closed curve"):
+        shapes.repeated(shapes.sine(), 2)
+
+
+def test_the_trend_is_the_slope_of_a_line_and_its_error_that_of_regression():
+    from scipy.stats import linregress
+
+    rng = np.random.default_rng(1)
+    laps = 0.1 + 0.002 * np.arange(9) + rng.normal(0.0, 0.01, 9)
+    errors = np.concatenate([[5.0], laps])[None]
+    found = linregress(30.0 * np.arange(9) / 100.0, 1000.0 * laps)
+    assert long_drives.trend(errors, 30.0) == pytest.approx((found.slope, found.stderr))
+    many = np.array([np.concatenate([[5.0], 0.1 + k * np.arange(4)]) for k in (0.001, 0.003)])
+    assert long_drives.trend(many, 100.0) == pytest.approx((2.0, 1.0))
+
+
+@pytest.mark.slow
+def test_the_error_does_not_accumulate_with_tags_but_without_them(tmp_path):
+    settings = of(tmp_path, "runs = 20\nlong_laps = 4\n")
+    tags, dead = (
+        long_drives.trend_rows(
+            settings,
+            [(part, long_drives.compute(settings, part))],
+        )[0]
+        for part in (
+            Part(chapter="long", task="lemniscate", method=m)
+            for m in (chapters.EKF, long_drives.DEAD)
+        )
+    )
+    assert abs(tags[4]) < 10.0
+    assert dead[4] > 100.0
+
+
+# A point held by measurement feedback -------------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_measurement_feedback_holds_a_point_and_costs_no_less_than_the_best_inputs(tmp_path):
+    settings = of(tmp_path, "runs = 1\ntraining_iterations = 16000\n")
+    record = stabilisation.compute(settings, Part(chapter="stabilisation", task="point"))
+    replayed, fresh, best = rows_by(stabilisation.COLUMNS, record)
+    assert replayed["final_m_median"] < 0.01
+    assert replayed["final_heading_deg_median"] < 0.5
+    assert best["cost_median"] <= replayed["cost_median"] < 1.01 * best["cost_median"]
+    assert fresh["final_m_median"] > 0.1
