@@ -242,7 +242,7 @@ def without_estimates(
 
     Parameters
     ----------
-    desired, poses, wheel_rates : What was followed, and what each run did.
+    desired, poses, wheel_rates : What was followed, and what each run did [m, rad], [rad/s].
     """
     return TrackingRecord(
         desired=desired,
