@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from octant.geometries.errors import NavigationError
 from octant.navigation.docking.stages import CoarseDrive, DockingDrive, FineDrive, LeftTheRoom
 from octant.navigation.docking.task import DockingResult, DockingSetting, DockingTask, Failure
 from octant.navigation.missions.starts import RandomStarts
@@ -28,6 +29,13 @@ def run_docking(
     if setting.reader is not None and task.tag_id not in setting.reader.tag_ids:
         raise unknown_tag(task.tag_id, setting.reader.tag_ids)
     check_start(pose[:2], setting.blocked, setting.outside)
+    if (np.cos(setting.camera.yaw_rad) < 0.0) != task.in_reverse:
+        msg = (
+            f"the camera looks {np.degrees(setting.camera.yaw_rad):.3g} degrees off the front, but "
+            f"a robot that docks by {task.fine.law.approach!r} needs it at the end that comes "
+            "first: turn it about."
+        )
+        raise NavigationError(msg)
     drive = DockingDrive(task, setting, pose=pose, rng=rng)
     fine = FineDrive(task, setting.camera, drive, rng)
     reader = setting.reader
@@ -88,5 +96,6 @@ def _attempt(
         return False, ("landmark not found", "no landmark came into view at the staging place")
     failure = fine.dock(track)
     if failure is not None:
-        drive.straight(task.stand_off_m - task.staging_m, "back off")
+        away_m = task.staging_m - task.stand_off_m
+        drive.straight(away_m if task.in_reverse else -away_m, "back off")
     return True, failure

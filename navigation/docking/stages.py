@@ -17,7 +17,7 @@ from octant.navigation.docking.task import (
 from octant.navigation.estimators.landmark_filters import PLACE, LandmarkTrack
 from octant.navigation.robot.drive import DifferentialDrive
 from octant.navigation.robot.floor import Floor
-from octant.navigation.robot.motion import AT_REST, Motion
+from octant.navigation.robot.motion import AT_REST, Motion, move
 from octant.navigation.robot.odometry import Rolling, RollingWheels
 from octant.navigation.sensing.bearing import turn_towards, vector_sum_bearing
 from octant.navigation.sensing.landmark_sensor import LandmarkSensor
@@ -136,7 +136,13 @@ class DockingDrive:
         robot, outside = self._setting.robot, self._setting.outside
         speed, turn_rate = self.reckoned
         rates = robot.wheel_rates(speed_m_per_s=speed, turn_rate_rad_per_s=turn_rate)
-        self.odometry = robot.step_arc(self.odometry, rates, period_s=period_s)
+        way_m, turn_rad = period_s * robot.twist(rates)
+        self.odometry = move(
+            self.odometry,
+            distance_m=way_m,
+            turn_rad=turn_rad,
+            method=self._setting.odometry,
+        )
         self.time_s += period_s
         self.contacts += contact
         if outside is not None and bool(outside(self.pose[None, :2])[0]):
@@ -364,10 +370,14 @@ class FineDrive:
         rng: np.random.Generator,
     ) -> None:
         self._task, self._camera, self._drive, self._rng = task, camera, drive, rng
+        self._error = task.fine.start_error
 
     def search(self) -> LandmarkTrack | None:
         """Return a first belief of the landmark on which detections agree; None without one."""
         fine = self._task.fine
+        if self._error is not None:
+            truth = self._task.landmark.in_body(self._drive.pose)
+            return fine.filter.start(truth + np.array(self._error))
         rate = min(fine.search_rate_rad_per_s, self._drive.turn_rate_rad_per_s)
         twist = np.array(self._drive.robot.turning(rate))
         for _ in range(int(np.ceil(_FULL_TURN_RAD / twist[1] / fine.period_s))):
@@ -401,7 +411,8 @@ class FineDrive:
             if abs(off_axis) < 0.5 * limit * fine.period_s:
                 break
             turn = float(np.clip(off_axis / fine.period_s, -limit, limit))
-            turning = self._drive.robot.turning(turn, reverse=True)
+            # A car turns by driving away from the landmark.
+            turning = self._drive.robot.turning(turn, reverse=not self._task.in_reverse)
             track = self._step(track, np.array(turning), "refine")[0]
         return self._stand(track)
 
@@ -438,8 +449,10 @@ class FineDrive:
         ----------
         track : Belief from `search`.
         """
-        track = self._refine(track)
         fine = self._task.fine
+        sure, self._error = self._error is None, None
+        if sure:
+            track = self._refine(track)
         give_up_s = self._drive.time_s + fine.max_time_s
         nearest, since_s = np.inf, self._drive.time_s
         polar, looked = None, False
@@ -456,7 +469,11 @@ class FineDrive:
                 track = self._stand(track)
                 since_s = self._drive.time_s
                 continue
-            if _spread_m(track) > _UNSURE_SD_M:
+            if not sure and _spread_m(track) <= _UNSURE_SD_M:
+                sure, polar = True, None  # the estimate has jumped: so do the angles
+                nearest = np.inf
+                continue
+            if sure and _spread_m(track) > _UNSURE_SD_M:
                 track = self._refine(track)
                 if _spread_m(track) > _UNSURE_SD_M:
                     return "missed", "the landmark was lost from view while docking"
@@ -479,7 +496,8 @@ class FineDrive:
         """Return the robot's estimated pose in the goal frame."""
         psi = float(track.attitude_rad)
         stand_off = self._task.stand_off_m * np.array([np.cos(psi), np.sin(psi)])
-        goal_in_body = np.array([*(track.place_m - stand_off), psi])
+        heading = psi + np.pi * self._task.in_reverse
+        goal_in_body = np.array([*(track.place_m - stand_off), heading])
         return pose_in_goal_frame(np.zeros(3), goal_in_body)
 
     def _contact_of_the_station(self) -> Failure | None:

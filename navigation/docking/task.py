@@ -25,6 +25,7 @@ from octant.navigation.estimators.landmark_filters import (
 from octant.navigation.estimators.tag_place import TagPlaceFilter
 from octant.navigation.robot.drive import DifferentialDrive
 from octant.navigation.robot.floor import Blocked, WheelSlip
+from octant.navigation.robot.motion import Integration
 from octant.navigation.robot.odometry import Rolling
 from octant.navigation.sensing.landmark_sensor import Landmark, LandmarkSensor
 from octant.navigation.sensing.sensor import RssSensor
@@ -119,6 +120,9 @@ class FineStage:
         [m].
     max_time_s : Time after which a try gives up [s].
     stall_s : A robot that comes no nearer for so long has stalled [s].
+    start_error : (3,) tuple or None — The first belief less the truth: place in the body frame [m],
+        [m] and attitude [rad], from which the first try drives at once, as from the paper's wrong
+        initial estimate (VIII); None: the robot looks first, and drives when detections agree.
     """
 
     law: DockingLaw = field(default_factory=DockingLaw)
@@ -134,15 +138,10 @@ class FineStage:
     fade_radius_m: float = 0.08
     max_time_s: float = 180.0
     stall_s: float = 20.0
+    start_error: tuple[float, float, float] | None = None
 
     def __post_init__(self) -> None:
         checked_period(self.period_s)
-        if self.law.approach != "forward":
-            msg = (
-                f"the law's approach is {self.law.approach!r}, but the docking task needs "
-                "'forward', as its camera looks ahead: change it."
-            )
-            raise NavigationError(msg)
         for name, unit in (
             ("search_rate_rad_per_s", "rad/s"),
             ("look_s", "s"),
@@ -203,8 +202,17 @@ class DockingTask:
 
     @property
     def goal(self) -> FloatArray:
-        """Return the (3,) docking pose in the room: x [m], y [m], heading [rad]."""
-        return self.landmark.goal(self.stand_off_m)
+        """Return the (3,) docking pose in the room: x [m], y [m], heading [rad].
+
+        A robot that docks in reverse has its back to the landmark.
+        """
+        x, y, heading = self.landmark.goal(self.stand_off_m)
+        return np.array([x, y, heading + np.pi * self.in_reverse])
+
+    @property
+    def in_reverse(self) -> bool:
+        """Return whether the robot backs into the dock."""
+        return self.fine.law.approach == "reverse"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -217,6 +225,7 @@ class DockingSetting:
     camera : The landmark's detector.
     robot, rolling : Wheels and limits; motors, slip shares and encoders. Filters and odometry get
         what encoders of a resolution count, and without one the commands, as in the paper.
+    odometry : {"euler", "rk2", "exact"} — How odometry adds up a period.
     blocked, outside : (m, 2) points on the floor [m] -> (m,) bool: where the robot touches
         something; where it has left the room, whose field is known inside only.
     """
@@ -225,6 +234,7 @@ class DockingSetting:
     camera: LandmarkSensor
     robot: DifferentialDrive
     rolling: Rolling = field(default_factory=Rolling)
+    odometry: Integration = "exact"
     blocked: Blocked | None = None
     outside: Blocked | None = None
 

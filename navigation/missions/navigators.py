@@ -15,6 +15,7 @@ from octant.navigation.navigators.place_particles import (
 from octant.navigation.navigators.thesis import Rotation, ThesisNavigator
 from octant.navigation.navigators.tracker import TrackerNavigator
 from octant.navigation.robot.drive import DifferentialDrive
+from octant.navigation.robot.motion import Integration
 from octant.navigation.sensing.bearing import checked_azimuths
 from octant.navigation.sensing.pattern_match import PowerTable
 
@@ -29,13 +30,15 @@ def thesis_navigator(
     robot: DifferentialDrive,
     rotation: Rotation = "strongest",
     rerotate_for_s: float = 0.0,
+    method: Integration = "exact",
 ) -> ThesisNavigator:
     """Return the thesis' navigator for a mission.
 
     Parameters
     ----------
     mission : Its arrival tests, cruise speed and period are used.
-    azimuths_rad, controller, robot, rotation, rerotate_for_s : As of `ThesisNavigator` [rad], [s].
+    azimuths_rad, controller, robot, rotation, rerotate_for_s, method : As of `ThesisNavigator`
+        [rad], [s].
     """
     return ThesisNavigator(
         arrivals=mission.arrivals,
@@ -46,6 +49,7 @@ def thesis_navigator(
         period_s=mission.sample_time_s,
         rotation=rotation,
         rerotate_for_s=rerotate_for_s,
+        method=method,
     )
 
 
@@ -57,6 +61,7 @@ def tracker_navigator(
     trust: float = TRUST,
     fading_db: float = FADING_DB,
     level_db: float = LEVEL_DB,
+    method: Integration = "rk2",
 ) -> TrackerNavigator:
     """Return the tracking navigator for a mission.
 
@@ -68,11 +73,13 @@ def tracker_navigator(
     mission : Its arrival radius, cruise step and period are used.
     tables : The reader's patterns for each of the mission's tags, in order.
     robot : Wheels, axle and limits.
-    trust, fading_db, level_db : As of `PlaceFilter` [dB].
+    trust, fading_db, level_db, method : As of `PlaceFilter` [dB].
     """
     return TrackerNavigator(
         filters=tuple(
-            PlaceFilter(table=table, trust=trust, fading_db=fading_db, level_db=level_db)
+            PlaceFilter(
+                table=table, trust=trust, fading_db=fading_db, level_db=level_db, method=method
+            )
             for table in tables
         ),
         robot=robot,

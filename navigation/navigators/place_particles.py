@@ -15,6 +15,7 @@ from octant.geometries.errors import NavigationError
 from octant.navigation.checks import check_positive
 from octant.navigation.navigators._place_kernels import place_log_likelihood
 from octant.navigation.navigators.interface import Odometry
+from octant.navigation.robot.motion import Integration
 from octant.navigation.sensing.pattern_match import NULL_SHARE, PowerTable
 
 FloatArray = npt.NDArray[np.float64]
@@ -141,6 +142,7 @@ class PlaceFilter:
     loyalty : Cells within 1 m of the place to which the robot was driving count so many times [-].
     travel_sd : Standard deviation of odometry's error as a share of way and turn [-].
     heading_sd_rad : The same for the turn of a period, added [rad].
+    method : How a period's motion is added up, as in `motion.move`.
     """
 
     table: PowerTable
@@ -161,6 +163,7 @@ class PlaceFilter:
     loyalty: float = 3.0
     travel_sd: float = 0.05
     heading_sd_rad: float = 0.01
+    method: Integration = "rk2"
 
     def __post_init__(self) -> None:
         for name, unit in (
@@ -220,7 +223,7 @@ class PlaceFilter:
         alike = np.exp(-np.abs(way) / self.shared_m)
         places = np.array(
             [
-                *seen_after(belief.places[:2], way_m=way, turn_rad=turn),
+                *seen_after(belief.places[:2], way_m=way, turn_rad=turn, method=self.method),
                 belief.places[2],
                 belief.places[3] + turn,
                 belief.places[4],
@@ -367,16 +370,21 @@ class PlaceFilter:
         )
 
 
-def seen_after(place_m: FloatArray, *, way_m: _Reals, turn_rad: _Reals) -> FloatArray:
-    """Return places as seen by the robot after a motion along the chord of an arc, (2, ...) [m].
+def seen_after(
+    place_m: FloatArray, *, way_m: _Reals, turn_rad: _Reals, method: Integration = "rk2"
+) -> FloatArray:
+    """Return places as seen by the robot after a motion, (2, ...) [m].
 
     Parameters
     ----------
     place_m : (2, ...) float64 — Ahead of the robot and to its left before [m].
     way_m, turn_rad : (...) float64 — The motion [m], [rad].
+    method : As in `motion.move`.
     """
-    ahead = place_m[0] - way_m * np.cos(0.5 * turn_rad)
-    left = place_m[1] - way_m * np.sin(0.5 * turn_rad)
+    half = 0.0 if method == "euler" else 0.5 * turn_rad
+    chord = way_m * np.sinc(turn_rad / (2.0 * np.pi)) if method == "exact" else way_m
+    ahead = place_m[0] - chord * np.cos(half)
+    left = place_m[1] - chord * np.sin(half)
     cosine, sine = np.cos(turn_rad), np.sin(turn_rad)
     return np.array([cosine * ahead + sine * left, cosine * left - sine * ahead])
 

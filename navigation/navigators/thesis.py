@@ -16,6 +16,7 @@ from octant.navigation.control.controllers import Controller
 from octant.navigation.navigators.arrival import ArrivalState, ArrivalTest, observe_spread
 from octant.navigation.navigators.interface import Decision, Mode, Odometry
 from octant.navigation.robot.drive import DifferentialDrive
+from octant.navigation.robot.motion import Integration
 from octant.navigation.sensing.bearing import (
     doct,
     turn_towards,
@@ -72,6 +73,7 @@ class ThesisNavigator:
     rotation : {"strongest", "vector_sum"} — Bearing of the rotation mode: thesis (5.2), or the sum.
     rerotate_for_s : For so long on a leg the robot rotates again when the strongest antenna is not
         one of the front three [s]; 0: never, as in the thesis. Reflections may turn it endlessly.
+    method : How dead reckoning adds up a period, as in `motion.move`.
     """
 
     arrivals: tuple[ArrivalTest, ...]
@@ -82,6 +84,7 @@ class ThesisNavigator:
     period_s: float
     rotation: Rotation = "strongest"
     rerotate_for_s: float = 0.0
+    method: Integration = "exact"
 
     def __post_init__(self) -> None:
         check_choice(self.rotation, get_args(Rotation), name="rotation")
@@ -113,7 +116,7 @@ class ThesisNavigator:
         rng: np.random.Generator,  # noqa: ARG002
     ) -> Decision[ThesisMemory]:
         """Return the command for the coming period, or that the tag is reached: steps 3 to 9."""
-        place = _moved(memory.place, odometry)
+        place = _moved(memory.place, odometry, self.method)
         strongest_w = float(rss_w.max())
         there, arrival = observe_spread(
             self.arrivals[memory.target],
@@ -170,10 +173,13 @@ class ThesisNavigator:
         return rates, replace(memory, turn_left_rad=left_rad, mode=mode)
 
 
-def _moved(place: tuple[float, float, float], odometry: Odometry) -> tuple[float, float, float]:
-    """Return the dead-reckoned pose after a motion: the exact arc, its chord in closed form."""
+def _moved(
+    place: tuple[float, float, float], odometry: Odometry, method: Integration
+) -> tuple[float, float, float]:
+    """Return the dead-reckoned pose after a motion; `motion.move` in plain numbers."""
     x, y, heading = place
     half = 0.5 * odometry.turn_rad
-    chord = odometry.distance_m * (math.sin(half) / half if half else 1.0)
-    along = heading + half
+    shorter = math.sin(half) / half if half and method == "exact" else 1.0
+    chord = odometry.distance_m * shorter
+    along = heading if method == "euler" else heading + half
     return x + chord * math.cos(along), y + chord * math.sin(along), heading + odometry.turn_rad

@@ -134,7 +134,12 @@ class TrackerNavigator:
         belief = place_filter.observed(belief, rss_w, rng)
         held_m = memory.goal_m
         if held_m is not None:
-            held_m = seen_after(held_m, way_m=odometry.distance_m, turn_rad=odometry.turn_rad)
+            held_m = seen_after(
+                held_m,
+                way_m=odometry.distance_m,
+                turn_rad=odometry.turn_rad,
+                method=place_filter.method,
+            )
         estimate = place_filter.estimate(belief, held_m=held_m)
         memory = replace(
             memory,

@@ -87,6 +87,7 @@ def study_robot(
         ),
         radius_m=value("radius_m", 0.15),
         height_m=value("height_m", 0.4),
+        odometry=table.odometry,
     )
 
 

@@ -51,6 +51,12 @@ class Dock(Table, frozen=True, kw_only=True):
     max_speed_m_per_s, max_turn_rate_deg_per_s : Limits of its speed [m/s] and turn rate [deg/s].
     saturation : ``curvature``: beyond a limit both commands shrink by one factor; ``clip``: each by
         itself.
+    approach : Which end of the robot docks: ``forward`` its front; ``reverse`` its back, as into a
+        charger, the goals [0, ±π, ±π] of the docking paper; its camera then looks backwards.
+    start_error_m : (2,) tuple of float or None — How wrong the first estimate of the landmark's
+        place is, ahead and to the left [m]; with this or the next key the robot follows the docking
+        law from a wrong estimate at once, instead of looking first.
+    start_error_deg : How wrong its attitude is [deg].
     latch_radius_m : The robot stops so near to the goal [m].
     compensate_slips : Whether estimated slips are taken off the commands.
     linear_slip_m_per_s : How much faster the robot drives than it is commanded to [m/s]; this and
@@ -87,6 +93,9 @@ class Dock(Table, frozen=True, kw_only=True):
     max_speed_m_per_s: Speed = 0.2
     max_turn_rate_deg_per_s: TurnRate = math.degrees(0.2)
     saturation: Literal["curvature", "clip"] = "curvature"
+    approach: Literal["forward", "reverse"] = "forward"
+    start_error_m: Spot | None = None
+    start_error_deg: Angle | None = None
     latch_radius_m: Distance = 0.02
     compensate_slips: bool = True
     linear_slip_m_per_s: SpeedError | None = None

@@ -47,6 +47,9 @@ class Robot(Table, frozen=True, kw_only=True):
     dead_band_rad_per_s : A wheel does not turn on commands below this rate [rad/s].
     encoder_counts : Counts of an encoder in a turn of the wheel; None: exact, and in `octant track`
         the estimators receive the commands.
+    odometry : How odometry adds up a period's motion: ``euler`` along the heading at its begin,
+        ``rk2`` along the mean heading, ``exact`` on the arc, textbook (11.83)-(11.85); None: exact,
+        and ``rk2`` for the particles of the mission's tracker, whose own spread is wider.
     wheel_slip : Standard deviation of each wheel's slip in a period, as a share of its rotation.
     wheel_scale : The same, constant over a run [-].
     linear_slip_m_per_s : How much faster the robot drives than its wheels roll, while it moves
@@ -67,6 +70,7 @@ class Robot(Table, frozen=True, kw_only=True):
     turn_acceleration_deg_per_s2: TurnAcceleration | None = None
     dead_band_rad_per_s: WheelRateDeviation = 0.0
     encoder_counts: Count | None = None
+    odometry: Literal["euler", "rk2", "exact"] | None = None
     wheel_slip: Share | None = None
     wheel_scale: Share | None = None
     linear_slip_m_per_s: SpeedError | None = None

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from octant.geometries.errors import ConfigError, NavigationError
+from octant.geometries.scene import Scene
 from octant.navigation.control.docking_law import DockingLaw, TwistLimits
 from octant.navigation.docking.run import DockingJob
 from octant.navigation.docking.task import (
@@ -75,7 +76,12 @@ def docking_task(study: Study) -> DockingTask:
         tries=table.tries,
         coarse=CoarseStage(period_s=table.reading_time_s),
         fine=FineStage(
-            law=DockingLaw(gamma_per_s=table.gamma_per_s, h=table.h, k_per_s=table.k_per_s),
+            law=DockingLaw(
+                gamma_per_s=table.gamma_per_s,
+                h=table.h,
+                k_per_s=table.k_per_s,
+                approach=table.approach,
+            ),
             limits=TwistLimits(
                 max_speed_m_per_s=table.max_speed_m_per_s,
                 max_turn_rate_rad_per_s=math.radians(table.max_turn_rate_deg_per_s),
@@ -88,11 +94,37 @@ def docking_task(study: Study) -> DockingTask:
             compensate_slips=table.compensate_slips,
             period_s=table.sample_time_s,
             latch_radius_m=table.latch_radius_m,
+            start_error=_start_error(table),
         ),
         slip=WheelSlip(
             linear_m_per_s=rolling.linear_m_per_s,
             angular_rad_per_s=rolling.angular_rad_per_s,
         ),
+    )
+
+
+def _start_error(table: Dock) -> tuple[float, float, float] | None:
+    if table.start_error_m is None and table.start_error_deg is None:
+        return None
+    x, y = table.start_error_m or (0.0, 0.0)
+    return x, y, math.radians(table.start_error_deg or 0.0)
+
+
+def _camera(table: Dock, scene: Scene) -> LandmarkSensor:
+    """Return the station's camera: the paper's, turned about with what it stands on in reverse."""
+    paper = LandmarkSensor()
+    backwards = table.approach == "reverse"
+    side = np.array([-1.0, -1.0, 1.0]) if backwards else np.ones(3)
+    return LandmarkSensor(
+        position_m=side * paper.position_m,
+        yaw_rad=paper.yaw_rad + math.pi * backwards,
+        width_rad=math.radians(table.camera_width_deg),
+        farthest_m=table.camera_range_m,
+        position_sd_m=table.position_sd_m,
+        attitude_sd_rad=math.radians(table.attitude_sd_deg),
+        detection_probability=table.detection_probability,
+        false_probability=table.false_probability,
+        scene=scene,
     )
 
 
@@ -141,16 +173,9 @@ def docking_job(setting: Setting) -> DockingJob:
                 link.azimuths_rad,
                 noise_db=table.noise_db,
             ),
-            camera=LandmarkSensor(
-                width_rad=math.radians(table.camera_width_deg),
-                farthest_m=table.camera_range_m,
-                position_sd_m=table.position_sd_m,
-                attitude_sd_rad=math.radians(table.attitude_sd_deg),
-                detection_probability=table.detection_probability,
-                false_probability=table.false_probability,
-                scene=setting.scene,
-            ),
+            camera=_camera(table, setting.scene),
             robot=robot.drive,
+            odometry=robot.odometry or "exact",
             # The task's slip has the constant ones.
             rolling=replace(robot.rolling, linear_m_per_s=0.0, angular_rad_per_s=0.0),
             blocked=space.footprint,
@@ -215,12 +240,12 @@ def docking_jobs(rooms: Sequence[Setting]) -> dict[str | bool, tuple[DockingJob,
     responses = rooms[0].solved().responses
     missions = {room.name: docking_job(room.with_responses(responses)) for room in rooms}
     first = missions[rooms[0].name]
-    task, camera = first.task, first.setting.camera
+    task, setting = first.task, first.setting
     most = min(runs, _MOST_REPETITIONS)
     return {
         **{name: (job, runs) for name, job in missions.items()},
-        True: (published_job(task, camera, compensate_slips=True), most),
-        False: (published_job(task, camera, compensate_slips=False), max(2, most // 10)),
+        True: (published_job(task, setting, compensate_slips=True), most),
+        False: (published_job(task, setting, compensate_slips=False), max(2, most // 10)),
     }
 
 

@@ -21,7 +21,6 @@ from octant.navigation.estimators.landmark_trials import (
     paper_manoeuvre,
 )
 from octant.navigation.missions.starts import RandomStarts
-from octant.navigation.robot.drive import DifferentialDrive
 from octant.navigation.sensing.landmark_sensor import Landmark, LandmarkSensor
 
 FloatArray = npt.NDArray[np.float64]
@@ -108,13 +107,13 @@ def straight_experiment(*, seed: int) -> FilterExperiment:
 
 
 def published_job(
-    task: DockingTask, camera: LandmarkSensor, *, compensate_slips: bool
+    task: DockingTask, setting: DockingSetting, *, compensate_slips: bool
 ) -> DockingJob:
     """Return closed-loop docking on estimates from beside the staging place, figures 18 and 19.
 
     Parameters
     ----------
-    task, camera : Station, law and filter, tried once; detector, with nothing in its way.
+    task, setting : Station, law and filter, tried once; robot and camera, with nothing in its way.
     compensate_slips : Whether the estimated slips are taken off the commands.
     """
     landmark = Landmark(position_m=np.array([task.stand_off_m, 0.0, 0.6]), heading_rad=0.0)
@@ -122,8 +121,12 @@ def published_job(
     fine = replace(task.fine, compensate_slips=compensate_slips)
     return DockingJob(
         task=replace(task, landmark=landmark, fine=fine, tries=1),
-        setting=DockingSetting(
-            reader=None, camera=replace(camera, scene=None), robot=DifferentialDrive()
+        setting=replace(
+            setting,
+            reader=None,
+            camera=replace(setting.camera, scene=None),
+            blocked=None,
+            outside=None,
         ),
         starts=RandomStarts(
             low_m=np.array([-back - 0.4, -0.6]),

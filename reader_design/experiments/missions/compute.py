@@ -297,7 +297,7 @@ def study_navigator(
     setting : The reader in its room: how the tags hang is taken from it, and not where.
     mission, robot : From `study_mission` [m], [rad], [s]; the robot.
     """
-    table = setting.mission
+    table, method = setting.mission, study_robot(setting.study, "mission").odometry
     if table.navigator == "tracker":
         return tracker_navigator(
             mission,
@@ -306,6 +306,7 @@ def study_navigator(
             trust=table.tracker.trust,
             fading_db=table.tracker.fading_db,
             level_db=table.tracker.level_db,
+            method=method or "rk2",
         )
     pattern = mission_tables(setting)[0] if table.controller == "pattern" else None
     return thesis_navigator(
@@ -315,6 +316,7 @@ def study_navigator(
         robot=robot,
         rotation=table.rotation,
         rerotate_for_s=table.rerotate_for_s,
+        method=method or "exact",
     )
 
 

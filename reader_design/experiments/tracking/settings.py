@@ -151,6 +151,7 @@ class Settings:
             robot=self.robot,
             period_s=self.track.period_s,
             rate_sigma_rad_per_s=self.track.wheel_sigma_rad_per_s,
+            method=study_robot(self.study, "track").odometry or "exact",
         )
 
     @property

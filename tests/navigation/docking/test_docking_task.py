@@ -15,6 +15,7 @@ from octant.geometries.rooms import box_room
 from octant.geometries.scene import build_scene, free_space_scene
 from octant.navigation.control.docking_law import DockingLaw
 from octant.navigation.docking.run import DockingJob, run_docking
+from octant.navigation.docking.stages import DockingDrive
 from octant.navigation.docking.task import CoarseStage, DockingSetting, DockingTask, FineStage
 from octant.navigation.missions.batches import run_seeded
 from octant.navigation.missions.starts import RandomStarts
@@ -27,6 +28,7 @@ AZIMUTHS = 2.0 * np.pi * np.arange(8) / 8
 LANDMARK = Landmark(position_m=np.array([6.0, 2.5, 0.6]), heading_rad=0.0)
 TASK = DockingTask(tag_id="dock", landmark=LANDMARK)
 CAMERA = LandmarkSensor(detection_probability=0.95, false_probability=0.02)
+REVERSE = replace(TASK, fine=FineStage(law=DockingLaw(approach="reverse")))
 
 
 def station(scene, task=TASK, *, channels=(2.402e9, 2.441e9, 2.480e9)):
@@ -95,6 +97,53 @@ def test_without_compensation_a_slip_stalls_the_robot_at_b_over_gamma():
     for result in runs:
         estimated = result.polar[np.isfinite(result.polar[:, 0]), 0]
         assert estimated.min() == pytest.approx(0.08, abs=0.02)
+
+
+def test_in_reverse_the_robot_backs_into_the_dock():
+    """The goals [0, ±π, ±π] of the docking paper, VI: the same places, the back to the landmark."""
+    job = near(REVERSE)
+    behind = replace(CAMERA, yaw_rad=CAMERA.yaw_rad + np.pi, position_m=[-0.09, -0.03, 0.775])
+    job = replace(job, setting=replace(job.setting, camera=behind))
+    for result in run_seeded(job, runs=4, seed=5):
+        assert result.success, result.reason
+        to_landmark = LANDMARK.position_m[:2] - result.poses[-1, :2]
+        heading = result.poses[-1, 2]
+        assert np.hypot(*to_landmark) == pytest.approx(0.5, abs=0.08)
+        assert to_landmark @ [np.cos(heading), np.sin(heading)] < -0.9 * np.hypot(*to_landmark)
+        docking = np.array(result.phases) == "dock"
+        assert np.median(result.twist[docking, 0]) < 0.0
+
+
+@pytest.mark.parametrize("error", [(1.0, -0.5, 1.0), (2.0, -1.5, 2.5)])
+def test_from_a_wrong_estimate_the_robot_docks_given_that_it_sees_the_landmark(error):
+    """Docking paper VIII; without a landmark in view the estimate stays wrong."""
+    task = replace(TASK, tries=1, fine=FineStage(start_error=error))
+    setting = near(TASK).setting
+    for seed, start in enumerate([(4.0, 2.3, 0.1), (3.8, 2.9, -0.3)]):
+        result = run_docking(task, setting, start, np.random.default_rng(seed))
+        assert result.success, result.reason
+        away_m = np.hypot(*(np.array(start[:2]) - TASK.goal[:2]))
+        assert abs(result.polar[0, 0] - away_m) > 0.2  # it did begin astray
+    blind = replace(setting, camera=replace(CAMERA, farthest_m=0.5))
+    assert not run_docking(task, blind, start, np.random.default_rng(1)).success
+
+
+@pytest.mark.parametrize("method", ["exact", "rk2", "euler"])
+def test_odometry_adds_up_as_it_is_told(method):
+    """Closed forms of n equal steps: each step's way turns by Δθ from the one before."""
+    speed, rate, period_s, steps = 0.2, 0.3, 0.5, 12
+    setting = DockingSetting(reader=None, camera=CAMERA, robot=DifferentialDrive(), odometry=method)
+    drive = DockingDrive(TASK, setting, pose=np.zeros(3), rng=np.random.default_rng(1))
+    for _ in range(steps):
+        drive.step("search", np.array([speed, rate]), period_s=period_s)
+    turn = rate * period_s
+    first = {
+        "euler": speed * period_s,
+        "rk2": speed * period_s * np.exp(0.5j * turn),
+        "exact": speed / rate * (np.exp(1j * turn) - 1.0) / 1j,
+    }[method]
+    place = first * (1.0 - np.exp(1j * turn * steps)) / (1.0 - np.exp(1j * turn))
+    assert drive.odometry == pytest.approx([place.real, place.imag, steps * turn])
 
 
 @pytest.mark.slow
@@ -206,8 +255,8 @@ def test_a_blocked_start_an_unknown_tag_and_bad_tasks_are_refused(concrete):
         FineStage(period_s=0.0)
     with pytest.raises(NavigationError, match="sample time"):
         CoarseStage(period_s=-1.0)
-    with pytest.raises(NavigationError, match="forward"):
-        FineStage(law=DockingLaw(approach="reverse"))
+    with pytest.raises(NavigationError, match="turn it about"):
+        run_docking(REVERSE, concrete.setting, [0.0, 0.0, 0.0], rng)
     with pytest.raises(NavigationError, match="widen"):
         RandomStarts(
             low_m=np.zeros(2), high_m=np.ones(2), fits=lambda p: np.zeros(len(p), dtype=bool)
