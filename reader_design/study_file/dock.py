@@ -8,9 +8,11 @@ from msgspec import Meta
 from octant.reader_design.study_file.quantities import (
     Angle,
     AngleDeviation,
+    Coordinate,
     Count,
     Deviation,
     Distance,
+    Duration,
     Gain,
     Name,
     Period,
@@ -24,8 +26,33 @@ from octant.reader_design.study_file.quantities import (
 )
 from octant.reader_design.study_file.room import Table
 
+Start = tuple[Coordinate, Coordinate, Angle]
 Tolerance = Annotated[float, Meta(ge=1e-3, le=180.0)]
 """Of a direction [deg]."""
+
+
+class Regulation(Table, frozen=True, kw_only=True):
+    """The textbook's regulators, driven to the dock's pose: table ``[dock.regulation]``.
+
+    Parameters
+    ----------
+    starts : Starts as seen from the goal: x, y [m], heading [deg].
+    k1_per_s, k2_per_s : Gains of the Cartesian regulator, textbook (11.78), (11.79) [1/s].
+    posture_k1_per_s, posture_k2_per_s, posture_k3 : Gains of the posture regulator, textbook
+        (11.81), (11.82) [1/s], [1/s], [-].
+    duration_s : How long they drive [s].
+    """
+
+    starts: Annotated[tuple[Start, ...], Meta(min_length=1, max_length=20)] = (
+        (-1.0, -1.0, 0.0),
+        (1.0, 1.0, 0.0),
+    )
+    k1_per_s: Gain = 1.0
+    k2_per_s: Gain = 3.0
+    posture_k1_per_s: Gain = 1.0
+    posture_k2_per_s: Gain = 2.5
+    posture_k3: Gain = 3.0
+    duration_s: Duration = 8.0
 
 
 class Dock(Table, frozen=True, kw_only=True):
@@ -71,6 +98,7 @@ class Dock(Table, frozen=True, kw_only=True):
     attitude_sd_deg : Standard deviation of its measured attitude [deg].
     detection_probability : Probability that a landmark in sight is detected.
     false_probability : Probability that something else is reported in its stead.
+    regulation : The table ``[dock.regulation]``.
     """
 
     tag: Name
@@ -108,3 +136,4 @@ class Dock(Table, frozen=True, kw_only=True):
     attitude_sd_deg: AngleDeviation = math.degrees(0.1)
     detection_probability: Share = 0.95
     false_probability: Share = 0.02
+    regulation: Regulation = Regulation()

@@ -48,6 +48,7 @@ name = "free"
 [layout.room]
 free_space = true
 """
+MISSION = '[mission]\nstart_m = [1.0, 1.0]\ntags = ["dock"]\n'
 FIGURES = {
     "ways",
     "errors",
@@ -63,6 +64,8 @@ FIGURES = {
     "law",
     "regulators",
     "gains",
+    "odometry",
+    "observability",
 }
 
 
@@ -246,3 +249,13 @@ def test_gains_outside_the_region_are_warned_of(octant, study_file, tmp_path):
     text = STUDY.replace("runs = 2", "k_per_s = 9\nstand_off_m = 0.1")
     call = octant("dock", study_file(text), "--out", tmp_path / "out")
     assert "warning: k_per_s is 9 1/s, outside the region" in call.err
+
+
+@pytest.mark.parametrize("verb", ["dock", "navigate"])
+def test_runs_and_seed_are_options_that_the_plan_knows(octant, study_file, tmp_path, verb):
+    keys = STUDY if verb == "dock" else STUDY[: STUDY.index("[dock]")] + MISSION
+    study, out = study_file(keys), tmp_path / "out"
+    call = octant(verb, study, "--out", out, "--runs", "3", "--seed", "7", "--dry-run")
+    assert call.code == 0, call
+    assert "runs, of which 0" in call.out
+    assert "--seed" in octant(verb, study, "--out", out, "--seed", "-1").refused()

@@ -19,6 +19,7 @@ from octant.reader_design.experiments.docking.published import (
     figure_4_loops,
     regulator_loops,
 )
+from octant.reader_design.experiments.docking.textbook_figures import textbook_figures
 from octant.reader_design.showing.plan import Plan, draw_plan, draw_tags, plan_of, plan_shape
 from octant.reader_design.showing.style import figure_style, new_figure
 
@@ -256,19 +257,22 @@ def regulators_figure(loops: Mapping[str, Sequence[ClosedLoop]]) -> "Figure":
         figure, axes = new_figure(
             width_in=3.6 * len(loops),
             height_in=4.3,
-            title="Regulation to the origin from two starts",
+            title=f"Regulation to the origin from {len(next(iter(loops.values())))} starts",
             columns=len(loops),
         )
+        corners = np.array([loop.pose[0, :2] for runs in loops.values() for loop in runs])
+        low = np.minimum(-1.4, corners.min(axis=0) - 0.4)
+        high = np.maximum(1.7, corners.max(axis=0) + 0.7)
         for ax, (name, runs) in zip(axes[0], loops.items(), strict=True):
             for loop in runs:
-                x, y, heading = loop.pose[0]
+                x, y, heading = np.round(loop.pose[0], 9) + 0.0
                 label = f"from ({x:g}, {y:g}) m, {np.degrees(heading):.0f}°"
                 (line,) = ax.plot(*loop.pose[:, :2].T, label=label)
                 _headings(ax, loop, line.get_color())
             ax.plot(0.0, 0.0, "x", color="#222222", markersize=9, label="goal, heading 0°")
             ax.set_aspect("equal")
-            ax.set_xlim(-1.4, 1.7)
-            ax.set_ylim(-1.4, 1.7)
+            ax.set_xlim(low[0], high[0])
+            ax.set_ylim(low[1], high[1])
             ax.set_xlabel("x [m]")
             ax.set_ylabel("y [m]")
             ax.set_title(name)
@@ -342,7 +346,8 @@ def docking_figures(
     content : What was computed.
     filters, straight : From `landmark_filters`.
     """
-    tag_id = dock_table(content.study).tag
+    table = dock_table(content.study)
+    tag_id = table.tag
     (first, _), *_ = content.rooms.values()
     dockings = content.published
     shown = next((r for r in dockings[True] if r.success), dockings[True][0])
@@ -360,7 +365,8 @@ def docking_figures(
         "dock_stall": stall_figure(dockings, law, slip_m_per_s=slip_m_per_s),
         **filter_figures(filters, straight),
         "dock_law": docking_law_figure(figure_4_loops(), figure_4_law()),
-        "dock_regulators": regulators_figure(regulator_loops()),
+        "dock_regulators": regulators_figure(regulator_loops(table.regulation)),
+        **textbook_figures(table),
         "dock_gains": gain_region_figure(
             {
                 "paper, Fig. 4": figure_4_law(),

@@ -24,13 +24,17 @@ from octant.reader_design.experiments.docking.published import (
     WRONG_START,
     FilterExperiment,
 )
+from octant.reader_design.experiments.docking.textbook_page import (
+    derived_section,
+    law_section,
+    shown,
+)
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.keeping.results import STUDY_FILE, refuse_another, write_once
 from octant.reader_design.keeping.workers import open_crew
 from octant.reader_design.setting.cost import Cost, docking_cost, reader_cost
 from octant.reader_design.showing.pages import (
     Report,
-    ReportFigure,
     ReportSection,
     ReportTable,
     render_report,
@@ -105,7 +109,8 @@ def docking_report(
             _missions_section(rooms, figures),
             _docking_section(content.published, figures),
             _filter_section(filters, figures),
-            _law_section(figures),
+            law_section(dock_table(content.study), figures),
+            derived_section(dock_table(content.study), figures),
         ),
     )
 
@@ -154,8 +159,8 @@ def _missions_section(
             ),
         ),
         figures=(
-            _shown(figures, "dock_ways", "Paths to the dock", "Starts are dots."),
-            _shown(
+            shown(figures, "dock_ways", "Paths to the dock", "Starts are dots."),
+            shown(
                 figures,
                 "dock_errors",
                 "Final places",
@@ -200,13 +205,13 @@ def _docking_section(
             ),
         ),
         figures=(
-            _shown(
+            shown(
                 figures,
                 "dock_run",
                 "One docking",
                 "Path, commands, polar state and Lyapunov function; paper, figures 18 and 19.",
             ),
-            _shown(figures, "dock_stall", "Stall", "With and without slip compensation."),
+            shown(figures, "dock_stall", "Stall", "With and without slip compensation."),
         ),
     )
 
@@ -272,35 +277,15 @@ def _filter_section(experiment: FilterExperiment, figures: Mapping[str, Path]) -
             ),
         ),
         figures=(
-            _shown(figures, "dock_filter_path", "Paths (Fig. 6)", "In the landmark's frame."),
-            _shown(figures, "dock_filter_no_slips", "No slips estimated (Fig. 7-9)", "Run 0."),
-            _shown(figures, "dock_filter_slips", "Slips estimated (Fig. 11-13)", "Run 0."),
-            _shown(figures, "dock_slips", "Slips (Fig. 14-16)", "Forced b = -0.01 m/s."),
-            _shown(figures, "dock_filter_straight", "Simpler drive (Fig. 17)", "Constant speed."),
-            _shown(figures, "dock_histograms", "Errors (Fig. 10)", "p: D'Agostino and Pearson."),
-            _shown(figures, "dock_consistency", "Consistency", "Mean over the runs."),
+            shown(figures, "dock_filter_path", "Paths (Fig. 6)", "In the landmark's frame."),
+            shown(figures, "dock_filter_no_slips", "No slips estimated (Fig. 7-9)", "Run 0."),
+            shown(figures, "dock_filter_slips", "Slips estimated (Fig. 11-13)", "Run 0."),
+            shown(figures, "dock_slips", "Slips (Fig. 14-16)", "Forced b = -0.01 m/s."),
+            shown(figures, "dock_filter_straight", "Simpler drive (Fig. 17)", "Constant speed."),
+            shown(figures, "dock_histograms", "Errors (Fig. 10)", "p: D'Agostino and Pearson."),
+            shown(figures, "dock_consistency", "Consistency", "Mean over the runs."),
         ),
     )
-
-
-def _law_section(figures: Mapping[str, Path]) -> ReportSection:
-    return ReportSection(
-        heading="Laws without noise",
-        figures=(
-            _shown(figures, "dock_law", "Docking law (Fig. 4)", "V never rises."),
-            _shown(figures, "dock_gains", "Gains", "2γ <= k <= γ(h + 1) bounds the curvature."),
-            _shown(
-                figures,
-                "dock_regulators",
-                "Regulators (textbook 11.19, 11.20)",
-                "The posture regulator is the docking law under other names.",
-            ),
-        ),
-    )
-
-
-def _shown(figures: Mapping[str, Path], key: str, title: str, caption: str) -> ReportFigure:
-    return ReportFigure(title=title, caption=caption, png=figures[key].read_bytes())
 
 
 def _pair(values: Sequence[float] | np.ndarray) -> str:

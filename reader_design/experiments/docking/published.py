@@ -1,5 +1,6 @@
 """The experiments of the docking paper and the textbook's two figures, recomputed."""
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,6 +23,7 @@ from octant.navigation.estimators.landmark_trials import (
 )
 from octant.navigation.missions.starts import RandomStarts
 from octant.navigation.sensing.landmark_sensor import Landmark, LandmarkSensor
+from octant.reader_design.study_file.dock import Regulation
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -51,20 +53,32 @@ def figure_4_loops() -> dict[str, ClosedLoop]:
     }
 
 
-def regulator_loops() -> dict[str, tuple[ClosedLoop, ClosedLoop]]:
-    """Return the runs of figures 11.19 and 11.20, and those of the modern peer [m], [rad]."""
-    starts = ([-1.0, -1.0, 0.0], [1.0, 1.0, 0.0])
+def regulator_loops(table: Regulation) -> dict[str, tuple[ClosedLoop, ...]]:
+    """Return runs as of figures 11.19 and 11.20, and those of the modern peer, by law [m], [rad].
+
+    Parameters
+    ----------
+    table : Starts and gains; the defaults are those of the figures.
+    """
+    starts = [(x, y, math.radians(heading)) for x, y, heading in table.starts]
+    farthest_m = max(math.hypot(x, y) for x, y, _ in starts)
+    cartesian = CartesianRegulator(k1_per_s=table.k1_per_s, k2_per_s=table.k2_per_s)
+    posture = posture_regulator(
+        k1_per_s=table.posture_k1_per_s, k2_per_s=table.posture_k2_per_s, k3=table.posture_k3
+    )
     laws: dict[str, tuple[GoalLaw, float]] = {
-        "Cartesian regulator (Fig. 11.19)": (CartesianRegulator(), 8.0),
-        "posture regulator (Fig. 11.20)": (posture_regulator(), 8.0),
-        "graceful law (Park and Kuipers)": (GracefulLaw(), 150.0),
+        "Cartesian regulator (Fig. 11.19)": (cartesian, table.duration_s),
+        "posture regulator (Fig. 11.20)": (posture, table.duration_s),
+        # Its speed has a limit: it needs time in proportion to the way.
+        "graceful law (Park and Kuipers)": (GracefulLaw(), max(150.0, 75.0 * farthest_m)),
     }
-    loops = {}
-    for name, (law, seconds) in laws.items():
-        times = np.linspace(0.0, seconds, 400)
-        first, second = (integrate(law, start, times, tolerance=1e-10) for start in starts)
-        loops[name] = (first, second)
-    return loops
+    return {
+        name: tuple(
+            integrate(law, start, np.linspace(0.0, seconds, 400), tolerance=1e-10)
+            for start in starts
+        )
+        for name, (law, seconds) in laws.items()
+    }
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -5,13 +5,14 @@ from pathlib import Path
 import click
 
 from octant.reader_design.options import Ended, RunOptions, experiment, number
-from octant.reader_design.study_file.quantities import Count
+from octant.reader_design.study_file.quantities import Count, Seed
 
 
 @click.command()
 @click.option("--runs", type=number(Count), help="Runs in each room; default: the study's.")
+@click.option("--seed", type=number(Seed), help="Seed of all random numbers; default: the study's.")
 @experiment(out="octant-dock", study=False)
-def dock(*, study: Path | None, options: RunOptions, runs: int | None) -> Ended:
+def dock(*, study: Path | None, options: RunOptions, runs: int | None, seed: int | None) -> Ended:
     """Dock at the station of STUDY from random starts, in its room and in every layout.
 
     The bearing-sensitive reader brings the robot to the staging place under the station's tag, the
@@ -33,6 +34,8 @@ def dock(*, study: Path | None, options: RunOptions, runs: int | None) -> Ended:
     loaded, out = load_study(study, built_in="dock_study"), options.out
     check_tables(loaded, "dock")
     dock_table(loaded)
+    if seed is not None:
+        loaded = replace(loaded, seed=seed)
     if runs is not None:
         loaded = replace(vary(loaded, {"dock.runs": runs}), sweep=loaded.sweep)
     if options.dry_run:

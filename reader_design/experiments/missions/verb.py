@@ -8,7 +8,7 @@ import click
 
 from octant.geometries.errors import ConfigError
 from octant.reader_design.options import Ended, RunOptions, experiment, number
-from octant.reader_design.study_file.quantities import Count, Deviation
+from octant.reader_design.study_file.quantities import Count, Deviation, Seed
 
 if TYPE_CHECKING:
     from octant.navigation.missions.metrics import MissionMetrics
@@ -26,6 +26,7 @@ _FILES = ("missions.csv", "missions_summary.csv", "trajectory.csv")
     type=number(Deviation),
     help="Noise of each RSS reading [dB]; default: the study's.",
 )
+@click.option("--seed", type=number(Seed), help="Seed of all random numbers; default: the study's.")
 @click.option(
     "--compare",
     is_flag=True,
@@ -43,6 +44,7 @@ def navigate(
     options: RunOptions,
     runs: int | None,
     noise_db: float | None,
+    seed: int | None,
     compare: bool,
     animate: Path | None,
 ) -> Ended:
@@ -60,7 +62,7 @@ def navigate(
         if animate is not None:
             msg = "--animate shows one run, but --compare drives many; give one of them."
             raise ConfigError(msg)
-        return _compare(study, options, runs=runs, noise_db=noise_db)
+        return _compare(study, options, runs=runs, noise_db=noise_db, seed=seed)
     from octant.geometries.files import refuse_overwrite, write_text
     from octant.navigation.missions.metrics import measure
     from octant.navigation.missions.summary import summarise, summary_sentences
@@ -80,7 +82,8 @@ def navigate(
     mission_table(loaded)
     given = {"mission.runs": runs, "mission.noise_db": noise_db}
     values = {key: value for key, value in given.items() if value is not None}
-    loaded = replace(vary(loaded, values), sweep=loaded.sweep)
+    seed = loaded.seed if seed is None else seed
+    loaded = replace(vary(loaded, values), sweep=loaded.sweep, seed=seed)
     text, folder = to_toml(loaded, relative_to=out), out / "runs"
     setting = build_setting(loaded)
     if not options.dry_run:
@@ -185,7 +188,14 @@ def failure_lines(metrics: Sequence["MissionMetrics"]) -> Iterator[str]:
         yield f"{failed.count(reason)} x not a success: {reason}."
 
 
-def _compare(file: Path, options: RunOptions, *, runs: int | None, noise_db: float | None) -> Ended:
+def _compare(
+    file: Path,
+    options: RunOptions,
+    *,
+    runs: int | None,
+    noise_db: float | None,
+    seed: int | None,
+) -> Ended:
     import msgspec
 
     from octant.reader_design.experiments.missions.comparison import (
@@ -199,6 +209,8 @@ def _compare(file: Path, options: RunOptions, *, runs: int | None, noise_db: flo
     comparison = load_comparison(file)
     if runs is not None:
         comparison = msgspec.structs.replace(comparison, runs=runs)
+    if seed is not None:
+        comparison = msgspec.structs.replace(comparison, seed=seed)
     if noise_db is not None:
         controllers = tuple(
             msgspec.structs.replace(entry, mission={**entry.mission, "noise_db": noise_db})
