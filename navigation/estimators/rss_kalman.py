@@ -141,16 +141,30 @@ class ExtendedKalman(RssFilter):
             return moved
         predicted, slopes = expected_readings(self.sensor, moved)
         residual, slopes = only_heard(rss_dbm - predicted, slopes)
-        turned, small = np.linalg.qr(slopes)
-        heard = np.swapaxes(turned, 1, 2) @ residual[..., None]
-        innovation = innovate(
-            moved,
-            heard[..., 0],
-            observation=small,
-            measurement_noise=self.noise.sigma_db**2 * np.eye(small.shape[1]),
-            predicted=np.zeros(small.shape[:2]),
-        )
-        return update(moved, innovation)
+        return corrected(moved, residual, slopes, sigma_db=self.noise.sigma_db)
+
+
+def corrected(
+    belief: Gaussian, residual_db: FloatArray, slopes: FloatArray, *, sigma_db: float
+) -> Gaussian:
+    """Return a belief after readings of the same independent noise, as of `ExtendedKalman`.
+
+    Parameters
+    ----------
+    belief : Before, (r, n).
+    residual_db, slopes : Readings less what was expected (r, s) [dB], slopes (r, s, n) by states.
+    sigma_db : Standard deviation of a reading [dB].
+    """
+    turned, small = np.linalg.qr(slopes)
+    heard = np.swapaxes(turned, 1, 2) @ residual_db[..., None]
+    innovation = innovate(
+        belief,
+        heard[..., 0],
+        observation=small,
+        measurement_noise=sigma_db**2 * np.eye(small.shape[1]),
+        predicted=np.zeros(small.shape[:2]),
+    )
+    return update(belief, innovation)
 
 
 def predict_motion(motion: WheelMotion, belief: Gaussian, wheel_rates: FloatArray) -> Gaussian:

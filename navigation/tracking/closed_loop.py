@@ -1,6 +1,6 @@
 """The closed loop: robot, readings, estimator and controller, all runs of a set in step."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -78,12 +78,15 @@ class TrackingRecord:
     desired : What was to be followed.
     poses, estimates : (r, k + 1, 3) float64 — True and estimated x [m], y [m], heading [rad].
     wheel_rates : (r, k, 2) float64 — Commanded right and left, cut to the limits [rad/s].
+    watched : (r, k + 1, m) float64 or None — What `drive` was asked to keep besides
+        [any].
     """
 
     desired: DesiredTrajectory
     poses: FloatArray
     estimates: FloatArray
     wheel_rates: FloatArray
+    watched: FloatArray | None = None
 
     def __post_init__(self) -> None:
         runs, samples = len(self.poses), self.desired.steps + 1
@@ -151,6 +154,7 @@ def drive(
     *,
     start: npt.ArrayLike,
     seeds: Sequence[np.random.SeedSequence],
+    watch: Callable[[Any], FloatArray] | None = None,
 ) -> TrackingRecord:
     """Return the record of many runs of one tracking task, in the order of their seeds.
 
@@ -164,6 +168,7 @@ def drive(
     desired : Sampled at the world's period.
     start : (3,) float64 — True x [m], y [m], heading [rad] at the beginning of every run.
     seeds : From `run_seeds`: what happens in a run depends on its seed alone.
+    watch : A belief to what is to be kept of it, (r, m), in every period; None: nothing.
     """
     if abs(desired.period_s - world.period_s) > 1e-12:
         msg = (
@@ -183,6 +188,7 @@ def drive(
     commanded = np.empty((runs, steps, 2))
     wheels = RollingWheels(world.rolling, world.robot, *rngs)
     poses[:, 0], estimates[:, 0] = true, estimator.poses(belief)
+    seen = [] if watch is None else [watch(belief)]
     for k in range(steps):
         rates = world.robot.saturate(controller.wheel_rates(k, estimates[:, k].copy(), rss))
         noise = np.array([rng.normal(0.0, world.rate_sigma_rad_per_s, 2) for rng in rngs])
@@ -198,8 +204,16 @@ def drive(
             rss = np.where(heard, now, rss)
         belief = estimator.step(belief, counted, read, own)
         poses[:, k + 1], estimates[:, k + 1] = true, estimator.poses(belief)
+        if watch is not None:
+            seen.append(watch(belief))
         commanded[:, k] = rates
-    return TrackingRecord(desired=desired, poses=poses, estimates=estimates, wheel_rates=commanded)
+    return TrackingRecord(
+        desired=desired,
+        poses=poses,
+        estimates=estimates,
+        wheel_rates=commanded,
+        watched=np.stack(seen, axis=1) if seen else None,
+    )
 
 
 def _children(seed: np.random.SeedSequence) -> list[np.random.SeedSequence]:

@@ -256,7 +256,12 @@ def _with_files(study: Study, convert: Any, *, axes: bool = True) -> Study:  # n
     patterns = tuple(convert(file) for file in study.reader.pattern_files)
     reader = replace(study.reader, pattern_files=patterns, objects=of_objects(study.reader.objects))
     tags = tuple(of_tag(tag) for tag in study.tags)
-    return replace(study, room=of_room(study.room), tags=tags, layouts=layouts, reader=reader)
+    track = study.track
+    if track is not None and track.rss_samples is not None:
+        track = replace(track, rss_samples=convert(track.rss_samples))
+    return replace(
+        study, room=of_room(study.room), tags=tags, layouts=layouts, reader=reader, track=track
+    )
 
 
 def _named(value: Any, named: Any) -> Any:  # noqa: ANN401  named: str -> str

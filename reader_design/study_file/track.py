@@ -13,6 +13,7 @@ from octant.reader_design.study_file.quantities import (
     Deviation,
     Distance,
     Duration,
+    FileName,
     Level,
     Name,
     Number,
@@ -36,10 +37,12 @@ Chapter = Literal[
     "tags",
     "long",
     "stabilisation",
+    "law",
 ]
 Shape = Literal[
     "line", "sine", "sigmoid", "parabola", "ellipse", "lemniscate", "u-shape", "point", "spline"
 ]
+Beta = Annotated[float, Meta(ge=-100.0, le=100.0)]
 Weights = Annotated[
     tuple[Number | Annotated[tuple[Number, ...], Meta(max_length=3)], ...],
     Meta(min_length=1, max_length=3),
@@ -85,10 +88,14 @@ class Track(Table, frozen=True, kw_only=True):
         ``neighbouring`` (7.6, 7.7), ``slam`` (7.15), ``room`` (RSS from the room solver), ``costs``
         (Table 8.1); and, if named, ``tags`` (error against number and range of tags, 6.5.5),
         ``long`` (whether the error grows with the way, 6.5.4), ``stabilisation`` (chapter 6's
-        feedback holds a point, 6.5.5).
+        feedback holds a point, 6.5.5), ``law`` (alpha and beta fitted on line, 6.3).
     runs, slam_runs : Monte-Carlo repetitions, and those of SLAM.
     period_s : Sample period T of chapters 6 and 7.3 [s].
     alpha_dbm, beta_per_m : Alpha [dBm] and beta [1/m] of the RSS law (6.2).
+    rss_samples : A CSV file with the columns ``distance_m`` and ``rss_dbm``: alpha and beta are
+        fitted to it by least squares. None: the two keys count.
+    guess_alpha_dbm, guess_beta_per_m : With what the chapter ``law`` begins [dBm], [1/m].
+    guess_alpha_sigma_dbm, guess_beta_sigma_per_m : How uncertain that is [dBm], [1/m].
     rss_mean_db, rss_sigma_db : Mean and standard deviation of the noise on readings [dB].
     wheel_sigma_rad_per_s : Standard deviation of what a wheel adds to its command in a period
         [rad/s]; the thesis prints it for SLAM only.
@@ -144,7 +151,12 @@ class Track(Table, frozen=True, kw_only=True):
     slam_runs: Count = 100
     period_s: Period = 0.1
     alpha_dbm: Level = -60.0
-    beta_per_m: Annotated[float, Meta(ge=-100.0, le=100.0)] = 0.2
+    beta_per_m: Beta = 0.2
+    rss_samples: FileName | None = None
+    guess_alpha_dbm: Level = -35.5
+    guess_beta_per_m: Beta = 0.1071
+    guess_alpha_sigma_dbm: Annotated[float, Meta(ge=1e-6, le=1e3)] = 20.0
+    guess_beta_sigma_per_m: Annotated[float, Meta(ge=1e-6, le=100.0)] = 0.1
     rss_mean_db: Ratio = -30.0
     rss_sigma_db: Deviation = 50.0
     wheel_sigma_rad_per_s: WheelRateDeviation = 0.1

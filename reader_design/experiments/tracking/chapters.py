@@ -1,7 +1,7 @@
 """Thesis chapters 6 and 7: the RSS law, measurement feedback, optimal control and EKF SLAM."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -100,6 +100,7 @@ class RssFits:
         printed, and of the log-distance law [dB].
     noisy : (n, 2) float64 — Alpha [dBm] and beta [1/m] fitted to noisy records.
     noisy_share : Share of them at least as far from the mean noisy signal as the printed fit [-].
+    distance_m, rss_dbm : (k,) float64 — The samples: Table 6.1's, or the study's own [m], [dBm].
     """
 
     exponential: LogExponentialLaw
@@ -109,27 +110,31 @@ class RssFits:
     distance_rms_db: float
     noisy: FloatArray
     noisy_share: float
+    distance_m: FloatArray
+    rss_dbm: FloatArray
 
 
 def fit_samples(settings: Settings) -> RssFits:
-    """Return the fits of Table 6.1, without noise and with it.
+    """Return the fits of Table 6.1, or of the study's samples, and of Table 6.1 with noise.
 
     Parameters
     ----------
-    settings : For the seed. The noise is that of thesis 6.5.1, whatever the study's.
+    settings : For samples and seed. The noise is that of thesis 6.5.1, whatever the study's.
     """
-    distance, rss = np.array(XBEE_DISTANCES_M), np.array(XBEE_RSS_DBM)
+    xbee = np.array(XBEE_DISTANCES_M)
+    samples = np.column_stack([xbee, XBEE_RSS_DBM])
+    distance, rss = (samples if settings.samples is None else settings.samples).T
     exponential, rms = fit_log_exponential(distance, rss)
     law, distance_rms = fit_log_distance(distance, rss)
     published = float(np.sqrt(np.mean((PUBLISHED_FIT.rss_dbm(distance) - rss) ** 2)))
     noise, rng = RssNoise(), np.random.default_rng([settings.study.seed, 6])
-    clean = PUBLISHED_FIT.rss_dbm(distance)
+    clean = PUBLISHED_FIT.rss_dbm(xbee)
     fits, away = [], []
     for _ in range(NOISY_RECORDS):
-        fit, _ = fit_log_exponential(distance, clean + noise.draw(distance.shape, rng))
+        fit, _ = fit_log_exponential(xbee, clean + noise.draw(xbee.shape, rng))
         fits.append((fit.alpha_dbm, fit.beta_per_m))
-        away.append(float(np.sqrt(np.mean((fit.rss_dbm(distance) - clean - noise.mean_db) ** 2))))
-    printed = PUBLISHED_NOISY_FIT.rss_dbm(distance) - clean - noise.mean_db
+        away.append(float(np.sqrt(np.mean((fit.rss_dbm(xbee) - clean - noise.mean_db) ** 2))))
+    printed = PUBLISHED_NOISY_FIT.rss_dbm(xbee) - clean - noise.mean_db
     share = float(np.mean(np.array(away) >= np.sqrt(np.mean(printed**2))))
     return RssFits(
         exponential=exponential,
@@ -139,6 +144,8 @@ def fit_samples(settings: Settings) -> RssFits:
         distance_rms_db=distance_rms,
         noisy=np.array(fits),
         noisy_share=share,
+        distance_m=distance,
+        rss_dbm=rss,
     )
 
 
@@ -497,6 +504,7 @@ def driven(
     *,
     chapter: str = "neighbouring",
     task: str = "",
+    watch: Callable[[Any], FloatArray] | None = None,
 ) -> Outcome:
     """Return the runs of a controller with an estimator among the tags of chapter 7.
 
@@ -505,6 +513,7 @@ def driven(
     settings, setup : Everything, and what is followed.
     method, controller, estimator : Their name, and both.
     chapter, task : Of the outcome; by default the trajectory is the task.
+    watch : What is kept of the estimator's belief, as for `drive` [its units].
     """
     record = drive(
         controller,
@@ -513,6 +522,7 @@ def driven(
         setup.desired,
         start=setup.start,
         seeds=run_seeds(settings.study.seed, settings.track.runs),
+        watch=watch,
     )
     return Outcome(chapter=chapter, task=task or setup.desired.name, method=method, runs=record)
 

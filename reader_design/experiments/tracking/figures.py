@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from octant.navigation.angles import wrap_angle
 from octant.navigation.estimators.ekf_slam import SlamRecord
-from octant.navigation.sensing.rss_models import XBEE_DISTANCES_M, XBEE_RSS_DBM, RssNoise
+from octant.navigation.sensing.rss_models import RssNoise
 from octant.reader_design.experiments.tracking.chapters import (
     EKF,
     IGNORED,
@@ -66,9 +66,9 @@ def tracking_figures(content: TrackingContent) -> Iterator[NamedFigure]:
             file="fig_6_3_rss.png",
             section="rss",
             title="RSS samples and fits (thesis Fig. 6.3)",
-            caption="Left, Table 6.1 with the law (6.2) as printed and as fitted, and the "
-            "log-distance law; right, one noisy record, its mean, and the printed noisy fit, "
-            "which lies far below it.",
+            caption="Left, the samples (Table 6.1 unless the study has its own) with the law (6.2) "
+            "as printed and as fitted, and the log-distance law; right, one noisy record, its "
+            "mean, and the printed noisy fit, which lies far below it.",
             figure=rss_fit_figure(content.fits, seed=content.settings.study.seed),
         )
     yield from _feedback(content)
@@ -187,7 +187,8 @@ def rss_fit_figure(fits: RssFits, *, seed: int) -> "Figure":
     ----------
     fits, seed : The fits, and the seed of the noisy record.
     """
-    distance = np.linspace(3.0, 6.2, 200)
+    ends = float(fits.distance_m.min()), float(fits.distance_m.max())
+    distance = np.linspace(min(3.0, ends[0]), max(6.2, ends[1]), 200)
     noise, rng = RssNoise(), np.random.default_rng([seed, 3])
     noisy = PUBLISHED_FIT.rss_dbm(distance) + noise.draw(distance.shape, rng)
     with figure_style():
@@ -195,7 +196,7 @@ def rss_fit_figure(fits: RssFits, *, seed: int) -> "Figure":
             width_in=9.6, height_in=3.9, title="RSS of a tag against distance", columns=2
         )
         left, right = axes[0]
-        left.plot(XBEE_DISTANCES_M, XBEE_RSS_DBM, "o", color="#222222", label="samples, Table 6.1")
+        left.plot(fits.distance_m, fits.rss_dbm, "o", color="#222222", label="samples")
         curves = (
             (PUBLISHED_FIT.rss_dbm(distance), "(6.2) as printed", COLOURS[1], "--"),
             (fits.exponential.rss_dbm(distance), "(6.2), least squares", COLOURS[0], "-"),

@@ -1,10 +1,16 @@
 """The chapters that are computed where a study names them, by their names."""
 
-from octant.reader_design.experiments.tracking import long_drives, stabilisation, tag_numbers
+from octant.reader_design.experiments.tracking import (
+    law_on_line,
+    long_drives,
+    stabilisation,
+    tag_numbers,
+)
 from octant.reader_design.experiments.tracking.parts import FurtherChapter
 
 FURTHER: dict[str, FurtherChapter] = {
     "tags": tag_numbers.CHAPTER,
+    "law": law_on_line.CHAPTER,
     "long": long_drives.CHAPTER,
     "stabilisation": stabilisation.CHAPTER,
 }

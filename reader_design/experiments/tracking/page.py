@@ -98,9 +98,9 @@ def summary_lines(content: TrackingContent) -> Iterator[str]:
     if content.fits is not None:
         fit, share = content.fits.exponential, content.fits.noisy_share
         yield (
-            f"rss           fit of Table 6.1: {fit.alpha_dbm:.2f} dBm, {fit.beta_per_m:.4f} 1/m "
-            "(thesis: -35.5, 0.1071); the printed noisy fit (-60, 0.2) is as far away as "
-            f"{share:.1%} of the fits to noisy records"
+            f"rss           fit of {_samples(content)}: {fit.alpha_dbm:.2f} dBm, "
+            f"{fit.beta_per_m:.4f} 1/m (thesis: -35.5, 0.1071); the printed noisy fit (-60, 0.2) "
+            f"is as far away as {share:.1%} of the fits to noisy records"
         )
     for sigma, record in content.slam:
         error = record.final_error_m
@@ -173,6 +173,10 @@ def _outcome_table(outcomes: Sequence[Outcome], caption: str) -> ReportTable:
     return ReportTable(caption=caption, header=header, rows=rows)
 
 
+def _samples(content: TrackingContent) -> str:
+    return "Table 6.1" if content.settings.samples is None else "the study's file"
+
+
 def _rss_section(content: TrackingContent, figures: FigureFiles) -> ReportSection | None:
     fits = content.fits
     if fits is None:
@@ -182,12 +186,13 @@ def _rss_section(content: TrackingContent, figures: FigureFiles) -> ReportSectio
         heading="RSS of a tag (thesis 6.5.1)",
         paragraphs=(
             (
-                "Least squares of (6.2) on the seven samples of Table 6.1 gives "
+                f"Least squares of (6.2) on the {len(fits.rss_dbm)} samples of "
+                f"{_samples(content)} gives "
                 f"{fits.exponential.alpha_dbm:.2f} dBm and {fits.exponential.beta_per_m:.4f} 1/m, "
                 f"rms {fits.exponential_rms_db:.2f} dB; the printed -35.5 and 0.1071 leave "
-                f"{fits.published_rms_db:.2f} dB. The log-distance law fits better, "
-                f"{fits.distance_rms_db:.2f} dB, but with an exponent of "
-                f"{fits.distance.exponent:.1f}, far from free space."
+                f"{fits.published_rms_db:.2f} dB. The log-distance law leaves "
+                f"{fits.distance_rms_db:.2f} dB, with an exponent of {fits.distance.exponent:.1f}; "
+                "in free space it is 2."
             ),
             (
                 f"Fits to noisy records have the median ({alpha:.0f} dBm, {beta:.3f} 1/m). The "

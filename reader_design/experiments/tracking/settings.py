@@ -2,15 +2,21 @@
 
 import math
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
-from octant.geometries.errors import ConfigError
+from octant.geometries.errors import ConfigError, NavigationError
 from octant.navigation.estimators.pose_filters import RssModel, WheelMotion
 from octant.navigation.estimators.rss_kalman import RssAssumptions
 from octant.navigation.robot.drive import DifferentialDrive
-from octant.navigation.sensing.rss_models import LogExponentialLaw, RssNoise, TagMesh
+from octant.navigation.sensing.rss_models import (
+    LogExponentialLaw,
+    RssNoise,
+    TagMesh,
+    fit_log_exponential,
+)
 from octant.navigation.sensing.tag_frames import Hearing, Polling, RssCodes
 from octant.navigation.sensing.tag_layouts import patterned_tags
 from octant.navigation.tracking import shapes
@@ -19,6 +25,7 @@ from octant.navigation.tracking.problem import Weights, stabilisation_weights
 from octant.navigation.tracking.trajectories import Curve, check_feasible, desired_trajectory
 from octant.reader_design.setting.robot import study_robot
 from octant.reader_design.setting.setting import build_setting
+from octant.reader_design.showing.tables import read_columns
 from octant.reader_design.study_file.schema import Study
 from octant.reader_design.study_file.track import Track, Trajectory
 
@@ -70,6 +77,7 @@ class Settings:
     law, noise : Of the tags' RSS.
     own : The study's own trajectories.
     given_tags_m : (s, 3) float64 or None — The tags ``[[tag]]``, heights above the antenna [m].
+    samples : (k, 2) float64 or None — The study's own distances [m] and RSS [dBm].
     """
 
     study: Study
@@ -82,6 +90,7 @@ class Settings:
     noise: RssNoise
     own: tuple[OwnTask, ...]
     given_tags_m: FloatArray | None = None
+    samples: FloatArray | None = None
 
     @property
     def feedback_tags_m(self) -> FloatArray:
@@ -219,6 +228,7 @@ def settings_of(study: Study) -> Settings:
             f"turns it within {robot.least_radius_m:.3g} m at best; leave these chapters out."
         )
         raise ConfigError(msg)
+    samples = _samples(track)
     settings = Settings(
         study=study,
         track=track,
@@ -230,10 +240,11 @@ def settings_of(study: Study) -> Settings:
             inputs=track.input_weight,  # type: ignore[arg-type]
         ),
         stabilisation=stabilisation_weights(),
-        law=LogExponentialLaw(alpha_dbm=track.alpha_dbm, beta_per_m=track.beta_per_m),
+        law=_law(track, samples),
         noise=RssNoise(mean_db=track.rss_mean_db, sigma_db=track.rss_sigma_db),
         own=tuple(_own_task(track, i, one) for i, one in enumerate(track.trajectories)),
         given_tags_m=_given_tags_m(study),
+        samples=samples,
     )
     settings.world(settings.mesh, tags_m=settings.mesh.tags_m)
     for task in (*settings.own, OwnTask(curve=shapes.lemniscate(), start=LEMNISCATE_START)):
@@ -242,6 +253,30 @@ def settings_of(study: Study) -> Settings:
         check_feasible(desired_trajectory(curve, period_s=track.period_s), feedback_robot)
     _ = settings.motion
     return settings
+
+
+def _samples(track: Track) -> FloatArray | None:
+    if track.rss_samples is None:
+        return None
+    for key, usual in (("alpha_dbm", -60.0), ("beta_per_m", 0.2)):
+        if getattr(track, key) != usual:
+            msg = (
+                f"track.{key} is {getattr(track, key):g}, and track.rss_samples gives samples from "
+                "which it is fitted; give one of them."
+            )
+            raise ConfigError(msg)
+    return read_columns(Path(track.rss_samples), ("distance_m", "rss_dbm"))
+
+
+def _law(track: Track, samples: FloatArray | None) -> LogExponentialLaw:
+    """Return the law (6.2) of the keys, or of the samples."""
+    if samples is None:
+        return LogExponentialLaw(alpha_dbm=track.alpha_dbm, beta_per_m=track.beta_per_m)
+    try:
+        return fit_log_exponential(*samples.T)[0]
+    except NavigationError as exc:
+        msg = f"{track.rss_samples}: {exc}"
+        raise ConfigError(msg) from exc
 
 
 def _given_tags_m(study: Study) -> FloatArray | None:

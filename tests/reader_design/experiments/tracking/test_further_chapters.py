@@ -9,6 +9,7 @@ from octant.geometries.errors import ConfigError, NavigationError
 from octant.navigation.tracking import shapes
 from octant.reader_design.experiments.tracking import (
     chapters,
+    law_on_line,
     long_drives,
     stabilisation,
 )
@@ -108,3 +109,46 @@ def test_measurement_feedback_holds_a_point_and_costs_no_less_than_the_best_inpu
     assert replayed["final_heading_deg_median"] < 0.5
     assert best["cost_median"] <= replayed["cost_median"] < 1.01 * best["cost_median"]
     assert fresh["final_m_median"] > 0.1
+
+
+# The law, on line and from samples ----------------------------------------------------------------
+
+
+def test_the_law_of_two_samples_is_exact(tmp_path):
+    """The closed form: beta = ln(r2 / r1) / (d2 - d1), alpha = r1 exp(-beta d1)."""
+    (tmp_path / "samples.csv").write_text("distance_m,rss_dbm\n1.0,-40\n3.0,-60\n")
+    settings = of(tmp_path, 'rss_samples = "samples.csv"\n')
+    beta = math.log(60.0 / 40.0) / 2.0
+    assert settings.law.beta_per_m == pytest.approx(beta, abs=1e-8)
+    assert settings.law.alpha_dbm == pytest.approx(-40.0 * math.exp(-beta), abs=1e-6)
+    fits = chapters.fit_samples(settings)
+    assert fits.rss_dbm.tolist() == [-40.0, -60.0]
+    assert fits.exponential_rms_db == pytest.approx(0.0, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("text", "keys", "match"),
+    [
+        ("distance_m,rss_dbm\n1.0,-40\n3.0,-60\n", "alpha_dbm = -50.0\n", "give one of them"),
+        ("distance_m,rss_dbm\n1.0,-40\n", "", "at least two"),
+        ("distance_m,rss_dbm\n-1.0,-40\n2,-50\n", "", "above 0 m"),
+        ("distance_m,rss\n1.0,-40\n", "", "no column 'rss_dbm'"),
+        ("distance_m,rss_dbm\n1.0,loud\n", "", "samples.csv:2: rss_dbm is 'loud'"),
+    ],
+)
+def test_samples_that_cannot_be_fitted_are_refused(tmp_path, text, keys, match):
+    (tmp_path / "samples.csv").write_text(text)
+    with pytest.raises(ConfigError, match=match):
+        of(tmp_path, 'rss_samples = "samples.csv"\n' + keys)
+
+
+def test_the_law_is_found_while_driving_and_serves_as_well_as_the_known_one(tmp_path):
+    settings = of(tmp_path, "runs = 8\n")
+    known, fitted, guessed = (
+        rows_by(law_on_line.COLUMNS, law_on_line.compute(settings, part))[0]
+        for part in law_on_line.parts(settings)
+    )
+    assert fitted["average_m_median"] < 1.15 * known["average_m_median"]
+    assert guessed["average_m_median"] > 5.0 * known["average_m_median"]
+    assert fitted["alpha_dbm_median"] == pytest.approx(settings.law.alpha_dbm, rel=0.1)
+    assert fitted["beta_per_m_median"] == pytest.approx(settings.law.beta_per_m, rel=0.05)
