@@ -38,10 +38,13 @@ Chapter = Literal[
     "long",
     "stabilisation",
     "law",
+    "horizon",
+    "slam line",
 ]
 Shape = Literal[
     "line", "sine", "sigmoid", "parabola", "ellipse", "lemniscate", "u-shape", "point", "spline"
 ]
+Horizon = Annotated[int, Meta(ge=1, le=1000)]
 Beta = Annotated[float, Meta(ge=-100.0, le=100.0)]
 Weights = Annotated[
     tuple[Number | Annotated[tuple[Number, ...], Meta(max_length=3)], ...],
@@ -88,7 +91,8 @@ class Track(Table, frozen=True, kw_only=True):
         ``neighbouring`` (7.6, 7.7), ``slam`` (7.15), ``room`` (RSS from the room solver), ``costs``
         (Table 8.1); and, if named, ``tags`` (error against number and range of tags, 6.5.5),
         ``long`` (whether the error grows with the way, 6.5.4), ``stabilisation`` (chapter 6's
-        feedback holds a point, 6.5.5), ``law`` (alpha and beta fitted on line, 6.3).
+        feedback holds a point, 6.5.5), ``law`` (alpha and beta fitted on line, 6.3),
+        ``horizon`` (receding horizon, 7.5.4), ``slam line`` (SLAM beside the filter on RSS, 7.7).
     runs, slam_runs : Monte-Carlo repetitions, and those of SLAM.
     period_s : Sample period T of chapters 6 and 7.3 [s].
     alpha_dbm, beta_per_m : Alpha [dBm] and beta [1/m] of the RSS law (6.2).
@@ -112,6 +116,10 @@ class Track(Table, frozen=True, kw_only=True):
     tag_count : Number of tags of every chapter; None: ``feedback_tags`` and ``tags`` squared.
     tag_field_m : Side of the square that the tags fill [m]; None: from ``tag_spacing_m``.
     tag_range_m : Distance from which on a tag is not heard [m]; None: heard everywhere.
+    horizon, horizon_iterations : Periods that the predictive control looks ahead, and iterations of
+        its solver in each.
+    horizons : Horizons of the chapter ``horizon``, in periods.
+    circle_radius_m, circle_duration_s : Its circle [m], [s].
     long_laps : Laps of the chapter ``long``.
     least_tags : Tags that the robot should hear everywhere.
     tag_counts : Numbers of tags of the chapter ``tags``; of a mesh square numbers.
@@ -171,6 +179,11 @@ class Track(Table, frozen=True, kw_only=True):
     tag_count: Annotated[int, Meta(ge=1, le=10_000)] | None = None
     tag_field_m: Distance | None = None
     tag_range_m: Distance | None = None
+    horizon: Horizon = 20
+    horizon_iterations: Annotated[int, Meta(ge=1, le=1000)] = 5
+    horizons: Annotated[tuple[Horizon, ...], Meta(min_length=1, max_length=20)] = (5, 10, 20, 40)
+    circle_radius_m: Distance = 2.0
+    circle_duration_s: Duration = 60.0
     long_laps: Annotated[int, Meta(ge=2, le=1000)] = 10
     least_tags: Annotated[int, Meta(ge=1, le=10_000)] = 9
     tag_counts: Annotated[

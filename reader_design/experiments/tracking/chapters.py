@@ -291,8 +291,8 @@ EKF, BUCY, MPC = "neighbouring + EKF", "neighbouring + Kalman-Bucy", "predictive
 IGNORED, BLIND = "neighbouring + EKF, mean ignored", "nominal inputs, no feedback"
 WHEEL_SIGMAS_RAD_PER_S = (0.01, 0.1, 0.3, 0.5)
 """Wheel noises whose effect is shown, since the thesis prints none [rad/s]."""
-SLAM_TAGS_M = ((-0.2, 0.1), (2.1, 0.1), (2.1, 3.1), (-0.2, 3.1))
-"""Tags of thesis 7.6.1 [m]."""
+LABORATORY_TAGS_M = ((-0.2, 0.1, 0.5), (2.1, 0.1, 0.5), (2.1, 3.1, 0.5), (-0.2, 3.1, 0.5))
+"""Tags of thesis 7.6.1, their heights above the antenna, as in (6.2) [m]."""
 SLAM_WHEEL_SIGMAS_RAD_PER_S = (0.01, 0.1)
 """The printed wheel noise of 7.7, and ten times it, at which the thesis says that SLAM fails."""
 
@@ -477,15 +477,29 @@ def thesis_filter(settings: Settings) -> ExtendedKalman:
     return ExtendedKalman(motion=settings.motion, sensor=settings.mesh, noise=settings.assumptions)
 
 
+def predictive_control(settings: Settings, setup: NeighbouringSetup) -> PredictiveControl:
+    """Return model predictive control of what a neighbouring control follows.
+
+    Parameters
+    ----------
+    settings, setup : Robot and horizon, and what is followed.
+    """
+    return PredictiveControl(
+        desired=setup.desired,
+        robot=settings.robot,
+        weights=setup.weights,
+        horizon=settings.track.horizon,
+        iterations=settings.track.horizon_iterations,
+    )
+
+
 def _methods(
     settings: Settings, setup: NeighbouringSetup
 ) -> tuple[tuple[str, TrackingController, PoseEstimator[Any]], ...]:
     motion, mesh, noise = settings.motion, settings.mesh, settings.assumptions
     ekf = thesis_filter(settings)
     ignoring = RssAssumptions(sigma_db=noise.sigma_db, mean_sigma_db=0.0)
-    predictive = PredictiveControl(
-        desired=setup.desired, robot=settings.robot, weights=setup.weights
-    )
+    predictive = predictive_control(settings, setup)
     return (
         (EKF, setup.control, ekf),
         (BUCY, setup.control, KalmanBucy(motion=motion, sensor=mesh, noise=noise)),
@@ -527,15 +541,32 @@ def driven(
     return Outcome(chapter=chapter, task=task or setup.desired.name, method=method, runs=record)
 
 
-def slam_tags_m(settings: Settings) -> FloatArray:
-    """Return the tags of SLAM, (s, 2): the study's, or those of thesis 7.6.1 [m].
+def laboratory_tags_m(settings: Settings) -> FloatArray:
+    """Return the tags of the study, or else those of thesis 7.6.1 and 7.7, (s, 3) [m].
 
     Parameters
     ----------
     settings : Everything.
     """
     given = settings.given_tags_m
-    return np.array(SLAM_TAGS_M) if given is None else given[:, :2]
+    return np.array(LABORATORY_TAGS_M) if given is None else given
+
+
+def slam_task(settings: Settings, sigma: float) -> SlamTask:
+    """Return the 3 m line of thesis 7.7.
+
+    Parameters
+    ----------
+    settings, sigma : Everything, and the noise of the wheels [rad/s].
+    """
+    robot, rate, period_s = settings.robot, 2.0, settings.track.period_s
+    return SlamTask(
+        motion=WheelMotion(robot=robot, period_s=period_s, rate_sigma_rad_per_s=sigma),
+        start=np.array([1.0, 0.0, 0.5 * math.pi]),
+        wheel_rates_rad_per_s=np.array([rate, rate]),
+        steps=round(3.0 / (robot.wheel_radius_m * rate * period_s)),
+        tags_m=laboratory_tags_m(settings)[:, :2],
+    )
 
 
 def slam_record(settings: Settings, sigma: float) -> SlamRecord:
@@ -545,12 +576,5 @@ def slam_record(settings: Settings, sigma: float) -> SlamRecord:
     ----------
     settings, sigma : For seed and runs, and the noise of the wheels [rad/s].
     """
-    robot, rate, period_s = settings.robot, 2.0, settings.track.period_s
-    task = SlamTask(
-        motion=WheelMotion(robot=robot, period_s=period_s, rate_sigma_rad_per_s=sigma),
-        start=np.array([1.0, 0.0, 0.5 * math.pi]),
-        wheel_rates_rad_per_s=np.array([rate, rate]),
-        steps=round(3.0 / (robot.wheel_radius_m * rate * period_s)),
-        tags_m=slam_tags_m(settings),
-    )
-    return run_slam(task, run_seeds(settings.study.seed, settings.track.slam_runs))
+    seeds = run_seeds(settings.study.seed, settings.track.slam_runs)
+    return run_slam(slam_task(settings, sigma), seeds)

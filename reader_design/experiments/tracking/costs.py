@@ -17,7 +17,6 @@ from octant.navigation.sensing.rss_models import TagMesh, tag_grid
 from octant.navigation.tracking import shapes
 from octant.navigation.tracking.controllers import (
     MeasurementFeedback,
-    PredictiveControl,
     TrackingController,
 )
 from octant.navigation.tracking.measurement_feedback import FeedbackTask, FeedbackTraining
@@ -32,6 +31,7 @@ from octant.reader_design.experiments.tracking.chapters import (
     MPC,
     REPLAY,
     neighbouring_setup,
+    predictive_control,
 )
 from octant.reader_design.experiments.tracking.results import Outcome
 from octant.reader_design.experiments.tracking.settings import LEMNISCATE_START, Settings
@@ -204,9 +204,7 @@ def _loops(
     setup = neighbouring_setup(settings, shapes.lemniscate(), LEMNISCATE_START)
     plan_s = _once(lambda: neighbouring_setup(settings, shapes.lemniscate(), LEMNISCATE_START))
     mesh, motion, noise = settings.mesh, settings.motion, settings.assumptions
-    predictive = PredictiveControl(
-        desired=setup.desired, robot=settings.robot, weights=setup.weights
-    )
+    predictive = predictive_control(settings, setup)
     ekf = ExtendedKalman(motion=motion, sensor=mesh, noise=noise)
     return (
         (EKF, setup.control, ekf, plan_s),

@@ -18,7 +18,7 @@ from octant.reader_design.experiments.tracking.chapters import (
     PUBLISHED_FIT,
     PUBLISHED_NOISY_FIT,
     RssFits,
-    slam_tags_m,
+    laboratory_tags_m,
 )
 from octant.reader_design.experiments.tracking.compute import TrackingContent
 from octant.reader_design.experiments.tracking.costs import CostScaling
@@ -82,7 +82,9 @@ def tracking_figures(content: TrackingContent) -> Iterator[NamedFigure]:
             title="EKF SLAM (thesis Fig. 7.15)",
             caption="Range and bearing are so noisy that the tags are located to some decimetres "
             "only; the pose, exact to millimetres, comes from the wheels.",
-            figure=slam_figure(record, slam_tags_m(content.settings), wheel_sigma=sigma),
+            figure=slam_figure(
+                record, laboratory_tags_m(content.settings)[:, :2], wheel_sigma=sigma
+            ),
         )
     if content.room:
         yield NamedFigure(

@@ -1,8 +1,10 @@
 """The chapters that are computed where a study names them, by their names."""
 
 from octant.reader_design.experiments.tracking import (
+    horizons,
     law_on_line,
     long_drives,
+    slam_line,
     stabilisation,
     tag_numbers,
 )
@@ -13,5 +15,7 @@ FURTHER: dict[str, FurtherChapter] = {
     "law": law_on_line.CHAPTER,
     "long": long_drives.CHAPTER,
     "stabilisation": stabilisation.CHAPTER,
+    "horizon": horizons.CHAPTER,
+    "slam line": slam_line.CHAPTER,
 }
 """In the order of the report."""

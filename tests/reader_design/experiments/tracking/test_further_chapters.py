@@ -9,8 +9,10 @@ from octant.geometries.errors import ConfigError, NavigationError
 from octant.navigation.tracking import shapes
 from octant.reader_design.experiments.tracking import (
     chapters,
+    horizons,
     law_on_line,
     long_drives,
+    slam_line,
     stabilisation,
 )
 from octant.reader_design.experiments.tracking.parts import Part
@@ -152,3 +154,53 @@ def test_the_law_is_found_while_driving_and_serves_as_well_as_the_known_one(tmp_
     assert guessed["average_m_median"] > 5.0 * known["average_m_median"]
     assert fitted["alpha_dbm_median"] == pytest.approx(settings.law.alpha_dbm, rel=0.1)
     assert fitted["beta_per_m_median"] == pytest.approx(settings.law.beta_per_m, rel=0.05)
+
+
+# Receding horizon ---------------------------------------------------------------------------------
+
+
+def test_on_the_circle_a_receding_horizon_keeps_the_closed_form_wheel_rates(tmp_path):
+    """v = 2 pi R / t, and the wheels turn with v (1 +- l / 2R) / r."""
+    settings = of(tmp_path, "circle_radius_m = 1.5\ncircle_duration_s = 30.0\nhorizon = 15\n")
+    curve, _ = horizons._tasks(settings)["circle"]
+    setup = chapters.neighbouring_setup(settings, curve, (1.5, 0.0, math.pi / 2))
+    control = chapters.predictive_control(settings, setup)
+    robot, speed = settings.robot, 2.0 * math.pi * 1.5 / 30.0
+    share = 0.5 * robot.axle_length_m / 1.5
+    wanted = speed / robot.wheel_radius_m * np.array([1.0 + share, 1.0 - share])
+    for step in (0, 100, 200):
+        pose = setup.desired.poses[step : step + 1].copy()
+        rates = control.wheel_rates(step, pose, np.zeros((1, 1)))[0]
+        assert rates == pytest.approx(wanted, rel=0.02)
+
+
+def test_the_time_to_converge_is_the_first_within_a_decimetre():
+    errors = np.array([[0.5, 0.2, 0.05, 0.3], [0.5, 0.5, 0.4, 0.2]])
+    assert horizons.converged_s(errors, 0.5).tolist() == [1.0, 1.5]
+
+
+def test_a_longer_horizon_is_better_and_none_converges_before_the_neighbouring_control(tmp_path):
+    settings = of(tmp_path, "runs = 10\nhorizons = [5, 40]\n")
+    ours, short, long = (
+        rows_by(horizons.COLUMNS, horizons.compute(settings, part))[0]
+        for part in horizons.parts(settings)
+        if part.task == "lemniscate"
+    )
+    assert short["horizon_s"] == pytest.approx(0.5)
+    assert ours["converged_s_median"] <= long["converged_s_median"] < short["converged_s_median"]
+    assert ours["average_m_median"] < long["average_m_median"] < short["average_m_median"]
+
+
+# SLAM beside the filter on RSS --------------------------------------------------------------------
+
+
+def test_slam_and_the_filter_on_rss_estimate_the_same_drives(tmp_path):
+    settings = of(tmp_path, "slam_runs = 20\n")
+    record = slam_line.compute(settings, Part(chapter="slam line", sigma=0.1))
+    slam, rss, dead = rows_by(slam_line.COLUMNS, record)
+    assert dead["final_m_median"] == pytest.approx(np.median(record.slam.reckoned_error_m))
+    assert slam["final_m_median"] == pytest.approx(np.median(record.slam.final_error_m))
+    clear = of(tmp_path, "slam_runs = 20\nrss_sigma_db = 0.5\n")
+    rss_clear = rows_by(slam_line.COLUMNS, slam_line.compute(clear, Part(chapter="", sigma=0.1)))[1]
+    assert rss_clear["final_m_median"] < 0.02 < rss["final_m_median"]
+    assert rss_clear["second_half_over_first"] < 1.5 < dead["second_half_over_first"]

@@ -52,7 +52,7 @@ def test_the_tags_of_the_study_are_the_tags_of_every_chapter(tmp_path):
     heights = [[1.0, 2.0, 2.1], [-1.0, 0.5, 1.0]]
     for found in (settings.mesh.tags_m, settings.feedback_tags_m):
         assert found == pytest.approx(np.array(heights))
-    assert chapters.slam_tags_m(settings) == pytest.approx(np.array(heights)[:, :2])
+    assert chapters.laboratory_tags_m(settings) == pytest.approx(np.array(heights))
     assert room.meshes(settings) == (0,)
 
 
