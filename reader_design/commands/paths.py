@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 import numpy as np
+import numpy.typing as npt
 
 from octant.geometries.errors import ConfigError
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.options import POINT, approve, common_options, number
-from octant.reader_design.study_file.quantities import Angle
+from octant.reader_design.study_file.quantities import Angle, Count, Deviation, Seed
 
 if TYPE_CHECKING:
     from octant.reader_design.face.paths import Block, End, PathLink
@@ -263,21 +264,47 @@ def explain(
     "--poses", type=click.Path(path_type=Path), required=True, help="CSV: x_m,y_m,heading_deg."
 )
 @click.option("--csv", "csv_file", help="Write the RSS here; default: stdout.")
+@click.option(
+    "--readings",
+    type=number(Count),
+    help="Give so many readings of each pose by the receiver of [sensor]; default: exact power.",
+)
+@click.option(
+    "--noise-db",
+    type=number(Deviation),
+    help="Noise of each reading [dB]; default: that of [mission] or [dock], or none.",
+)
+@click.option("--seed", type=number(Seed), help="Seed of the readings; default: the study's.")
 @common_options
 def rss(
-    *, study: Path, tag_id: str, poses: Path, csv_file: str | None, force: bool, quiet: bool
+    *,
+    study: Path,
+    tag_id: str,
+    poses: Path,
+    csv_file: str | None,
+    readings: int | None,
+    noise_db: float | None,
+    seed: int | None,
+    force: bool,
+    quiet: bool,
 ) -> None:
     """Compute what each antenna of the reader of STUDY receives from one tag, pose by pose.
 
-    Writes the poses and rss_1_w ... rss_n_w, coherent power in watts.
+    Writes the poses and rss_1_w ... rss_n_w, coherent power in watts. With --readings each pose has
+    a row a reading, as the receiver of the table [sensor] reads it with the robot at rest; the last
+    column counts them, and what is not received is 0.
     """
     from octant.geometries.files import refuse_overwrite
     from octant.reader_design.face.rss_map import pose_rss_w, rss_columns, rss_link
+    from octant.reader_design.face.rss_readings import READINGS_STREAM, readings_w, study_noise_db
     from octant.reader_design.setting.cost import field_cost, reader_cost
     from octant.reader_design.showing.tables import put_table, read_columns
     from octant.reader_design.study_file.loading import load_study
 
     loaded = load_study(study)
+    if readings is None and (noise_db is not None or seed is not None):
+        msg = "--noise-db and --seed are of readings, but --readings is not given; give it too."
+        raise ConfigError(msg)
     if csv_file not in {None, "-"}:
         refuse_overwrite(Path(str(csv_file)), force=force)
     given = read_columns(poses, ["x_m", "y_m", "heading_deg"])
@@ -285,13 +312,29 @@ def rss(
     cost = field_cost(loaded, len(given), tags=1, causes=("poses",))
     approve(reader_cost(loaded).and_then(cost), progress)
     link = rss_link(loaded, tag_id, given, progress=progress)
-    blocks = (
-        np.column_stack([given[i : i + 1000], pose_rss_w(link, given[i : i + 1000])])
-        for i in range(0, len(given), 1000)
-    )
+    columns = rss_columns(link.antennas)
+    rng = np.random.default_rng((loaded.seed if seed is None else seed, READINGS_STREAM))
+
+    def block(places: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+        power_w = pose_rss_w(link, places)
+        if readings is None:
+            return np.column_stack([places, power_w])
+        read = readings_w(
+            loaded,
+            power_w,
+            link.azimuths_rad,
+            rng,
+            readings=readings,
+            noise_db=study_noise_db(loaded) if noise_db is None else noise_db,
+        )
+        numbers = np.tile(np.arange(readings, dtype=np.float64), len(places))
+        rows = read.reshape(-1, link.antennas)
+        return np.column_stack([np.repeat(places, readings, axis=0), rows, numbers])
+
+    blocks = (block(given[i : i + 1000]) for i in range(0, len(given), 1000))
     put_table(
         csv_file,
-        rss_columns(link.antennas),
+        columns if readings is None else [*columns, "reading"],
         (row for block in blocks for row in block.tolist()),
         force=force,
     )

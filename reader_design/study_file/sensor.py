@@ -19,8 +19,9 @@ from octant.reader_design.study_file.room import Table
 class Sensor(Table, frozen=True, kw_only=True):
     """How RSS is measured on missions and docking, besides their ``noise_db``: table ``[sensor]``.
 
-    Scores read by the table ``[scoring]``, the tracking part by the noises of ``[track]``; `octant
-    map` and `octant rss` give the power that arrives.
+    `octant rss --readings` gives such readings. Scores read by the table ``[scoring]``, the
+    tracking part by the noises of ``[track]``; `octant map` and `octant rss` without readings give
+    the power that arrives.
 
     Parameters
     ----------

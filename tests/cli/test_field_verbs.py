@@ -61,6 +61,37 @@ def test_rss_of_isolated_dipoles_in_free_space_is_friis(octant, study_file, tmp_
     assert (rows[1]["x_m"], rows[1]["heading_deg"]) == ("1.0", "-30.0")
 
 
+def test_readings_are_those_of_the_sensor_and_its_noise(octant, study_file, tmp_path):
+    poses = tmp_path / "poses.csv"
+    poses.write_text("x_m,y_m,heading_deg\n0,0,90\n1,1,-30\n")
+    call = ("--tag", "near", "--poses", poses, "-q")
+    exact = table_of(octant("rss", study_file(FREE), *call).out)
+    many = ("--readings", "400", "--noise-db", "2")
+    read = table_of(octant("rss", study_file(FREE), *call, *many).out)
+    assert read.dtype.names == (*exact.dtype.names, "reading")
+    for pose in range(2):
+        mine = read[400 * pose : 400 * (pose + 1)]
+        assert (mine["reading"] == np.arange(400)).all()
+        off_db = 10.0 * np.log10(mine["rss_3_w"] / exact["rss_3_w"][pose])
+        assert off_db.std() == pytest.approx(2.0, rel=0.15)
+        assert off_db.mean() == pytest.approx(0.0, abs=0.4)
+    again = table_of(octant("rss", study_file(FREE), *call, *many).out)
+    other = table_of(octant("rss", study_file(FREE), *call, *many, "--seed", "9").out)
+    assert (again == read).all()
+    assert (other["rss_1_w"] != read["rss_1_w"]).all()
+    # Codes of 3 bits from -60 to -20 dBm, without noise: seven steps, rounded.
+    coded = FREE + "[sensor]\nbits = 3\nfloor_dbm = -60.0\nfull_scale_dbm = -20.0\n"
+    codes = table_of(octant("rss", study_file(coded), *call, *many[:2], "--noise-db", "0").out)
+    level = 10.0 * np.log10(codes["rss_1_w"]) + 30.0
+    steps = (level + 60.0) / (40.0 / 7.0)
+    assert steps == pytest.approx(np.round(steps))
+    assert "--readings" in octant("rss", study_file(FREE), *call, "--seed", "1").refused()
+
+
+def table_of(text):
+    return np.genfromtxt(io.StringIO(text), delimiter=",", names=True)
+
+
 def test_rss_without_csv_goes_to_stdout(octant, study_file, tmp_path):
     poses = tmp_path / "poses.csv"
     poses.write_text("heading_deg,x_m,y_m\n0,1,2\n")
