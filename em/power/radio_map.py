@@ -9,7 +9,8 @@ import numpy.typing as npt
 from octant.em.antennas.kinds import Antenna
 from octant.em.blocks import Progress
 from octant.em.medium.radio_scene import RadioScene
-from octant.em.power.received_power import ReaderLink, ReceivedPower, antenna_power
+from octant.em.power.backscatter import Answers, BackscatterLink, Link
+from octant.em.power.received_power import ReceivedPower, antenna_power
 from octant.em.search.candidates import Candidates
 from octant.geometries._arrays import frozen_array
 
@@ -104,7 +105,7 @@ def map_antenna(
 
 
 def map_reader(
-    link: ReaderLink,
+    link: Link,
     *,
     x_m: npt.ArrayLike,
     y_m: npt.ArrayLike,
@@ -123,3 +124,39 @@ def map_reader(
     poses = places.copy()
     poses[:, 2] = heading_rad
     return _as_map(x, y, link.reader_z_m, link.power(poses, progress=progress))
+
+
+def map_backscatter(
+    link: BackscatterLink,
+    *,
+    x_m: npt.ArrayLike,
+    y_m: npt.ArrayLike,
+    heading_rad: float,
+    progress: Progress | None = None,
+) -> tuple[RadioMap, Answers]:
+    """Return the map of `map_reader` for a tag that answers, and its answers, (nx, ny, n) [W].
+
+    Parameters
+    ----------
+    link, x_m, y_m, heading_rad, progress : As in `map_reader` [m], [rad].
+    """
+    x, y, places = _map(x_m, y_m, link.reader_z_m)
+    poses = places.copy()
+    poses[:, 2] = heading_rad
+    found = link.answers(poses, progress=progress)
+    return as_answer_map(x, y, link.reader_z_m, found)
+
+
+def as_answer_map(
+    x_m: FloatArray, y_m: FloatArray, z_m: float, found: Answers
+) -> tuple[RadioMap, Answers]:
+    """Return answers at the places of a grid as maps over it, (nx, ny, n) [W].
+
+    Parameters
+    ----------
+    x_m, y_m, z_m : (nx,), (ny,), () float64 — Coordinates of the grid [m].
+    found : Answers at the grid's places, x first.
+    """
+    power = _as_map(x_m, y_m, z_m, found.rss)
+    parts = [part.reshape(power.coherent_w.shape) for part in found[1:]]
+    return power, Answers(found.rss, *parts)

@@ -5,8 +5,8 @@ receiver's errors (`rss_detector`) and what is lost.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Protocol
+from dataclasses import dataclass, field
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -15,6 +15,7 @@ from octant.geometries.errors import NavigationError
 from octant.geometries.names import nearest_name
 from octant.navigation.robot.motion import AT_REST, Motion
 from octant.navigation.sensing.bearing import checked_azimuths
+from octant.navigation.sensing.inventory import ReadRates
 from octant.navigation.sensing.rss_detector import RssQuantiser, ThermalNoise, log_normal_rss
 
 
@@ -23,6 +24,19 @@ class PowerLink(Protocol):
 
     def rss_w(self, poses: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
         """Return the received power of each antenna, (m, n) [W]; zero where nothing arrives.
+
+        Parameters
+        ----------
+        poses : (m, 3) float64 — x [m], y [m], heading [rad] of the robot in the room.
+        """
+        ...
+
+
+class AnsweringLink(PowerLink, Protocol):
+    """The same of a tag that answers only where the reader wakes it."""
+
+    def reads(self, poses: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
+        """Return at which poses the tag answers which antenna, (m, n).
 
         Parameters
         ----------
@@ -89,6 +103,8 @@ class FieldSensor:
     dwell_s : Time from one antenna's reading to the next one's [s]; zero reads all at once.
     drop_out_probability : Probability that an antenna's reading is lost and reads zero [-].
     read_probability : Probability that a tag within reach answers; otherwise all read zero [-].
+    crowd, rates : Links of all tags whose answers collide, and how probably one of so many is read
+        in the dwell time [-]; None: none collide.
     """
 
     links: Mapping[str, PowerLink]
@@ -100,9 +116,12 @@ class FieldSensor:
     thermal: ThermalNoise | None = None
     drop_out_probability: float = 0.0
     read_probability: float = 1.0
+    crowd: Mapping[str, AnsweringLink] = field(default_factory=dict)
+    rates: ReadRates | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "links", dict(self.links))
+        object.__setattr__(self, "crowd", dict(self.crowd))
         object.__setattr__(self, "azimuths_rad", checked_azimuths(self.azimuths_rad))
         if not self.links:
             msg = "the sensor has no link to any tag; give at least one."
@@ -142,11 +161,16 @@ class FieldSensor:
         ----------
         pose, tag_id, rng, motion : As for `RssSensor.read` [m], [rad].
         """
-        rss = self._field_w(np.asarray(pose, dtype=np.float64), tag_id, motion)
+        poses = self._poses(np.asarray(pose, dtype=np.float64), motion)
+        rss = self._field_w(poses, tag_id)
         # The thermal noise draws last: how many numbers its gamma variables take is not fixed.
         own = rng.spawn(1)[0]
         answers = float(own.random()) < self.read_probability
         arrives = own.random(rss.shape) >= self.drop_out_probability
+        if self.rates is not None and tag_id in self.crowd:
+            others = [link for other, link in self.crowd.items() if other != tag_id]
+            awake = (rss > 0.0) + sum(self._each(link.reads(poses)) for link in others)
+            arrives &= own.random(rss.shape) < self.rates.of(awake)
         if self.thermal is not None:
             rss = self.thermal.reading_w(rss, own)
         rss = log_normal_rss(rss, self.noise_db, rng)
@@ -155,23 +179,28 @@ class FieldSensor:
             rss = self.quantiser.quantise(rss)
         return np.where(arrives & answers, rss, 0.0)
 
-    def _field_w(
-        self, pose: npt.NDArray[np.float64], tag_id: str, motion: Motion
-    ) -> npt.NDArray[np.float64]:
+    def _poses(self, pose: npt.NDArray[np.float64], motion: Motion) -> npt.NDArray[np.float64]:
+        """Return the poses at which the antennas are read [m], [rad]: one, or one for each."""
+        one_pose = self.dwell_s == 0.0 or motion.rests
+        times_s = np.zeros(1) if one_pose else self.dwell_s * np.arange(1 - self.antennas, 1)
+        return motion.poses(pose, times_s)
+
+    def _field_w(self, poses: npt.NDArray[np.float64], tag_id: str) -> npt.NDArray[np.float64]:
         """Return the (n,) powers at the places where the antennas are read [W]."""
         if tag_id not in self.links:
             raise unknown_tag(tag_id, self.tag_ids)
-        n = self.antennas
-        one_pose = self.dwell_s == 0.0 or motion.rests
-        times_s = np.zeros(1) if one_pose else self.dwell_s * np.arange(1 - n, 1)
-        rss = self.links[tag_id].rss_w(motion.poses(pose, times_s))
-        if rss.shape[1] != n:
+        rss = self.links[tag_id].rss_w(poses)
+        if rss.shape[1] != self.antennas:
             msg = (
                 f"the link of tag {tag_id!r} gives {rss.shape[1]} RSS values, but the reader has "
-                f"{n} antennas: build both from one reader."
+                f"{self.antennas} antennas: build both from one reader."
             )
             raise NavigationError(msg)
-        return rss[0] if one_pose else rss.diagonal()
+        return self._each(rss)
+
+    def _each(self, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        """Return each antenna's value (n,) at the pose where it is read, of (1 or n, n)."""
+        return values[0] if len(values) == 1 else values.diagonal()
 
 
 def unknown_tag(tag_id: str, known: tuple[str, ...]) -> NavigationError:

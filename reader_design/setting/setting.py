@@ -10,7 +10,8 @@ import numpy.typing as npt
 
 from octant.em.antennas.embedded import ReaderResponse
 from octant.em.medium.radio_scene import RadioScene, radio_scene
-from octant.em.power.received_power import ReaderLink, reader_link
+from octant.em.power.backscatter import BackscatterLink, Link
+from octant.em.power.received_power import reader_link
 from octant.em.search.candidates import Candidates, SolverSettings, radio_scenes, search_candidates
 from octant.geometries.errors import ConfigError, OctantError, PhysicsWarning
 from octant.geometries.scene import Scene, build_scene, free_space_scene
@@ -22,6 +23,7 @@ from octant.reader_design.setting.advice import (
 )
 from octant.reader_design.setting.design import reader_responses
 from octant.reader_design.setting.placing import PlacedTag, check_heights, check_starts, place_tags
+from octant.reader_design.setting.rfid import LinkPlace, study_tag, woken_link
 from octant.reader_design.setting.scores import USABLE_DBM
 from octant.reader_design.study_file.bodies import object_bodies, room_bodies, study_materials
 from octant.reader_design.study_file.checks import rooms_of
@@ -232,8 +234,10 @@ class Setting:
             solver = replace(solver, max_reflections=max_reflections)
         return search_candidates(radio or self.radios[0], source_m, solver, region_m=region_m)
 
-    def link(self, tag: PlacedTag, *, height_m: float | None = None) -> ReaderLink:
+    def link(self, tag: PlacedTag, *, height_m: float | None = None) -> Link:
         """Return the link of a tag to the reader: RSS [W] for any pose, mean over the channels.
+
+        Of a tag that the reader wakes, what it sends back; 0 where it sleeps.
 
         Parameters
         ----------
@@ -242,7 +246,7 @@ class Setting:
         """
         return self._link(self.radios, tag, tag.position_m, height_m=height_m, solver=self.solver)
 
-    def free_link(self, tag: PlacedTag) -> ReaderLink:
+    def free_link(self, tag: PlacedTag) -> Link:
         """Return the link of a tag to the reader at the same heights, without any room.
 
         Parameters
@@ -253,15 +257,27 @@ class Setting:
         place[2] -= self.reader_z_m - self.reader.height_m
         return self._link(_free_space(tag), tag, place)
 
-    def open_link(self, tag: PlacedTag) -> ReaderLink:
+    def open_link(self, tag: PlacedTag) -> Link:
         """Return the link of a tag that hangs over (0, 0) as high as here, but in free space.
+
+        It is what one knows of the reader and the tag beforehand: the tag never sleeps.
 
         Parameters
         ----------
         tag : Only its height above the floor and its antenna count [m].
         """
+        link = self._link(_free_space(tag), tag, np.array([0.0, 0.0, self.height_m(tag)]))
+        return link.always_awake() if isinstance(link, BackscatterLink) else link
+
+    def woken_open_link(self, tag: PlacedTag) -> BackscatterLink:
+        """Return the same of a tag that sleeps where the reader does not wake it.
+
+        Parameters
+        ----------
+        tag : A tag that is not active; only its height and its antenna count [m].
+        """
         place = np.array([0.0, 0.0, self.height_m(tag)])
-        return self._link(_free_space(tag), tag, place)
+        return self._woken(_free_space(tag), tag, place)
 
     def height_m(self, tag: PlacedTag) -> float:
         """Return how high a tag hangs above the floor [m].
@@ -280,7 +296,9 @@ class Setting:
         *,
         height_m: float | None = None,
         solver: SolverSettings = DIRECT_ONLY,
-    ) -> ReaderLink:
+    ) -> Link:
+        if study_tag(self.study, tag).kind != "active":
+            return self._woken(radios, tag, position_m, height_m=height_m, solver=solver)
         return reader_link(
             radios,
             tag_position_m=position_m,
@@ -290,6 +308,24 @@ class Setting:
             reader_height_m=self.reader.height_m if height_m is None else height_m,
             solver=solver,
         )
+
+    def _woken(
+        self,
+        radios: Sequence[RadioScene],
+        tag: PlacedTag,
+        position_m: FloatArray,
+        *,
+        height_m: float | None = None,
+        solver: SolverSettings = DIRECT_ONLY,
+    ) -> BackscatterLink:
+        place = LinkPlace(
+            radios=radios,
+            tag_m=position_m,
+            height_m=self.reader.height_m if height_m is None else height_m,
+            solver=solver,
+            standoff_m=self.study.solver.standoff_m,
+        )
+        return woken_link(self.study, tag, place, self.responses)
 
 
 def _free_space(tag: PlacedTag) -> list[RadioScene]:

@@ -17,6 +17,7 @@ from octant.reader_design.study_file.materials import check_material, material_l
 from octant.reader_design.study_file.mission import Mission
 from octant.reader_design.study_file.optimise import check_optimise
 from octant.reader_design.study_file.reader import Reader
+from octant.reader_design.study_file.rfid import check_rfid
 from octant.reader_design.study_file.robot import check_robot
 from octant.reader_design.study_file.room import Room
 from octant.reader_design.study_file.room_checks import check_rooms
@@ -52,6 +53,8 @@ def check_study(study: Study, *, shapes: bool = True) -> None:
     check_rooms(study, shapes=shapes)
     _check_unique("layout", "name", [layout.name for layout in study.layouts])
     _check_tags(study.tags)
+    _check_transmitter(study)
+    check_rfid(study)
     _check_codes("scoring", study.scoring)
     _check_codes("sensor", study.sensor)
     _check_choice(study.choice)
@@ -138,6 +141,20 @@ def _check_tags(tags: Sequence[Tag]) -> None:
                 "write for example [0, 0, 1] for a vertical one."
             )
             raise ConfigError(msg)
+
+
+def _check_transmitter(study: Study) -> None:
+    if study.rfid is None:
+        return
+    name, axis = study.rfid.transmitter_antenna, study.rfid.transmitter_axis
+    if name not in TAG_ANTENNAS and not Path(name).suffix:
+        raise ConfigError(unknown_antenna("rfid.transmitter_antenna", name))
+    if axis is not None and math.hypot(*axis) == 0.0:
+        msg = (
+            f"rfid.transmitter_axis is {list(axis)}, but an antenna needs a direction; write for "
+            "example [0, 0, 1] for a vertical one."
+        )
+        raise ConfigError(msg)
 
 
 def _check_reader(reader: Reader) -> None:

@@ -256,11 +256,19 @@ def _with_files(study: Study, convert: Any, *, axes: bool = True) -> Study:  # n
     patterns = tuple(convert(file) for file in study.reader.pattern_files)
     reader = replace(study.reader, pattern_files=patterns, objects=of_objects(study.reader.objects))
     tags = tuple(of_tag(tag) for tag in study.tags)
-    track = study.track
+    track, rfid = study.track, study.rfid
     if track is not None and track.rss_samples is not None:
         track = replace(track, rss_samples=convert(track.rss_samples))
+    if rfid is not None and rfid.transmitter_antenna not in TAG_ANTENNAS:
+        rfid = replace(rfid, transmitter_antenna=convert(rfid.transmitter_antenna))
     return replace(
-        study, room=of_room(study.room), tags=tags, layouts=layouts, reader=reader, track=track
+        study,
+        room=of_room(study.room),
+        tags=tags,
+        layouts=layouts,
+        reader=reader,
+        track=track,
+        rfid=rfid,
     )
 
 

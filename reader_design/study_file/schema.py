@@ -15,10 +15,12 @@ from octant.reader_design.study_file.mission import Mission
 from octant.reader_design.study_file.optimise import Optimise
 from octant.reader_design.study_file.quantities import (
     Angle,
+    Deviation,
     Direction,
     Distance,
     FileName,
     Frequency,
+    Level,
     Name,
     Point,
     Power,
@@ -28,6 +30,7 @@ from octant.reader_design.study_file.quantities import (
     Word,
 )
 from octant.reader_design.study_file.reader import Reader
+from octant.reader_design.study_file.rfid import Rfid
 from octant.reader_design.study_file.robot import Robot
 from octant.reader_design.study_file.room import Room, RoomObject, Table
 from octant.reader_design.study_file.sensor import Sensor
@@ -42,7 +45,7 @@ class Radio(Table, frozen=True, kw_only=True):
     ----------
     frequency_hz : Carrier frequency [Hz].
     channels_hz : Hopping frequencies [Hz]; where given, RSS is the mean power over them.
-    tag_power_w : Power [W] that a tag radiates.
+    tag_power_w : Power [W] that an active tag radiates.
     """
 
     frequency_hz: Frequency = 2.4e9
@@ -70,6 +73,17 @@ class Tag(Table, frozen=True, kw_only=True):
         along the wire, where the patch faces, the file's z axis. None: up, patches down.
     azimuth_deg : Turn of a patch or a file about the axis [deg]; at 0 the patch's resonant side and
         the file's x axis point along +x, as far as that is across the axis.
+    kind : ``active`` tags send by themselves; ``passive`` ones live on the reader's wave,
+        ``semi_passive`` ones have a battery for the chip only: both answer by backscatter where the
+        reader wakes them, see ``[rfid]``. The further keys are for these.
+    sensitivity_dbm : Power at the chip [dBm] from which it works; None: -18 of a passive one, -31
+        of a semi-passive one.
+    mismatch_loss_db : Loss [dB] of the antenna's power on its way into the chip, 1 - |Γ|².
+    modulation_loss_db : Loss [dB] of the modulation, |Γ1 - Γ2|²/4 of the chip's two states; 6 where
+        it is matched in one and shorted in the other. The differential radar cross section is
+        λ² G²/(4π) times it.
+    backscatter_loss_db : Further loss [dB] of what the tag sends back.
+    polarisation_loss_db : Loss [dB] each way besides what follows from both antennas' fields.
     """
 
     id: Name
@@ -77,6 +91,12 @@ class Tag(Table, frozen=True, kw_only=True):
     antenna: FileName = "dipole"
     axis: Direction | None = None
     azimuth_deg: Angle = 0.0
+    kind: Literal["active", "semi_passive", "passive"] = "active"
+    sensitivity_dbm: Level | None = None
+    mismatch_loss_db: Deviation = 0.0
+    modulation_loss_db: Deviation = 6.0
+    backscatter_loss_db: Deviation = 0.0
+    polarisation_loss_db: Deviation = 0.0
 
 
 class Range(Table, frozen=True, kw_only=True):
@@ -182,6 +202,7 @@ class Study(Table, frozen=True, kw_only=True):
     optimise : The search for a reader design; None: the study has none.
     tolerance : How exactly readers are made; None: the defaults.
     layouts : The tables ``[[layout]]``.
+    rfid : How the reader wakes and inventories tags; None: all tags are active.
     """
 
     name: Name = "study"
@@ -203,3 +224,4 @@ class Study(Table, frozen=True, kw_only=True):
     optimise: Optimise | None = None
     tolerance: Tolerance | None = None
     layouts: tuple[Layout, ...] = msgspec.field(default=(), name="layout")
+    rfid: Rfid | None = None

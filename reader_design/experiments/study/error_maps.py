@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from octant.em.power.received_power import ReaderLink
+from octant.em.power.backscatter import Link
 from octant.navigation.sensing.bearing import reader_azimuth
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.setting.bearing_errors import vector_errors_rad
@@ -25,7 +25,7 @@ BLOCK = 2048
 
 
 def heading_errors_rad(
-    link: ReaderLink, places_m: FloatArray, headings_rad: FloatArray
+    link: Link, places_m: FloatArray, headings_rad: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return the rms error over all headings of vector sum and strongest antenna, (p,) each [rad].
 
