@@ -144,19 +144,12 @@ def map_backscatter(
     poses = places.copy()
     poses[:, 2] = heading_rad
     found = link.answers(poses, progress=progress)
-    return as_answer_map(x, y, link.reader_z_m, found)
-
-
-def as_answer_map(
-    x_m: FloatArray, y_m: FloatArray, z_m: float, found: Answers
-) -> tuple[RadioMap, Answers]:
-    """Return answers at the places of a grid as maps over it, (nx, ny, n) [W].
-
-    Parameters
-    ----------
-    x_m, y_m, z_m : (nx,), (ny,), () float64 — Coordinates of the grid [m].
-    found : Answers at the grid's places, x first.
-    """
-    power = _as_map(x_m, y_m, z_m, found.rss)
-    parts = [part.reshape(power.coherent_w.shape) for part in found[1:]]
-    return power, Answers(found.rss, *parts)
+    power = _as_map(x, y, link.reader_z_m, found.rss)
+    shape = power.coherent_w.shape
+    return power, Answers(
+        rss=ReceivedPower(power.coherent_w, power.local_mean_w, power.path_count),
+        chip_w=found.chip_w.reshape(shape),
+        chip_mean_w=found.chip_mean_w.reshape(shape),
+        margin=found.margin.reshape(shape),
+        read=found.read.reshape(shape),
+    )

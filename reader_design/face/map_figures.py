@@ -25,6 +25,7 @@ from octant.reader_design.showing.style import (
     new_figure,
     save_figure,
 )
+from octant.reader_design.showing.wake import MARGIN_DB
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -40,6 +41,7 @@ PAGES = (
     "delay_spread.png",
     "azimuth_spread.png",
     "direction_spread.png",
+    "wake_margin.png",
 )
 MOST_TAGS = 4
 FEW_COUNTS = 12
@@ -80,6 +82,8 @@ def _pages(pages: "_Pages") -> "Iterator[tuple[str, Figure]]":
     for name, title, bar in _SPREADS:
         if name in pages.data:
             yield f"{name}.png", pages.layer(name, title=title, bar_label=bar)
+    if "wake_margin_db" in pages.data:
+        yield "wake_margin.png", pages.wake_margin()
 
 
 class _Pages:
@@ -138,6 +142,17 @@ class _Pages:
         panels = [self.panel(f"tag {tag}", values[i], tag) for i, tag in enumerate(self.ids)]
         where = f"z = {float(self.data['z']):g} m, isotropic_theta"
         return self.map(panels, title=f"{title}\n{where}", bar_label=bar_label, colours="cividis")
+
+    def wake_margin(self) -> "Figure":
+        margins = np.clip(self.data["wake_margin_db"].to_numpy(), -MARGIN_DB, MARGIN_DB)
+        panels = [self.panel(f"tag {tag}", margins[i], tag) for i, tag in enumerate(self.ids)]
+        return self.map(
+            panels,
+            title=f"Where the tag wakes (blue) and by how much\n{self.where}",
+            bar_label="chip's power over its threshold [dB]",
+            limits=(-MARGIN_DB, MARGIN_DB),
+            colours="RdBu",
+        )
 
     def path_count(self) -> "Figure":
         counts = self.data["path_count"].to_numpy().astype(np.float64)

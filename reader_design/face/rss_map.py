@@ -10,10 +10,11 @@ import numpy.typing as npt
 
 from octant.em.antennas.kinds import make_antenna
 from octant.em.decibels import power_dbm
+from octant.em.power.backscatter import Answers, BackscatterLink, Link
 from octant.em.power.channel_spreads import ChannelSpreads, channel_spreads
 from octant.em.power.disc_mean import DISC_PLACES, mean_over_disc
-from octant.em.power.radio_map import RadioMap, map_antenna, map_reader
-from octant.em.power.received_power import ReaderLink, antenna_power
+from octant.em.power.radio_map import RadioMap, map_antenna, map_backscatter, map_reader
+from octant.em.power.received_power import antenna_power
 from octant.geometries.errors import ConfigError
 from octant.navigation.angles import wrap_angle
 from octant.reader_design.keeping.progress import Progress
@@ -22,8 +23,11 @@ from octant.reader_design.setting.cost import Cost, field_cost, reader_cost
 from octant.reader_design.setting.map_grid import LARGEST_MAP, map_axes_m
 from octant.reader_design.setting.measures import vector_sum_bearing_rad
 from octant.reader_design.setting.placing import PlacedTag
+from octant.reader_design.setting.read_range import ReadRange, read_range
+from octant.reader_design.setting.rfid import is_woken, isotropic_responses
 from octant.reader_design.setting.setting import Setting, build_setting
 from octant.reader_design.showing.netcdf import dataset, variable
+from octant.reader_design.showing.wake import wake_lines, wake_variables
 from octant.reader_design.study_file.loading import to_toml
 from octant.reader_design.study_file.schema import Study
 
@@ -44,12 +48,16 @@ class TagLayers:
     tag, power : The tag; coherent power, power sum [W] and number of paths.
     disc_mean_w : Mean of the coherent power over a disc of one wavelength, shaped as it [W].
     spreads : Spreads of the channel, (nx ny,) [s], [rad].
+    answers, read_range : Of a tag that the reader wakes: what it takes and answers, (nx, ny, n)
+        [W]; how far it is read in the open [m].
     """
 
     tag: PlacedTag
     power: RadioMap
     disc_mean_w: FloatArray | None = None
     spreads: ChannelSpreads | None = None
+    answers: Answers | None = None
+    read_range: ReadRange | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -111,6 +119,44 @@ def tag_map(
     )
 
 
+def woken_map(
+    setting: Setting,
+    tag: PlacedTag,
+    view: MapView,
+    *,
+    progress: Callable[[int], None],
+) -> TagLayers:
+    """Return the map of one tag that the reader wakes: what comes back [W], and what it takes.
+
+    Parameters
+    ----------
+    setting, tag, view, progress : As in `tag_map`.
+    """
+    seen = _seen_by(setting, view)
+    link = seen.link(tag, height_m=setting.study.map.height_m)
+    if not isinstance(link, BackscatterLink):
+        msg = f"tag {tag.id!r} is active, so that no reader wakes it; map it as what it sends."
+        raise ConfigError(msg)
+    power, found = map_backscatter(
+        link,
+        x_m=view.axes[0],
+        y_m=view.axes[1],
+        heading_rad=view.heading_rad,
+        progress=lambda rows, _: progress(rows),
+    )
+    if view.isotropic:  # no axis of antennas
+        means = power.local_mean_w[..., 0]
+        power = replace(power, coherent_w=power.coherent_w[..., 0], local_mean_w=means)
+    return TagLayers(tag=tag, power=power, answers=found, read_range=read_range(seen, tag))
+
+
+def _seen_by(setting: Setting, view: MapView) -> Setting:
+    """Return the setting with the reader that a map is for: one isotropic antenna, or its own."""
+    if not view.isotropic:
+        return setting
+    return setting.with_responses(isotropic_responses(setting.study.radio.frequencies_hz))
+
+
 def disc_map(
     setting: Setting,
     tag: PlacedTag,
@@ -128,11 +174,12 @@ def disc_map(
     progress : Called with the number of places of each disc that are done.
     """
     places = _places(view.axes, setting)
-    if not view.isotropic:
-        link = setting.link(tag, height_m=setting.study.map.height_m)
+    if not view.isotropic or is_woken(setting.study, tag):
+        link = _seen_by(setting, view).link(tag, height_m=setting.study.map.height_m)
 
         def power_w(at: FloatArray) -> FloatArray:
-            return link.rss_w(np.column_stack((at[:, :2], np.full(len(at), view.heading_rad))))
+            rss = link.rss_w(np.column_stack((at[:, :2], np.full(len(at), view.heading_rad))))
+            return rss[:, 0] if view.isotropic else rss
     else:
         found = setting.candidates(tag.position_m)
 
@@ -289,6 +336,12 @@ def map_dataset(
         variables |= _bearing_variables(layers, math.radians(heading_deg))
     if all(e.spreads is not None for e in layers):
         variables |= _spread_variables(layers)
+    variables |= wake_variables(
+        [e.answers for e in layers],
+        [e.read_range for e in layers],
+        chosen=chosen,
+        of_reader=of_reader,
+    )
     return dataset(
         variables,
         coordinates=coordinates,
@@ -438,7 +491,10 @@ def map_rss(
     places = axes[0].size * axes[1].size
     for tag in tags:
         with progress.count(places, label=f"tag {tag.id}") as done:
-            one = tag_map(setting, tag, view, progress=done)
+            if is_woken(study, tag):
+                one = woken_map(setting, tag, view, progress=done)
+            else:
+                one = TagLayers(tag=tag, power=tag_map(setting, tag, view, progress=done))
         disc = spread = None
         if wanted.local_mean_disc:
             with progress.count(DISC_PLACES, label=f"tag {tag.id}, discs") as done:
@@ -446,7 +502,7 @@ def map_rss(
         if wanted.spreads:
             with progress.count(places, label=f"tag {tag.id}, spreads") as done:
                 spread = spread_map(setting, tag, view, progress=done)
-        layers.append(TagLayers(tag=tag, power=one, disc_mean_w=disc, spreads=spread))
+        layers.append(replace(one, disc_mean_w=disc, spreads=spread))
     data = map_dataset(
         study,
         layers,
@@ -483,7 +539,7 @@ def with_dbm(data: "xr.Dataset") -> "xr.Dataset":
     return data.assign(added)
 
 
-def rss_link(study: Study, tag_id: str, poses: npt.ArrayLike, *, progress: Progress) -> ReaderLink:
+def rss_link(study: Study, tag_id: str, poses: npt.ArrayLike, *, progress: Progress) -> Link:
     """Return the link of one tag of a study to its reader.
 
     Parameters
@@ -508,7 +564,7 @@ def _refuse_buried_poses(setting: Setting, poses: npt.ArrayLike) -> None:
     refuse_buried(setting.scene, places_m, name="pose")
 
 
-def pose_rss_w(link: ReaderLink, poses: npt.ArrayLike) -> FloatArray:
+def pose_rss_w(link: Link, poses: npt.ArrayLike) -> FloatArray:
     """Return what every antenna receives at each pose, coherent [W].
 
     Parameters
@@ -603,8 +659,12 @@ def summary_lines(layers: Sequence[TagLayers]) -> Iterator[str]:
         tag, power, count = layer.tag.id, layer.power.coherent_w, layer.power.path_count
         strongest = power.max(axis=-1) if power.ndim == 3 else power
         heard = strongest[count > 0]
+        if layer.answers is not None:
+            yield from wake_lines(tag, layer.answers, layer.read_range)
+        heard = heard[heard > 0.0] if layer.answers is not None else heard
         if heard.size == 0 or heard.max() <= 0.0:
-            yield f"tag {tag}: no path to any of {count.size} places."
+            what = "no path to" if layer.answers is None else "no answer from the tag at"
+            yield f"tag {tag}: {what} any of {count.size} places."
             continue
         dbm = power_dbm(heard)
         yield (

@@ -13,8 +13,6 @@ FloatArray = npt.NDArray[np.float64]
 
 LARGEST_MAP = 100_000_000
 """Values that a map may hold [-]: 0.8 GB."""
-FREE_SPACE_MARGIN_M = 1.0
-"""How far a map of free space reaches beyond the tags and the start [m]."""
 
 
 def map_axes_m(setting: Setting) -> tuple[FloatArray, FloatArray]:
@@ -23,7 +21,7 @@ def map_axes_m(setting: Setting) -> tuple[FloatArray, FloatArray]:
     Parameters
     ----------
     setting : The room, whose ``map.spacing_m`` is the greatest distance between neighbours; in free
-        space the grid spans tags, start and objects with a margin.
+        space the grid spans tags, start and objects and reaches ``map.margin_m`` beyond.
     """
     study, scene = setting.study, setting.scene
     if scene.has_room:
@@ -32,8 +30,8 @@ def map_axes_m(setting: Setting) -> tuple[FloatArray, FloatArray]:
         points = [tag.point_m for tag in setting.tags]
         points += [np.array(study.mission.start_m)] if study.mission else []
         points += list(scene.bounds_m[:, :2]) if scene.bodies else []
-        low = np.min(points, axis=0) - FREE_SPACE_MARGIN_M
-        high = np.max(points, axis=0) + FREE_SPACE_MARGIN_M
+        low = np.min(points, axis=0) - study.map.margin_m
+        high = np.max(points, axis=0) + study.map.margin_m
     spacing = study.map.spacing_m
     cells = float(np.prod(np.maximum((high - low) / spacing, 1.0)))
     if cells > LARGEST_MAP:

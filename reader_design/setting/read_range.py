@@ -100,11 +100,13 @@ def _farthest(budget: "_Friis", most_m: float) -> tuple[float, float, float] | N
     def reads(floors_m: FloatArray, side_rad: float) -> npt.NDArray[np.bool_]:
         places = floors_m[:, None] * np.array([math.cos(side_rad), math.sin(side_rad)])
         headings = side_rad + 1.5 * math.pi - azimuths
-        return budget.link.answers_by_heading(places, headings).read.any(axis=-1)
+        read = budget.link.answers_by_heading(places, headings).read
+        return np.asarray(read.any(axis=-1))
 
     floors_m = np.linspace(0.0, math.sqrt(most_m**2 - budget.up_m**2), DISTANCES)
     sides = (2.0 * math.pi * np.arange(SIDES) / SIDES).tolist()
-    last = [max(np.flatnonzero(reads(floors_m, s).any(axis=1)), default=-1) for s in sides]
+    rows = np.arange(DISTANCES)
+    last = [int(np.where(reads(floors_m, s).any(axis=1), rows, -1).max()) for s in sides]
     farthest = int(np.argmax(last))
     if last[farthest] < 0:
         return None
@@ -138,7 +140,8 @@ class _Friis:
         sent = budget.sent_w * peak_gain(self.sender.pattern) * at_tag
         forward = sent * budget.forward / budget.wakes_w
         backward = sent * budget.backward * peak_gain(self.response.pattern) * at_tag
-        return self._step_m * min(math.sqrt(forward), (backward / budget.decodes_w) ** 0.25)
+        returns: float = (backward / budget.decodes_w) ** 0.25
+        return self._step_m * min(math.sqrt(forward), returns)
 
     def closed_form(self, start_m: float, side_rad: float, azimuth_rad: float) -> tuple[float, str]:
         """Return the distance [m] at which power and distance agree, and what limits it."""

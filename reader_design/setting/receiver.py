@@ -9,6 +9,7 @@ import numpy.typing as npt
 from octant.geometries.errors import ConfigError
 from octant.navigation.sensing.rss_detector import RssQuantiser, ThermalNoise, log_normal_rss
 from octant.navigation.sensing.sensor import FieldSensor, PowerLink
+from octant.reader_design.setting.inventory import Inventory
 from octant.reader_design.study_file.choice import Scoring
 from octant.reader_design.study_file.schema import Study
 from octant.reader_design.study_file.sensor import Sensor
@@ -120,6 +121,7 @@ def study_sensor(
     azimuths_rad: npt.NDArray[np.float64],
     *,
     noise_db: float,
+    inventory: Inventory | None = None,
 ) -> FieldSensor:
     """Return the sensor that a study's table ``[sensor]`` describes.
 
@@ -129,6 +131,7 @@ def study_sensor(
     links : Link of each tag that the robot may ask for.
     azimuths_rad : (n,) float64 — Azimuths of the reader's antennas [rad].
     noise_db : Standard deviation of the log-normal error [dB]: the mission's.
+    inventory : How tags that the reader wakes answer together; None: none do.
     """
     thermal, limits_w = None, [0.0]
     if table.sensitivity_dbm is not None:
@@ -147,8 +150,10 @@ def study_sensor(
         noise_db=noise_db,
         sensitivity_w=max(limits_w),
         quantiser=quantiser_of(table),
-        dwell_s=table.dwell_s,
+        dwell_s=table.dwell_s if inventory is None else inventory.dwell_s,
         thermal=thermal,
         drop_out_probability=table.drop_out_probability,
         read_probability=table.read_probability,
+        crowd={} if inventory is None else inventory.crowd,
+        rates=None if inventory is None else inventory.rates,
     )

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.em.antennas.embedded import GRID_SHAPE, ReaderResponse
-from octant.em.antennas.kinds import Antenna
+from octant.em.antennas.kinds import Antenna, make_antenna
 from octant.em.directions import angle_grid
 from octant.em.medium.radio_scene import RadioScene
 from octant.em.power.backscatter import (
@@ -31,6 +31,21 @@ FloatArray = npt.NDArray[np.float64]
 SENSITIVITY_DBM = {"passive": -18.0, "semi_passive": -31.0}
 """Power [dBm] at which usual chips work: passive ones as data sheets of the 2010s give it, battery-
 assisted ones limited by their detector (EM4325: -31 dBm)."""
+
+
+ISOTROPIC = "isotropic_theta"
+"""Kind of antenna, and model of the reader that has it alone."""
+
+
+def isotropic_responses(frequencies_hz: Sequence[float]) -> tuple[ReaderResponse, ...]:
+    """Return a reader of one isotropic antenna at each frequency [Hz].
+
+    Parameters
+    ----------
+    frequencies_hz : Frequencies of the study.
+    """
+    antennas = [make_antenna(ISOTROPIC, f) for f in frequencies_hz]
+    return tuple(single_response(antenna, model=ISOTROPIC) for antenna in antennas)
 
 
 def tag_budget(rfid: Rfid, tag: Tag, sent_w: float) -> BackscatterBudget:
@@ -70,7 +85,7 @@ class Sent:
     band: Band | None
 
 
-def sent_power(rfid: Rfid, frequency_hz: float, peak_gain: float) -> Sent:
+def sent_power(rfid: Rfid, frequency_hz: float, peak_gain: float, *, real: bool = True) -> Sent:
     """Return what the reader sends at a frequency [Hz]; refuse more than its region allows.
 
     A PhysicsWarning says where an EIRP that is given needs more conducted power than the region
@@ -80,9 +95,11 @@ def sent_power(rfid: Rfid, frequency_hz: float, peak_gain: float) -> Sent:
     ----------
     rfid, frequency_hz : The table ``[rfid]``.
     peak_gain : Greatest realised gain of the antennas that send [-]. All are fed alike.
+    real : False: an isotropic antenna, of which only the EIRP counts.
     """
     band = band_at(rfid.region, frequency_hz)
-    most_w = math.inf if band is None or band.conducted_w is None else band.conducted_w
+    limited = real and band is not None and band.conducted_w is not None
+    most_w = (band.conducted_w if band and limited else None) or math.inf
     eirp_w = rfid.eirp_w
     if rfid.power_w is None:
         conducted_w = min(band.eirp_w / peak_gain if band else math.inf, most_w)
@@ -174,7 +191,8 @@ def sent_by(rfid: Rfid, responses: Sequence[ReaderResponse]) -> Sent:
     separate = transmitters(rfid, frequencies_hz)
     patterns = [antenna_pattern(antenna) for antenna in separate]
     gains = [peak_gain(p) for p in patterns or [one.pattern for one in responses]]
-    found = [sent_power(rfid, f, g) for f, g in zip(frequencies_hz, gains, strict=True)]
+    real = bool(separate) or responses[0].model != ISOTROPIC
+    found = [sent_power(rfid, f, g, real=real) for f, g in zip(frequencies_hz, gains, strict=True)]
     return min(found, key=lambda sent: sent.conducted_w)
 
 
@@ -199,6 +217,16 @@ def woken_link(
         sender=rfid.transmitter,
         separate=_separate(rfid, tag, place),
     )
+
+
+def is_woken(study: Study, tag: PlacedTag) -> bool:
+    """Return whether a tag must be woken by the reader: a passive or semi-passive one.
+
+    Parameters
+    ----------
+    study, tag : The study, one of its tags.
+    """
+    return study_tag(study, tag).kind != "active"
 
 
 def rfid_table(study: Study) -> Rfid:
@@ -268,15 +296,15 @@ def _fixed(
     return FixedGain(coherent=float(power.coherent_w[0]), local_mean=float(power.local_mean_w[0]))
 
 
-def single_response(antenna: Antenna) -> ReaderResponse:
+def single_response(antenna: Antenna, *, model: str = "isolated") -> ReaderResponse:
     """Return one antenna on the robot as a reader with that antenna alone [-].
 
     Parameters
     ----------
-    antenna : In the reader's frame.
+    antenna, model : In the reader's frame; what its model is called.
     """
     return ReaderResponse(
-        model="isolated",
+        model=model,
         frequency_hz=antenna.frequency_hz,
         azimuths_rad=np.zeros(1),
         phase_centres_m=np.zeros((1, 3)),

@@ -23,7 +23,7 @@ from octant.reader_design.setting.advice import (
 )
 from octant.reader_design.setting.design import reader_responses
 from octant.reader_design.setting.placing import PlacedTag, check_heights, check_starts, place_tags
-from octant.reader_design.setting.rfid import LinkPlace, study_tag, woken_link
+from octant.reader_design.setting.rfid import LinkPlace, is_woken, woken_link
 from octant.reader_design.setting.scores import USABLE_DBM
 from octant.reader_design.study_file.bodies import object_bodies, room_bodies, study_materials
 from octant.reader_design.study_file.checks import rooms_of
@@ -297,7 +297,7 @@ class Setting:
         height_m: float | None = None,
         solver: SolverSettings = DIRECT_ONLY,
     ) -> Link:
-        if study_tag(self.study, tag).kind != "active":
+        if is_woken(self.study, tag):
             return self._woken(radios, tag, position_m, height_m=height_m, solver=solver)
         return reader_link(
             radios,

@@ -161,10 +161,12 @@ class Map(Table, frozen=True, kw_only=True):
     ----------
     spacing_m : Distance of neighbouring receivers [m].
     height_m : Height of the receivers above the floor [m]; None: the reader's ground plane.
+    margin_m : How far a map of free space reaches beyond the tags and the start [m].
     """
 
     spacing_m: Distance = 0.1
     height_m: Distance | None = None
+    margin_m: Distance = 1.0
 
 
 class Layout(Table, frozen=True, kw_only=True):

@@ -31,6 +31,7 @@ from octant.reader_design.experiments.docking.published import (
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.keeping.seeded import count_seeded, map_seeded
 from octant.reader_design.keeping.workers import Crew
+from octant.reader_design.setting.inventory import study_inventory
 from octant.reader_design.setting.receiver import study_sensor
 from octant.reader_design.setting.robot import robot_space, study_robot
 from octant.reader_design.setting.setting import Setting, build_setting
@@ -172,6 +173,12 @@ def docking_job(setting: Setting) -> DockingJob:
                 {table.tag: link},
                 link.azimuths_rad,
                 noise_db=table.noise_db,
+                inventory=study_inventory(
+                    setting,
+                    {table.tag: link},
+                    key="dock.reading_time_s",
+                    period_s=table.reading_time_s,
+                ),
             ),
             camera=_camera(table, setting.scene),
             robot=robot.drive,

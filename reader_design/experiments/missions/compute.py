@@ -10,6 +10,7 @@ import msgspec
 import numpy as np
 import numpy.typing as npt
 
+from octant.em.power.backscatter import BackscatterLink
 from octant.geometries.errors import ConfigError, GeometryError, NavigationError
 from octant.navigation.control.controllers import (
     Controller,
@@ -31,6 +32,7 @@ from octant.navigation.sensing.sensor import PowerLink
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.keeping.seeded import count_seeded, map_seeded
 from octant.reader_design.keeping.workers import Crew, worker_map
+from octant.reader_design.setting.inventory import study_inventory
 from octant.reader_design.setting.links import mission_tables
 from octant.reader_design.setting.receiver import study_sensor
 from octant.reader_design.setting.robot import robot_space, study_robot
@@ -58,10 +60,15 @@ def study_mission(setting: Setting, links: Mapping[str, PowerLink]) -> Mission:
     """
     table = setting.mission
     points = np.array([setting.tag(tag_id).point_m for tag_id in table.tags])
+    # A threshold is what the tag would send: whether it wakes there is another question.
+    known = {
+        tag_id: link.always_awake() if isinstance(link, BackscatterLink) else link
+        for tag_id, link in links.items()
+    }
     arrivals: list[ArrivalTest] = []
     for tag_id, point in zip(table.tags, points, strict=True):
         try:
-            arrivals += arrival_tests(links, [tag_id], point[None], radius_m=table.arrival_radius_m)
+            arrivals += arrival_tests(known, [tag_id], point[None], radius_m=table.arrival_radius_m)
         except NavigationError:
             lone = {tag_id: setting.open_link(setting.tag(tag_id))}
             arrivals += arrival_tests(
@@ -146,6 +153,9 @@ def mission_job(setting: Setting, *, noise_db: float | None = None) -> MissionJo
             links,
             setting.responses[0].azimuths_rad,
             noise_db=table.noise_db if noise_db is None else noise_db,
+            inventory=study_inventory(
+                setting, links, key="mission.sample_time_s", period_s=table.sample_time_s
+            ),
         ),
         navigator=study_navigator(setting, mission, robot=robot),
         robot=robot,

@@ -1,12 +1,15 @@
 """Maps of the chosen reader over the room, kept in a file named by the hash of their input."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 
-from octant.em.power.radio_map import map_reader
+from octant.em.power.backscatter import Answers, BackscatterLink, Link
+from octant.em.power.radio_map import RadioMap, map_backscatter, map_reader
 from octant.geometries.errors import OctantError
 from octant.reader_design.experiments.study.error_maps import error_maps
 from octant.reader_design.keeping.keeper import map_cases
@@ -14,14 +17,18 @@ from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.keeping.small_netcdf import DatasetCodec
 from octant.reader_design.setting.evaluation import room_samples_w
 from octant.reader_design.setting.map_grid import map_axes_m
+from octant.reader_design.setting.read_range import read_range
+from octant.reader_design.setting.rfid import is_woken
 from octant.reader_design.setting.samples import grid_azimuths_rad, standing_room
 from octant.reader_design.setting.setting import Setting
 from octant.reader_design.showing.netcdf import dataset, variable
+from octant.reader_design.showing.wake import wake_variables
 from octant.reader_design.study_file.loading import to_toml
 
 if TYPE_CHECKING:
     import xarray as xr
 
+FloatArray = npt.NDArray[np.float64]
 
 LEFT_OUT = (
     "MapCase.progress",
@@ -94,19 +101,14 @@ def mapped(_context: None, case: MapCase) -> "xr.Dataset":
         reader_z_m=setting.reader_z_m,
         clearance_m=study.reader.ground_plane_m / 2.0,
     ).reshape(x.size, y.size)
-    maps = []
+    maps: list[RadioMap] = []
+    answers: list[Answers | None] = []
     for tag in setting.tags:
-        link = setting.link(tag)
         with progress.count(x.size * y.size, label=f"map of tag {tag.id}") as done:
-            maps.append(
-                map_reader(
-                    link,
-                    x_m=x,
-                    y_m=y,
-                    heading_rad=heading_rad,
-                    progress=lambda rows, _, done=done: done(rows),  # type: ignore[misc]
-                )
-            )
+            one, answer = _map_of(setting.link(tag), (x, y), heading_rad, done)
+        maps.append(one)
+        answers.append(answer)
+    ranges = [read_range(setting, tag) if is_woken(study, tag) else None for tag in setting.tags]
     n = setting.reader.antennas
     variables = {
         **error_maps(setting, grid.reshape(*standing.shape, 2), standing, progress),
@@ -128,6 +130,7 @@ def mapped(_context: None, case: MapCase) -> "xr.Dataset":
             units="1",
             long_name="number of paths",
         ),
+        **wake_variables(answers, ranges),
         "standing": variable(
             ["x", "y"], standing.astype(np.int8), units="1", long_name="1 where the reader fits"
         ),
@@ -160,3 +163,19 @@ def mapped(_context: None, case: MapCase) -> "xr.Dataset":
         title="maps of the chosen reader",
         attributes={"heading_deg": float(np.degrees(heading_rad))},
     )
+
+
+def _map_of(
+    link: Link,
+    axes: tuple[FloatArray, FloatArray],
+    heading_rad: float,
+    done: Callable[[int], None],
+) -> tuple[RadioMap, Answers | None]:
+    x, y = axes
+
+    def rows_done(rows: int, _: int) -> None:
+        done(rows)
+
+    if isinstance(link, BackscatterLink):
+        return map_backscatter(link, x_m=x, y_m=y, heading_rad=heading_rad, progress=rows_done)
+    return map_reader(link, x_m=x, y_m=y, heading_rad=heading_rad, progress=rows_done), None

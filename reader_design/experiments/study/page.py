@@ -24,6 +24,7 @@ from octant.reader_design.experiments.study.mission_sections import (
     mission_sentence,
     shortlist_table,
 )
+from octant.reader_design.experiments.study.rfid_section import rfid_section
 from octant.reader_design.experiments.study.shortlist import DrivenDesign
 from octant.reader_design.keeping.versions import versions
 from octant.reader_design.setting.design import FULLWAVE
@@ -142,6 +143,7 @@ def study_report(content: StudyContent, figures: dict[str, list[tuple[str, str, 
                     points=_room_points(content),
                     figures=embedded_figures(figures, "room"),
                 ),
+                rfid_section(content.setting, embedded_figures(figures, "rfid")),
                 mission_section(
                     content.missions, study.mission, embedded_figures(figures, "mission")
                 ),

@@ -101,6 +101,7 @@ def _figures(
         reader_figures,
         room_figures,
     )
+    from octant.reader_design.experiments.study.rfid_section import rfid_figures
     from octant.reader_design.experiments.study.sweep_figures import sweep_figures
     from octant.reader_design.showing.plan import plan_of
     from octant.reader_design.showing.style import save_figure
@@ -116,6 +117,7 @@ def _figures(
         ),
         reader_figures(study, cell, elements, room_map),
         room_figures(content.setting, room_map, elements),
+        rfid_figures(content.setting, room_map),
         mission_figures(content.setting, pairs, label=cell.label),
     )
     entries: dict[str, list[tuple[str, str, Path]]] = {}
