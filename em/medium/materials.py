@@ -21,6 +21,10 @@ at 433, 868 and 915 MHz within reach of what was fitted from 1 GHz on; beyond it
 """
 
 
+LOWEST_RFID_HZ = 0.4e9
+"""Frequency [Hz] from which every material is known somehow: below UHF RFID at 433 MHz."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Material:
     """Electrical properties of a wall: relative permittivity a f^b, conductivity c f^d, f in GHz.
@@ -34,6 +38,7 @@ class Material:
     sigma_c_s_per_m, sigma_d : Conductivity c f^d [S/m].
     frequency_range_hz : Frequencies [Hz] for which the model was fitted; up to a factor of
         `EXTRAPOLATION` beyond them it is extrapolated with a PhysicsWarning.
+    extrapolated_from_hz : Lowest frequency [Hz] of that, where it is another.
     thickness_m : Thickness [m] of a finite slab; None for a half-space.
     is_pec : Whether it is a perfect conductor; the numbers above then do not count.
     layers : Two or more layers of a wall, from the front, which the mesh's normal points to; the
@@ -46,6 +51,7 @@ class Material:
     sigma_c_s_per_m: float = 0.0
     sigma_d: float = 0.0
     frequency_range_hz: tuple[float, float] = (0.0, math.inf)
+    extrapolated_from_hz: float | None = None
     thickness_m: float | None = None
     is_pec: bool = False
     layers: tuple["Material", ...] = ()
@@ -136,20 +142,27 @@ class Material:
     def _check_range(self, frequency_hz: float) -> None:
         """Warn of a frequency [Hz] beyond the model's range, refuse one far beyond."""
         low, high = self.frequency_range_hz
-        near = low / EXTRAPOLATION <= frequency_hz <= high * EXTRAPOLATION
+        reach_hz = self.extrapolated_from_hz or low / EXTRAPOLATION
+        near = reach_hz <= frequency_hz <= high * EXTRAPOLATION
         if not (math.isfinite(frequency_hz) and frequency_hz > 0.0 and near):
             msg = (
                 f"material {self.name!r} is asked for at {frequency_hz / 1e9:g} GHz, but its model "
-                f"holds from {low / 1e9:g} to {high / 1e9:g} GHz and is extrapolated by a factor "
-                f"of {EXTRAPOLATION:g} at most; choose another frequency or give a material "
-                "{eps_r=, sigma_s_per_m=} of your own."
+                f"holds from {low / 1e9:g} to {high / 1e9:g} GHz and is extrapolated from "
+                f"{reach_hz / 1e9:g} to {high * EXTRAPOLATION / 1e9:g} GHz at most; choose another "
+                "frequency or give a material {eps_r=, sigma_s_per_m=} of your own."
             )
             raise MaterialRangeError(msg)
         if not low <= frequency_hz <= high:
             msg = (
                 f"material {self.name!r} is extrapolated: its model was fitted from {low / 1e9:g} "
-                f"to {high / 1e9:g} GHz."
+                f"to {high / 1e9:g} GHz"
             )
+            if frequency_hz < low / EXTRAPOLATION:
+                msg += (
+                    f", {low / frequency_hz:.2g} times this frequency; where it matters give a "
+                    "material {eps_r=, sigma_s_per_m=} of your own"
+                )
+            msg += "."
             warnings.warn(msg, PhysicsWarning, stacklevel=3)
 
 
@@ -178,7 +191,12 @@ _TABLE = (
     _itu("chipboard", (2.58, 0.0, 0.0217, 0.78), 1, 100),
     _itu("plywood", (2.71, 0.0, 0.33, 0.0), 1, 40),
     _itu("marble", (7.074, 0.0, 0.0055, 0.9262), 1, 60),
-    _itu("floorboard", (3.66, 0.0, 0.0044, 1.3515), 50, 100),
+    # Nothing else there describes floors. Its permittivity has no trend over frequency; its loss
+    # tangent comes out as 0.02 at 0.868 GHz, between wood's .04 and glass' .01.
+    replace(
+        _itu("floorboard", (3.66, 0.0, 0.0044, 1.3515), 50, 100),
+        extrapolated_from_hz=LOWEST_RFID_HZ,
+    ),
     Material(name="metal", sigma_c_s_per_m=1e7),  # from 1 to 100 GHz there; metal at any frequency
     _itu("very_dry_ground", (3.0, 0.0, 0.00015, 2.52), 1, 10),
     _itu("medium_dry_ground", (15.0, -0.1, 0.035, 1.63), 1, 10),

@@ -147,13 +147,23 @@ class SeparateGain(Protocol):
     """The gain from a separate sending antenna to the tag, for poses of the robot."""
 
     def power(self, poses: npt.ArrayLike) -> ReceivedPower:
-        """Return (m, 1) gains [-]."""
+        """Return (m, 1) gains [-].
+
+        Parameters
+        ----------
+        poses : (m, 3) float — x [m], y [m] and heading [rad] of the robot.
+        """
         ...
 
     def power_by_heading(
         self, places_m: npt.ArrayLike, headings_rad: npt.ArrayLike
     ) -> ReceivedPower:
-        """Return (p, h, 1) gains [-]."""
+        """Return (p, h, 1) gains [-].
+
+        Parameters
+        ----------
+        places_m, headings_rad : (p, 2), (h,) float — x, y [m] of the robot, headings [rad].
+        """
         ...
 
 
@@ -274,7 +284,7 @@ class BackscatterLink:
 
         Parameters
         ----------
-        places_m, headings_rad, progress : As in :meth:`power_by_heading`.
+        places_m, headings_rad, progress : As in :meth:`power_by_heading` [m], [rad].
         """
         return self._answers(
             lambda way, shown: way.power_by_heading(places_m, headings_rad, progress=shown),

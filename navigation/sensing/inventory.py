@@ -42,7 +42,7 @@ def aloha_throughput(tags: npt.ArrayLike, slots: npt.ArrayLike) -> FloatArray:
 
     Parameters
     ----------
-    tags, slots : Number N of tags that answer, and L of slots, at least 1.
+    tags, slots : Number N of tags that answer, and L of slots, at least 1 [-].
     """
     n, size = np.broadcast_arrays(np.asarray(tags, float), np.asarray(slots, float))
     return np.asarray(n / size * (1.0 - 1.0 / size) ** (n - 1.0))
@@ -211,7 +211,7 @@ class ReadRates:
 
         Parameters
         ----------
-        tags : (...) int — Tags that answer, the wanted one among them.
+        tags : (...) int — Tags that answer, the wanted one among them [-].
         """
         return np.concatenate(([0.0], self.probability))[np.asarray(tags, dtype=np.int64)]
 

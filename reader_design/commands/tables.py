@@ -24,7 +24,8 @@ def materials(frequency_ghz: float) -> None:
     """List the materials that a study can name, at one frequency.
 
     Permittivity and conductivity follow ITU-R P.2040-4. Outside the range that a model was fitted
-    to, up to a factor of 2.5, it is extrapolated; a dash stands where a study cannot use it.
+    to, up to a factor of 2.5 and floorboard down to 0.4 GHz, it is extrapolated; a dash stands
+    where a study cannot use it.
     """
     from octant.reader_design.face.materials import materials as table
 

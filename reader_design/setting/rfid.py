@@ -42,7 +42,7 @@ def isotropic_responses(frequencies_hz: Sequence[float]) -> tuple[ReaderResponse
 
     Parameters
     ----------
-    frequencies_hz : Frequencies of the study.
+    frequencies_hz : Frequencies of the study [Hz].
     """
     antennas = [make_antenna(ISOTROPIC, f) for f in frequencies_hz]
     return tuple(single_response(antenna, model=ISOTROPIC) for antenna in antennas)

@@ -53,13 +53,13 @@ class Rfid(Table, frozen=True, kw_only=True):
         is 0; ``none``: every tag that wakes is read.
     other_tags : Tags besides those of the study that always answer.
     tari_s : Length of the reader's zero [s].
-    one_per_zero : Length of its one by that of its zero.
+    one_per_zero : Length of its one by that of its zero [-].
     blf_hz : Backscatter link frequency [Hz].
     miller : Subcarrier cycles of a tag's bit; 1: FM0.
     pilot : Whether tags send the long preamble (TRext).
     epc_bits : Length of a tag's number [bit].
     q : First exponent of the frame size 2^q.
-    q_step : Constant C of the Q algorithm.
+    q_step : Constant C of the Q algorithm [-].
     """
 
     region: Literal["none", "etsi", "fcc"] = "none"

@@ -1,4 +1,5 @@
 import math
+import warnings
 
 import pytest
 
@@ -90,11 +91,30 @@ def test_each_model_holds_warns_or_is_refused_by_its_range_alone(entry):
         return
     for f in (low, math.sqrt(low * high), high):
         entry.relative_permittivity(f)
-    for f in (low / EXTRAPOLATION, 0.999 * low, 1.001 * high, high * EXTRAPOLATION):
+    lowest = entry.extrapolated_from_hz or low / EXTRAPOLATION
+    for f in (lowest, 0.999 * low, 1.001 * high, high * EXTRAPOLATION):
         with pytest.warns(PhysicsWarning, match=entry.name):
             eps = entry.relative_permittivity(f)
         assert eps.real >= 1.0
         assert eps.imag <= 0.0
-    for f in (0.999 * low / EXTRAPOLATION, 1.001 * high * EXTRAPOLATION):
+    for f in (0.999 * lowest, 1.001 * high * EXTRAPOLATION):
         with pytest.raises(MaterialRangeError, match=entry.name):
             entry.relative_permittivity(f)
+
+
+@pytest.mark.parametrize("frequency_hz", [433e6, 868e6, 915e6, 2.4e9])
+@pytest.mark.parametrize("entry", material_table(), ids=lambda m: m.name)
+def test_no_material_is_refused_at_the_frequencies_of_rfid(entry, frequency_hz):
+    low, high = entry.frequency_range_hz
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        eps = entry.relative_permittivity(frequency_hz)
+    assert eps.real >= 1.0
+    assert bool(caught) == (not low <= frequency_hz <= high)
+
+
+def test_floorboard_far_below_its_fit_says_how_far():
+    with pytest.warns(PhysicsWarning, match=r"50 to 100 GHz, 58 times this frequency"):
+        eps = material("floorboard").relative_permittivity(0.868e9)
+    assert eps.real == 3.66
+    assert -eps.imag / eps.real == pytest.approx(17.98 * 0.0044 * 0.868**0.3515 / 3.66, rel=1e-3)
