@@ -3,9 +3,9 @@
 import numpy as np
 
 from octant.navigation.sensing.pattern_match import PowerTable, power_table
+from octant.reader_design.setting.placing import alike_from_all_sides
 from octant.reader_design.setting.setting import Setting
 
-_ROUND = ("dipole", "monopole", "isotropic_theta")
 _SIDES = 16
 _LEAST_REACH_M = 8.0
 _OPEN_REACH = 1.5
@@ -46,12 +46,11 @@ def mission_tables(setting: Setting) -> tuple[PowerTable, ...]:
         tag, placed = given[tag_id], setting.tag(tag_id)
         kind = repr((tag.antenna, tag.axis, tag.azimuth_deg, setting.height_m(placed)))
         if kind not in made:
-            upright = tag.antenna in _ROUND and (tag.axis is None or not any(tag.axis[:2]))
             made[kind] = power_table(
                 setting.open_link(placed),
                 (0.0, 0.0),
                 reach_m=mission_reach_m(setting),
-                sides=1 if upright else _SIDES,
+                sides=1 if alike_from_all_sides(tag) else _SIDES,
             )
         tables.append(made[kind])
     return tuple(tables)

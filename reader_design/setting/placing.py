@@ -15,6 +15,19 @@ from octant.reader_design.study_file.schema import Radio, Study, Tag
 
 FloatArray = npt.NDArray[np.float64]
 
+ROUND = ("dipole", "monopole", "isotropic_theta")
+"""Antennas that are alike all around their axis [-]."""
+
+
+def alike_from_all_sides(tag: Tag) -> bool:
+    """Return whether a tag's antenna is alike from all sides: round, and upright.
+
+    Parameters
+    ----------
+    tag : Its table ``[[tag]]``.
+    """
+    return tag.antenna in ROUND and (tag.axis is None or not any(tag.axis[:2]))
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlacedTag:

@@ -9,19 +9,20 @@ import numpy.typing as npt
 from octant.em.antennas.embedded import ReaderResponse
 from octant.em.antennas.kinds import Antenna
 from octant.em.power.backscatter import BackscatterLink
-from octant.reader_design.setting.placing import PlacedTag
+from octant.reader_design.setting.placing import PlacedTag, alike_from_all_sides
 from octant.reader_design.setting.rfid import (
     antenna_pattern,
     peak_gain,
     rfid_table,
     single_response,
+    study_tag,
     transmitters,
 )
 from octant.reader_design.setting.setting import Setting
 
 FloatArray = npt.NDArray[np.float64]
 
-DISTANCES, HEADINGS, SIDES = 400, 72, 24
+DISTANCES, HEADINGS, SIDES = 150, 72, 24
 """Distances, headings of the robot, and directions from which it comes [-] that are tried."""
 HALVINGS = 48
 """Steps that find the farthest distance between two of them [-]."""
@@ -77,7 +78,8 @@ def read_range(setting: Setting, tag: PlacedTag) -> ReadRange | None:
         sender_up_m=rfid.transmitter_height_m if separate else 0.0,
     )
     peak_m = budget.peak_m()
-    best = _farthest(budget, 1.001 * (peak_m + budget.sender_up_m))
+    sides = 1 if alike_from_all_sides(study_tag(setting.study, tag)) else SIDES
+    best = _farthest(budget, 1.001 * (peak_m + budget.sender_up_m), sides)
     if best is None:
         return ReadRange(slant_m=0.0, floor_m=0.0, closed_form_m=0.0, peak_m=peak_m, limit=WAKING)
     floor_m, side, azimuth = best
@@ -88,7 +90,7 @@ def read_range(setting: Setting, tag: PlacedTag) -> ReadRange | None:
     )
 
 
-def _farthest(budget: "_Friis", most_m: float) -> tuple[float, float, float] | None:
+def _farthest(budget: "_Friis", most_m: float, count: int) -> tuple[float, float, float] | None:
     """Return distance along the floor [m], side and azimuth [rad] at which the tag is read last.
 
     Of sides that are equal to a `DISTANCES`-th of ``most_m`` the first is taken. None: nowhere.
@@ -104,7 +106,7 @@ def _farthest(budget: "_Friis", most_m: float) -> tuple[float, float, float] | N
         return np.asarray(read.any(axis=-1))
 
     floors_m = np.linspace(0.0, math.sqrt(most_m**2 - budget.up_m**2), DISTANCES)
-    sides = (2.0 * math.pi * np.arange(SIDES) / SIDES).tolist()
+    sides = (2.0 * math.pi * np.arange(count) / count).tolist()
     rows = np.arange(DISTANCES)
     last = [int(np.where(reads(floors_m, s).any(axis=1), rows, -1).max()) for s in sides]
     farthest = int(np.argmax(last))

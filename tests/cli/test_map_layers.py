@@ -114,7 +114,8 @@ def test_free_space_has_no_fading_over_a_disc(mapped):
 def test_figures_show_every_layer(mapped, octant, study_file, tmp_path):
     folder = tmp_path / "maps"
     mapped("--spreads", "--local-mean-disc", "--figures", folder, room=ROOM + CABINET)
-    assert sorted(p.name for p in folder.iterdir()) == sorted(PAGES)
+    woken = {"wake_margin.png"}  # of tags that the reader wakes
+    assert {p.name for p in folder.iterdir()} == set(PAGES) - woken
     assert all(p.read_bytes().startswith(b"\x89PNG") for p in folder.iterdir())
     before = {path: path.read_bytes() for path in (tmp_path / "map.nc", *folder.iterdir())}
     (folder / "power.png").unlink()

@@ -4,6 +4,7 @@ from scipy import stats
 
 from octant.geometries.errors import NavigationError
 from octant.navigation.robot.motion import AT_REST, Motion
+from octant.navigation.sensing.inventory import ReadRates
 from octant.navigation.sensing.rss_detector import RssQuantiser, ThermalNoise, log_normal_rss
 from octant.navigation.sensing.sensor import FieldSensor
 
@@ -216,3 +217,47 @@ def test_sensors_that_cannot_be_are_refused(free_space_link):
         RssQuantiser(bits=0)
     with pytest.raises(NavigationError, match="must rise"):
         RssQuantiser(floor_dbm=0.0, full_scale_dbm=-10.0)
+
+
+class Answering:
+    """A tag that answers the first antennas, as many as the whole part of the robot's x."""
+
+    def __init__(self, rss_w):
+        self.rss = np.array(rss_w)
+
+    def reads(self, poses):
+        return np.arange(self.rss.size) < np.floor(poses[:, :1])
+
+    def rss_w(self, poses):
+        return np.where(self.reads(poses), self.rss, 0.0)
+
+
+def crowded(**options):
+    links = {name: Answering(np.arange(1.0, 9.0)) for name in ("a", "b")}
+    return FieldSensor(links=links, azimuths_rad=np.arange(8) * np.pi / 4, crowd=links, **options)
+
+
+def test_tags_that_wake_together_are_read_as_rarely_as_their_number_says():
+    rates = ReadRates(probability=np.array([0.8, 0.3]))
+    links = {"a": Answering(np.arange(1.0, 9.0)), "b": Answering(np.ones(8))}
+    links["b"].reads = lambda poses: np.ones((len(poses), 8), bool) & (np.arange(8) >= 2)
+    sensor = FieldSensor(
+        links=links, azimuths_rad=np.arange(8) * np.pi / 4, crowd=links, rates=rates
+    )
+    rng = np.random.default_rng(3)
+    pose = np.array([4.5, 0.0, 0.0])  # tag a wakes at antennas 1 to 4, tag b at 3 to 8
+    heard = np.mean([sensor.read(pose, "a", rng) > 0.0 for _ in range(4000)], axis=0)
+    np.testing.assert_allclose(heard, [0.8, 0.8, 0.3, 0.3, 0, 0, 0, 0], atol=0.03)
+
+
+def test_a_tag_that_does_not_wake_gives_no_reading():
+    sure = crowded(rates=ReadRates(probability=np.ones(2)))
+    reading = sure.read(np.array([3.2, 0.0, 0.0]), "a", np.random.default_rng(0))
+    assert reading.tolist() == [1, 2, 3, 0, 0, 0, 0, 0]
+    # the robot drives on between the antennas: the later ones see the tag wake
+    motion = Motion(speed_m_per_s=1.0, turn_rate_rad_per_s=0.0)
+    slow = crowded(rates=ReadRates(probability=np.ones(2)), dwell_s=0.5)
+    reading = slow.read(np.array([8.0, 0.0, 0.0]), "a", np.random.default_rng(0), motion=motion)
+    assert reading.tolist() == [1, 2, 3, 4, 5, 6, 7, 8]
+    reading = slow.read(np.array([6.4, 0.0, 0.0]), "a", np.random.default_rng(0), motion=motion)
+    assert reading.tolist() == [1, 2, 3, 4, 0, 0, 0, 0]
