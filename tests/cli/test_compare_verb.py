@@ -84,6 +84,10 @@ def test_a_comparison_resumes_and_its_numbers_are_those_of_single_runs(
     assert float(rows[0]["rmse_median_m"]) == np.median([float(r["rmse_m"]) for r in runs])
     assert int(rows[0]["successes"]) == sum(int(r["success"]) for r in runs)
     assert float(rows[0]["time_median_s"]) == np.median([float(r["time_s"]) for r in runs])
+    for column in ("p90_position_m", "p90_heading_deg"):
+        stem, unit = column.rsplit("_", 1)
+        median = np.median([float(r[column]) for r in runs])
+        assert float(rows[0][f"{stem}_median_{unit}"]) == pytest.approx(median, rel=1e-12)
     kept = out / "cells" / rows[0]["cell"] / "missions.csv"
     assert kept.read_bytes() == (tmp_path / "one" / "missions.csv").read_bytes()
 

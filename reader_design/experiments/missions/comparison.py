@@ -261,6 +261,8 @@ COLUMNS = (
     "rmse_success_low_m",
     "rmse_success_high_m",
     "arrival_success_median_m",
+    "p90_position_median_m",
+    "p90_heading_median_deg",
 )
 """Columns of compare.csv: 95 % intervals after Wilson (shares) and by the bootstrap (medians)."""
 
@@ -278,6 +280,8 @@ class CellOutcome:
     arrival_m, arrival_p90_m : Distance from the tags on arrival: median, 90th percentile [m].
     success_rmse_m, success_rmse_interval_m, success_arrival_m : The same over the runs that reached
         every tag [m].
+    p90_position_m, p90_heading_deg : Medians of the errors that 90 % of a run's samples do not
+        exceed, thesis Figs. 5.12 to 5.14 (b) [m], [deg].
     time_s, path_m : Median duration [s] and way [m].
     """
 
@@ -297,6 +301,8 @@ class CellOutcome:
     success_rmse_m: float = math.nan
     success_rmse_interval_m: tuple[float, float] = (math.nan, math.nan)
     success_arrival_m: float = math.nan
+    p90_position_m: float = math.nan
+    p90_heading_deg: float = math.nan
 
     def row(self) -> tuple[object, ...]:
         """Return the cell's line of compare.csv: `COLUMNS`, empty where there is no value."""
@@ -323,6 +329,8 @@ class CellOutcome:
             self.success_rmse_m,
             *self.success_rmse_interval_m,
             self.success_arrival_m,
+            self.p90_position_m,
+            self.p90_heading_deg,
         )
         return tuple("" if isinstance(v, float) and math.isnan(v) else v for v in values)
 
@@ -375,6 +383,8 @@ def outcome_of(cell: ComparisonCell, mission: RoomMission) -> CellOutcome:
         success_rmse_m=best.value,
         success_rmse_interval_m=(best.low, best.high),
         success_arrival_m=_percentile(good, 50.0),
+        p90_position_m=float(np.median(data["p90_position_m"].values)),
+        p90_heading_deg=math.degrees(np.median(data["p90_heading_rad"].values)),
     )
 
 

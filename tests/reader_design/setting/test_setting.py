@@ -154,7 +154,7 @@ def test_layouts_add_their_objects_to_the_studys_room():
 def test_every_layout_of_the_built_in_study_can_be_used():
     study = load_study()
     names = [build_setting(study, layout).name for layout in study.layouts]
-    assert names == ["non-reverberant", "file-cabinet"]
+    assert names == ["non-reverberant", "file-cabinet", "metal-objects"]
 
 
 def test_antennas_where_two_walls_meet_leave_both():
