@@ -122,14 +122,12 @@ def shown(part: Mapping[str, Any] | str, kept: Mapping[str, Any]) -> str:
     """Return a reading as the pages show it: what it is, its value and its unit."""
     if isinstance(part, str):
         return part
-    value = kept.get(key_of(part))
+    value, unit = kept.get(key_of(part)), part.get("unit", "")
     if isinstance(value, float):
         value = value * part.get("scale", 1.0)
-        text = "–" if math.isnan(value) else f"{value:.{part.get('digits', 2)}f}"
-        unit = part.get("unit", "")
-        value = f"{text}{'' if unit in {'°', ''} else ' '}{unit}"
-    name = part.get("name", "")
-    return f"{name} {value}".strip()
+        value = "–" if math.isnan(value) else f"{value:.{part.get('digits', 2)}f}"
+    gap = "" if unit in {"°", ""} else " "
+    return f"{part.get('name', '')} {value}{gap}{unit}".strip()
 
 
 def cell(parts: list[Any], kept: Mapping[str, Any]) -> str:

@@ -195,3 +195,41 @@ def test_a_missing_comparison_and_a_wrong_animation_are_refused(octant, comparis
     options = ("--out", tmp_path / "o", "--animate", tmp_path / "a.png")
     assert ".gif" in octant("navigate", tmp_path / "yard.toml", *options).refused()
     assert "--compare" in octant("navigate", comparison, "--compare", *options).refused()
+
+
+@pytest.mark.slow
+def test_runs_are_localised_by_map_and_bearings_and_resume(octant, study_file, tmp_path):
+    text = YARD.replace(
+        "[reader]",
+        "".join(
+            f'[[tag]]\nid = "{name}"\nposition_m = [{x}, {y}, 3.0]\n'
+            for name, x, y in (("b", 2.0, 1.5), ("c", 0.4, 1.4))
+        )
+        + "[reader]",
+    )
+    text = text.replace('tags = ["a"]', 'tags = ["a", "b", "c"]').replace("antennas = 4", "")
+    study, out = study_file(text, "yard.toml"), tmp_path / "out"
+    call = octant("navigate", study, "--localise", "--runs", "2", "--noise-db", "0", "--out", out)
+    assert call.code == 0, call.err
+    rows = rows_of(out / "localisation.csv")
+    assert [row["method"] for row in rows] == ["distance-RSS map", "bearings"] * 2
+    assert all(float(row["median_m"]) < 0.1 for row in rows)  # no noise
+    assert call.out.count("Localisation by") == 2
+    moves = rows_of(out / "orientation.csv")
+    assert len(moves) == len(rows_of(out / "trajectory.csv"))
+    pairs = [
+        [float(r[k]) for k in ("error_deg", "propagated_deg")] for r in moves if r["error_deg"]
+    ]
+    off = [abs(a - b) for a, b in pairs if np.isfinite(b)]
+    assert np.median(off) < 3.0
+    for name in ("localisation", "orientation_error", "membership"):
+        assert (out / "figures" / f"{name}.png").stat().st_size > 5_000
+    before = (out / "localisation.csv").read_bytes()
+    again = octant("navigate", study, "--localise", "--runs", "2", "--noise-db", "0", "--out", out)
+    assert "complete already" in again.err
+    assert (out / "localisation.csv").read_bytes() == before
+
+
+def test_localise_and_compare_are_refused_together(octant, comparison, tmp_path):
+    call = octant("navigate", comparison, "--compare", "--localise", "--out", tmp_path / "out")
+    assert "--localise" in call.refused()

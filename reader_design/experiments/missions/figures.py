@@ -18,6 +18,8 @@ from octant.reader_design.showing.style import (
     figure_style,
     new_figure,
 )
+from octant.reader_design.study_file.mission import Mission
+from octant.reader_design.study_file.rules import mission_rules
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -204,34 +206,57 @@ def _draw_cell(
         )
 
 
-def membership_figure(rules: RuleBase, *, title: str) -> "Figure":
-    """Return the terms of the input, of a wheel's speed, and the controller's two outputs.
+def controller_figure(table: Mission, *, name: str) -> "Figure | None":
+    """Return the fuzzy terms and rules of a mission's controller; None: it has no such.
+
+    Parameters
+    ----------
+    table, name : ``[mission]``; the study's.
+    """
+    if table.navigator != "thesis" or table.controller != "fuzzy":
+        return None
+    return membership_figure(
+        mission_rules(table),
+        title=f"{name}: rules of the fuzzy controller",
+        full_scale_nw=table.full_scale_nw if table.steering_input == "nanowatt" else None,
+    )
+
+
+def membership_figure(
+    rules: RuleBase, *, title: str, full_scale_nw: float | None = None
+) -> "Figure":
+    """Return the terms of the input, of a wheel's speed, and the outputs, as in thesis Fig. 5.5.
 
     Parameters
     ----------
     rules, title : One input, two outputs: right and left wheel; text above.
+    full_scale_nw : Full scale of an input in watts [nW]; None: it has no unit.
     """
+    scale, unit = (1.0, "-") if full_scale_nw is None else (full_scale_nw, "nW")
+    label = f"steering input, right minus left [{unit}]"
     with figure_style():
         figure, axes = new_figure(columns=3, width_in=11.0, height_in=3.6, title=title)
         first, second, third = axes.ravel()
-        _draw_terms(first, rules.input_variable, "steering input, right minus left [-]")
+        _draw_terms(first, rules.input_variable, label, scale=scale)
         _draw_terms(second, rules.outputs[0], "wheel speed, 0.5 = cruise [-]")
         low, high = rules.input_variable.low, rules.input_variable.high
         x = np.linspace(low, high, 401)
         speeds = rules.infer(x)
-        third.plot(x, speeds[:, 0], color=ANTENNA_COLOURS[0], label="right wheel")
-        third.plot(x, speeds[:, 1], color=ANTENNA_COLOURS[4], linestyle="--", label="left wheel")
-        third.set_xlabel("steering input, right minus left [-]")
+        third.plot(scale * x, speeds[:, 0], color=ANTENNA_COLOURS[0], label="right wheel")
+        third.plot(
+            scale * x, speeds[:, 1], color=ANTENNA_COLOURS[4], linestyle="--", label="left wheel"
+        )
+        third.set_xlabel(label)
         third.set_ylabel("wheel speed, 0.5 = cruise [-]")
         third.set_ylim(0.0, 1.0)
         third.legend()
     return figure
 
 
-def _draw_terms(axes: "Axes", variable: FuzzyVariable, label: str) -> None:
+def _draw_terms(axes: "Axes", variable: FuzzyVariable, label: str, *, scale: float = 1.0) -> None:
     x = np.linspace(variable.low, variable.high, 801)
     for number, term in enumerate(variable.terms):
-        axes.plot(x, term.membership(x), color=ANTENNA_COLOURS[number % 8], label=term.name)
+        axes.plot(scale * x, term.membership(x), color=ANTENNA_COLOURS[number % 8], label=term.name)
     axes.set_xlabel(label)
     axes.set_ylabel("membership [-]")
     axes.set_ylim(0.0, 1.15)

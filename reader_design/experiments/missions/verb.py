@@ -13,10 +13,12 @@ from octant.reader_design.study_file.quantities import Count, Deviation, Seed
 if TYPE_CHECKING:
     from octant.navigation.missions.metrics import MissionMetrics
     from octant.navigation.missions.records import MissionResult
+    from octant.reader_design.experiments.missions.localise import Localised
     from octant.reader_design.setting.setting import Setting
 
 
 _FILES = ("missions.csv", "missions_summary.csv", "trajectory.csv")
+_MORE = ("localisation.csv", "orientation.csv")
 
 
 @click.command()
@@ -37,6 +39,11 @@ _FILES = ("missions.csv", "missions_summary.csv", "trajectory.csv")
     type=click.Path(path_type=Path),
     help="Write run 0 here as an animated GIF: robot, antennas, RSS and the field under them.",
 )
+@click.option(
+    "--localise",
+    is_flag=True,
+    help="Also find the robot's place and earlier headings by a distance-RSS map.",
+)
 @experiment()
 def navigate(
     *,
@@ -47,6 +54,7 @@ def navigate(
     seed: int | None,
     compare: bool,
     animate: Path | None,
+    localise: bool,
 ) -> Ended:
     """Drive the robot through the tags of STUDY with the reader of its table [reader].
 
@@ -57,8 +65,15 @@ def navigate(
     With --compare, STUDY names layouts (study files) and what is to be compared in them; this
     writes compare.csv and report.html, and keeps every cell. The same command again goes on where
     the last one stopped.
+
+    With --localise, the robot reads all tags at every place that it passes: localisation.csv has
+    the errors of its place by a distance-RSS map and by bearings, orientation.csv those of run 0's
+    heading propagated back (thesis 5.2.2.1, 5.4.3), and both have a figure.
     """
     if compare:
+        if localise:
+            msg = "--localise judges the runs of one study, but --compare drives many; give one."
+            raise ConfigError(msg)
         if animate is not None:
             msg = "--animate shows one run, but --compare drives many; give one of them."
             raise ConfigError(msg)
@@ -67,6 +82,10 @@ def navigate(
     from octant.navigation.missions.metrics import measure
     from octant.navigation.missions.summary import summarise, summary_sentences
     from octant.reader_design.experiments.missions.compute import count_kept, drive, mission_runs
+    from octant.reader_design.experiments.missions.localise import (
+        localisation_lines,
+        localise_runs,
+    )
     from octant.reader_design.keeping.results import STUDY_FILE, refuse_another, write_once
     from octant.reader_design.keeping.workers import open_crew
     from octant.reader_design.setting.cost import mission_cost, reader_cost
@@ -88,7 +107,7 @@ def navigate(
     setting = build_setting(loaded)
     if not options.dry_run:
         refuse_overwrite(*([animate] if animate else []), force=options.force)
-        refuse_another(out, text, force=options.force, outputs=(*_FILES, "figures/*.png"))
+        refuse_another(out, text, force=options.force, outputs=(*_FILES, *_MORE, "figures/*.png"))
         driving = mission_cost(loaded, mission_table(loaded).runs)
         options.approve(reader_cost(loaded).and_then(driving))
         write_text(out / STUDY_FILE, text)
@@ -102,12 +121,17 @@ def navigate(
         )
     with open_crew(workers=options.workers, cluster=options.cluster) as crew:
         results = drive(driven, folder=folder, crew=crew, progress=progress)
+        found = (
+            ()
+            if not localise
+            else localise_runs(driven, results, folder=folder, crew=crew, progress=progress)
+        )
     setting = driven[0].setting
     metrics = [measure(result) for result in results]
     write_once(
         folder / "finished.json",
-        [loaded, results],
-        lambda: _publish(setting, results, out),
+        [loaded, results, *([found] if found else [])],
+        lambda: _publish(setting, results, out, found),
         force=options.force,
         progress=progress,
     )
@@ -115,6 +139,7 @@ def navigate(
     lines = [
         *summary_sentences(summarise(metrics)),
         *failure_lines(metrics),
+        *(localisation_lines(found, results) if found else ()),
         f"written: {files} and {out / 'figures'}",
     ]
     if animate is not None:
@@ -136,7 +161,12 @@ def _animated(path: Path, setting: "Setting", result: "MissionResult") -> str:
     return f"written: {path}, {write_gif(path, frames)} frames"
 
 
-def _publish(setting: "Setting", results: "Sequence[MissionResult]", out: Path) -> list[Path]:
+def _publish(
+    setting: "Setting",
+    results: "Sequence[MissionResult]",
+    out: Path,
+    found: "Sequence[Localised]",
+) -> list[Path]:
     """Return the files of a mission, once written."""
     from octant.navigation.missions.files import write_missions_csv, write_trajectory_csv
     from octant.navigation.missions.metrics import measure
@@ -147,10 +177,14 @@ def _publish(setting: "Setting", results: "Sequence[MissionResult]", out: Path) 
         rss_time_figure,
         trajectory_figure,
     )
-    from octant.reader_design.experiments.missions.figures import membership_figure
+    from octant.reader_design.experiments.missions.figures import controller_figure
+    from octant.reader_design.experiments.missions.localise import (
+        localisation_figure,
+        orientation_figure,
+        write_localisation,
+    )
     from octant.reader_design.showing.plan import plan_of
     from octant.reader_design.showing.style import save_figure
-    from octant.reader_design.study_file.rules import mission_rules
 
     missions, summary, trajectory = (out / name for name in _FILES)
     write_missions_csv(missions, results)
@@ -165,15 +199,18 @@ def _publish(setting: "Setting", results: "Sequence[MissionResult]", out: Path) 
         "percentiles": percentile_figure([(setting.name, first)], title=title),
         "rss": rss_time_figure(first, mission.tag_ids, title=title),
     }
-    table = setting.mission
-    if table.navigator == "thesis" and table.controller == "fuzzy":
-        figures["membership"] = membership_figure(
-            mission_rules(table), title=f"{setting.study.name}: rules of the fuzzy controller"
-        )
+    rules = controller_figure(setting.mission, name=setting.study.name)
+    if rules is not None:
+        figures["membership"] = rules
+    tables = [missions, summary, trajectory]
+    if found:
+        tables += write_localisation(found, results, out)
+        figures["localisation"] = localisation_figure(found, results, title=title)
+        figures["orientation_error"] = orientation_figure(found[0], results[0], title=title)
     paths = {name: out / "figures" / f"{name}.png" for name in figures}
     for name, figure in figures.items():
         save_figure(figure, paths[name])
-    return [missions, summary, trajectory, *paths.values()]
+    return [*tables, *paths.values()]
 
 
 def failure_lines(metrics: Sequence["MissionMetrics"]) -> Iterator[str]:

@@ -14,6 +14,7 @@ from octant.reader_design.experiments.missions.drive_figures import (
     rss_time_figure,
     trajectory_figure,
 )
+from octant.reader_design.experiments.missions.figures import controller_figure
 from octant.reader_design.experiments.missions.stage import RoomMission
 from octant.reader_design.experiments.study.reader_plots import (
     ErrorCurve,
@@ -325,4 +326,14 @@ def mission_figures(
             caption="What every antenna read in run 0, with the noise of the reader; dotted lines "
             "mark where the next tag became the target (thesis Fig. 5.12 c).",
             figure=rss_time_figure(drive, table.tags, title=f"RSS over time, {name}, run 0"),
+        )
+    rules = controller_figure(table, name=setting.study.name)
+    if rules is not None:
+        yield NamedFigure(
+            file="membership.png",
+            section="mission",
+            title="Fuzzy controller",
+            caption="Terms of the steering input and of a wheel's speed (thesis Fig. 5.5), and the "
+            "speeds that the rules of Table 5.1 give.",
+            figure=rules,
         )

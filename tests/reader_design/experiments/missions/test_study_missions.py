@@ -125,6 +125,10 @@ def test_the_membership_figure_shows_every_term_and_both_wheels():
     assert [line.get_label() for line in first.lines] == ["NH", "NL", "Z", "PL", "PH"]
     assert [line.get_label() for line in second.lines] == ["VL", "L", "M", "H", "VH"]
     assert [line.get_label() for line in third.lines] == ["right wheel", "left wheel"]
+    assert first.get_xlabel().endswith("[-]")
+    printed = membership_figure(thesis_rule_base(), title="rules", full_scale_nw=1200.0)
+    assert printed.axes[0].get_xlabel().endswith("[nW]")
+    assert printed.axes[0].lines[0].get_xdata()[-1] == 1200.0
 
 
 def test_the_open_link_is_the_free_space_link_of_the_tag_as_it_hangs():
