@@ -3,6 +3,7 @@
     python docs/make_sources.py                       write the pages anew from what is kept
     python docs/make_sources.py --check               say what is wrong; exit code 1 if anything is
     python docs/make_sources.py --run WORK [NAME...]  run the commands, read our values, write
+    python docs/make_sources.py --run WORK --as-left  read what the commands left in WORK
 
 ``sources.toml`` has a row for each numbered method, experiment, figure and table of the three
 documents. Every place in it is looked up: ``octant.module:name`` in the sources, ``octant verb``
@@ -242,7 +243,9 @@ def kept_values() -> dict[str, dict[str, Any]]:
     return found
 
 
-def run_and_read(rows: list[dict[str, Any]], runs: Mapping[str, str], work: Path) -> None:
+def run_and_read(
+    rows: list[dict[str, Any]], runs: Mapping[str, str], work: Path, *, as_left: bool
+) -> None:
     """Run commands in folders of their own and keep the values that the rows read there."""
     values = kept_values()
     for name, text in runs.items():
@@ -254,7 +257,8 @@ def run_and_read(rows: list[dict[str, Any]], runs: Mapping[str, str], work: Path
         }
         click.echo(f"{name}: {text}", err=True)
         command = [sys.executable, *start[words[0]], *words[1:]]
-        subprocess.run(command, cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
+        if not as_left:
+            subprocess.run(command, cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
         mine = [r for row in rows if row.get("run") == name for r in readings(row)]
         values[name] = {key_of(reading): read(reading, folder) for reading in mine}
     text = json.dumps(values, indent=1, ensure_ascii=False, sort_keys=True)
@@ -331,15 +335,16 @@ def published_page(rows: list[dict[str, Any]], runs: Mapping[str, str]) -> str:
 @click.command()
 @click.option("--check", is_flag=True, help="Only say what is wrong.")
 @click.option("--run", "work", type=click.Path(path_type=Path), help="Run the commands here.")
+@click.option("--as-left", is_flag=True, help="Do not run them: read what they left.")
 @click.argument("names", nargs=-1)
-def main(*, check: bool, work: Path | None, names: tuple[str, ...]) -> None:
+def main(*, check: bool, work: Path | None, as_left: bool, names: tuple[str, ...]) -> None:
     """Write docs/sources.md and docs/published.md; NAMES choose among the commands to run."""
     rows, runs = rows_and_runs()
     if unknown := set(names) - set(runs):
         msg = f"no command {sorted(unknown)}; there are {', '.join(runs)}"
         raise click.ClickException(msg)
     if work is not None:
-        run_and_read(rows, {n: runs[n] for n in names or runs}, work.resolve())
+        run_and_read(rows, {n: runs[n] for n in names or runs}, work.resolve(), as_left=as_left)
     wrong = list(complaints(rows, runs))
     for name, text in (
         ("sources.md", sources_page(rows, runs)),

@@ -237,7 +237,7 @@ def write_localisation(
         ]
     )
     lines = (
-        (number_text(t), result.mission.tag_ids[target], *map(number_text, row))
+        (number_text(t), result.mission.tag_ids[target], *(number_text(v) for v in row))
         for t, target, row in zip(result.time_s, result.targets, numbers, strict=True)
     )
     write_csv(moves, ORIENTATION_COLUMNS, lines)
