@@ -71,12 +71,10 @@ def navigate(
     heading propagated back (thesis 5.2.2.1, 5.4.3), and both have a figure.
     """
     if compare:
-        if localise:
-            msg = "--localise judges the runs of one study, but --compare drives many; give one."
-            raise ConfigError(msg)
-        if animate is not None:
-            msg = "--animate shows one run, but --compare drives many; give one of them."
-            raise ConfigError(msg)
+        for option, given in (("--animate", animate is not None), ("--localise", localise)):
+            if given:
+                msg = f"{option} is for one study, but --compare drives many; give one of them."
+                raise ConfigError(msg)
         return _compare(study, options, runs=runs, noise_db=noise_db, seed=seed)
     from octant.geometries.files import refuse_overwrite, write_text
     from octant.navigation.missions.metrics import measure
@@ -99,8 +97,8 @@ def navigate(
         msg = f"--animate is {animate}, but an animation is a GIF; name a file that ends in .gif."
         raise ConfigError(msg)
     mission_table(loaded)
-    given = {"mission.runs": runs, "mission.noise_db": noise_db}
-    values = {key: value for key, value in given.items() if value is not None}
+    wanted = {"mission.runs": runs, "mission.noise_db": noise_db}
+    values = {key: value for key, value in wanted.items() if value is not None}
     seed = loaded.seed if seed is None else seed
     loaded = replace(vary(loaded, values), sweep=loaded.sweep, seed=seed)
     text, folder = to_toml(loaded, relative_to=out), out / "runs"
@@ -121,10 +119,8 @@ def navigate(
         )
     with open_crew(workers=options.workers, cluster=options.cluster) as crew:
         results = drive(driven, folder=folder, crew=crew, progress=progress)
-        found = (
-            ()
-            if not localise
-            else localise_runs(driven, results, folder=folder, crew=crew, progress=progress)
+        found = localise_runs(
+            driven if localise else (), results, folder=folder, crew=crew, progress=progress
         )
     setting = driven[0].setting
     metrics = [measure(result) for result in results]
