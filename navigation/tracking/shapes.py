@@ -195,6 +195,31 @@ def repeated(curve: Curve, laps: int) -> Curve:
     return Curve(name=curve.name, duration_s=laps * curve.duration_s, motion=motion)
 
 
+def placed(curve: Curve, origin_m: tuple[float, float], turn_rad: float) -> Curve:
+    """Return a curve turned about its origin, and then moved.
+
+    Parameters
+    ----------
+    curve : What is placed.
+    origin_m : (2,) tuple of float — Where its origin goes [m].
+    turn_rad : By how much it is turned, counter-clockwise [rad].
+    """
+    cos, sin = math.cos(turn_rad), math.sin(turn_rad)
+    turned = np.array([[cos, sin], [-sin, cos]])
+
+    def motion(time_s: FloatArray) -> FloatArray:
+        moved = curve.motion(time_s) @ turned
+        moved[0] += origin_m
+        return moved
+
+    return Curve(
+        name=curve.name,
+        duration_s=curve.duration_s,
+        motion=motion,
+        resting_heading_rad=curve.resting_heading_rad + turn_rad,
+    )
+
+
 def u_shape(
     legs_m: tuple[float, float, float] = (7.5, 4.0, 5.0),
     *,

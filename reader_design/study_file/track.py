@@ -20,6 +20,7 @@ from octant.reader_design.study_file.quantities import (
     Period,
     PeriodOrZero,
     Ratio,
+    Share,
     Spot,
     WheelRate,
     WheelRateDeviation,
@@ -40,6 +41,7 @@ Chapter = Literal[
     "law",
     "horizon",
     "slam line",
+    "laboratory",
 ]
 Shape = Literal[
     "line", "sine", "sigmoid", "parabola", "ellipse", "lemniscate", "u-shape", "point", "spline"
@@ -92,7 +94,8 @@ class Track(Table, frozen=True, kw_only=True):
         (Table 8.1); and, if named, ``tags`` (error against number and range of tags, 6.5.5),
         ``long`` (whether the error grows with the way, 6.5.4), ``stabilisation`` (chapter 6's
         feedback holds a point, 6.5.5), ``law`` (alpha and beta fitted on line, 6.3),
-        ``horizon`` (receding horizon, 7.5.4), ``slam line`` (SLAM beside the filter on RSS, 7.7).
+        ``horizon`` (receding horizon, 7.5.4), ``slam line`` (SLAM beside the filter on RSS, 7.7),
+        ``laboratory`` (the experiments of 7.6 with their robots and tags, and sliding mode, 7.6.5).
     runs, slam_runs : Monte-Carlo repetitions, and those of SLAM.
     period_s : Sample period T of chapters 6 and 7.3 [s].
     alpha_dbm, beta_per_m : Alpha [dBm] and beta [1/m] of the RSS law (6.2).
@@ -120,6 +123,9 @@ class Track(Table, frozen=True, kw_only=True):
         its solver in each.
     horizons : Horizons of the chapter ``horizon``, in periods.
     circle_radius_m, circle_duration_s : Its circle [m], [s].
+    laboratory_wheel_scale, laboratory_rss_sigma_db : Of the chapter ``laboratory``: how much more
+        or less than believed each wheel rolls, a standard deviation constant over a run [-]; and
+        the scatter of readings [dB]. The thesis prints neither; Table 6.1 scatters by 3.4 dB.
     long_laps : Laps of the chapter ``long``.
     least_tags : Tags that the robot should hear everywhere.
     tag_counts : Numbers of tags of the chapter ``tags``; of a mesh square numbers.
@@ -184,6 +190,8 @@ class Track(Table, frozen=True, kw_only=True):
     horizons: Annotated[tuple[Horizon, ...], Meta(min_length=1, max_length=20)] = (5, 10, 20, 40)
     circle_radius_m: Distance = 2.0
     circle_duration_s: Duration = 60.0
+    laboratory_wheel_scale: Share = 0.01
+    laboratory_rss_sigma_db: Annotated[float, Meta(ge=1e-3, le=100.0)] = 3.4
     long_laps: Annotated[int, Meta(ge=2, le=1000)] = 10
     least_tags: Annotated[int, Meta(ge=1, le=10_000)] = 9
     tag_counts: Annotated[

@@ -2,6 +2,7 @@
 
 from octant.reader_design.experiments.tracking import (
     horizons,
+    laboratory,
     law_on_line,
     long_drives,
     slam_line,
@@ -17,5 +18,6 @@ FURTHER: dict[str, FurtherChapter] = {
     "stabilisation": stabilisation.CHAPTER,
     "horizon": horizons.CHAPTER,
     "slam line": slam_line.CHAPTER,
+    "laboratory": laboratory.CHAPTER,
 }
 """In the order of the report."""

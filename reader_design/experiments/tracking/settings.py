@@ -1,9 +1,10 @@
 """From the table ``[track]`` to robots, weights, tags, noises and trajectories, all checked."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import numpy.typing as npt
 
@@ -26,6 +27,7 @@ from octant.navigation.tracking.trajectories import Curve, check_feasible, desir
 from octant.reader_design.setting.robot import study_robot
 from octant.reader_design.setting.setting import build_setting
 from octant.reader_design.showing.tables import read_columns
+from octant.reader_design.study_file.robot import Robot
 from octant.reader_design.study_file.schema import Study
 from octant.reader_design.study_file.track import Track, Trajectory
 
@@ -253,6 +255,18 @@ def settings_of(study: Study) -> Settings:
         check_feasible(desired_trajectory(curve, period_s=track.period_s), feedback_robot)
     _ = settings.motion
     return settings
+
+
+def with_robot(settings: Settings, table: Robot) -> Settings:
+    """Return settings with another robot in chapter 7.
+
+    Parameters
+    ----------
+    settings, table : The study, and the table ``[robot]`` in place of its own [m], [rad/s].
+    """
+    study = msgspec.structs.replace(settings.study, robot=table)
+    robot = study_robot(study, "track", usual_rate_rad_per_s=_RATE_RAD_PER_S).drive
+    return replace(settings, study=study, robot=robot)
 
 
 def _samples(track: Track) -> FloatArray | None:

@@ -197,7 +197,7 @@ def figures(settings: Settings, records: Records) -> Iterator[NamedFigure]:
         figure, (axes,) = new_figure(
             width_in=10.0,
             height_in=3.8,
-            title="SLAM and the filter on RSS on the same line",
+            title="Place after the same 3 m: median (bar) and 90 % (line) of the error",
             columns=len(records),
         )
         for ax, (part, one) in zip(axes, records, strict=True):
@@ -208,7 +208,7 @@ def figures(settings: Settings, records: Records) -> Iterator[NamedFigure]:
             ax.barh(names, middle, color=COLOURS[: len(names)], alpha=0.75)
             ax.plot(most, names, "|", color="#222222", markersize=14)
             ax.invert_yaxis()
-            ax.set_title(f"wheel noise {part.sigma:g} rad/s: median (bar), 90 % (line)")
+            ax.set_title(f"wheel noise {part.sigma:g} rad/s")
             ax.set_xlabel("error of the place at the end [mm]")
     yield NamedFigure(
         file="slam_line.png",

@@ -10,6 +10,7 @@ from octant.navigation.tracking import shapes
 from octant.reader_design.experiments.tracking import (
     chapters,
     horizons,
+    laboratory,
     law_on_line,
     long_drives,
     slam_line,
@@ -204,3 +205,38 @@ def test_slam_and_the_filter_on_rss_estimate_the_same_drives(tmp_path):
     rss_clear = rows_by(slam_line.COLUMNS, slam_line.compute(clear, Part(chapter="", sigma=0.1)))[1]
     assert rss_clear["final_m_median"] < 0.02 < rss["final_m_median"]
     assert rss_clear["second_half_over_first"] < 1.5 < dead["second_half_over_first"]
+
+
+# The experiments of 7.6 ---------------------------------------------------------------------------
+
+
+def test_the_u_of_the_thesis_has_its_legs_and_the_sputnik_its_axle(tmp_path):
+    one = laboratory.EXPERIMENTS["u-shape (7.6.2)"]
+    place, velocity, _ = one.curve.motion(np.array([0.0, one.curve.duration_s]))
+    corner_m = 0.5 * (2.0 - math.pi / 2.0) * 2.0  # two corners of 0.5 m, cut short
+    length = np.hypot(*velocity[0]) * one.curve.duration_s
+    assert length == pytest.approx(16.5 - corner_m)
+    assert place[0] == pytest.approx([0.0, 0.0])
+    assert place[1] == pytest.approx([-4.0, 2.5])
+    assert velocity[0] / np.hypot(*velocity[0]) == pytest.approx([0.0, 1.0], abs=1e-12)
+    from octant.reader_design.experiments.tracking.settings import with_robot
+    from octant.reader_design.study_file.robot import Robot
+
+    assert with_robot(of(tmp_path), Robot(preset="sputnik")).robot.axle_length_m == 0.26
+
+
+@pytest.mark.slow
+def test_the_experiments_end_about_as_far_off_as_the_thesis_reports(tmp_path):
+    settings = of(tmp_path, "runs = 20\n")
+    rows = [
+        rows_by(laboratory.COLUMNS, laboratory.compute(settings, part))[0]
+        for part in laboratory.parts(settings)
+    ]
+    found = {(row["experiment"][:4], row["method"]): row for row in rows}
+    for name, published_m in (("line", 0.13), ("u-sh", 0.5), ("poin", 0.2)):
+        final = found[name, chapters.EKF]["final_m_median"]
+        assert 0.5 * published_m < final < 1.5 * published_m
+        assert found[name, laboratory.WITHOUT]["final_m_median"] > 1.3 * final
+    u = found["u-sh", chapters.EKF]
+    assert 0.08 < u["first_leg_m_median"] < 0.25
+    assert found["u-sh", laboratory.SLIDING]["average_m_median"] < 2.0 * u["average_m_median"]
