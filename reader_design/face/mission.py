@@ -47,7 +47,7 @@ class Mission:
     reader : The reader; by default that of the thesis.
     start : (2,) or (3,) — Where the robot starts: x, y [m] and heading [deg], by default 90.
     frequency_hz, channels_hz : Carrier and hopping frequencies [Hz].
-    sensor, solver : Keys of the tables ``[sensor]`` and ``[solver]`` of a study file.
+    sensor, solver, rfid : Keys of the tables of these names of a study file.
     name : In titles.
     **keys : Of the table ``[mission]``: ``navigator``, ``controller``, ``noise_db`` and so on.
     order : Names of the tags to visit, in this order; by default all, as given.
@@ -79,6 +79,7 @@ class Mission:
         channels_hz: Sequence[float] = (),
         sensor: Mapping[str, Any] | None = None,
         solver: Mapping[str, Any] | None = None,
+        rfid: Mapping[str, Any] | None = None,
         name: str = "mission",
         **keys: Any,  # noqa: ANN401  keys of the table [mission]
     ) -> None:
@@ -96,7 +97,7 @@ class Mission:
             room,
             tags,
             reader,
-            {"name": name, "mission": table, "sensor": sensor, "solver": solver},
+            {"name": name, "mission": table, "sensor": sensor, "solver": solver, "rfid": rfid},
             frequency_hz=frequency_hz,
             channels_hz=channels_hz,
         )

@@ -217,6 +217,7 @@ class Room(StudyTable):
         frequency_hz: float = 2.4e9,
         channels_hz: Sequence[float] = (),
         solver: Mapping[str, Any] | None = None,
+        rfid: Mapping[str, Any] | None = None,
     ) -> "xr.Dataset":
         """Return what every antenna of a reader receives from tags, pose by pose ([W] and [dBm]).
 
@@ -225,13 +226,13 @@ class Room(StudyTable):
         tags, reader : Transmitters and receiver.
         poses : (k, 3) array_like — x, y [m] and heading [deg] of the robot.
         frequency_hz, channels_hz : Carrier; hopping frequencies, over which RSS is the mean [Hz].
-        solver : Keys of the table ``[solver]``.
+        solver, rfid : Keys of the tables ``[solver]`` and ``[rfid]``.
         """
         study = link_study(
             self,
             tags,
             reader,
-            {"solver": solver},
+            {"solver": solver, "rfid": rfid},
             frequency_hz=frequency_hz,
             channels_hz=channels_hz,
         )
@@ -252,6 +253,8 @@ class Room(StudyTable):
         local_mean_disc: bool = False,
         spreads: bool = False,
         solver: Mapping[str, Any] | None = None,
+        rfid: Mapping[str, Any] | None = None,
+        margin_m: float = 1.0,
         progress: bool | Progress = True,
     ) -> "xr.Dataset":
         """Return what a reader receives from tags over the floor ([W] and [dBm]).
@@ -264,16 +267,18 @@ class Room(StudyTable):
         antennas : Numbers of the antennas, from 1; by default all, with the strongest antenna and
             the bearing error of the RSS-weighted vector sum.
         heading_deg : Heading of the robot [deg]; several make a dimension ``heading``.
-        frequency_hz, channels_hz, solver : As in `rss` [Hz].
+        frequency_hz, channels_hz, solver, rfid : As in `rss` [Hz].
+        margin_m : How far a map of free space reaches beyond the tags [m].
         local_mean, local_mean_disc : Add the sum over paths; the mean over a wavelength's disc.
         spreads : Add delay spread and angular spreads of the channel.
         progress : False silences it.
         """
+        grid = {"spacing_m": spacing_m, "height_m": height_m, "margin_m": margin_m}
         study = link_study(
             self,
             tags,
             reader,
-            {"solver": solver, "map": {"spacing_m": spacing_m, "height_m": height_m}},
+            {"solver": solver, "rfid": rfid, "map": grid},
             frequency_hz=frequency_hz,
             channels_hz=channels_hz,
         )

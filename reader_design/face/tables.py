@@ -164,7 +164,8 @@ class Tag(StudyTable):
     antenna : ``dipole``, ``monopole``, ``patch``, ``conical_patch``, ``isotropic_theta`` or a
         pattern file.
     axis, azimuth_deg : Its antenna's axis (by default up, patches down) and turn about it [deg].
-    power_w : Power that the tag radiates [W].
+    power_w : Power that an active tag radiates [W].
+    **woken : ``kind`` and its further keys in ``[[tag]]`` [dB], [dBm].
 
     Examples
     --------
@@ -187,6 +188,7 @@ class Tag(StudyTable):
         axis: Sequence[float] | None = None,
         azimuth_deg: float = 0.0,
         power_w: float = 1.0,
+        **woken: Any,  # noqa: ANN401  keys of [[tag]]
     ) -> None:
         keys = {
             "id": id,
@@ -194,8 +196,12 @@ class Tag(StudyTable):
             "antenna": antenna,
             "axis": axis,
             "azimuth_deg": azimuth_deg,
+            **woken,
         }
-        study = study_from("Tag", {"tag": [keys], "radio": {"tag_power_w": power_w}})
+        tables: dict[str, Any] = {"tag": [keys], "radio": {"tag_power_w": power_w}}
+        if woken.get("kind", "active") != "active":
+            tables["rfid"] = {"power_w": 1.0}  # of the study that the tag will be in
+        study = study_from("Tag", tables)
         self.table = study.tags[0]
         self.power_w = study.radio.tag_power_w
 

@@ -254,3 +254,18 @@ def _only_four(study):
         msg = "six is too many."
         raise ConfigError(msg)
     return {"fours": study.reader.antennas}
+
+
+def test_a_tag_that_the_reader_wakes_and_the_table_that_says_how():
+    tag = octant.Tag("P", (0.0, 0.0, 1.6), kind="passive", mismatch_loss_db=1.0)
+    assert tag.kind == "passive"
+    assert tag.replaced({"kind": "semi_passive"}).mismatch_loss_db == 1.0
+    room = octant.Room.free_space()
+    options = {"spacing_m": 4.0, "height_m": 1.5, "frequency_hz": 868e6, "progress": False}
+    data = room.rss_map([tag], rfid={"region": "etsi"}, margin_m=20.0, **options)
+    awake = data["wake_margin_db"].to_numpy()[0] >= 0.0
+    assert 0 < awake.sum() < awake.size
+    assert ((data["rss_w"].to_numpy()[0] > 0.0) == awake).all()
+    assert float(data["chip_power_dbm"].max()) > -18.0
+    with pytest.raises(ConfigError, match=r"no table \[rfid\]"):
+        room.rss_map([tag], **options)
