@@ -2,12 +2,14 @@
 
 import csv
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from octant.reader_design.showing.netcdf import read_dataset
 
+EXAMPLES = Path(__file__).parents[2] / "examples"
 STUDY = """
 name = "uhf"
 [radio]
@@ -130,6 +132,31 @@ def test_a_robot_reads_nothing_of_a_tag_that_sleeps(octant, study_file, tmp_path
         assert not all(heard)  # an inventory does not always read the tag in its time
     again = octant("navigate", study, "--out", tmp_path / "out", "--runs", "1")
     assert "complete already" in again.err
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["passive_uhf", "passive_uhf_915"])
+def test_the_examples_run_end_to_end(octant, tmp_path, name):
+    done = octant("study", EXAMPLES / f"{name}.toml", "--out", tmp_path, "--quick")
+    assert done.code == 0, done.err
+    data = read_dataset(tmp_path / "results.nc")
+    computed = data["map_read_range"].to_numpy()
+    np.testing.assert_allclose(computed, data["map_read_range_closed_form"], rtol=1e-6)
+    np.testing.assert_allclose(computed, data["map_read_range_peak_gains"], rtol=0.05)
+    margin = data["map_wake_margin_db"].to_numpy()
+    assert (margin > 0.0).any()
+    assert (margin < 0.0).any()
+    assert (tmp_path / "figures" / "map_wake.png").is_file()
+    assert "Tags that the reader wakes" in (tmp_path / "report.html").read_text()
+
+
+@pytest.mark.slow
+def test_passive_tags_that_a_mast_wakes_lead_the_robot(octant, tmp_path):
+    study = EXAMPLES / "passive_uhf_drive.toml"
+    done = octant("navigate", study, "--out", tmp_path, "--runs", "2")
+    assert done.code == 0, done.err
+    rows = list(csv.DictReader((tmp_path / "missions.csv").read_text().splitlines()))
+    assert [row["success"].lower() for row in rows] in (["true"] * 2, ["1"] * 2)
 
 
 def test_track_has_no_tags_that_the_reader_wakes(octant, study_file, tmp_path):

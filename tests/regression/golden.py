@@ -101,6 +101,10 @@ CASES = {
         ["map", "layouts/store_room.toml", "--out", "out/map.nc", "--local-mean"],
         {},
     ),
+    "map of passive tags": (
+        ["map", "passive_uhf.toml", "--out", "out/map.nc"],
+        {"passive_uhf.toml": {"spacing_m = 0.1": "spacing_m = 0.5"}},
+    ),
     "paths": (
         [
             "paths", "l_shaped_office.toml", "--tx", "2.0,0.5,2.5", "--rx", "1.0,1.2,0.4",

@@ -97,7 +97,11 @@ def _inventory_table(setting: Setting, rfid: Rfid) -> ReportTable:
         caption=f"Inventory (EPC Gen2): a slot takes {empty:.3g} ms empty, {read:.3g} ms with one "
         f"tag, {collided:.3g} ms with a collision. {most} tags answer here at most; each antenna "
         f"has {1e3 * dwell_s:.3g} ms.",
-        header=("tags that answer", "mean time of an inventory [ms]", "read in that time [%]"),
+        header=(
+            "tags that answer",
+            "mean time of an inventory [ms]",
+            f"read in {1e3 * dwell_s:.3g} ms [%]",
+        ),
         rows=rows,
         best=counts.index(most),
     )
