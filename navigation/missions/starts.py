@@ -54,17 +54,19 @@ class ListedStarts:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RandomStarts:
-    """Starts anywhere on the free floor of a rectangle, with any heading.
+    """Starts anywhere on the free floor of a rectangle.
 
     Parameters
     ----------
     low_m, high_m : (2,) float64 — Corners of the rectangle [m].
     fits : (m, 2) points [m] -> (m,) bool: where the robot can stand.
+    headings_rad : Between which headings [rad]; by default any.
     """
 
     low_m: FloatArray
     high_m: FloatArray
     fits: Callable[[FloatArray], npt.NDArray[np.bool_]]
+    headings_rad: tuple[float, float] = (-np.pi, np.pi)
 
     def __post_init__(self) -> None:
         for name in ("low_m", "high_m"):
@@ -92,7 +94,7 @@ class RandomStarts:
         for _ in range(_DRAWS):
             point = rng.uniform(self.low_m, self.high_m)
             if bool(self.fits(point[None])[0]):
-                return np.array([*point, rng.uniform(-np.pi, np.pi)])
+                return np.array([*point, rng.uniform(*self.headings_rad)])
         msg = (
             f"the robot found no room between {self.low_m.tolist()} and {self.high_m.tolist()} m "
             f"in {_DRAWS} draws: widen the area of the starts."

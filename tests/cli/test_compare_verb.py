@@ -8,7 +8,11 @@ from PIL import Image
 
 from octant.navigation.missions.run import MissionJob
 from octant.reader_design.experiments.missions.animation import frame_samples
-from octant.reader_design.experiments.missions.comparison import COLUMNS
+from octant.reader_design.experiments.missions.comparison import (
+    COLUMNS,
+    load_comparison,
+    plan_comparison,
+)
 
 YARD = """
 name = "yard"
@@ -43,6 +47,13 @@ name = "vector sum"
 mission.controller = "vector_sum"
 mission.rotation = "vector_sum"
 """
+
+
+def test_a_controller_may_have_a_robot_of_its_own(study_file):
+    study_file(YARD, "yard.toml")
+    text = COMPARISON + 'robot.preset = "sputnik"\n'
+    cells = plan_comparison(load_comparison(study_file(text, "compare.toml")))
+    assert [cell.study.robot.preset for cell in cells] == [None, "sputnik"]
 
 
 @pytest.fixture(scope="module", autouse=True)

@@ -57,15 +57,17 @@ class LayoutEntry(Table, frozen=True, kw_only=True):
 
 
 class ControllerEntry(Table, frozen=True, kw_only=True):
-    """A controller: ``[[controller]]``.
+    """A controller, and the robot that it drives: ``[[controller]]``.
 
     Parameters
     ----------
-    name, mission : Name in the results, and the keys of the table ``[mission]`` that it sets.
+    name : Name in the results.
+    mission, robot : Keys of the tables ``[mission]`` and ``[robot]`` that it sets.
     """
 
     name: Name
-    mission: Keys
+    mission: Keys = msgspec.field(default_factory=dict)
+    robot: Keys = msgspec.field(default_factory=dict)
 
 
 class ReaderEntry(Table, frozen=True, kw_only=True):
@@ -212,7 +214,7 @@ def _cells_of(comparison: Comparison, layout: LayoutEntry) -> Iterator[Compariso
                     study=_combined(
                         msgspec.structs.replace(study, seed=comparison.seed),
                         link,
-                        {"reader": reader.reader, "mission": mission},
+                        {"reader": reader.reader, "mission": mission, "robot": controller.robot},
                         source=source,
                     ),
                     published_rmse_m=layout.published_rmse_m,

@@ -6,8 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from octant.reader_design.experiments.docking.compute import dock_table, docking_job
-from octant.reader_design.experiments.docking.published import regulator_loops
+from octant.reader_design.experiments.docking.compute import (
+    dock_table,
+    docking_job,
+    docking_task,
+)
+from octant.reader_design.experiments.docking.page import wrong_start_lines
+from octant.reader_design.experiments.docking.published import published_job, regulator_loops
 from octant.reader_design.experiments.docking.textbook import (
     half_circle,
     observability_rows,
@@ -87,6 +92,20 @@ def test_regulators_from_own_starts_turn_back_once_at_most_and_end_forward():
     e, alpha, phi = posture.polar[0]
     wanted = 2.5 * alpha + math.cos(alpha) * math.sin(alpha) / alpha * (alpha + 2.0 * phi)
     assert posture.twist[0] == pytest.approx([e * math.cos(alpha), wanted])
+
+
+@pytest.mark.filterwarnings("ignore::octant.geometries.errors.PhysicsWarning")
+def test_the_report_says_how_runs_from_a_wrong_estimate_ended():
+    keys = "start_error_m = [1.0, -0.5]\nfalse_probability = 0.0"
+    setting = build_setting(study_of(keys)).solved()
+    job = docking_job(setting)
+    closed = published_job(job.task, job.setting, compensate_slips=True)
+    runs = [closed(seed) for seed in np.random.SeedSequence(2).spawn(2)]
+    (text,) = wrong_start_lines(runs)
+    assert "off by (1, -0.5) m and 0 degrees" in text
+    assert "2 of 2 runs docked, of the others 0 of 0" in text
+    plain = published_job(docking_task(study_of()), job.setting, compensate_slips=True)
+    assert wrong_start_lines([plain(np.random.SeedSequence(1))]) == ()
 
 
 @pytest.mark.filterwarnings("ignore::octant.geometries.errors.PhysicsWarning")
