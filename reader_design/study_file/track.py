@@ -42,10 +42,13 @@ Chapter = Literal[
     "horizon",
     "slam line",
     "laboratory",
+    "frames",
 ]
 Shape = Literal[
     "line", "sine", "sigmoid", "parabola", "ellipse", "lemniscate", "u-shape", "point", "spline"
 ]
+CodeLevel = Annotated[float, Meta(ge=-1e4, le=1e4)]
+"""Of a code [dBm]: the exaggerated readings of thesis 6.5.1 reach -900 dBm."""
 Horizon = Annotated[int, Meta(ge=1, le=1000)]
 Beta = Annotated[float, Meta(ge=-100.0, le=100.0)]
 Weights = Annotated[
@@ -95,7 +98,8 @@ class Track(Table, frozen=True, kw_only=True):
         ``long`` (whether the error grows with the way, 6.5.4), ``stabilisation`` (chapter 6's
         feedback holds a point, 6.5.5), ``law`` (alpha and beta fitted on line, 6.3),
         ``horizon`` (receding horizon, 7.5.4), ``slam line`` (SLAM beside the filter on RSS, 7.7),
-        ``laboratory`` (the experiments of 7.6 with their robots and tags, and sliding mode, 7.6.5).
+        ``laboratory`` (the experiments of 7.6 with their robots and tags, and sliding mode, 7.6.5),
+        ``frames`` (codes and turns of the tags, 4.6.2).
     runs, slam_runs : Monte-Carlo repetitions, and those of SLAM.
     period_s : Sample period T of chapters 6 and 7.3 [s].
     alpha_dbm, beta_per_m : Alpha [dBm] and beta [1/m] of the RSS law (6.2).
@@ -136,6 +140,7 @@ class Track(Table, frozen=True, kw_only=True):
     tag_bit_rate_hz : Bits that reader and tags send in a second [Hz], which makes tags answer one
         after another; None: all in every period.
     tag_turnaround_s : Pause before each tag's reply [s].
+    frame_bit_rates_hz : Bit rates of the chapter ``frames`` [Hz].
     feedback_wheel_rate_rad_per_s, wheel_rate_rad_per_s : Limits of the wheels in chapter 6 and in
         chapter 7 [rad/s]; None: as in ``[robot]``, and else 12.1 and 10.
     state_weight, final_weight : Q and P(t_f) of trajectories: three diagonal values, or three rows
@@ -199,10 +204,16 @@ class Track(Table, frozen=True, kw_only=True):
     ] = (4, 9, 25, 49)
     tag_ranges_m: Annotated[tuple[Distance, ...], Meta(max_length=100)] = (4.0, 6.18, 9.0)
     tag_bits: Annotated[int, Meta(ge=1, le=16)] | None = None
-    tag_floor_dbm: Level = -255.0
-    tag_full_scale_dbm: Level = 0.0
+    tag_floor_dbm: CodeLevel = -255.0
+    tag_full_scale_dbm: CodeLevel = 0.0
     tag_bit_rate_hz: Bandwidth | None = None
     tag_turnaround_s: PeriodOrZero = 0.0
+    frame_bit_rates_hz: Annotated[tuple[Bandwidth, ...], Meta(min_length=1, max_length=20)] = (
+        250e3,
+        9600.0,
+        2400.0,
+        600.0,
+    )
     feedback_wheel_rate_rad_per_s: WheelRate | None = None
     wheel_rate_rad_per_s: WheelRate | None = None
     state_weight: Weights = (1.0, 1.0, 2.0)

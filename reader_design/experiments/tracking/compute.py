@@ -26,12 +26,11 @@ from octant.reader_design.experiments.tracking.chapters import (
     trained_over_many,
     wheel_noise_run,
 )
+from octant.reader_design.experiments.tracking.cost_scalings import CostScaling, cost_scalings
 from octant.reader_design.experiments.tracking.costs import (
     COST_COLUMNS,
     CostRow,
-    CostScaling,
     cost_rows,
-    cost_scalings,
     with_errors,
 )
 from octant.reader_design.experiments.tracking.further import FURTHER
@@ -226,7 +225,7 @@ class TrackingContent:
     def costs(self) -> tuple[CostRow, ...]:
         """Table 8.1 with its errors."""
         found = (record.costs for _, record in self.records("costs"))
-        return with_errors(next(found, ()), (*self.feedback, *self.neighbouring))
+        return with_errors(next(found, ()), self.outcomes)
 
     @property
     def scalings(self) -> tuple[CostScaling, ...]:

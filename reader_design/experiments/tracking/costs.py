@@ -1,9 +1,8 @@
-"""Table 8.1 as measured: what a control step and a training cost, and how that grows."""
+"""Table 8.1 as measured: what a control step and a training cost, and what else it says."""
 
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -12,7 +11,11 @@ import numpy.typing as npt
 from octant.navigation.control.controllers import FuzzyController
 from octant.navigation.estimators.kalman import Gaussian
 from octant.navigation.estimators.pose_filters import PoseEstimator
-from octant.navigation.estimators.rss_kalman import ExtendedKalman, KalmanBucy, UnscentedKalman
+from octant.navigation.estimators.rss_kalman import (
+    ExtendedKalman,
+    KalmanBucy,
+    UnscentedKalman,
+)
 from octant.navigation.sensing.rss_models import TagMesh, tag_grid
 from octant.navigation.tracking import shapes
 from octant.navigation.tracking.controllers import (
@@ -20,7 +23,6 @@ from octant.navigation.tracking.controllers import (
     TrackingController,
 )
 from octant.navigation.tracking.measurement_feedback import FeedbackTask, FeedbackTraining
-from octant.navigation.tracking.nominal import BoundedIlqr, GainDescent
 from octant.navigation.tracking.problem import TrackingProblem
 from octant.navigation.tracking.trajectories import desired_trajectory
 from octant.reader_design.experiments.tracking.chapters import (
@@ -38,38 +40,8 @@ from octant.reader_design.experiments.tracking.settings import LEMNISCATE_START,
 
 FloatArray = npt.NDArray[np.float64]
 
-TAG_SIDES = (2, 4, 6, 8, 10)
-"""Sides of the meshes over which the cost of a step is measured [-]."""
-STEP_COUNTS = (75, 150, 300, 600, 1200)
-"""Numbers of steps over which the cost of a training iteration is measured [-]."""
 TIMED_S = 0.05
 """At least so long is every measurement [s]; the quickest of three counts."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class CostScaling:
-    """Measured times against the size of the problem.
-
-    Parameters
-    ----------
-    what, quantity, sizes : What was timed, what counts as its size, and the sizes.
-    times_us : By method: time for each size [µs].
-    """
-
-    what: str
-    quantity: str
-    sizes: tuple[int, ...]
-    times_us: dict[str, tuple[float, ...]]
-
-    def exponent(self, name: str) -> float:
-        """Return the power of the size with which the cost grows, fitted to the larger sizes [-].
-
-        Parameters
-        ----------
-        name : A method.
-        """
-        times = self.times_us[name]
-        return float(np.polyfit(np.log(self.sizes[-3:]), np.log(times[-3:]), 1)[0])
 
 
 FEEDBACK = "measurement feedback (chapter 6)"
@@ -81,8 +53,14 @@ COST_COLUMNS = (
     "line_m",
     "lemniscate_m",
     "knows_tags",
+    "rfid_architecture",
+    "linearises",
+    "tracks",
+    "stabilises",
+    "point_m",
 )
-"""Columns of costs.csv [s, µs, m]."""
+"""Columns of costs.csv [s, µs, m]; those after knows_tags say what Table 8.1 says, and what is so
+where that is not the same."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -95,6 +73,10 @@ class CostRow:
     offline_s, step_us : Training or planning [s]; one control step with its estimator [µs].
     line_m, lemniscate_m : Average errors [m], median over the runs, from `with_errors`.
     knows_tags : Whether the robot must know the tags' places.
+    architecture, linearises : Which side of the RFID system is modified, and whether the robot's
+        model is linearised.
+    tracks, stabilises : Whether a trajectory is tracked, and a point held.
+    point_m : Final error at the point of thesis 7.5.2.1 [m], from `with_errors`.
     """
 
     method: str
@@ -102,19 +84,30 @@ class CostRow:
     offline_s: float | None
     step_us: float
     knows_tags: bool
+    architecture: str = "modified tag"
+    linearises: str = "no"
+    tracks: str = "yes"
+    stabilises: str = "yes"
     line_m: str = "–"
     lemniscate_m: str = "–"
+    point_m: str = "–"
 
     def row(self) -> tuple[object, ...]:
         """Return the row of costs.csv, as `COST_COLUMNS` [s, µs, m]."""
         offline = "" if self.offline_s is None else self.offline_s
         errors = self.line_m, self.lemniscate_m
         known = "yes" if self.knows_tags else "no"
-        return self.method, self.claimed, offline, self.step_us, *errors, known
+        told = self.architecture, self.linearises, self.tracks, self.stabilises, self.point_m
+        return self.method, self.claimed, offline, self.step_us, *errors, known, *told
 
 
-def _seconds(call: Callable[[], object]) -> float:
-    """Return the time of one call, the quickest of three series [s]."""
+def seconds(call: Callable[[], object]) -> float:
+    """Return the time of one call, the quickest of three series [s].
+
+    Parameters
+    ----------
+    call : What is timed.
+    """
     call()
     best = np.inf
     for _ in range(3):
@@ -141,9 +134,18 @@ def with_errors(rows: Sequence[CostRow], outcomes: Sequence[Outcome]) -> tuple[C
     """
     feedback = _average_m(outcomes, "line", (REPLAY, FRESH, MANY))
     return tuple(
-        replace(row, line_m=feedback, lemniscate_m=_average_m(outcomes, "lemniscate", (MANY,)))
+        replace(
+            row,
+            line_m=feedback,
+            lemniscate_m=_average_m(outcomes, "lemniscate", (MANY,)),
+            point_m=_final_m(outcomes, "stabilisation", FRESH),
+        )
         if row.method == FEEDBACK
-        else replace(row, lemniscate_m=_average_m(outcomes, "lemniscate", (row.method,)))
+        else replace(
+            row,
+            lemniscate_m=_average_m(outcomes, "lemniscate", (row.method,)),
+            point_m=_final_m(outcomes, "neighbouring", row.method),
+        )
         if row.knows_tags
         else row
         for row in rows
@@ -158,10 +160,10 @@ def cost_rows(settings: Settings) -> tuple[CostRow, ...]:
     settings : Everything.
     """
     steps = desired_trajectory(shapes.lemniscate(), period_s=settings.track.period_s).steps
-    task = _feedback_task(settings, len(settings.feedback_tags_m), steps)
+    task = feedback_task_of(settings, len(settings.feedback_tags_m), steps)
     record = settings.noise.draw(task.record_shape, np.random.default_rng(0))[None]
     training = FeedbackTraining(iterations=20)
-    iteration_s = _seconds(lambda: training.train(task, record)) / training.iterations
+    iteration_s = seconds(lambda: training.train(task, record)) / training.iterations
     trained_s = iteration_s * settings.track.training_iterations
     gains = np.zeros((1, 2, len(settings.feedback_tags_m)))
     feedback = MeasurementFeedback(gains=gains)
@@ -172,16 +174,20 @@ def cost_rows(settings: Settings) -> tuple[CostRow, ...]:
             method="bearing-sensitive, fuzzy (chapter 5)",
             claimed="O(s + c)",
             offline_s=None,
-            step_us=1e6 * _seconds(_fuzzy_step(settings)),
+            step_us=1e6 * seconds(_fuzzy_step(settings)),
             line_m="drives to tags only",
             lemniscate_m="drives to tags only",
             knows_tags=False,
+            architecture="modified reader",
+            tracks="no",
+            stabilises="no; at tags only, without a heading",
+            point_m="drives to tags only",
         ),
         CostRow(
             method=FEEDBACK,
             claimed="O(n s k_f N)",
             offline_s=trained_s,
-            step_us=1e6 * _seconds(lambda: feedback.wheel_rates(0, pose, readings)),
+            step_us=1e6 * seconds(lambda: feedback.wheel_rates(0, pose, readings)),
             knows_tags=False,
         ),
         *(
@@ -189,8 +195,9 @@ def cost_rows(settings: Settings) -> tuple[CostRow, ...]:
                 method=method,
                 claimed="O(n² k_f N + n s k_f)" if method != MPC else "not in the thesis",
                 offline_s=offline_s,
-                step_us=1e6 * _seconds(_loop_step(controller, estimator, settings.mesh)),
+                step_us=1e6 * seconds(loop_step(controller, estimator, settings.mesh)),
                 knows_tags=True,
+                linearises="along the nominal (7.28) and at the estimate; Table 8.1: no",
             )
             for method, controller, estimator, offline_s in _loops(settings)
         ),
@@ -214,7 +221,8 @@ def _loops(
 
 
 def _average_m(outcomes: Sequence[Outcome], task: str, methods: tuple[str, ...]) -> str:
-    found = [o for m in methods for o in outcomes if (o.task, o.method) == (task, m)]
+    of = [o for o in outcomes if o.chapter in ("feedback", "neighbouring")]
+    found = [o for m in methods for o in of if (o.task, o.method) == (task, m)]
     values = [f"{np.median(o.measures()['average_m']):.3f}" for o in found]
     if not values:
         return "–"
@@ -223,9 +231,20 @@ def _average_m(outcomes: Sequence[Outcome], task: str, methods: tuple[str, ...])
     return f"{values[0]} replayed, {values[1]} fresh, {values[2]} trained over many"
 
 
-def _loop_step(
+def _final_m(outcomes: Sequence[Outcome], chapter: str, method: str) -> str:
+    found = [o for o in outcomes if (o.chapter, o.task, o.method) == (chapter, "point", method)]
+    return f"{np.median(found[0].measures()['final_m']):.3f}" if found else "–"
+
+
+def loop_step(
     controller: TrackingController, estimator: PoseEstimator[Any], mesh: TagMesh
 ) -> Callable[[], object]:
+    """Return what does one step of a controller with its estimator, for one robot.
+
+    Parameters
+    ----------
+    controller, estimator, mesh : Both, and the tags.
+    """
     pose = np.array([[0.5, 0.0, 0.5]])
     belief = estimator.begin(pose, 0.01 * np.eye(3), [np.random.default_rng(0)])
     assert isinstance(belief, Gaussian)  # noqa: S101  all timed estimators are Kalman filters
@@ -248,7 +267,13 @@ def _fuzzy_step(settings: Settings) -> Callable[[], object]:
     )
 
 
-def _feedback_task(settings: Settings, tags: int, steps: int) -> FeedbackTask:
+def feedback_task_of(settings: Settings, tags: int, steps: int) -> FeedbackTask:
+    """Return a lemniscate for chapter 6's feedback.
+
+    Parameters
+    ----------
+    settings, tags, steps : Robot and weights, about how many tags, and how many periods.
+    """
     curve = shapes.lemniscate(duration_s=settings.track.period_s * steps)
     desired = desired_trajectory(curve, period_s=settings.track.period_s)
     problem = TrackingProblem(
@@ -263,78 +288,3 @@ def _feedback_task(settings: Settings, tags: int, steps: int) -> FeedbackTask:
         tags_m=tag_grid(side, spacing_m=settings.track.tag_spacing_m, height_m=3.0),
         law=settings.law,
     )
-
-
-def cost_scalings(settings: Settings) -> tuple[CostScaling, ...]:
-    """Return how costs grow with the number of tags and of steps.
-
-    Parameters
-    ----------
-    settings : Everything.
-    """
-    return _step_scaling(settings), _training_by_tags(settings), _training_by_steps(settings)
-
-
-def _step_scaling(settings: Settings) -> CostScaling:
-    setup = neighbouring_setup(settings, shapes.lemniscate(), LEMNISCATE_START)
-    motion, noise = settings.motion, settings.assumptions
-    times: dict[str, list[float]] = {"feedback": [], "EKF": [], "UKF": []}
-    for side in TAG_SIDES:
-        spacing_m = 12.0 / (side - 1)
-        mesh = TagMesh(tags_m=tag_grid(side, spacing_m=spacing_m, height_m=3.0), law=settings.law)
-        feedback = MeasurementFeedback(gains=np.zeros((1, 2, side**2)))
-        readings, pose = np.zeros((1, side**2)), np.zeros((1, 3))
-        times["feedback"].append(_seconds(partial(feedback.wheel_rates, 0, pose, readings)))
-        for name, kind in (("EKF", ExtendedKalman), ("UKF", UnscentedKalman)):
-            step = _loop_step(setup.control, kind(motion=motion, sensor=mesh, noise=noise), mesh)
-            times[name].append(_seconds(step))
-    return CostScaling(
-        what="one control step",
-        quantity="number of tags s",
-        sizes=tuple(side**2 for side in TAG_SIDES),
-        times_us={name: tuple(1e6 * t for t in values) for name, values in times.items()},
-    )
-
-
-def _training_by_tags(settings: Settings) -> CostScaling:
-    values = []
-    for side in TAG_SIDES:
-        task = _feedback_task(settings, side**2, 600)
-        values.append(_iteration_us(settings, task))
-    return CostScaling(
-        what="one training iteration",
-        quantity="number of tags s (600 steps)",
-        sizes=tuple(side**2 for side in TAG_SIDES),
-        times_us={"feedback, chapter 6": tuple(values)},
-    )
-
-
-def _training_by_steps(settings: Settings) -> CostScaling:
-    feedback: list[float] = []
-    printed: list[float] = []
-    ilqr: list[float] = []
-    for steps in STEP_COUNTS:
-        task = _feedback_task(settings, 9, steps)
-        feedback.append(_iteration_us(settings, task))
-        for solver, times in (
-            (GainDescent(iterations=20), printed),
-            (BoundedIlqr(iterations=5, tolerance=0.0, first_rates_rad_per_s=((1.0, 1.0),)), ilqr),
-        ):
-            done = solver.solve(task.problem).iterations
-            times.append(1e6 * _seconds(partial(solver.solve, task.problem)) / done)
-    return CostScaling(
-        what="one training iteration",
-        quantity="number of steps k_f",
-        sizes=STEP_COUNTS,
-        times_us={
-            "feedback, chapter 6": tuple(feedback),
-            "printed update, 7.2": tuple(printed),
-            "bounded iLQR": tuple(ilqr),
-        },
-    )
-
-
-def _iteration_us(settings: Settings, task: FeedbackTask) -> float:
-    record = settings.noise.draw(task.record_shape, np.random.default_rng(0))[None]
-    training = FeedbackTraining(iterations=10)
-    return 1e6 * _seconds(lambda: training.train(task, record)) / 10

@@ -21,7 +21,7 @@ from octant.reader_design.experiments.tracking.chapters import (
     laboratory_tags_m,
 )
 from octant.reader_design.experiments.tracking.compute import TrackingContent
-from octant.reader_design.experiments.tracking.costs import CostScaling
+from octant.reader_design.experiments.tracking.cost_scalings import CostScaling
 from octant.reader_design.experiments.tracking.further import FURTHER
 from octant.reader_design.experiments.tracking.results import Outcome
 from octant.reader_design.experiments.tracking.room import RoomRuns
@@ -423,13 +423,15 @@ def cost_figure(scalings: Sequence[CostScaling]) -> "Figure":
     scalings : One panel each; times in [µs].
     """
     with figure_style():
-        figure, (axes,) = new_figure(
-            width_in=1.0 + 3.7 * len(scalings),
-            height_in=3.8,
+        rows = -(-len(scalings) // 3)
+        figure, axes = new_figure(
+            width_in=12.1,
+            height_in=3.8 * rows,
             title="Measured cost against Table 8.1",
-            columns=len(scalings),
+            rows=rows,
+            columns=3,
         )
-        for ax, scaling in zip(axes, scalings, strict=True):
+        for ax, scaling in zip(axes.ravel(), scalings, strict=False):
             for (name, times), colour in zip(scaling.times_us.items(), COLOURS, strict=False):
                 slope = scaling.exponent(name)
                 ax.loglog(

@@ -1,6 +1,7 @@
 """The chapters that are computed where a study names them, by their names."""
 
 from octant.reader_design.experiments.tracking import (
+    frames,
     horizons,
     laboratory,
     law_on_line,
@@ -13,6 +14,7 @@ from octant.reader_design.experiments.tracking.parts import FurtherChapter
 
 FURTHER: dict[str, FurtherChapter] = {
     "tags": tag_numbers.CHAPTER,
+    "frames": frames.CHAPTER,
     "law": law_on_line.CHAPTER,
     "long": long_drives.CHAPTER,
     "stabilisation": stabilisation.CHAPTER,

@@ -9,7 +9,8 @@ import numpy.typing as npt
 from octant.navigation.estimators.ekf_slam import SlamRecord
 from octant.navigation.tracking.neighbouring import StabilityReport
 from octant.reader_design.experiments.tracking.chapters import NominalRun, RssFits
-from octant.reader_design.experiments.tracking.costs import CostRow, CostScaling
+from octant.reader_design.experiments.tracking.cost_scalings import CostScaling
+from octant.reader_design.experiments.tracking.costs import CostRow
 from octant.reader_design.experiments.tracking.results import Outcome
 from octant.reader_design.experiments.tracking.room import RoomRuns
 from octant.reader_design.experiments.tracking.settings import Settings

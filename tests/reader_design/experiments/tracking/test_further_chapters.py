@@ -9,6 +9,7 @@ from octant.geometries.errors import ConfigError, NavigationError
 from octant.navigation.tracking import shapes
 from octant.reader_design.experiments.tracking import (
     chapters,
+    frames,
     horizons,
     laboratory,
     law_on_line,
@@ -240,3 +241,19 @@ def test_the_experiments_end_about_as_far_off_as_the_thesis_reports(tmp_path):
     u = found["u-sh", chapters.EKF]
     assert 0.08 < u["first_leg_m_median"] < 0.25
     assert found["u-sh", laboratory.SLIDING]["average_m_median"] < 2.0 * u["average_m_median"]
+
+
+# RSS measured by the tags -------------------------------------------------------------------------
+
+
+def test_fine_codes_cost_nothing_cut_ones_much_and_a_quick_channel_is_none(tmp_path):
+    settings = of(tmp_path, "runs = 4\nframe_bit_rates_hz = [9600.0, 600.0]\n")
+    records = [frames.compute(settings, part) for part in frames.parts(settings)]
+    exact, cut, fine, quick, slow = (rows_by(frames.COLUMNS, record)[0] for record in records)
+    assert fine["average_m_median"] == pytest.approx(exact["average_m_median"], rel=0.05)
+    assert cut["average_m_median"] > 10.0 * exact["average_m_median"]
+    assert quick["round_s"] == pytest.approx((16 + 25 * 24) / 9600.0)
+    assert quick["round_s"] < settings.track.period_s
+    poses = [record.outcomes[0].runs.poses for record in records]
+    assert (poses[3] == poses[2]).all()
+    assert slow["average_m_median"] > 1.3 * fine["average_m_median"]

@@ -6,7 +6,8 @@ import pytest
 
 from octant.geometries.errors import ConfigError
 from octant.reader_design.experiments.tracking import chapters, compute, room, tag_numbers
-from octant.reader_design.experiments.tracking.costs import CostScaling, cost_rows
+from octant.reader_design.experiments.tracking.cost_scalings import CostScaling, cost_scalings
+from octant.reader_design.experiments.tracking.costs import COST_COLUMNS, cost_rows
 from octant.reader_design.experiments.tracking.figures import tracking_figures
 from octant.reader_design.experiments.tracking.settings import settings_of
 from octant.reader_design.study_file.loading import load_study, parse_study
@@ -153,6 +154,28 @@ def test_the_cost_table_has_every_controller_and_positive_times(monkeypatch):
     assert len(rows) == 5
     assert all(row.step_us > 0.0 for row in rows)
     assert [row.knows_tags for row in rows] == [False, False, True, True, True]
+
+
+def test_the_cost_table_has_all_columns_of_table_8_1(monkeypatch):
+    monkeypatch.setattr("octant.reader_design.experiments.tracking.costs.TIMED_S", 1e-4)
+    rows = [dict(zip(COST_COLUMNS, r.row(), strict=True)) for r in cost_rows(small())]
+    assert [row["rfid_architecture"] for row in rows] == ["modified reader"] + 4 * ["modified tag"]
+    assert [row["tracks"] for row in rows] == ["no"] + 4 * ["yes"]
+    assert rows[0]["stabilises"].startswith("no")
+    assert rows[2]["linearises"].startswith("along the nominal (7.28)")
+
+
+@pytest.mark.slow
+def test_training_costs_in_proportion_to_its_iterations_and_steps():
+    scalings = {s.quantity: s for s in cost_scalings(small())}
+    iterations = scalings["number of iterations N"]
+    for name in iterations.times_us:
+        assert iterations.exponent(name) == pytest.approx(1.0, abs=0.2)
+    steps = scalings["number of steps k_f"]
+    assert steps.exponent("feedback, chapter 6") == pytest.approx(1.0, abs=0.2)
+    plans = scalings["horizon [periods]"].times_us["predictive"]
+    assert plans[0] < plans[2] < plans[-1]
+    assert scalings["number of states n"].exponent("EKF") < 2.0
 
 
 def test_a_scaling_knows_its_exponent():
