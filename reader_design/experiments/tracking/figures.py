@@ -442,6 +442,8 @@ def cost_figure(scalings: Sequence[CostScaling]) -> "Figure":
             ax.loglog(
                 sizes, first[-1] * sizes / sizes[-1], "--", color=WANTED, label="proportional"
             )
+            ax.set_xticks(scaling.sizes, list(map(str, scaling.sizes)))
+            ax.minorticks_off()
             ax.set_xlabel(scaling.quantity)
             ax.set_ylabel("time [µs]")
             ax.set_title(scaling.what)
