@@ -109,6 +109,14 @@ position_m = [1.5, 1.2, 2.0]
 id = "b"
 position_m = [0.8, 0.6, 1.9]
 antenna = "patch"
+kind = "passive"
+sensitivity_dbm = -40.0
+[rfid]
+power_w = 1.0
+transmitter = "separate"
+transmitter_axis = [0.0, 0.0, 1.0]
+transmitter_position_m = [2.5, 0.3, 1.5]
+other_tags = 2
 [reader]
 antennas = 4
 response = "isolated"
