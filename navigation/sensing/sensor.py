@@ -15,8 +15,9 @@ from octant.geometries.errors import NavigationError
 from octant.geometries.names import nearest_name
 from octant.navigation.robot.motion import AT_REST, Motion
 from octant.navigation.sensing.bearing import checked_azimuths
+from octant.navigation.sensing.device import Device
 from octant.navigation.sensing.inventory import ReadRates
-from octant.navigation.sensing.rss_detector import RssQuantiser, ThermalNoise, log_normal_rss
+from octant.navigation.sensing.rss_detector import RssQuantiser, ThermalNoise
 
 
 class PowerLink(Protocol):
@@ -171,13 +172,13 @@ class FieldSensor:
             others = [link for other, link in self.crowd.items() if other != tag_id]
             awake = (rss > 0.0) + sum(self._each(link.reads(poses)) for link in others)
             arrives &= own.random(rss.shape) < self.rates.of(awake)
-        if self.thermal is not None:
-            rss = self.thermal.reading_w(rss, own)
-        rss = log_normal_rss(rss, self.noise_db, rng)
-        rss = np.where(rss < self.sensitivity_w, 0.0, rss)
-        if self.quantiser is not None:
-            rss = self.quantiser.quantise(rss)
-        return np.where(arrives & answers, rss, 0.0)
+        device = Device(
+            noise_db=self.noise_db,
+            sensitivity_w=self.sensitivity_w,
+            quantiser=self.quantiser,
+            thermal=self.thermal,
+        )
+        return np.where(arrives & answers, device.measured(rss, rng, own), 0.0)
 
     def _poses(self, pose: npt.NDArray[np.float64], motion: Motion) -> npt.NDArray[np.float64]:
         """Return the poses at which the antennas are read [m], [rad]: one, or one for each."""

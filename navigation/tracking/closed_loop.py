@@ -13,6 +13,7 @@ from octant.navigation.angles import wrap_angle
 from octant.navigation.estimators.pose_filters import PoseEstimator, RssModel
 from octant.navigation.robot.drive import DifferentialDrive
 from octant.navigation.robot.odometry import Rolling, RollingWheels
+from octant.navigation.sensing.device import TagReceiver
 from octant.navigation.sensing.rss_models import RssNoise
 from octant.navigation.sensing.tag_frames import Hearing
 from octant.navigation.tracking.controllers import TrackingController
@@ -36,6 +37,7 @@ class World:
     reading_every : Periods from one reading of the tags to the next.
     rolling : Motors, slip and encoders; the estimator gets what encoders of a resolution count,
         and without one the commands.
+    receiver : What the robot's receiver makes of the readings; None: a perfect one.
     hearing : How far tags reach, in which codes they answer, and when; None: always, exactly.
     """
 
@@ -47,6 +49,7 @@ class World:
     start_covariance: FloatArray
     reading_every: int = 1
     rolling: Rolling = field(default_factory=Rolling)
+    receiver: TagReceiver | None = None
     hearing: Hearing | None = None
 
     def __post_init__(self) -> None:
@@ -227,7 +230,8 @@ def _children(seed: np.random.SeedSequence) -> list[np.random.SeedSequence]:
 def _read(world: World, true: FloatArray, rngs: Sequence[np.random.Generator]) -> FloatArray:
     clean = world.sensor.rss_dbm(true[:, :2])
     noisy: FloatArray = clean + np.array([world.noise.draw((clean.shape[1],), rng) for rng in rngs])
-    return noisy if world.hearing is None else world.hearing.heard(true, noisy)
+    read = noisy if world.receiver is None else world.receiver.heard(noisy, rngs)
+    return read if world.hearing is None else world.hearing.heard(true, read)
 
 
 def _replying(world: World, step: int, tags: int) -> npt.NDArray[np.bool_]:

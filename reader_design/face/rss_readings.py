@@ -52,7 +52,8 @@ def readings_w(
 ) -> FloatArray:
     """Return what the study's receiver reads of RSS, (k, readings, n) [W]; zero: nothing.
 
-    The robot stands, so that a dwell time changes nothing.
+    The robot stands, so that a dwell time changes nothing; the tag is asked for alone, so that none
+    collide.
 
     Parameters
     ----------

@@ -7,6 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.geometries.errors import ConfigError
+from octant.navigation.sensing.device import Device, TagReceiver
 from octant.navigation.sensing.rss_detector import RssQuantiser, ThermalNoise, log_normal_rss
 from octant.navigation.sensing.sensor import FieldSensor, PowerLink
 from octant.reader_design.setting.inventory import Inventory
@@ -115,6 +116,46 @@ def scoring_readings_w(study: Study, rss_w: FloatArray) -> FloatArray:
     return receiver_of(study.scoring).readings(rss_w, rng, draws=study.scoring.draws)
 
 
+def study_device(table: Sensor, *, noise_db: float) -> Device:
+    """Return what the receiver of a study's table ``[sensor]`` makes of power.
+
+    Parameters
+    ----------
+    table : The table [Hz], [dB], [dBm].
+    noise_db : Standard deviation of the log-normal error [dB].
+    """
+    thermal, limits_w = None, [0.0]
+    if table.sensitivity_dbm is not None:
+        limits_w.append(10.0 ** ((table.sensitivity_dbm - 30.0) / 10.0))
+    if table.bandwidth_hz is not None:
+        thermal = ThermalNoise(
+            bandwidth_hz=table.bandwidth_hz,
+            noise_figure_db=table.noise_figure_db,
+            samples=table.samples,
+        )
+        if table.required_snr_db is not None:
+            limits_w.append(thermal.power_w * 10.0 ** (table.required_snr_db / 10.0))
+    return Device(
+        noise_db=noise_db,
+        sensitivity_w=max(limits_w),
+        quantiser=quantiser_of(table),
+        thermal=thermal,
+    )
+
+
+def study_tag_receiver(table: Sensor) -> TagReceiver | None:
+    """Return the receiver of tracking, one antenna and many tags; None for a perfect one.
+
+    Parameters
+    ----------
+    table : The table ``[sensor]`` [Hz], [dB], [dBm]; its errors come after those of the channel.
+    """
+    if table == Sensor():
+        return None
+    kept = (1.0 - table.drop_out_probability) * table.read_probability
+    return TagReceiver(device=study_device(table, noise_db=0.0), lost_probability=1.0 - kept)
+
+
 def study_sensor(
     table: Sensor,
     links: Mapping[str, PowerLink],
@@ -133,25 +174,15 @@ def study_sensor(
     noise_db : Standard deviation of the log-normal error [dB]: the mission's.
     inventory : How tags that the reader wakes answer together; None: none do.
     """
-    thermal, limits_w = None, [0.0]
-    if table.sensitivity_dbm is not None:
-        limits_w.append(10.0 ** ((table.sensitivity_dbm - 30.0) / 10.0))
-    if table.bandwidth_hz is not None:
-        thermal = ThermalNoise(
-            bandwidth_hz=table.bandwidth_hz,
-            noise_figure_db=table.noise_figure_db,
-            samples=table.samples,
-        )
-        if table.required_snr_db is not None:
-            limits_w.append(thermal.power_w * 10.0 ** (table.required_snr_db / 10.0))
+    device = study_device(table, noise_db=noise_db)
     return FieldSensor(
         links=links,
         azimuths_rad=azimuths_rad,
-        noise_db=noise_db,
-        sensitivity_w=max(limits_w),
-        quantiser=quantiser_of(table),
+        noise_db=device.noise_db,
+        sensitivity_w=device.sensitivity_w,
+        quantiser=device.quantiser,
+        thermal=device.thermal,
         dwell_s=table.dwell_s if inventory is None else inventory.dwell_s,
-        thermal=thermal,
         drop_out_probability=table.drop_out_probability,
         read_probability=table.read_probability,
         crowd={} if inventory is None else inventory.crowd,

@@ -17,11 +17,12 @@ from octant.reader_design.study_file.room import Table
 
 
 class Sensor(Table, frozen=True, kw_only=True):
-    """How RSS is measured on missions and docking, besides their ``noise_db``: table ``[sensor]``.
+    """How RSS is measured on missions, docking and tracking: table ``[sensor]``.
 
-    `octant rss --readings` gives such readings. Scores read by the table ``[scoring]``, the
-    tracking part by the noises of ``[track]``; `octant map` and `octant rss` without readings give
-    the power that arrives.
+    Besides ``noise_db`` of ``[mission]`` and ``[dock]``, and the noises of ``[track]``, whose
+    chapters ``feedback``, ``long`` and ``stabilisation`` do not take this table. `octant rss
+    --readings` gives such readings; `octant map` and `octant rss` without them give the power that
+    arrives. Scores read by the table ``[scoring]``.
 
     Parameters
     ----------

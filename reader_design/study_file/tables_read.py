@@ -16,7 +16,7 @@ READ_BY: Mapping[str, tuple[str, ...]] = {
     "map": ("study", "map"),
     "mission": ("study", "navigate"),
     "robot": ("study", "navigate", "track", "dock"),
-    "sensor": ("study", "navigate", "dock"),
+    "sensor": ("study", "navigate", "dock", "track", "rss"),
     "track": ("track",),
     "dock": ("dock",),
     "optimise": ("optimise",),

@@ -24,17 +24,20 @@ from octant.navigation.tracking import shapes
 from octant.navigation.tracking.closed_loop import World
 from octant.navigation.tracking.problem import Weights, stabilisation_weights
 from octant.navigation.tracking.trajectories import Curve, check_feasible, desired_trajectory
+from octant.reader_design.setting.receiver import study_tag_receiver
 from octant.reader_design.setting.robot import study_robot
 from octant.reader_design.setting.setting import build_setting
 from octant.reader_design.showing.tables import read_columns
 from octant.reader_design.study_file.robot import Robot
 from octant.reader_design.study_file.schema import Study
+from octant.reader_design.study_file.sensor import Sensor
 from octant.reader_design.study_file.track import Track, Trajectory
 
 FloatArray = npt.NDArray[np.float64]
 
 _FEEDBACK_RATE_RAD_PER_S, _RATE_RAD_PER_S = 12.1, 10.0
 _PLANNED = ("feedback", "nominal")
+_TRAINED = ("feedback", "long", "stabilisation")
 NOMINAL_PERIOD_S = 0.6
 """Sample period of the nominal control, thesis 7.5.1 [s]."""
 EULER_STEP_S = 0.05
@@ -199,6 +202,7 @@ class Settings:
             start_covariance=sigma**2,
             reading_every=reading_every,
             rolling=study_robot(self.study, "track").rolling,
+            receiver=study_tag_receiver(self.study.sensor),
             hearing=self.hearing(tags_m),
         )
 
@@ -222,6 +226,7 @@ def settings_of(study: Study) -> Settings:
             (track.wheel_rate_rad_per_s, _RATE_RAD_PER_S),
         )
     )
+    _check_sensor(study.sensor, track)
     planned = [chapter for chapter in track.chapters if chapter in _PLANNED]
     if planned and robot.least_radius_m > 0.0:
         msg = (
@@ -307,6 +312,25 @@ def _given_tags_m(study: Study) -> FloatArray | None:
         )
         raise ConfigError(msg)
     return places
+
+
+def _check_sensor(sensor: Sensor, track: Track) -> None:
+    if sensor == Sensor():
+        return
+    trained = [chapter for chapter in track.chapters if chapter in _TRAINED]
+    if trained:
+        msg = (
+            f"track.chapters has {', '.join(trained)}, whose feedback is trained for noise that "
+            "adds to readings, but the table [sensor] says how a receiver measures; leave these "
+            "chapters out, or the table."
+        )
+        raise ConfigError(msg)
+    if sensor.dwell_s > 0.0:
+        msg = (
+            f"sensor.dwell_s is {sensor.dwell_s:g} s, but the robot of 'octant track' reads one "
+            "antenna; give track.tag_bit_rate_hz for the time from tag to tag, and leave it out."
+        )
+        raise ConfigError(msg)
 
 
 def _check_names(names: list[str]) -> None:
