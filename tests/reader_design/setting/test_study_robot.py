@@ -26,6 +26,12 @@ free_space = true
 [[tag]]
 id = "a"
 position_m = [4.0, 2.0, 3.0]
+[[tag]]
+id = "b"
+position_m = [0.0, 3.0, 3.0]
+[[tag]]
+id = "c"
+position_m = [1.0, -1.0, 3.0]
 [mission]
 start_m = [0.0, 0.0]
 heading_deg = 90.0
@@ -34,6 +40,7 @@ tags = ["a"]
 [track]
 chapters = ["neighbouring"]
 runs = 2
+rss_sigma_db = 2.0
 {track}
 [[track.trajectory]]
 name = "mine"
