@@ -148,7 +148,9 @@ def test_keys_of_the_verbs_tables_still_count_and_robot_has_them_for_all():
     assert mission_space(build_setting(new)).footprint.radius_m == 0.3
     tick = 0.02 * np.pi
     for study in (old, new):
-        assert settings_of(study).world(settings_of(study).mesh).rolling.tick_rad == tick
+        settings = settings_of(study)
+        world = settings.world(settings.mesh, tags_m=settings.mesh.tags_m)
+        assert world.rolling.tick_rad == tick
 
 
 def test_a_study_with_a_robot_is_written_and_read_back():
