@@ -322,8 +322,10 @@ def map_dataset(
             [], heading_deg, units="degree", long_name="heading of the robot"
         )
     if local_mean:
+        both = any(e.answers is not None for e in layers)
         variables["rss_local_mean_w"] = power(
-            [e.power.local_mean_w for e in layers], "sum over paths"
+            [e.power.local_mean_w for e in layers],
+            "sum over paths" + (", of tags that answer both ways' sums multiplied" if both else ""),
         )
     if all(e.disc_mean_w is not None for e in layers):
         means = [e.disc_mean_w for e in layers if e.disc_mean_w is not None]

@@ -22,7 +22,7 @@ from octant.reader_design.study_file.errors import path_text, struct_names, unit
 from octant.reader_design.study_file.reader import Reader
 from octant.reader_design.study_file.schema import Range, Study, Sweep
 
-SWEPT_TABLES = ("radio", "room", "tag", "reader", "solver")
+SWEPT_TABLES = ("radio", "room", "tag", "reader", "solver", "rfid")
 """Tables of a study that decide the scores of a reader [-]."""
 
 MOST_VALUES = 10_000
@@ -109,8 +109,8 @@ def _unknown(name: str, known: list[str]) -> str:
     hint = (
         f"did you mean {near!r}?"
         if near
-        else "name a key of [reader], or one of radio, room, tag, reader, solver by its path, "
-        'such as "radio.frequency_hz".'
+        else "name a key of [reader], or one of radio, room, tag, reader, solver, rfid by its "
+        'path, such as "radio.frequency_hz".'
     )
     return f"{parameter_key(name)} is not a parameter that can be swept; {hint}"
 

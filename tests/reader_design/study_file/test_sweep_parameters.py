@@ -188,3 +188,12 @@ def test_variant_has_no_sweep_and_all_checks():
     assert vary(study, {"gap_m": 0.02}).sweep == {}
     with pytest.raises(ConfigError, match="stand on the ground plane"):
         vary(study, {"ground_plane_m": 0.1})
+
+
+def test_what_the_reader_sends_is_swept_with_cells_of_their_own():
+    woken = (
+        ROOM + TAG + 'kind = "passive"\n[rfid]\npower_w = 1.0\n[reader]\nresponse = "isolated"\n'
+    )
+    cells = plan('"rfid.power_w" = [0.5, 1.0]\n"tag.sensitivity_dbm" = [-18, -20]', woken).cells
+    assert len({cell.key for cell in cells}) == 4
+    assert [cell.setting.study.rfid.power_w for cell in cells] == [0.5, 0.5, 1.0, 1.0]
