@@ -121,7 +121,8 @@ Sweep = dict[Word, tuple[Any, ...] | Range]
 """The design space: table ``[sweep]``; every combination of its values is one study.
 
 A name is a key of ``[reader]``, or the dotted path of any key of ``[radio]``, ``[room]``,
-``[[tag]]``, ``[reader]``, ``[solver]`` and ``[rfid]`` in quotes: see `octant.reader_design.study_file.sweep`.
+``[[tag]]``, ``[reader]``, ``[solver]`` and ``[rfid]`` in quotes: see
+`octant.reader_design.study_file.sweep`.
 """
 
 
