@@ -309,7 +309,8 @@ def published_page(rows: list[dict[str, Any]], runs: Mapping[str, str]) -> str:
     """Return the text of ``published.md``: rows with published numbers and ours."""
     kept = kept_values()
     lines = [PUBLISHED_HEAD]
-    header = ("where", "what", "published", "as published, here", "better, here", "left open")
+    header = ("where", "what", "published", "as published, here", "better, here")
+    header = (*header, "agreement", "left open")
     numbers = [r for r in rows if r.get("published") and (r.get("ours") or r.get("better"))]
     for heading, mine in chapters(numbers):
         lines += [f"## {heading}", ""]
@@ -322,6 +323,7 @@ def published_page(rows: list[dict[str, Any]], runs: Mapping[str, str]) -> str:
                     row["published"],
                     cell(row.get("ours", []), kept.get(row.get("run", ""), {})),
                     cell(row.get("better", []), kept.get(row.get("run", ""), {})),
+                    row.get("agrees", ""),
                     row.get("open", ""),
                 )
                 for row in mine

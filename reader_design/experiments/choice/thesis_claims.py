@@ -119,7 +119,10 @@ class _Design:
         return f"antenna 1 is the strongest over {self.apart:.0%} of the drive"
 
     def lead_text(self) -> str:
-        return f"leads by {1e6 * self.lead_w:+.2f} µW ({self.lead_db:+.1f} dB) in the mean"
+        return f"{1e6 * self.lead_w:+.2f} µW ({self.lead_db:+.1f} dB)"
+
+    def drive_text(self) -> str:
+        return f"{_sentence(self.strongest_text())} Its mean lead is {self.lead_text()}."
 
     def scores_text(self) -> str:
         free = self.cell.free
@@ -251,7 +254,7 @@ def _dipole_claims(sweep: _Sweep) -> Iterator[Claim]:
             text="Dipoles at r_a = 5 cm without plates cannot be told apart.",
             where="page 71, Fig. 5.9 (a)",
             agrees=bare.apart <= APART_SHARE,
-            found=_sentence(bare.strongest_text()),
+            found=bare.drive_text(),
             stricter_agrees=bare.useless,
             stricter=_sentence(bare.scores_text()),
         )
@@ -266,7 +269,7 @@ def _dipole_claims(sweep: _Sweep) -> Iterator[Claim]:
                 f"tag is {'not ' if confused else ''}always the strongest.",
                 where=f"page 71, Fig. 5.9 {figure}",
                 agrees=(design.apart < 1.0) == confused,
-                found=_sentence(f"{design.strongest_text()} and {design.lead_text()}"),
+                found=design.drive_text(),
                 stricter_agrees=(worst_db < 0.0) == confused,
                 stricter=f"Any of the eight that faces the tag leads its neighbours by "
                 f"{worst_db:+.1f} dB at worst; {design.scores_text()}.",
@@ -278,8 +281,8 @@ def _dipole_claims(sweep: _Sweep) -> Iterator[Claim]:
             text="The best dipole design is r_a = 10 cm, h_p = 8 cm.",
             where="pages 71 and 73",
             agrees=chosen is best,
-            found=f"Antenna 1 of {best.cell.design.label()} {best.lead_text()}, that of r_a = 10 "
-            f"cm, h_p = 8 cm {chosen.lead_text()}.",
+            found=f"Antenna 1 of the {best.cell.design.label()} has the greatest mean lead, "
+            f"{best.lead_text()}; that of r_a = 10 cm, h_p = 8 cm has {chosen.lead_text()}.",
             stricter_agrees=chosen is ranked,
             stricter=f"{ranked.cell.design.label()} ranks first: {ranked.scores_text()}.",
         )
@@ -293,7 +296,7 @@ def _monopole_claims(sweep: _Sweep) -> Iterator[Claim]:
                 text=f"Monopoles at r_a = {_cm(radius_m)} without plates cannot be told apart.",
                 where=f"page 72, Fig. 5.11 {figure}",
                 agrees=bare.apart <= APART_SHARE,
-                found=_sentence(f"{bare.strongest_text()} and {bare.lead_text()}"),
+                found=bare.drive_text(),
                 stricter_agrees=bare.useless,
                 stricter=_sentence(bare.scores_text()),
             )
@@ -306,7 +309,7 @@ def _monopole_claims(sweep: _Sweep) -> Iterator[Claim]:
             text="With plates of 8 or 15 cm, monopoles are told apart better at r_a = 10 cm.",
             where="page 72, Fig. 5.11",
             agrees=min(leads[0]) > max(leads[1]),
-            found="Antenna 1 "
+            found="The mean lead of antenna 1 is "
             + " and ".join(d.lead_text() for d in far)
             + " at 10 cm, "
             + " and ".join(d.lead_text() for d in near)
@@ -327,7 +330,8 @@ def _monopole_claims(sweep: _Sweep) -> Iterator[Claim]:
             text="Dipoles perform better than monopoles.",
             where="pages 72-73, Figs. 5.9, 5.11",
             agrees=best[0].lead_w > best[1].lead_w,
-            found="; ".join(f"antenna 1 of {d.cell.design.label()} {d.lead_text()}" for d in best)
+            found="The greatest mean leads of antenna 1 are "
+            + " and ".join(f"{d.lead_text()}, {d.cell.design.label()}" for d in best)
             + ".",
             stricter_agrees=ahead,
             stricter=f"{'; '.join(f'{d.cell.design.label()}: {d.scores_text()}' for d in ranked)}; "
