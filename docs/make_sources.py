@@ -16,6 +16,7 @@ import ast
 import csv
 import json
 import math
+import re
 import shlex
 import subprocess
 import sys
@@ -235,6 +236,44 @@ def _wrong_with(
         yield f"no value yet: --run WORK {run}"
 
 
+NUMBERED = {
+    "thesis": (
+        "Fig. 1.1 3.1-3.3 4.1-4.5 5.1-5.14 6.1-6.5 7.1-7.15 A.1",
+        "Table 5.1 6.1 8.1",
+    ),
+    "docking paper": ("Fig. 1-19", "Table I"),
+    "textbook": ("Fig. 11.19-11.21",),
+}
+"""Numbers of all figures and tables of each document."""
+
+
+def _numbers(text: str) -> Iterator[str]:
+    """Yield the numbers in a list such as ``5.9 (a), 5.11-5.13``."""
+    for first, last in re.findall(r"([A-Z\d]+(?:\.\d+)?)(?:-([A-Z\d]+(?:\.\d+)?))?", text):
+        head, _, low = first.rpartition(".")
+        ends = (int(low), int(last.rpartition(".")[2])) if last else None
+        if ends is None:
+            yield first
+        else:
+            yield from (f"{head}.{n}".lstrip(".") for n in range(ends[0], ends[1] + 1))
+
+
+def without_row(rows: list[dict[str, Any]]) -> Iterator[str]:
+    """Yield the figures and tables of the documents that no row names."""
+    for source, lists in NUMBERED.items():
+        mine = " ; ".join(row["where"] for row in rows if row["source"] == source)
+        for kind, text in (entry.split(" ", 1) for entry in lists):
+            word = kind.rstrip(".").upper()
+            named = {
+                number
+                for found in re.findall(
+                    rf"{word}S?\.? ([A-Z\d][^;]*?)(?= ;|$|, [A-Z]{{2,}}|, \()", mine.upper()
+                )
+                for number in _numbers(re.sub(r"\([A-F]\)", "", found))
+            }
+            yield from (f"{source}: {kind} {n}" for n in _numbers(text) if n not in named)
+
+
 def kept_values() -> dict[str, dict[str, Any]]:
     """Return what was read, by command and reading."""
     if not VALUES.exists():
@@ -347,6 +386,8 @@ def main(*, check: bool, work: Path | None, as_left: bool, names: tuple[str, ...
         raise click.ClickException(msg)
     if work is not None:
         run_and_read(rows, {n: runs[n] for n in names or runs}, work.resolve(), as_left=as_left)
+    if missing := list(without_row(rows)):
+        click.echo(f"without a row: {'; '.join(missing)}", err=True)
     wrong = list(complaints(rows, runs))
     for name, text in (
         ("sources.md", sources_page(rows, runs)),

@@ -75,3 +75,17 @@ def test_values_are_read_off_tables_reports_and_attributes(tmp_path):
     assert shown == "n 0.031 m"
     kept = {make_sources.key_of(reading): "3 / 4"}
     assert make_sources.shown(reading | {"unit": "m"}, kept) == "3 / 4 m"
+
+
+def test_figures_and_tables_without_a_row_are_named():
+    wheres = {
+        "thesis": ("7.6.1, Figs. 7.8, 7.9-7.11", "page 71, Fig. 5.9 (a)", "(6.1), Table 6.1"),
+        "docking paper": ("VII A, Figs. 6-10", "Fig. 5, Table I"),
+    }
+    rows = [{"source": s, "where": w} for s, texts in wheres.items() for w in texts]
+    missing = set(make_sources.without_row(rows))
+    for named in ("Fig. 7.8", "Fig. 7.9", "Fig. 7.10", "Fig. 7.11", "Fig. 5.9", "Table 6.1"):
+        assert f"thesis: {named}" not in missing
+    assert {"thesis: Fig. 7.12", "thesis: Fig. 5.8", "textbook: Fig. 11.20"} <= missing
+    paper = {line for line in missing if line.startswith("docking")}
+    assert paper == {f"docking paper: Fig. {n}" for n in (*range(1, 5), *range(11, 20))}
