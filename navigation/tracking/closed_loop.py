@@ -16,6 +16,7 @@ from octant.navigation.robot.odometry import Rolling, RollingWheels
 from octant.navigation.sensing.device import TagReceiver
 from octant.navigation.sensing.rss_models import RssNoise
 from octant.navigation.sensing.tag_frames import Hearing
+from octant.navigation.sensing.tag_reader import BoardReader
 from octant.navigation.tracking.controllers import TrackingController
 from octant.navigation.tracking.trajectories import DesiredTrajectory
 
@@ -39,6 +40,8 @@ class World:
         and without one the commands.
     receiver : What the robot's receiver makes of the readings; None: a perfect one.
     hearing : How far tags reach, in which codes they answer, and when; None: always, exactly.
+    reader : What reads in place of ``sensor`` with its ``noise``, which then say nothing; None:
+        nothing does.
     """
 
     robot: DifferentialDrive
@@ -51,6 +54,7 @@ class World:
     rolling: Rolling = field(default_factory=Rolling)
     receiver: TagReceiver | None = None
     hearing: Hearing | None = None
+    reader: BoardReader | None = None
 
     def __post_init__(self) -> None:
         given = np.array(self.start_covariance, dtype=np.float64)
@@ -186,7 +190,7 @@ def drive(
     wrong = np.linalg.cholesky(world.start_covariance + 1e-18 * np.eye(3))
     assumed = true + np.array([wrong @ rng.normal(size=3) for rng in rngs])
     belief = estimator.begin(assumed, world.start_covariance, own)
-    rss = _read(world, true, rngs)
+    rss = read_tags(world, true, np.zeros((runs, 2)), rngs)
     poses, estimates = np.empty((runs, steps + 1, 3)), np.empty((runs, steps + 1, 3))
     commanded = np.empty((runs, steps, 2))
     wheels = RollingWheels(world.rolling, world.robot, *rngs)
@@ -202,7 +206,7 @@ def drive(
         heard = _replying(world, k, rss.shape[1])
         read = None
         if heard.any():
-            now = _read(world, true, rngs)
+            now = read_tags(world, true, world.robot.twist(rolled), rngs)
             read = np.where(heard, now, np.nan)
             rss = np.where(heard, now, rss)
         belief = estimator.step(belief, counted, read, own)
@@ -227,7 +231,20 @@ def _children(seed: np.random.SeedSequence) -> list[np.random.SeedSequence]:
     ]
 
 
-def _read(world: World, true: FloatArray, rngs: Sequence[np.random.Generator]) -> FloatArray:
+def read_tags(
+    world: World, true: FloatArray, twists: FloatArray, rngs: Sequence[np.random.Generator]
+) -> FloatArray:
+    """Return one reading of all tags in every run, (r, s) [dBm]; NaN of tags that are not heard.
+
+    Parameters
+    ----------
+    world : Tags, noise, receiver and hearing, or a reader in place of all that.
+    true : (r, 3) float64 — True x [m], y [m], heading [rad].
+    twists : (r, 2) float64 — Forward speed [m/s] and turn rate [rad/s] until then.
+    rngs : One for each run.
+    """
+    if world.reader is not None:
+        return world.reader.read(true, twists, rngs)
     clean = world.sensor.rss_dbm(true[:, :2])
     noisy: FloatArray = clean + np.array([world.noise.draw((clean.shape[1],), rng) for rng in rngs])
     read = noisy if world.receiver is None else world.receiver.heard(noisy, rngs)

@@ -208,7 +208,7 @@ def placed(curve: Curve, origin_m: tuple[float, float], turn_rad: float) -> Curv
     turned = np.array([[cos, sin], [-sin, cos]])
 
     def motion(time_s: FloatArray) -> FloatArray:
-        moved = curve.motion(time_s) @ turned
+        moved: FloatArray = curve.motion(time_s) @ turned
         moved[0] += origin_m
         return moved
 

@@ -70,6 +70,9 @@ def check_study(study: Study, *, shapes: bool = True) -> None:
     if study.dock is not None:
         _check_dock(study.dock, study.tags)
         _check_dwell(study, key="dock.reading_time_s", period_s=study.dock.reading_time_s)
+    if study.track is not None and "reader" in study.track.chapters:
+        period_s = study.track.room_reading_every_s
+        _check_dwell(study, key="track.room_reading_every_s", period_s=period_s)
     if study.optimise is not None:
         check_optimise(study.optimise)
     if study.tolerance is not None:

@@ -20,9 +20,10 @@ class Sensor(Table, frozen=True, kw_only=True):
     """How RSS is measured on missions, docking and tracking: table ``[sensor]``.
 
     Besides ``noise_db`` of ``[mission]`` and ``[dock]``, and the noises of ``[track]``, whose
-    chapters ``feedback``, ``long`` and ``stabilisation`` do not take this table. `octant rss
-    --readings` gives such readings; `octant map` and `octant rss` without them give the power that
-    arrives. Scores read by the table ``[scoring]``.
+    chapters ``feedback``, ``long`` and ``stabilisation`` do not take this table; its chapter
+    ``reader`` reads with all antennas, the others with one. `octant rss --readings` gives such
+    readings; `octant map` and `octant rss` without them give the power that arrives. Scores read by
+    the table ``[scoring]``.
 
     Parameters
     ----------

@@ -13,7 +13,7 @@ READ_BY: Mapping[str, tuple[str, ...]] = {
     "sweep": ("study", "sweep"),
     "scoring": ("study", "sweep", "optimise", "tolerance"),
     "choice": ("study",),
-    "map": ("study", "map"),
+    "map": ("study", "map", "track"),
     "mission": ("study", "navigate"),
     "robot": ("study", "navigate", "track", "dock"),
     "sensor": ("study", "navigate", "dock", "track", "rss"),

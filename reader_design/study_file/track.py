@@ -43,6 +43,7 @@ Chapter = Literal[
     "slam line",
     "laboratory",
     "frames",
+    "reader",
 ]
 Shape = Literal[
     "line", "sine", "sigmoid", "parabola", "ellipse", "lemniscate", "u-shape", "point", "spline"
@@ -99,7 +100,8 @@ class Track(Table, frozen=True, kw_only=True):
         feedback holds a point, 6.5.5), ``law`` (alpha and beta fitted on line, 6.3),
         ``horizon`` (receding horizon, 7.5.4), ``slam line`` (SLAM beside the filter on RSS, 7.7),
         ``laboratory`` (the experiments of 7.6 with their robots and tags, and sliding mode, 7.6.5),
-        ``frames`` (codes and turns of the tags, 4.6.2).
+        ``frames`` (codes and turns of the tags, 4.6.2), ``reader`` (the designed reader with its
+        ``[sensor]`` in the room, for every controller and estimator and for SLAM).
     runs, slam_runs : Monte-Carlo repetitions, and those of SLAM.
     period_s : Sample period T of chapters 6 and 7.3 [s].
     alpha_dbm, beta_per_m : Alpha [dBm] and beta [1/m] of the RSS law (6.2).
@@ -148,8 +150,11 @@ class Track(Table, frozen=True, kw_only=True):
     input_weight : R of the neighbouring control: two diagonal values, or two rows [s²/rad²].
     training_iterations : Of the measurement feedback.
     training_records : Noise records of the training over many.
-    room_noise_db : Standard deviation of the noise on readings in the room solver's part [dB].
+    room_noise_db : Standard deviation of the noise on readings in the room solver's part and of
+        each antenna of the designed reader [dB].
     room_reading_every_s : Time from one reading of the tags to the next there [s].
+    reader_map_spacing_m : Spacing of the map of the chapter ``reader`` [m]: eight antennas added up
+        fade over wider distances than one.
     room_tag_spacing_m : Distance of neighbouring tags of the mesh of chapter 7 there [m].
     room_map_spacing_m : Spacing of the map that the robot carries [m]; a fade is some centimetres
         wide.
@@ -226,4 +231,5 @@ class Track(Table, frozen=True, kw_only=True):
     room_tag_spacing_m: Distance = 2.5
     room_map_spacing_m: Distance = 0.04
     room_particles: Count = 500
+    reader_map_spacing_m: Distance = 0.05
     trajectories: tuple[Trajectory, ...] = msgspec.field(default=(), name="trajectory")

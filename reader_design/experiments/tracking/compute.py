@@ -265,7 +265,7 @@ def run_tracking(
     """
     progress = progress or Progress()
     settings = settings_of(study)
-    if "room" in settings.track.chapters:
+    if {"room", "reader"} & set(settings.track.chapters):
         check_room(settings)
     if approve is not None:
         approve(tracking_cost(settings.track))

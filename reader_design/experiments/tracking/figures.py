@@ -443,7 +443,7 @@ def cost_figure(scalings: Sequence[CostScaling]) -> "Figure":
                 sizes, first[-1] * sizes / sizes[-1], "--", color=WANTED, label="proportional"
             )
             ax.set_xticks(scaling.sizes, list(map(str, scaling.sizes)))
-            ax.minorticks_off()
+            ax.tick_params(axis="x", which="minor", bottom=False, labelbottom=False)
             ax.set_xlabel(scaling.quantity)
             ax.set_ylabel("time [µs]")
             ax.set_title(scaling.what)

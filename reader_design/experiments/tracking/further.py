@@ -6,6 +6,7 @@ from octant.reader_design.experiments.tracking import (
     laboratory,
     law_on_line,
     long_drives,
+    reader_part,
     slam_line,
     stabilisation,
     tag_numbers,
@@ -21,5 +22,6 @@ FURTHER: dict[str, FurtherChapter] = {
     "horizon": horizons.CHAPTER,
     "slam line": slam_line.CHAPTER,
     "laboratory": laboratory.CHAPTER,
+    "reader": reader_part.CHAPTER,
 }
 """In the order of the report."""

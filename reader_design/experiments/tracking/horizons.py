@@ -122,7 +122,8 @@ def converged_s(errors_m: FloatArray, period_s: float) -> FloatArray:
     """
     within = errors_m <= CONVERGED_M
     first = np.where(within.any(axis=1), within.argmax(axis=1), errors_m.shape[1] - 1)
-    return period_s * first.astype(np.float64)
+    times: FloatArray = period_s * first.astype(np.float64)
+    return times
 
 
 def said(settings: Settings, records: Records) -> tuple[str, ...]:

@@ -64,7 +64,8 @@ def compute(settings: Settings, part: Part) -> PartRecord:
     track, mesh = settings.track, settings.mesh
     guess = LogExponentialLaw(alpha_dbm=track.guess_alpha_dbm, beta_per_m=track.guess_beta_per_m)
     setup = neighbouring_setup(settings, shapes.lemniscate(), LEMNISCATE_START)
-    estimator: ExtendedKalman | LawFittingKalman = thesis_filter(settings)
+    known = thesis_filter(settings)
+    estimator: ExtendedKalman | LawFittingKalman = known
     if part.method == FITTED:
         estimator = LawFittingKalman(
             motion=settings.motion,
@@ -75,7 +76,7 @@ def compute(settings: Settings, part: Part) -> PartRecord:
             beta_sigma_per_m=track.guess_beta_sigma_per_m,
         )
     elif part.method == GUESSED:
-        estimator = replace(estimator, sensor=TagMesh(tags_m=mesh.tags_m, law=guess))
+        estimator = replace(known, sensor=TagMesh(tags_m=mesh.tags_m, law=guess))
     outcome = driven(
         settings,
         setup,

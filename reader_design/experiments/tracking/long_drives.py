@@ -134,7 +134,8 @@ def _laps(settings: Settings, part: Part) -> int:
 def _lap_errors_m(outcome: Outcome, laps: int) -> FloatArray:
     """Return the average error of every run in every lap, (r, laps) [m]."""
     errors = outcome.runs.errors_m[:, :-1]
-    return errors.reshape(len(errors), laps, -1).mean(axis=2)
+    averages: FloatArray = errors.reshape(len(errors), laps, -1).mean(axis=2)
+    return averages
 
 
 def trend(errors_m: FloatArray, lap_m: float) -> tuple[float, float]:

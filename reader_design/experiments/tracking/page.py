@@ -347,6 +347,7 @@ def _further_sections(content: TrackingContent, figures: FigureFiles) -> Iterato
         yield ReportSection(
             heading=chapter.heading,
             paragraphs=chapter.said(content.settings, records),
+            warnings=tuple(dict.fromkeys(note for _, one in records for note in one.notes)),
             tables=tuple(
                 ReportTable(
                     caption=table.caption,

@@ -49,7 +49,7 @@ class PartRecord:
     fits, costs : Tables 6.1 and 8.1.
     nominal, slam, room : A nominal problem, runs of EKF SLAM, runs with RSS of the room solver.
     stability, scalings : Stability along a nominal trajectory, and how costs grow.
-    rows : Rows of the tables of a chapter of `further`.
+    rows, notes : Rows of the tables of a chapter of `further`, and the models' warnings.
     """
 
     outcomes: tuple[Outcome, ...] = ()
@@ -61,6 +61,7 @@ class PartRecord:
     costs: tuple[CostRow, ...] = ()
     scalings: tuple[CostScaling, ...] = ()
     rows: tuple[Row, ...] = ()
+    notes: tuple[str, ...] = ()
 
 
 Records = Sequence[tuple[Part, PartRecord]]

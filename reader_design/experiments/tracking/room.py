@@ -174,11 +174,17 @@ def check_room(settings: Settings) -> None:
     """
     setting = build_setting(settings.study)
     for mesh in meshes(settings):
-        _tags(settings, setting, mesh)
+        tags_in_room(settings, setting, mesh)
 
 
-def _tags(settings: Settings, setting: Setting, mesh: int) -> FloatArray:
-    """Return the tags' places (s, 3), heights above the antenna [m]."""
+def tags_in_room(settings: Settings, setting: Setting, mesh: int) -> FloatArray:
+    """Return the tags' places (s, 3), heights above the antenna [m].
+
+    Parameters
+    ----------
+    settings, setting : The study and its room, which must hold the mapped square and the tags.
+    mesh : One of the `meshes`.
+    """
     track, standoff_m = settings.track, settings.study.solver.standoff_m
     side, spacing_m = (
         (track.feedback_tags, track.tag_spacing_m),
@@ -202,7 +208,7 @@ def _field(settings: Settings, mesh: int, *, wrong: bool = False) -> tuple[Image
     """Return the tags' fields and places (s, 3), heights above the antenna [m]."""
     study = settings.study
     setting = build_setting(study)
-    tags, z_m = _tags(settings, setting, mesh), setting.map_z_m
+    tags, z_m = tags_in_room(settings, setting, mesh), setting.map_z_m
     carrier = study.radio.frequency_hz
     materials = study_materials(study)
     if wrong:

@@ -325,10 +325,12 @@ def _check_sensor(sensor: Sensor, track: Track) -> None:
             "chapters out, or the table."
         )
         raise ConfigError(msg)
-    if sensor.dwell_s > 0.0:
+    single = [chapter for chapter in track.chapters if chapter != "reader"]
+    if sensor.dwell_s > 0.0 and single:
         msg = (
-            f"sensor.dwell_s is {sensor.dwell_s:g} s, but the robot of 'octant track' reads one "
-            "antenna; give track.tag_bit_rate_hz for the time from tag to tag, and leave it out."
+            f"sensor.dwell_s is {sensor.dwell_s:g} s, but the robot of track.chapters "
+            f"{', '.join(single)} reads one antenna; give track.tag_bit_rate_hz for the time from "
+            "tag to tag, and leave it out, or name the chapter reader alone."
         )
         raise ConfigError(msg)
 

@@ -8,8 +8,8 @@ import numpy as np
 from octant.navigation.estimators.ekf_slam import SlamRecord
 from octant.navigation.estimators.pose_filters import DeadReckoning, PoseEstimator
 from octant.navigation.estimators.rss_kalman import ExtendedKalman
-from octant.navigation.sensing.rss_models import RssNoise, TagMesh
-from octant.navigation.tracking.closed_loop import run_seeds
+from octant.navigation.sensing.rss_models import TagMesh
+from octant.navigation.tracking.closed_loop import World, read_tags, run_seeds
 from octant.reader_design.experiments.tracking.chapters import (
     SLAM_WHEEL_SIGMAS_RAD_PER_S,
     laboratory_tags_m,
@@ -75,8 +75,7 @@ def compute(settings: Settings, part: Part) -> PartRecord:
                 estimator,
                 slam,
                 rates_rad_per_s=rates,
-                mesh=mesh,
-                noise=settings.noise,
+                world=settings.world(mesh, tags_m=mesh.tags_m),
                 seeds=run_seeds(settings.study.seed, settings.track.slam_runs),
             )
             for name, estimator in ((RSS, ekf), (DEAD, DeadReckoning(motion=motion)))
@@ -95,8 +94,7 @@ def along(
     drives: SlamRecord,
     *,
     rates_rad_per_s: FloatArray,
-    mesh: TagMesh,
-    noise: RssNoise,
+    world: World,
     seeds: Sequence[np.random.SeedSequence],
 ) -> FloatArray:
     """Return an estimator's poses along drives that have been made, (r, k + 1, 3) [m, rad].
@@ -106,7 +104,7 @@ def along(
     estimator : What estimates; its start is exact, as that of SLAM.
     drives : The true poses [m, rad].
     rates_rad_per_s : (2,) float64 — Commanded right and left [rad/s].
-    mesh, noise : RSS that is read in every period, and the noise on it [dBm].
+    world : Tags, noise and receiver: what is read in every period [dBm].
     seeds : Of the drives; the readings have random numbers of their own.
     """
     true = drives.true_poses
@@ -120,9 +118,9 @@ def along(
     poses = np.empty_like(true)
     poses[:, 0] = true[:, 0]
     commanded = np.tile(rates_rad_per_s, (len(true), 1))
+    twists = world.robot.twist(commanded)
     for k in range(1, true.shape[1]):
-        clean = mesh.rss_dbm(true[:, k, :2])
-        rss = clean + np.array([noise.draw((clean.shape[1],), rng) for rng in rngs])
+        rss = read_tags(world, true[:, k], twists, rngs)
         belief = estimator.step(belief, commanded, rss, rngs)
         poses[:, k] = estimator.poses(belief)
     return poses

@@ -25,6 +25,7 @@ from octant.reader_design.experiments.tracking.parts import (
     Part,
     PartRecord,
     Records,
+    Row,
     middle_and_90,
     outcomes_of,
     rows_of,
@@ -86,7 +87,8 @@ def compute(settings: Settings, part: Part) -> PartRecord:
         for seed in run_seeds(settings.study.seed, settings.track.runs)
     ]
     best = BoundedIlqr().solve(work.problem)
-    outcomes, rows = [], []
+    outcomes: list[Outcome] = []
+    rows: list[Row] = []
     for number, method in enumerate((REPLAY, FRESH)):
         runs = [pair[number] for pair in pairs]
         outcome = feedback_outcome(work, method, runs, chapter="stabilisation", task=part.task)

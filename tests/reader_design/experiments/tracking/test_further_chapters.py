@@ -14,6 +14,7 @@ from octant.reader_design.experiments.tracking import (
     laboratory,
     law_on_line,
     long_drives,
+    reader_part,
     slam_line,
     stabilisation,
 )
@@ -257,3 +258,65 @@ def test_fine_codes_cost_nothing_cut_ones_much_and_a_quick_channel_is_none(tmp_p
     poses = [record.outcomes[0].runs.poses for record in records]
     assert (poses[3] == poses[2]).all()
     assert slow["average_m_median"] > 1.3 * fine["average_m_median"]
+
+
+# The designed reader in the room ------------------------------------------------------------------
+
+READER = """
+runs = 2
+training_iterations = 20
+training_records = 2
+room_reading_every_s = 2.0
+reader_map_spacing_m = 0.4
+chapters = ["reader"]
+[reader]
+response = "isolated"
+[solver]
+max_reflections = 1
+[[tag]]
+id = "a"
+position_m = [2.0, 2.0, 2.9]
+antenna = "patch"
+[[tag]]
+id = "b"
+position_m = [-2.0, 0.5, 2.9]
+antenna = "patch"
+"""
+
+
+def by_method(settings):
+    records = [reader_part.compute(settings, part) for part in reader_part.parts(settings)]
+    assert any("isolated antennas" in note for note in records[0].notes)
+    return {o.method: o.runs for record in records for o in record.outcomes}
+
+
+@pytest.mark.slow
+def test_what_the_device_does_not_hear_leaves_dead_reckoning(tmp_path):
+    """[sensor] is obeyed: a deaf reader tells no filter anything, and u = K z stands still."""
+    runs = by_method(of(tmp_path, READER, "[sensor]\nsensitivity_dbm = 60.0\n"))
+    assert len(runs) == 11
+    dead = runs.pop("neighbouring, dead reckoning").poses
+    still = runs.pop("measurement feedback").wheel_rates
+    assert not still.any()
+    for name in ("EKF, law", "UKF, map", "fingerprints", "EKF SLAM"):
+        assert runs[f"neighbouring + {name}"].poses == pytest.approx(dead, abs=1e-9), name
+
+
+@pytest.mark.slow
+def test_every_method_reads_the_designed_reader_and_coarse_codes_are_heeded(tmp_path):
+    exact, coarse = (
+        by_method(of(tmp_path, READER, table)) for table in ("", "[sensor]\nbits = 2\n")
+    )
+    dead = exact["neighbouring, dead reckoning"].poses
+    for name, runs in exact.items():
+        if "dead" not in name:
+            assert not np.allclose(runs.poses, dead, atol=1e-3), name
+            assert not (runs.poses == coarse[name].poses).all(), name
+
+
+def test_the_time_from_antenna_to_antenna_is_the_readers_alone(tmp_path):
+    with pytest.raises(ConfigError, match=r"track\.room_reading_every_s is 2 s"):
+        of(tmp_path, READER, "[sensor]\ndwell_s = 0.5\n")
+    assert of(tmp_path, READER, "[sensor]\ndwell_s = 0.01\n").study.sensor.dwell_s == 0.01
+    with pytest.raises(ConfigError, match="reads one antenna"):
+        of(tmp_path, 'chapters = ["law"]\n', "[sensor]\ndwell_s = 0.01\n")
