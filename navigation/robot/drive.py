@@ -115,9 +115,9 @@ class DifferentialDrive:
         """Return the wheels' mean rates in a period, and their rates at its end [rad/s].
 
         Each wheel's motor stands still on commands below its dead band, and changes its rate at
-        most so fast: it ramps, then holds. The rotations in the period are exact; that the mean
-        rates stand for the whole period leaves out how the ramp bends the way, at most half of the
-        ramp's way times the turn in it.
+        most so fast: it ramps, then holds. The rotations in the period are exact, and so is the
+        circle of a ramp from rest; where one of speed and turn rate ramps and the other stays, the
+        mean rates lead aside by about a sixth of the period's way times its turn.
 
         Parameters
         ----------

@@ -47,7 +47,7 @@ class Mission:
     reader : The reader; by default that of the thesis.
     start : (2,) or (3,) — Where the robot starts: x, y [m] and heading [deg], by default 90.
     frequency_hz, channels_hz : Carrier and hopping frequencies [Hz].
-    sensor, solver, rfid : Keys of the tables of these names of a study file.
+    robot, sensor, solver, rfid : Keys of the tables of these names of a study file.
     name : In titles.
     **keys : Of the table ``[mission]``: ``navigator``, ``controller``, ``noise_db`` and so on.
     order : Names of the tags to visit, in this order; by default all, as given.
@@ -77,6 +77,7 @@ class Mission:
         order: Sequence[str] | None = None,
         frequency_hz: float = 2.4e9,
         channels_hz: Sequence[float] = (),
+        robot: Mapping[str, Any] | None = None,
         sensor: Mapping[str, Any] | None = None,
         solver: Mapping[str, Any] | None = None,
         rfid: Mapping[str, Any] | None = None,
@@ -97,7 +98,14 @@ class Mission:
             room,
             tags,
             reader,
-            {"name": name, "mission": table, "sensor": sensor, "solver": solver, "rfid": rfid},
+            {
+                "name": name,
+                "mission": table,
+                "robot": robot,
+                "sensor": sensor,
+                "solver": solver,
+                "rfid": rfid,
+            },
             frequency_hz=frequency_hz,
             channels_hz=channels_hz,
         )

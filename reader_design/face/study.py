@@ -40,9 +40,9 @@ class Study:
     ----------
     room, tags : The room and the tags that hang in it.
     reader : The reader; by default that of the thesis.
-    **tables : Mappings of keys: ``radio``, ``solver``, ``map``, ``mission``, ``sensor``, ``sweep``,
-        ``scoring``, ``choice``, ``optimise``, ``tolerance``, ``track``, ``dock``; a list of them
-        for ``layout``; and ``name`` and ``seed``.
+    **tables : Mappings of keys: ``radio``, ``solver``, ``map``, ``mission``, ``robot``, ``sensor``,
+        ``sweep``, ``scoring``, ``choice``, ``optimise``, ``tolerance``, ``track``, ``dock``; a list
+        of them for ``layout``; and ``name`` and ``seed``.
 
     Examples
     --------

@@ -55,7 +55,7 @@ class Robot(Table, frozen=True, kw_only=True):
     linear_slip_m_per_s : How much faster the robot drives than its wheels roll, while it moves
         [m/s].
     angular_slip_deg_per_s : How much faster it turns [deg/s].
-    radius_m, height_m : The round body that collides [m].
+    radius_m, height_m : The round body that collides, on missions and docking [m].
     """
 
     preset: Literal["scout", "sputnik"] | None = None

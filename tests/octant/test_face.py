@@ -269,3 +269,16 @@ def test_a_tag_that_the_reader_wakes_and_the_table_that_says_how():
     assert float(data["chip_power_dbm"].max()) > -18.0
     with pytest.raises(ConfigError, match=r"no table \[rfid\]"):
         room.rss_map([tag], **options)
+
+
+@pytest.mark.filterwarnings("ignore::octant.geometries.errors.PhysicsWarning")
+def test_a_mission_is_driven_by_the_robot_that_is_given():
+    tag = octant.Tag("1", (1.5, 1.0, 2.0))
+    reader = octant.Reader(response="isolated")
+    car = {"kinematics": "car", "wheelbase_m": 0.3, "steering_limit_deg": 40.0}
+    mission = octant.Mission(octant.Room.free_space(), [tag], reader, start=(0, 0, 90), robot=car)
+    assert mission.study.robot.kinematics == "car"
+    with pytest.raises(ConfigError, match="wheelbase_m is not given"):
+        octant.Mission(
+            octant.Room.free_space(), [tag], reader, start=(0, 0), robot={"kinematics": "car"}
+        )
