@@ -135,6 +135,14 @@ tags = ["a"]
 runs = 2
 max_time_s = 20.0
 starts = [[1.0, 1.0, 0.0], [1.2, 0.9, 90.0]]
+[robot]
+kinematics = "car"
+wheelbase_m = 0.2
+steering_limit_deg = 40.0
+wheel_acceleration_rad_per_s2 = 20.0
+encoder_counts = 2000
+wheel_slip = 0.01
+odometry = "rk2"
 [sensor]
 bandwidth_hz = 2e6
 required_snr_db = 3.0
@@ -157,6 +165,9 @@ landmark_heading_deg = 0.0
 runs = 2
 start_low_m = [0.5, 0.5]
 start_high_m = [1.0, 1.0]
+start_error_deg = 20.0
+[dock.regulation]
+starts = [[-1.0, 0.5, 90.0]]
 [optimise]
 parameters = {antenna_length_m = [0.04, 0.07]}
 choices = {antenna = ["dipole", "monopole"]}
@@ -185,7 +196,7 @@ CSV_FILES = {
 CALLS = (
     "paths study.toml --tx 1.5,1.2,1.9 --rx 1,1,0.3 --csv paths.csv",
     "explain study.toml --tx 1.5,1.2,1.9 --rx 1,1,0.3 --csv budget.csv",
-    "rss study.toml --tag a --poses poses.csv --csv rss.csv",
+    "rss study.toml --tag a --poses poses.csv --csv rss.csv --readings 2 --noise-db 1",
     "map study.toml --out map.nc --spreads --local-mean",
     "scene study.toml --glb room.glb",
     "reader study.toml --out reader --step-deg 45",

@@ -67,6 +67,7 @@ class DockingDrive:
         self._task, self._setting, self._rng = task, setting, rng
         self._floor = Floor(robot=setting.robot, blocked=setting.blocked)
         self._wheels = RollingWheels(setting.rolling, setting.robot, rng)
+        # Wheels without motors, slip or counts do as commanded, and are believed to (paper, II).
         self._plain = type(setting.robot) is DifferentialDrive and setting.rolling == Rolling()
         self.pose = pose
         self.rolled, self.reckoned = np.zeros(2), np.zeros(2)
