@@ -222,13 +222,13 @@ def write_localisation(
             known = errors[np.isfinite(errors)]
             numbers = [np.nan] * 3
             if known.size:
-                numbers = [root_mean_square(known), *np.percentile(known, (50.0, 90.0))]
+                numbers = [root_mean_square(known), *map(float, np.percentile(known, (50.0, 90.0)))]
             cells = [number_text(v) for v in (*numbers, known.size / errors.size)]
             rows.append((run, method, *cells))
     first, result = found[0], results[0]
     places, moves = out / "localisation.csv", out / "orientation.csv"
     write_csv(places, LOCALISATION_COLUMNS, rows)
-    numbers = np.column_stack(
+    columns = np.column_stack(
         [
             first.distance_m,
             first.mapped_m,
@@ -238,7 +238,7 @@ def write_localisation(
     )
     lines = (
         (number_text(t), result.mission.tag_ids[target], *(number_text(v) for v in row))
-        for t, target, row in zip(result.time_s, result.targets, numbers, strict=True)
+        for t, target, row in zip(result.time_s, result.targets, columns, strict=True)
     )
     write_csv(moves, ORIENTATION_COLUMNS, lines)
     return [places, moves]
