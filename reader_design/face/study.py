@@ -348,6 +348,8 @@ class Study:
         self,
         out: str | Path,
         *,
+        runs: int | None = None,
+        seed: int | None = None,
         workers: int | None = 1,
         cluster: str | None = None,
         force: bool = False,
@@ -358,11 +360,15 @@ class Study:
         Parameters
         ----------
         out, workers, cluster, force, progress : As in `run`.
+        runs, seed : Repetitions of every drive and of SLAM, and seed; by default the study's.
         """
-        from octant.reader_design.experiments.tracking.compute import run_tracking
+        from octant.reader_design.experiments.tracking.compute import (
+            run_tracking,
+            with_repetitions,
+        )
 
         run_tracking(
-            self._for("track"),
+            with_repetitions(self._for("track"), runs=runs, seed=seed),
             Path(out),
             workers=workers,
             cluster=cluster,

@@ -274,11 +274,18 @@ def tracking_cost(track: Track) -> Cost:
     ----------
     track : Its table.
     """
+    named, own = set(track.chapters), len(track.trajectories)
     longest_s = max([60.0, *(one.duration_s for one in track.trajectories)])
-    steps, curves = longest_s / track.period_s, 6 + len(track.trajectories)
+    steps, curves = longest_s / track.period_s, 6 + own
+    curves += (1 + own) * (2 * len(track.tag_counts) + len(track.tag_ranges_m)) * ("tags" in named)
+    curves += 2 * (1 + own) * track.long_laps * ("long" in named)
+    curves += 2 * (1 + len(track.horizons)) * ("horizon" in named)
+    curves += 20 * len({"frames", "law", "laboratory"} & named)
     readings = max(track.tags, track.feedback_tags) ** 2
     loops = track.runs * curves + track.slam_runs * (1.0 + readings / 10.0)
     training = track.training_iterations * track.training_records
+    reads = track.runs * 11 * longest_s / track.room_reading_every_s * ("reader" in named)
+    squares = (8.0 / track.reader_map_spacing_m) ** 2 * ("reader" in named)
     particles = 1e-7 * track.room_particles * readings * ("room" in track.chapters)
     return Cost(
         counts=(
@@ -286,11 +293,15 @@ def tracking_cost(track: Track) -> Cost:
             f"{track.slam_runs} runs of SLAM",
             f"{readings} tags",
         ),
-        seconds=steps * (loops * LOOP_S + track.runs * particles) + 1e-5 * training * steps / 10.0,
+        seconds=steps * (loops * LOOP_S + track.runs * particles)
+        + 1e-5 * training * steps / 10.0
+        + 1e-6 * track.training_iterations * steps * track.runs * ("stabilisation" in named)
+        + (6e-4 * reads + 1e-4 * squares) * readings,
         memory_bytes=PROCESS_BYTES + (loops + track.training_records) * steps * STEP_BYTES,
         causes=(
             "track.runs", "track.slam_runs", "track.period_s", "track.tags",
             "track.room_particles", "track.training_iterations", "duration_s of trajectories",
+            "track.long_laps", "track.tag_counts", "track.reader_map_spacing_m",
         ),
     )  # fmt: skip
 

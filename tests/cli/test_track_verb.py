@@ -100,6 +100,49 @@ def test_a_killed_study_goes_on_where_it_stopped_with_the_same_bits(
     assert whole.equals(resumed)
 
 
+FURTHER = """
+name = "further"
+[room]
+box_m = [12.0, 12.0, 3.0]
+origin_m = [-6.0, -6.0, 0.0]
+material = "concrete"
+[track]
+chapters = ["tags", "frames", "law", "horizon", "slam line"]
+tag_counts = [4]
+tag_ranges_m = [5.0]
+horizons = [5]
+frame_bit_rates_hz = [2400.0]
+"""
+
+
+@pytest.mark.slow
+def test_further_chapters_leave_tables_resume_and_take_runs_seed_and_workers(
+    octant, study_file, tmp_path
+):
+    study, out = study_file(FURTHER), tmp_path / "out"
+    first = ("track", study, "--runs", "2", "--seed", "5", "-q", "--out")
+    assert octant(*first, out, "--workers", "1").code == 0
+    tables = {"tags.csv", "frames.csv", "law.csv", "horizon.csv", "slam_line.csv", "tracking.csv"}
+    assert tables <= {path.name for path in out.iterdir()}
+    report = (out / "report.html").read_text()
+    for figure in ("tags", "frames", "law", "horizon", "slam_line"):
+        assert (out / "figures" / f"{figure}.png").is_file()
+    assert "Receding horizon (7.5.4)" in report
+    resolved = load_study(out / "study.toml")
+    assert (resolved.seed, resolved.track.runs, resolved.track.slam_runs) == (5, 2, 2)
+    again = octant(*[word for word in first if word != "-q"], out)
+    assert "complete already" in again.err
+    shared = tmp_path / "shared"
+    assert octant(*first, shared, "--workers", "2").code == 0
+    assert all((shared / name).read_bytes() == (out / name).read_bytes() for name in tables)
+    victim = next((shared / "cases").glob("*.msgpack"))
+    victim.unlink()
+    assert "of which 15 are computed already" in octant(*first, shared, "--dry-run").out
+    other = tmp_path / "other"
+    assert octant("track", study, "--runs", "2", "--seed", "6", "-q", "--out", other).code == 0
+    assert (other / "law.csv").read_bytes() != (out / "law.csv").read_bytes()
+
+
 def interrupted(settings, part):
     del settings, part
     raise KeyboardInterrupt
@@ -123,6 +166,10 @@ def test_the_built_in_study_is_a_round_trip_with_every_default_written(tmp_path)
             "give every one its own name",
         ),
         ('[track]\nchapters = ["slamm"]\n', "did you mean 'slam'"),
+        ('[track]\nchapters = ["tags"]\ntag_counts = [5]\n', "give 4 or 9"),
+        ("[track]\ntag_count = 7\n", "or another pattern"),
+        ("[track]\ntag_bits = 8\ntag_floor_dbm = 10.0\n", "must rise"),
+        ('[track]\nrss_samples = "none.csv"\n', "does not exist"),
         ("[track]\nstate_weight = [1.0, 1.0, 0.0]\n", "singular"),
         (
             "[track]\nstate_weight = [[1.0, 0.5, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]\n",

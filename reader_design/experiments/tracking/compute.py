@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import msgspec
 import numpy as np
 
 from octant.geometries.errors import OctantError
@@ -242,6 +243,21 @@ def _joined(outcomes: Sequence[Outcome]) -> Outcome:
         wheel_rates=np.concatenate([o.runs.wheel_rates for o in outcomes]),
     )
     return Outcome(chapter=first.chapter, task=first.task, method=first.method, runs=runs)
+
+
+def with_repetitions(study: Study, *, runs: int | None, seed: int | None) -> Study:
+    """Return a study with other repetitions of every drive, of SLAM too, and another seed.
+
+    Parameters
+    ----------
+    study, runs, seed : None leaves what the study says.
+    """
+    replace = msgspec.structs.replace
+    if seed is not None:
+        study = replace(study, seed=seed)
+    if runs is not None and study.track is not None:
+        study = replace(study, track=replace(study.track, runs=runs, slam_runs=runs))
+    return study
 
 
 def run_tracking(

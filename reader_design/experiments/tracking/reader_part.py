@@ -410,7 +410,7 @@ def figures(settings: Settings, records: Records) -> Iterator[NamedFigure]:
             average = o.runs.average_error_m
             bars.plot(average, [o.method] * len(average), ".", color="#222222", markersize=2)
         bars.invert_yaxis()
-        bars.set_xscale("log")
+        bars.set_xlim(left=0.0)
         bars.set_title("average error: median (bar), every run (dots)")
         bars.set_xlabel("average distance to the desired place [m]")
     yield NamedFigure(

@@ -36,7 +36,7 @@ from octant.reader_design.study_file.track import Track, Trajectory
 FloatArray = npt.NDArray[np.float64]
 
 _FEEDBACK_RATE_RAD_PER_S, _RATE_RAD_PER_S = 12.1, 10.0
-_PLANNED = ("feedback", "nominal")
+_PLANNED = ("feedback", "nominal", "long", "stabilisation")
 _TRAINED = ("feedback", "long", "stabilisation")
 NOMINAL_PERIOD_S = 0.6
 """Sample period of the nominal control, thesis 7.5.1 [s]."""
@@ -254,6 +254,9 @@ def settings_of(study: Study) -> Settings:
         samples=samples,
     )
     settings.world(settings.mesh, tags_m=settings.mesh.tags_m)
+    if "tags" in track.chapters and settings.given_tags_m is None:
+        for count in track.tag_counts:
+            replace(settings, track=msgspec.structs.replace(track, tag_count=count)).mesh  # noqa: B018
     for task in (*settings.own, OwnTask(curve=shapes.lemniscate(), start=LEMNISCATE_START)):
         check_feasible(desired_trajectory(task.curve, period_s=track.period_s), robot)
     for curve in (shapes.line(), shapes.sine()) if "feedback" in track.chapters else ():

@@ -25,17 +25,18 @@ def track(*, study: Path | None, options: RunOptions, runs: int | None, seed: in
     costs.csv, slam.csv, a table of each further chapter, figures, study.toml and report.html to
     --out; the same command again goes on where the last one stopped.
     """
-    from octant.reader_design.experiments.tracking.compute import plan_line, run_tracking
+    from octant.reader_design.experiments.tracking.compute import (
+        plan_line,
+        run_tracking,
+        with_repetitions,
+    )
     from octant.reader_design.experiments.tracking.page import summary_lines
-    from octant.reader_design.study_file.loading import load_study, replace
+    from octant.reader_design.study_file.loading import load_study
     from octant.reader_design.study_file.tables_read import check_tables
 
     loaded = load_study(study, built_in="track_study")
     check_tables(loaded, "track")
-    if seed is not None:
-        loaded = replace(loaded, seed=seed)
-    if runs is not None and loaded.track is not None:
-        loaded = replace(loaded, track=replace(loaded.track, runs=runs, slam_runs=runs))
+    loaded = with_repetitions(loaded, runs=runs, seed=seed)
     if options.dry_run:
         return Ended(lines=(plan_line(loaded, options.out),))
     content = run_tracking(
