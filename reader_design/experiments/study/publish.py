@@ -103,6 +103,7 @@ def _figures(
     )
     from octant.reader_design.experiments.study.rfid_section import rfid_figures
     from octant.reader_design.experiments.study.sweep_figures import sweep_figures
+    from octant.reader_design.experiments.study.thesis_plots import thesis_figures
     from octant.reader_design.showing.plan import plan_of
     from octant.reader_design.showing.style import save_figure
 
@@ -115,6 +116,7 @@ def _figures(
         sweep_figures(
             content.cells, content.candidates, content.choice, frequency_hz=study.radio.frequency_hz
         ),
+        () if content.thesis is None else thesis_figures(content.thesis, content.cells),
         reader_figures(study, cell, elements, room_map),
         room_figures(content.setting, room_map, elements),
         rfid_figures(content.setting, room_map),
