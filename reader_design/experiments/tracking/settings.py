@@ -36,8 +36,8 @@ from octant.reader_design.study_file.track import Track, Trajectory
 FloatArray = npt.NDArray[np.float64]
 
 _FEEDBACK_RATE_RAD_PER_S, _RATE_RAD_PER_S = 12.1, 10.0
-_PLANNED = ("feedback", "nominal", "long", "stabilisation")
 _TRAINED = ("feedback", "long", "stabilisation")
+_PLANNED = (*_TRAINED, "nominal")
 NOMINAL_PERIOD_S = 0.6
 """Sample period of the nominal control, thesis 7.5.1 [s]."""
 EULER_STEP_S = 0.05

@@ -177,8 +177,9 @@ def test_robots_that_contradict_themselves_are_refused(robot, tables, words):
         study_of(robot, **tables)
 
 
-def test_planned_controls_of_a_car_are_refused():
-    text = TEXT.replace('["neighbouring"]', '["nominal"]')
+@pytest.mark.parametrize("chapter", ["nominal", "stabilisation"])
+def test_planned_controls_of_a_car_are_refused(chapter):
+    text = TEXT.replace('["neighbouring"]', f'["{chapter}"]')
     text = text.format(robot=CAR, mission="", track="", dock="")
     with pytest.raises(ConfigError, match="leave these chapters out"):
         settings_of(parse_study(text, source="test", directory=Path()))
