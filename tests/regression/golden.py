@@ -90,6 +90,17 @@ CASES = {
         ["track", "track_laboratory.toml", "--out", "out"],
         {"track_laboratory.toml": {"runs = 20": "runs = 2"}},
     ),
+    "track further": (
+        ["track", "track_further.toml", "--out", "out"],
+        {
+            "track_further.toml": {
+                "\nruns = 20": "\nruns = 2",
+                "slam_runs = 100": "slam_runs = 3",
+                '"law", "long", "stabilisation"': '"law"',
+                '"laboratory", "reader"': '"laboratory"',
+            }
+        },
+    ),
     "dock built-in": (["dock", "--runs", "2", "--out", "out"], {}),
     "dock office": (["dock", "docking_office.toml", "--runs", "2", "--out", "out"], {}),
     "compare": (["navigate", "layouts/short.toml", "--compare", "--out", "out"], {}),
