@@ -28,6 +28,7 @@ from octant.reader_design.experiments.tracking.parts import (
     Part,
     PartRecord,
     Records,
+    Row,
     middle_and_90,
     rows_of,
 )
@@ -142,7 +143,8 @@ def trend(errors_m: FloatArray, lap_m: float) -> tuple[float, float]:
     """Return by how much the error of a lap grows on 100 m, and its standard error [mm].
 
     A line is fitted to the laps after the first by least squares, run by run; the standard error
-    comes from the spread of the runs, and of one run from the spread of its laps.
+    comes from the spread of the runs, and of one run from that of its laps about the line; NaN of
+    one run with fewer than three such laps.
 
     Parameters
     ----------
@@ -156,27 +158,30 @@ def trend(errors_m: FloatArray, lap_m: float) -> tuple[float, float]:
     slopes = 1000.0 * later @ way / max(square, 1e-300)
     if len(later) > 1:
         return float(slopes.mean()), float(slopes.std(ddof=1) / np.sqrt(len(slopes)))
+    if len(way) < 3:
+        return float(slopes[0]), float("nan")
     left = later[0] - later[0].mean() - slopes[0] / 1000.0 * way
-    freedom = max(len(way) - 2, 1)
+    freedom = len(way) - 2
     return float(slopes[0]), 1000.0 * float(
         np.sqrt(np.sum(left**2) / freedom / max(square, 1e-300))
     )
 
 
-def trend_rows(settings: Settings, records: Records) -> tuple[tuple[str | float | int, ...], ...]:
+def trend_rows(settings: Settings, records: Records) -> tuple[Row, ...]:
     """Return the rows of long_trends.csv, as `TREND_COLUMNS` [m].
 
     Parameters
     ----------
     settings, records : The study, and what its parts left.
     """
-    rows = []
+    rows: list[Row] = []
     for part, one in records:
         laps = _laps(settings, part)
         for outcome in one.outcomes:
             errors, length_m = _lap_errors_m(outcome, laps), outcome.runs.desired.length_m
             later = float(np.median(errors[:, -1]) / np.median(errors[:, 1]))
-            grown = trend(errors, length_m / laps)
+            growth, error = trend(errors, length_m / laps)
+            grown = growth, None if np.isnan(error) else error
             rows.append((part.task, outcome.method, laps, length_m, *grown, later))
     return tuple(rows)
 
@@ -189,7 +194,8 @@ def said(settings: Settings, records: Records) -> tuple[str, ...]:
     settings, records : The study, and what its parts left.
     """
     words = [
-        f"{row[1]} on the {row[0]}: {float(row[4]):+.2g} ± {float(row[5]):.1g} mm"
+        f"{row[1]} on the {row[0]}: {float(row[4] or 0.0):+.2g}"
+        + (" mm" if row[5] is None else f" ± {float(row[5]):.1g} mm")
         for row in trend_rows(settings, records)
     ]
     return (
@@ -197,7 +203,7 @@ def said(settings: Settings, records: Records) -> tuple[str, ...]:
             "The thesis says that the error does not accumulate (6.5.4, 7.5.3). By how much the "
             f"error of a lap grows on 100 m after the first, with its standard error: "
             f"{'; '.join(words)}. The readings of the tags hold the neighbouring control on its "
-            "way however long that is; without them the error grows. The feedback of chapter 6 is "
+            "way; without them the error grows. The feedback of chapter 6 is "
             "held only against the noise of its training: with fresh noise nothing tells it how "
             "far it has come off."
         ),
