@@ -382,7 +382,9 @@ class Study:
         out: str | Path,
         *,
         runs: int | None = None,
-        workers: int = 1,
+        seed: int | None = None,
+        workers: int | None = 1,
+        cluster: str | None = None,
         force: bool = False,
         progress: bool | Progress = True,
     ) -> "Results":
@@ -390,16 +392,23 @@ class Study:
 
         Parameters
         ----------
-        out, workers, force, progress : As in `run`.
-        runs : Runs in each room; by default the study's.
+        out, workers, cluster, force, progress : As in `run`.
+        runs, seed : Runs in each room, and seed of all random numbers; by default the study's.
         """
         from octant.reader_design.experiments.docking.page import run_docking_study
 
         study = self._for("dock")
         if runs is not None:
             study = vary(study, {"dock.runs": runs})
+        if seed is not None:
+            study = msgspec.structs.replace(study, seed=seed)
         run_docking_study(
-            study, Path(out), workers=workers, force=force, progress=progress_of(progress)
+            study,
+            Path(out),
+            workers=workers,
+            cluster=cluster,
+            force=force,
+            progress=progress_of(progress),
         )
         return open_results(out)
 

@@ -7,8 +7,12 @@ import pytest
 
 from octant.em.reader.response import sector_response
 from octant.geometries.errors import ConfigError
+from octant.navigation.navigators.interface import Odometry
+from octant.navigation.navigators.place_particles import seen_after
+from octant.navigation.navigators.thesis import _moved
 from octant.navigation.robot.drive import DifferentialDrive
 from octant.navigation.robot.kinematics import CarDrive, SynchroDrive
+from octant.navigation.robot.motion import move
 from octant.navigation.robot.odometry import Rolling
 from octant.navigation.robot.robot import Robot
 from octant.reader_design.experiments.docking.compute import docking_job
@@ -192,3 +196,31 @@ def test_docking_gets_the_same_robot_as_missions():
     assert rolling.tick_rad > 0.0
     assert rolling.linear_m_per_s == 0.0  # the task's slip has it
     assert docking_job(setting).task.slip.linear_m_per_s == -0.002
+
+
+@pytest.mark.parametrize("method", ["euler", "rk2", "exact"])
+def test_the_step_of_odometry_reaches_every_verb(method):
+    key = f'odometry = "{method}"'
+    for navigator in ("thesis", "tracker"):
+        setting = setting_of(study_of(key, mission=f'navigator = "{navigator}"'))
+        found = mission_job(setting).navigator
+        assert (found.method if navigator == "thesis" else found.filters[0].method) == method
+    assert docking_job(setting).setting.odometry == method
+    assert settings_of(setting.study).motion.method == method
+
+
+@pytest.mark.parametrize("method", ["euler", "rk2", "exact"])
+def test_navigators_add_up_motion_as_the_step_says(method):
+    """Against `motion.move`: the thesis' dead reckoning, and a place as seen after the motion."""
+    pose = np.array([0.3, -0.2, 0.7])
+    want = move(pose, distance_m=0.4, turn_rad=0.9, method=method)
+    moved = _moved(tuple(pose), Odometry(distance_m=0.4, turn_rad=0.9), method)
+    assert moved == pytest.approx(want)
+    place = np.array([1.2, 0.5])
+
+    def body(pose):
+        cos, sin = np.cos(pose[2]), np.sin(pose[2])
+        return np.array([[cos, sin], [-sin, cos]]) @ (place - pose[:2])
+
+    seen = seen_after(body(pose), way_m=0.4, turn_rad=0.9, method=method)
+    assert seen == pytest.approx(body(want))
