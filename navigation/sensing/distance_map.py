@@ -74,6 +74,12 @@ def distance_map(
     rss = link.rss_w(poses.reshape(-1, 3)).sum(axis=1).reshape(away.size, headings).mean(axis=1)
     rising = np.maximum.accumulate(rss)
     keep = np.concatenate([[True], rss[1:] > rising[:-1]])
+    if int(keep.sum()) < 2:
+        msg = (
+            "the RSS of the tag is greatest right under it, so that it tells no distance by a map "
+            "that grows: use tags with a null below them, such as dipoles."
+        )
+        raise NavigationError(msg)
     return DistanceMap(distances_m=away[keep], rss_w=rss[keep])
 
 

@@ -34,6 +34,18 @@ def test_the_map_ends_at_the_maximum_and_inverts_the_law_up_to_it():
     assert np.isnan(found.distance_m([0.0, 0.0, 0.0]))
 
 
+class Downwards:
+    """A tag that sends most straight down."""
+
+    def rss_w(self, poses):
+        return 1.0 / (1.0 + (poses[:, :2] ** 2).sum(axis=1))[:, None]
+
+
+def test_a_tag_that_is_strongest_right_under_it_has_no_map():
+    with pytest.raises(NavigationError, match="such as dipoles"):
+        distance_map(Downwards(), reach_m=5.0)
+
+
 @pytest.mark.parametrize("rss_w", [[1.0, 1.0, 2.0], [1.0, 0.5, 2.0]])
 def test_a_map_that_does_not_grow_is_refused(rss_w):
     with pytest.raises(NavigationError, match="must grow"):
