@@ -25,6 +25,7 @@ class CarDrive(DifferentialDrive):
 
     The bicycle model about the middle of the rear axle: v forward, ω = v tan(δ) / L. The steering
     limit means a least radius L / tan(δ_max), and no turn on the spot. The steering acts at once.
+    The pose is that of the rear axle's middle, where the round body and the reader have theirs.
 
     Parameters
     ----------

@@ -101,6 +101,17 @@ def test_every_robot_drives_a_mission(robot, navigator):
         assert turn.max() > 0.05
 
 
+def test_a_car_backs_up_to_a_tag_inside_its_tightest_circle():
+    text = TEXT.replace("[4.0, 2.0, 3.0]", "[0.4, -0.1, 3.0]")
+    text = text.format(robot=CAR, mission='navigator = "tracker"', track="", dock="")
+    job = mission_job(setting_of(parse_study(text, source="test", directory=Path())))
+    assert job.robot.encircles(-0.1, -0.4)  # on the right of the start, hardly behind
+    result = job(np.random.SeedSequence(1))
+    assert result.outcome == "completed"
+    ahead = np.stack([np.cos(result.poses[:-1, 2]), np.sin(result.poses[:-1, 2])])
+    assert (np.diff(result.poses[:, :2], axis=0).T * ahead).sum(axis=0).min() < -0.01
+
+
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_every_robot_follows_a_line(robot):
     settings = settings_of(study_of(ROBOTS[robot], track="wheel_sigma_rad_per_s = 0.01"))
