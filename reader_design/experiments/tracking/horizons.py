@@ -6,10 +6,8 @@ import numpy as np
 
 from octant.navigation.tracking import shapes
 from octant.navigation.tracking.controllers import PredictiveControl, TrackingController
-from octant.navigation.tracking.trajectories import Curve
 from octant.reader_design.experiments.tracking.chapters import (
     EKF,
-    Start,
     driven,
     neighbouring_setup,
     thesis_filter,
@@ -25,7 +23,7 @@ from octant.reader_design.experiments.tracking.parts import (
     outcomes_of,
     rows_of,
 )
-from octant.reader_design.experiments.tracking.settings import LEMNISCATE_START, Settings
+from octant.reader_design.experiments.tracking.settings import OwnTask, Settings
 from octant.reader_design.experiments.tracking.task_figure import COLOURS
 from octant.reader_design.showing.style import NamedFigure, figure_style, new_figure
 
@@ -60,13 +58,12 @@ def parts(settings: Settings) -> list[Part]:
     ]
 
 
-def _tasks(settings: Settings) -> dict[str, tuple[Curve, Start]]:
+def _tasks(settings: Settings) -> dict[str, OwnTask]:
+    """Return the circle, the lemniscate and the study's own trajectories."""
     track, radius_m = settings.track, settings.track.circle_radius_m
     circle = shapes.ellipse(half_axes_m=(radius_m, radius_m), duration_s=track.circle_duration_s)
-    return {
-        "circle": (circle, (radius_m + CIRCLE_OFFSET_M, 0.0, 0.5 * np.pi)),
-        "lemniscate": (shapes.lemniscate(), LEMNISCATE_START),
-    }
+    start = (radius_m + CIRCLE_OFFSET_M, 0.0, 0.5 * np.pi)
+    return {"circle": OwnTask(curve=circle, start=start)} | settings.tasks
 
 
 def compute(settings: Settings, part: Part) -> PartRecord:
@@ -76,8 +73,8 @@ def compute(settings: Settings, part: Part) -> PartRecord:
     ----------
     settings, part : The study, and one of its `parts`.
     """
-    curve, start = _tasks(settings)[part.task]
-    setup = neighbouring_setup(settings, curve, start)
+    task = _tasks(settings)[part.task]
+    setup = neighbouring_setup(settings, task.curve, task.start, weights=task.weights)
     controller: TrackingController = setup.control
     method, horizon_s = EKF, None
     if part.run:

@@ -9,7 +9,6 @@ from octant.navigation.estimators.kalman import Gaussian
 from octant.navigation.estimators.law_fit import LawFittingKalman
 from octant.navigation.estimators.rss_kalman import ExtendedKalman
 from octant.navigation.sensing.rss_models import LogExponentialLaw, TagMesh
-from octant.navigation.tracking import shapes
 from octant.reader_design.experiments.tracking.chapters import (
     driven,
     neighbouring_setup,
@@ -25,12 +24,13 @@ from octant.reader_design.experiments.tracking.parts import (
     middle_and_90,
     rows_of,
 )
-from octant.reader_design.experiments.tracking.settings import LEMNISCATE_START, Settings
+from octant.reader_design.experiments.tracking.settings import Settings
 from octant.reader_design.experiments.tracking.task_figure import COLOURS, WANTED
 from octant.reader_design.showing.style import NamedFigure, figure_style, new_figure
 
 KNOWN, FITTED, GUESSED = "law known", "law fitted on line", "first guess kept"
 COLUMNS = (
+    "trajectory",
     "method",
     "runs",
     "average_m_median",
@@ -44,18 +44,21 @@ COLUMNS = (
 
 
 def parts(settings: Settings) -> list[Part]:
-    """Return a part for each way to know the law.
+    """Return a part for each trajectory and each way to know the law.
 
     Parameters
     ----------
     settings : The study.
     """
-    del settings
-    return [Part(chapter="law", task="lemniscate", method=m) for m in (KNOWN, FITTED, GUESSED)]
+    return [
+        Part(chapter="law", task=name, method=method)
+        for name in settings.tasks
+        for method in (KNOWN, FITTED, GUESSED)
+    ]
 
 
 def compute(settings: Settings, part: Part) -> PartRecord:
-    """Return the lemniscate driven with one knowledge of the law.
+    """Return a trajectory driven with one knowledge of the law.
 
     Parameters
     ----------
@@ -63,7 +66,8 @@ def compute(settings: Settings, part: Part) -> PartRecord:
     """
     track, mesh = settings.track, settings.mesh
     guess = LogExponentialLaw(alpha_dbm=track.guess_alpha_dbm, beta_per_m=track.guess_beta_per_m)
-    setup = neighbouring_setup(settings, shapes.lemniscate(), LEMNISCATE_START)
+    task = settings.tasks[part.task]
+    setup = neighbouring_setup(settings, task.curve, task.start, weights=task.weights)
     known = thesis_filter(settings)
     estimator: ExtendedKalman | LawFittingKalman = known
     if part.method == FITTED:
@@ -95,7 +99,7 @@ def compute(settings: Settings, part: Part) -> PartRecord:
     worst = np.quantile(np.abs(laws[:, -1] - true), 0.9, axis=0)
     law_row = (float(middle[0]), float(worst[0]), float(middle[1]), float(worst[1]))
     average = outcome.measures()["average_m"]
-    row = (part.method, len(average), *middle_and_90(average), *law_row)
+    row = (part.task, part.method, len(average), *middle_and_90(average), *law_row)
     return PartRecord(outcomes=(outcome,), rows=(row,))
 
 
@@ -130,7 +134,7 @@ def tables(settings: Settings, records: Records) -> tuple[ChapterTable, ...]:
     settings, records : The study, and what its parts left.
     """
     del settings
-    caption = "The lemniscate by what is known of the law, and the law at the end of the drive."
+    caption = "Each trajectory by what is known of the law, and the law at the end of it."
     return (ChapterTable(file="law.csv", caption=caption, header=COLUMNS, rows=rows_of(records)),)
 
 
@@ -169,7 +173,8 @@ def figures(settings: Settings, records: Records) -> Iterator[NamedFigure]:
         file="law.png",
         section="law",
         title="The law fitted on line (thesis 6.3)",
-        caption="Alpha and beta are found within the first metres, while the pose is estimated.",
+        caption="On the lemniscate alpha and beta are found within the first metres, while the "
+        "pose is estimated.",
         figure=figure,
     )
 

@@ -33,7 +33,7 @@ from octant.reader_design.experiments.tracking.parts import (
     rows_of,
 )
 from octant.reader_design.experiments.tracking.results import Outcome
-from octant.reader_design.experiments.tracking.settings import LEMNISCATE_START, Settings
+from octant.reader_design.experiments.tracking.settings import OwnTask, Settings
 from octant.reader_design.experiments.tracking.task_figure import COLOURS
 from octant.reader_design.showing.style import NamedFigure, figure_style, new_figure
 
@@ -69,13 +69,13 @@ def parts(settings: Settings) -> list[Part]:
     ]
 
 
-def _closed(settings: Settings) -> dict[str, tuple[Curve, Start]]:
+def _closed(settings: Settings) -> dict[str, OwnTask]:
     """Return the lemniscate and the study's own trajectories that end as they begin."""
-    found: dict[str, tuple[Curve, Start]] = {"lemniscate": (shapes.lemniscate(), LEMNISCATE_START)}
-    for own in settings.own:
-        place, velocity, _ = own.curve.motion(np.array([0.0, own.curve.duration_s]))
+    found = {}
+    for name, task in settings.tasks.items():
+        place, velocity, _ = task.curve.motion(np.array([0.0, task.curve.duration_s]))
         if velocity.any() and np.allclose([place[0], velocity[0]], [place[1], velocity[1]]):
-            found[own.curve.name] = own.curve, own.start
+            found[name] = task
     return found
 
 
@@ -86,14 +86,15 @@ def compute(settings: Settings, part: Part) -> PartRecord:
     ----------
     settings, part : The study, and one of its `parts`.
     """
-    curve, start = _closed(settings)[part.task]
+    one = _closed(settings)[part.task]
+    curve, start = one.curve, one.start
     laps = _laps(settings, part)
     whole = shapes.repeated(curve, laps)
     task = f"{part.task}, {laps} laps"
     if part.method == FEEDBACK:
         outcomes = _feedback(settings, whole, start, task, curve.duration_s)
     else:
-        setup = neighbouring_setup(settings, whole, start)
+        setup = neighbouring_setup(settings, whole, start, weights=one.weights)
         estimator = (
             thesis_filter(settings) if part.method == EKF else DeadReckoning(motion=settings.motion)
         )

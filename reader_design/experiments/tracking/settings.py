@@ -98,6 +98,12 @@ class Settings:
     samples: FloatArray | None = None
 
     @property
+    def tasks(self) -> dict[str, OwnTask]:
+        """Return the lemniscate of thesis 7.5.2.2 and the study's own trajectories, by name."""
+        lemniscate = OwnTask(curve=shapes.lemniscate(), start=LEMNISCATE_START)
+        return {"lemniscate": lemniscate, **{one.curve.name: one for one in self.own}}
+
+    @property
     def feedback_tags_m(self) -> FloatArray:
         """Return the tags of chapter 6, (s, 3) [m]."""
         return self.tags_m(self.track.feedback_tags)
@@ -257,7 +263,7 @@ def settings_of(study: Study) -> Settings:
     if "tags" in track.chapters and settings.given_tags_m is None:
         for count in track.tag_counts:
             replace(settings, track=msgspec.structs.replace(track, tag_count=count)).mesh  # noqa: B018
-    for task in (*settings.own, OwnTask(curve=shapes.lemniscate(), start=LEMNISCATE_START)):
+    for task in settings.tasks.values():
         check_feasible(desired_trajectory(task.curve, period_s=track.period_s), robot)
     for curve in (shapes.line(), shapes.sine()) if "feedback" in track.chapters else ():
         check_feasible(desired_trajectory(curve, period_s=track.period_s), feedback_robot)

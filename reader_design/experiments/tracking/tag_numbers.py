@@ -9,7 +9,6 @@ import numpy as np
 
 from octant.navigation.sensing.rss_models import XBEE_DISTANCES_M
 from octant.navigation.sensing.tag_layouts import tags_heard
-from octant.navigation.tracking import shapes
 from octant.reader_design.experiments.tracking.chapters import (
     EKF,
     driven,
@@ -26,8 +25,6 @@ from octant.reader_design.experiments.tracking.parts import (
     rows_of,
 )
 from octant.reader_design.experiments.tracking.settings import (
-    LEMNISCATE_START,
-    OwnTask,
     Settings,
 )
 from octant.reader_design.showing.style import NamedFigure, figure_style, new_figure
@@ -65,7 +62,7 @@ def parts(settings: Settings) -> list[Part]:
     counts = [count for count in track.tag_counts if count <= most]
     # Without a spacing to keep: given tags, those on a circle, and those of a field that is given.
     ways = (SPACING, FIELD) if _has_spacing(settings) else (FIELD,)
-    names = ["lemniscate", *(one.curve.name for one in settings.own)]
+    names = tuple(settings.tasks)
     return [
         *(
             Part(chapter="tags", task=way, method=name, run=count)
@@ -110,9 +107,7 @@ def compute(settings: Settings, part: Part) -> PartRecord:
     ----------
     settings, part : The study, and one of its `parts`.
     """
-    own = {one.curve.name: one for one in settings.own}
-    lemniscate = OwnTask(curve=shapes.lemniscate(), start=LEMNISCATE_START)
-    task = own.get(part.method, lemniscate)
+    task = settings.tasks[part.method]
     changed = _with(settings, part)
     tags_m, track = changed.mesh.tags_m, changed.track
     setup = neighbouring_setup(changed, task.curve, task.start, weights=task.weights)

@@ -165,7 +165,7 @@ def test_the_law_is_found_while_driving_and_serves_as_well_as_the_known_one(tmp_
 def test_on_the_circle_a_receding_horizon_keeps_the_closed_form_wheel_rates(tmp_path):
     """v = 2 pi R / t, and the wheels turn with v (1 +- l / 2R) / r."""
     settings = of(tmp_path, "circle_radius_m = 1.5\ncircle_duration_s = 30.0\nhorizon = 15\n")
-    curve, _ = horizons._tasks(settings)["circle"]
+    curve = horizons._tasks(settings)["circle"].curve
     setup = chapters.neighbouring_setup(settings, curve, (1.5, 0.0, math.pi / 2))
     control = chapters.predictive_control(settings, setup)
     robot, speed = settings.robot, 2.0 * math.pi * 1.5 / 30.0
@@ -320,3 +320,19 @@ def test_the_time_from_antenna_to_antenna_is_the_readers_alone(tmp_path):
     assert of(tmp_path, READER, "[sensor]\ndwell_s = 0.01\n").study.sensor.dwell_s == 0.01
     with pytest.raises(ConfigError, match="reads one antenna"):
         of(tmp_path, 'chapters = ["law"]\n', "[sensor]\ndwell_s = 0.01\n")
+
+
+def test_the_studys_own_trajectories_are_in_the_chapters_that_follow_some(tmp_path):
+    own = (
+        '[[track.trajectory]]\nname = "loop"\nshape = "ellipse"\nduration_s = 60.0\n'
+        "state_weight = [2.0, 2.0, 1.0]\n"
+    )
+    settings = of(tmp_path, "runs = 1\nhorizons = [5]\n", own)
+    for chapter in (horizons, law_on_line, long_drives):
+        assert "loop" in {part.task for part in chapter.parts(settings)}
+    part = next(part for part in horizons.parts(settings) if part.task == "loop")
+    (row,) = rows_by(horizons.COLUMNS, horizons.compute(settings, part))
+    assert row["average_m_median"] < 0.3
+    plain = of(tmp_path, "runs = 1\n", own.replace("state_weight = [2.0, 2.0, 1.0]\n", ""))
+    (other,) = rows_by(horizons.COLUMNS, horizons.compute(plain, part))
+    assert other["average_m_median"] != row["average_m_median"]
