@@ -220,24 +220,13 @@ def faults_of_case(case, *, jitters=12):
             near = [counts[i] for i in range(1, jitters + 1)]
             if not min(near) <= counts[0] <= max(near):
                 odd.append((word, vertices, counts[0], min(near), max(near)))
-    if odd:  # the source's neighbours too
-        more = [
-            Solved(case, place, neighbours(b, jitters)).bundles()
-            for place in neighbours(a, jitters)[1:]
-        ]
-        for word, vertices, count, least, most in odd:
-            seen = [least, most]
-            for bundles in more:
-                near = Counter()
-                for seen_at, counts, _, _ in bundles[word]:
-                    if np.abs(seen_at - vertices).max() < SAME_M:
-                        near = counts
-                seen += [near[i] for i in range(1, jitters + 1)]
-            if not min(seen) <= count <= max(seen):
-                found.append(
-                    f"{count} paths {word} by {np.round(vertices, 6).tolist()}, "
-                    f"at neighbours {min(seen)} to {max(seen)}"
-                )
+    for sources, receivers in ((jitters, jitters), (60, 80)):  # the source's neighbours too
+        if odd:
+            odd = list(_nowhere_near(case, odd, sources, receivers))
+    found += [
+        f"{count} paths {word} by {np.round(vertices, 6).tolist()}, at neighbours {least} to {most}"
+        for word, vertices, count, least, most in odd
+    ]
     if sharp:
         turn, shift = generic_move()
         moved = case.moved(turn, shift)
@@ -249,6 +238,25 @@ def faults_of_case(case, *, jitters=12):
         elif abs(there.total() - here.total()) > DB * max(abs(here.total()), 0.01 * here.scale()):
             found.append(f"gain {here.total()}, {there.total()} when moved")
     return found
+
+
+def _nowhere_near(case, odd, sources, receivers):
+    """Yield those of some bundles of which no neighbours have as many; some are had by few."""
+    a, b = case.ends
+    more = [
+        Solved(case, place, neighbours(b, receivers)).bundles()
+        for place in neighbours(a, sources)[1:]
+    ]
+    for word, vertices, count, least, most in odd:
+        seen = [least, most]
+        for bundles in more:
+            near = Counter()
+            for seen_at, counts, _, _ in bundles[word]:
+                if np.abs(seen_at - vertices).max() < SAME_M:
+                    near = counts
+            seen += [near[i] for i in range(1, receivers + 1)]
+        if not min(seen) <= count <= max(seen):
+            yield word, vertices, count, min(seen), max(seen)
 
 
 def generic_move():
