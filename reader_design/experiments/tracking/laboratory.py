@@ -136,6 +136,23 @@ def parts(settings: Settings) -> list[Part]:
     ]
 
 
+def in_the_laboratory(settings: Settings, one: Experiment) -> Settings:
+    """Return the settings of an experiment: its robot, its tags, and noise as of Table 6.1.
+
+    Parameters
+    ----------
+    settings, one : The study, whose ``[[tag]]`` and samples count where it has any; and which.
+    """
+    given, scale = settings.given_tags_m, settings.track.laboratory_wheel_scale
+    table = msgspec.convert({"preset": one.robot, "wheel_scale": scale}, Robot)
+    return replace(
+        with_robot(settings, table),
+        law=PUBLISHED_FIT if settings.samples is None else settings.law,
+        noise=RssNoise(mean_db=0.0, sigma_db=settings.track.laboratory_rss_sigma_db),
+        given_tags_m=np.array(one.tags_m) if given is None else given,
+    )
+
+
 def compute(settings: Settings, part: Part) -> PartRecord:
     """Return an experiment driven many times by one method.
 
@@ -143,16 +160,8 @@ def compute(settings: Settings, part: Part) -> PartRecord:
     ----------
     settings, part : The study, and one of its `parts`.
     """
-    one, given = EXPERIMENTS[part.task], settings.given_tags_m
-    scale = settings.track.laboratory_wheel_scale
-    table = msgspec.convert({"preset": one.robot, "wheel_scale": scale}, Robot)
-    there = with_robot(settings, table)
-    there = replace(
-        there,
-        law=PUBLISHED_FIT if settings.samples is None else settings.law,
-        noise=RssNoise(mean_db=0.0, sigma_db=settings.track.laboratory_rss_sigma_db),
-        given_tags_m=np.array(one.tags_m) if given is None else given,
-    )
+    one = EXPERIMENTS[part.task]
+    there = in_the_laboratory(settings, one)
     weights = settings.stabilisation if one.holds else None
     setup = neighbouring_setup(there, one.curve, one.start, weights=weights)
     controller: TrackingController = setup.control

@@ -95,3 +95,17 @@ def test_slam_with_good_readings_finds_robot_and_tags_and_without_any_reckons():
     for silent in beliefs[1:]:
         assert slam.poses(silent) == pytest.approx(reckoned, abs=1e-9)
     assert np.hypot(*(reckoned - pose)[0, :2]) > 0.1
+
+
+def test_a_run_that_hears_nothing_is_not_touched_by_what_another_hears():
+    motion = WheelMotion(robot=DifferentialDrive(), period_s=0.1, rate_sigma_rad_per_s=0.3)
+    slam = SlamEstimator(motion=motion, tags_m=np.array(list(PLACES.values())))
+    rngs = [np.random.default_rng(i) for i in range(2)]
+    belief = slam.begin(POSES, 0.01 * np.eye(3), rngs)
+    measured = read(reader(RangeBearingReader, law=LAW, height_m=HEIGHT_M))
+    measured[1] = np.nan
+    rates = np.full((2, 2), 2.0)
+    heard, silent = slam.step(belief, rates, measured, rngs), slam.step(belief, rates, None, rngs)
+    assert (heard.mean[1] == silent.mean[1]).all()
+    assert (heard.covariance[1] == silent.covariance[1]).all()
+    assert not np.allclose(heard.mean[0], silent.mean[0], atol=1e-3)

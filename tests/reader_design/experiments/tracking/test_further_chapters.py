@@ -1,6 +1,7 @@
 """Further chapters of the tracking study: long drives, points, laws on line, and so on."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -66,7 +67,9 @@ def test_a_goal_heading_without_a_point_is_refused(tmp_path):
 
 
 def test_a_repeated_curve_is_itself_again_and_an_open_one_is_refused():
-    once, thrice = shapes.lemniscate(), shapes.repeated(shapes.lemniscate(), 3)
+    lap = shapes.lemniscate()
+    once = replace(lap, motion=lambda t: lap.motion(np.minimum(t, 60.0)))
+    thrice = shapes.repeated(once, 3)
     times = np.linspace(0.0, 59.9, 50)
     assert thrice.motion(times + 120.0) == pytest.approx(once.motion(times), abs=1e-12)
     with pytest.raises(NavigationError, match="closed curve"):
@@ -221,10 +224,10 @@ def test_the_u_of_the_thesis_has_its_legs_and_the_sputnik_its_axle(tmp_path):
     assert place[0] == pytest.approx([0.0, 0.0])
     assert place[1] == pytest.approx([-4.0, 2.5])
     assert velocity[0] / np.hypot(*velocity[0]) == pytest.approx([0.0, 1.0], abs=1e-12)
-    from octant.reader_design.experiments.tracking.settings import with_robot
-    from octant.reader_design.study_file.robot import Robot
-
-    assert with_robot(of(tmp_path), Robot(preset="sputnik")).robot.axle_length_m == 0.26
+    there = laboratory.in_the_laboratory(of(tmp_path, "laboratory_wheel_scale = 0.03\n"), one)
+    assert there.robot.axle_length_m == 0.26
+    assert there.mesh.tags_m.tolist() == [list(tag) for tag in laboratory.U_TAGS_M]
+    assert there.world(there.mesh, tags_m=there.mesh.tags_m).rolling.scale_sd == 0.03
 
 
 @pytest.mark.slow
