@@ -1,4 +1,4 @@
-"""Write ``docs/sources.md`` and ``docs/published.md`` from the rows of ``docs/sources.toml``.
+"""Write ``sources.md`` and ``published.md`` in ``docs/evidence`` from ``docs/sources.toml``.
 
     python docs/make_sources.py                       write the pages anew from what is kept
     python docs/make_sources.py --check               say what is wrong; exit code 1 if anything is
@@ -33,6 +33,7 @@ from octant.reader_design.study_file.schema import Study
 
 DOCS = Path(__file__).resolve().parent
 ROOT = DOCS.parent
+PAGES = DOCS / "evidence"
 VALUES = DOCS / "sources_values.json"
 LAYERS = ("geometries", "em", "navigation", "reader_design")
 STATES = ("built", "not computed", "outlook")
@@ -49,8 +50,8 @@ HEAD = """# The three documents, row by row
 Written by `python docs/make_sources.py` from `docs/sources.toml`: every numbered method,
 experiment, figure and table of the thesis, the docking paper and the textbook pages, where Octant
 has it, how to see it, and how it agrees. *Ours* is read off the files that the command leaves;
-where nothing is published the cell is empty. `docs/published.md` sets the numbers side by side,
-with what the documents leave open.
+where nothing is published the cell is empty. [Published against ours](published.md) sets the
+numbers side by side, with what the documents leave open.
 """
 PUBLISHED_HEAD = """# Published against ours
 
@@ -379,7 +380,7 @@ def published_page(rows: list[dict[str, Any]], runs: Mapping[str, str]) -> str:
 @click.option("--as-left", is_flag=True, help="Do not run them: read what they left.")
 @click.argument("names", nargs=-1)
 def main(*, check: bool, work: Path | None, as_left: bool, names: tuple[str, ...]) -> None:
-    """Write docs/sources.md and docs/published.md; NAMES choose among the commands to run."""
+    """Write both pages of docs/evidence; NAMES choose among the commands to run."""
     rows, runs = rows_and_runs()
     if unknown := set(names) - set(runs):
         msg = f"no command {sorted(unknown)}; there are {', '.join(runs)}"
@@ -393,7 +394,7 @@ def main(*, check: bool, work: Path | None, as_left: bool, names: tuple[str, ...
         ("sources.md", sources_page(rows, runs)),
         ("published.md", published_page(rows, runs)),
     ):
-        page = DOCS / name
+        page = PAGES / name
         if not check:
             page.write_text(text, encoding="utf-8")
         elif not page.exists() or page.read_text("utf-8") != text:

@@ -82,7 +82,7 @@ def cylinder(
     flat panels: the power that a smooth cylinder spreads over all directions comes back in as many
     narrow, strong glints as there are sides. The mean over several glints is that of the smooth
     cylinder; the value at a place, and coherent sums with other paths, are not, however many sides
-    there are. docs/curved.md says how well the mean holds.
+    there are. docs/evidence/curved.md says how well the mean holds.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Write ``docs/study_file.md``: every key of a study file, its default, range and meaning.
+"""Write ``docs/reference/study_file.md``: every key, its default, range and meaning.
 
 ``python tools/list_keys.py`` writes it anew from the classes in ``reader_design/study_file``;
 ``--check`` only says whether it is up to date (exit code 1 if not).
@@ -20,7 +20,7 @@ from octant.reader_design.study_file.quantities import limits, range_text
 from octant.reader_design.study_file.schema import Study
 from octant.reader_design.study_file.tables_read import READ_BY, SHARE_A_STUDY
 
-PAGE = Path(__file__).resolve().parents[1] / "docs" / "study_file.md"
+PAGE = Path(__file__).resolve().parents[1] / "docs" / "reference" / "study_file.md"
 HEAD = """# Every key of a study file
 
 Written by `python tools/list_keys.py` from the classes in `reader_design/study_file`. A value

@@ -94,12 +94,12 @@ def wedge_coefficients(
 
     Four terms cot(x/2n) F(X) and their next order in 1/kL, each the boundary x = 0 of one image, X
     its detour over the edge times k (2kL sin^2(x/2) for a plane wave), weighted with the image's
-    dyad of reflections (or of one minus the transmission); see docs/diffraction.md. Exactly on a
-    boundary an image of reflections counts as lit and the source itself as hidden, as in the search
-    for paths. The formula is asymptotic: finite and smooth at any distance, a solution of the wave
-    equation only for k L well above 1. Sources: R. Kouyoumjian and P. Pathak, Proc. IEEE 62 (1974),
-    equations 25 to 30; R. Luebbers, IEEE Trans. Antennas Propag. 32 (1984), pages 70 to 76; P.
-    Holm, ibid. 48 (2000), pages 1211 to 1219.
+    dyad of reflections (or of one minus the transmission); see docs/evidence/diffraction.md.
+    Exactly on a boundary an image of reflections counts as lit and the source itself as hidden, as
+    in the search for paths. The formula is asymptotic: finite and smooth at any distance, a
+    solution of the wave equation only for k L well above 1. Sources: R. Kouyoumjian and P. Pathak,
+    Proc. IEEE 62 (1974), equations 25 to 30; R. Luebbers, IEEE Trans. Antennas Propag. 32 (1984),
+    pages 70 to 76; P. Holm, ibid. 48 (2000), pages 1211 to 1219.
 
     Parameters
     ----------

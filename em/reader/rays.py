@@ -148,7 +148,7 @@ def antenna_currents(
         bodies.append(_own_plane(body, number, own_plane_m, gap_m))
     scene = build_scene((), objects=bodies)
     wedges = find_wedges(scene)
-    # The currents' own fields are smooth past the ends of edges, as docs/rays.md says.
+    # The currents' own fields are smooth past the ends of edges, as docs/evidence/rays.md says.
     endless = replace(wedges, tips=np.zeros_like(wedges.tips))
     radio = radio_scene(scene, antenna.frequency_hz, wedges=endless)
     lift_m = 0.0 if antenna.kind == "monopole" and own_plane_m == 0.0 else gap_m

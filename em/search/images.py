@@ -10,9 +10,10 @@ Images are built per plane, order by order. A sequence is dropped only when no p
   plane; beams are cut by convex hulls and never too tightly;
 * all of the facet that the beam reaches is hidden behind one convex opaque facet.
 
-docs/completeness.md proves that nothing else is lost. Sequences of one order that lead to one point
-(two walls at right angles, in either order) are one image with several branches, of which at most
-one carries a path to a receiver: all leave it in one direction, where the first facet met decides.
+docs/evidence/completeness.md proves that nothing else is lost. Sequences of one order that lead to
+one point (two walls at right angles, in either order) are one image with several branches, of which
+at most one carries a path to a receiver: all leave it in one direction, where the first facet met
+decides.
 """
 
 import math

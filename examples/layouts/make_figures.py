@@ -1,4 +1,4 @@
-"""Draw the figures of docs/navigation.md and print its numbers about the field.
+"""Draw the figures of docs/evidence/navigation.md and print its numbers about the field.
 
     python examples/layouts/make_figures.py [FOLDER]
 

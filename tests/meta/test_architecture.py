@@ -388,4 +388,4 @@ def test_what_scripts_import_is_there(folder):
 
 def test_the_list_of_keys_is_up_to_date():
     found = list_keys.PAGE.read_text("utf-8") == list_keys.page()
-    assert found, "docs/study_file.md: python tools/list_keys.py"
+    assert found, "docs/reference/study_file.md: python tools/list_keys.py"

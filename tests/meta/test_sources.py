@@ -15,8 +15,8 @@ def test_every_row_of_the_sources_has_its_place_and_its_values():
     [("sources.md", make_sources.sources_page), ("published.md", make_sources.published_page)],
 )
 def test_the_pages_of_the_sources_are_up_to_date(file, page):
-    found = (make_sources.DOCS / file).read_text("utf-8") == page(ROWS, RUNS)
-    assert found, f"docs/{file}: python docs/make_sources.py"
+    found = (make_sources.PAGES / file).read_text("utf-8") == page(ROWS, RUNS)
+    assert found, f"docs/evidence/{file}: python docs/make_sources.py"
 
 
 @pytest.mark.parametrize(

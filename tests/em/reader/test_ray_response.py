@@ -76,8 +76,9 @@ def matched_share(impedance_ohm):
 
 
 def documented_errors():
-    """Return the table of errors in docs/rays.md by design and antenna."""
-    text = (Path(__file__).resolve().parents[3] / "docs" / "rays.md").read_text("utf-8")
+    """Return the table of errors in docs/evidence/rays.md by design and antenna."""
+    root = Path(__file__).resolve().parents[3]
+    text = (root / "docs" / "evidence" / "rays.md").read_text("utf-8")
     table = {}
     for line in text.splitlines():
         cells = [cell.strip() for cell in line.strip("| ").split("|")]

@@ -22,7 +22,7 @@ GOALS = (
 
 
 THESIS_LEVEL_W = (0.7439e-6, 4.422e-6, 9.116e-6)
-"""Signal of the thesis' choice at 1, 2 and 4 m with 10 cells per wavelength (docs/designs.md)."""
+"""Signal of the thesis' choice at 1, 2 and 4 m with 10 cells (docs/evidence/designs.md)."""
 
 
 @pytest.fixture(scope="module")
