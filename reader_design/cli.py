@@ -221,12 +221,12 @@ def _ending(exc: BaseException) -> tuple[str, int]:
     if isinstance(exc, MemoryError):
         return f"error: {_memory_text(exc)}", 2
     if isinstance(exc, OSError) and not isinstance(exc, OctantError):
-        return f"error: {exc.filename or 'a file'}: {exc.strerror or exc}.", 2
-    return f"error: {exc}", 2
+        return f"error: {_shortened(str(exc.filename or 'a file'))}: {exc.strerror or exc}.", 2
+    return f"error: {_shortened(str(exc))}", 2
 
 
 def _shortened(message: str) -> str:
-    """Return a message in which click repeats what was given, at most so much of it."""
+    """Return a message in which a word of what was given is at most so long."""
     return re.sub(r"\S{300,}", lambda found: f"{found[0][:100]}…{found[0][-100:]}", message)
 
 

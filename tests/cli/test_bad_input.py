@@ -234,3 +234,9 @@ def test_what_was_given_is_repeated_only_in_part_where_it_is_long(octant, study_
     sentence = octant("scene", study_file(), *options).refused()
     assert "--azimuth-deg" in sentence
     assert len(sentence) < 400
+
+
+def test_a_long_name_of_a_file_is_repeated_only_in_part(octant):
+    sentence = octant("explain", "x" * 5000, "--tx", "1,1,1", "--rx", "2,1,1").refused()
+    assert "does not exist" in sentence or "name too long" in sentence.lower()
+    assert len(sentence) < 400
