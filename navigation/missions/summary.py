@@ -49,6 +49,7 @@ class MissionSummary:
     arrivals : Median distance from each tag's point on arrival [m], in the order of the visit; the
         same.
     outcomes : Verdicts on the runs, and how often, the most frequent first; they add up [runs].
+    reasons : Why runs did not reach every tag, each with its tag, and how often, likewise [runs].
     """
 
     runs: int
@@ -56,6 +57,7 @@ class MissionSummary:
     medians: tuple[Estimate, ...]
     arrivals: tuple[Estimate, ...]
     outcomes: tuple[tuple[str, int], ...]
+    reasons: tuple[tuple[str, int], ...]
 
     def named(self, quantity: str) -> Estimate:
         """Return the first estimate of a name.
@@ -109,7 +111,6 @@ def summarise(metrics: Sequence[MissionMetrics]) -> MissionSummary:
     )
     arrivals = np.array([m.arrival_errors_m for m in metrics])
     among = (("", np.ones(runs, dtype=bool)), ("success_", np.array([m.success for m in metrics])))
-    ends = [m.verdict for m in metrics]
     return MissionSummary(
         runs=runs,
         shares=shares,
@@ -124,12 +125,13 @@ def summarise(metrics: Sequence[MissionMetrics]) -> MissionSummary:
             for which, counted in among
             for k in range(arrivals.shape[1])
         ),
-        outcomes=tuple(sorted(((e, ends.count(e)) for e in dict.fromkeys(ends)), key=_by_count)),
+        outcomes=_counted([m.verdict for m in metrics]),
+        reasons=_counted([m.reason for m in metrics if not m.success]),
     )
 
 
 def summary_sentences(summary: MissionSummary) -> Iterator[str]:
-    """Yield sentences that say what the runs showed [m], [s]; errors of successes come first.
+    """Yield sentences that say what the runs showed [cm], [m], [s]; errors of successes come first.
 
     Parameters
     ----------
@@ -138,37 +140,48 @@ def summary_sentences(summary: MissionSummary) -> Iterator[str]:
     success, captured, collided, near = summary.shares
     reached = round(success.value * summary.runs)
     runs = f"{summary.runs} run{'' if summary.runs == 1 else 's'}"
-    yield f"{reached} of {runs} reached every tag. Success: {_percent(success)}."
+    yield f"{reached} of {runs} reached every tag ({_percent(success)})."
+    if reached:
+        yield f"{_medians(summary, 'success_', f'the {reached} that reached every tag')}."
     if reached < summary.runs:
-        ends = ", ".join(f"{n} x {end}" for end, n in summary.outcomes)
-        yield f"The {runs}: {ends}."
-    for counted, which in ((reached, "success_"), (summary.runs, "")):
-        if which and not counted:
-            yield "There is no error of successes, as there is no success."
-            continue
-        rmse, time, path, place, heading = (
-            summary.named(f"{name}_{which}median")
-            for name in ("rmse", "time", "path", "p90_position", "p90_heading")
-        )
-        over = f"the {counted} that reached every tag" if which else f"all {counted}"
-        yield (
-            f"Medians over {over}: RMSE to the straight segments {rmse.value:.3f} m (95 % "
-            f"confidence {rmse.low:.3f} to {rmse.high:.3f} m), 90 % of the time within "
-            f"{place.value:.3f} m and {heading.value:.1f} degrees; {time.value:.0f} s and "
-            f"{path.value:.1f} m; from the tags' points on arrival "
-            f"{_listed(summary.arrivals, which)} m."
-        )
-    yield (
-        f"Captured by a wrong place: {_percent(captured)}; touched an obstacle: "
-        f"{_percent(collided)}; near misses: {_percent(near)}."
+        reasons = ", ".join(f"{count} x {reason}" for reason, count in summary.reasons)
+        yield f"{'The others' if reached else 'What happened'}: {reasons}."
+        yield f"{_medians(summary, '', f'all {runs}')}."
+    flags = (
+        (captured, "took a wrong place for a tag, or were held there"),
+        (collided, "touched an obstacle"),
+        (near, "passed a tag that they missed"),
     )
+    for share, what in flags:
+        if share.value > 0.0:
+            count = round(share.value * summary.runs)
+            yield f"{count} of {runs} {what} ({_percent(share)})."
 
 
-def _listed(arrivals: Sequence[Estimate], which: str) -> str:
-    """Return the median of each tag, "-" where none of the runs declared it reached."""
-    half = len(arrivals) // 2
-    chosen = arrivals[half:] if which else arrivals[:half]
-    return ", ".join("-" if math.isnan(a.value) else f"{a.value:.2f}" for a in chosen)
+def _medians(summary: MissionSummary, which: str, over: str) -> str:
+    """Return the medians over some runs, numbers with their units, without the full stop."""
+    rmse, time, path, place, heading = (
+        summary.named(f"{name}_{which}median")
+        for name in ("rmse", "time", "path", "p90_position", "p90_heading")
+    )
+    half = len(summary.arrivals) // 2
+    arrivals = summary.arrivals[half:] if which else summary.arrivals[:half]
+    text = (
+        f"Medians over {over}: {_cm(rmse.value)} (rms) from the straight way (95 % confidence: "
+        f"{_cm(rmse.low)} to {_cm(rmse.high)}), 90 % of the time within {_cm(place.value)} and "
+        f"{heading.value:.0f}°; {time.value:.0f} s for {path.value:.1f} m"
+    )
+    if all(math.isnan(a.value) for a in arrivals):
+        return f"{text}; no tag was declared reached"
+    places = ", ".join("–" if math.isnan(a.value) else _cm(a.value) for a in arrivals)
+    return f"{text}; from the tags' points on arrival {places}"
+
+
+def _cm(length_m: float) -> str:
+    """Return a length as a person would say it: centimetres, from a metre on metres."""
+    if length_m >= 1.0:
+        return f"{length_m:.2f} m"
+    return f"{100.0 * length_m:.2g} cm" if length_m < 0.1 else f"{100.0 * length_m:.0f} cm"
 
 
 def write_summary_csv(path: str | Path, summary: MissionSummary) -> None:
@@ -191,11 +204,10 @@ def write_summary_csv(path: str | Path, summary: MissionSummary) -> None:
 
 
 def _percent(share: Estimate) -> str:
-    return (
-        f"{100.0 * share.value:.0f} %, 95 % confidence {100.0 * share.low:.0f} to "
-        f"{100.0 * share.high:.0f} %"
-    )
+    return f"95 % confidence: {100.0 * share.low:.0f} to {100.0 * share.high:.0f} %"
 
 
-def _by_count(end: tuple[str, int]) -> tuple[int, str]:
-    return -end[1], end[0]
+def _counted(words: Sequence[str]) -> tuple[tuple[str, int], ...]:
+    """Return each text once and how often it stands there, the most frequent first."""
+    counts = ((word, words.count(word)) for word in dict.fromkeys(words))
+    return tuple(sorted(counts, key=lambda counted: (-counted[1], counted[0])))

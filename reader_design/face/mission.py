@@ -15,6 +15,7 @@ from octant.navigation.missions.files import write_missions_csv, write_trajector
 from octant.navigation.missions.metrics import MissionMetrics, measure
 from octant.navigation.missions.records import MissionResult
 from octant.navigation.missions.summary import summarise, summary_sentences
+from octant.reader_design.experiments.missions.advice import Advice, advise
 from octant.reader_design.experiments.missions.animation import (
     drive_frames,
     run_scenery,
@@ -314,9 +315,16 @@ class MissionRuns:
         write_trajectory_csv(place / "trajectory.csv", self.results[0])
         return place / "missions.csv", place / "trajectory.csv"
 
+    @property
+    def advice(self) -> Advice | None:
+        """What happened where runs failed, and what to try; None: nearly all reached every tag."""
+        return advise(self.setting, self.results)
+
     def lines(self) -> Iterator[str]:
-        """Yield what a person wants to read about the runs, with 95 % intervals."""
+        """Yield what a person wants to read about the runs, with 95 % intervals, and advice."""
         yield from summary_sentences(summarise(self.metrics))
+        if (advice := self.advice) is not None:
+            yield from advice.text().splitlines()
 
     def _result(self, run: int) -> MissionResult:
         if not 0 <= run < len(self):

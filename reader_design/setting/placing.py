@@ -11,10 +11,13 @@ from octant.geometries.errors import ConfigError
 from octant.geometries.scene import Scene
 from octant.geometries.tolerances import LENGTHS
 from octant.reader_design.setting.antennas import named_antenna
+from octant.reader_design.setting.robot import free_place_m, mission_space
 from octant.reader_design.study_file.schema import Radio, Study, Tag
 
 FloatArray = npt.NDArray[np.float64]
 
+CLEAR_M = 0.2
+"""Room around the robot [m] at a start that is proposed."""
 ROUND = ("dipole", "monopole", "isotropic_theta")
 """Antennas that are alike all around their axis [-]."""
 
@@ -160,22 +163,28 @@ def _check_start(
     shown = f"{key} is {list(place_m)} m"
     if not scene.inside_room(start[None, :])[0]:
         low, high = scene.bounds_m[:, :2].tolist()
-        msg = f"{shown}, which is outside the room that spans {low} to {high} m; start inside it."
-        raise ConfigError(msg)
+        msg = f"{shown}, which is outside the room that spans {low} to {high} m; start inside it"
+        raise ConfigError(msg + _such_as(study, scene, place_m))
     heights = np.linspace(scene.floor_height_m + LENGTHS.step_m, reader_z_m, 5)
     column = np.column_stack([np.tile(start[:2], (5, 1)), heights])
     if scene.inside_solid(column).any():
-        msg = f"{shown}, which is inside an object; start beside it."
-        raise ConfigError(msg)
+        msg = f"{shown}, which is inside an object; start beside it"
+        raise ConfigError(msg + _such_as(study, scene, place_m))
     radius_m = study.reader.ground_plane_m / 2.0
     distance_m = float(scene.distance_to_facets_m(start[None, :])[0][0])
     beside = distance_m < radius_m and distance_m < study.reader.height_m - LENGTHS.same_m
     if beside:
         msg = (
             f"{shown}, {distance_m:g} m from a wall or an object, but the reader reaches "
-            f"{radius_m:g} m from its centre; start further off (or move the room: room.origin_m)."
+            f"{radius_m:g} m from its centre; start further off (or move the room: room.origin_m)"
         )
-        raise ConfigError(msg)
+        raise ConfigError(msg + _such_as(study, scene, place_m))
+
+
+def _such_as(study: Study, scene: Scene, place_m: tuple[float, float]) -> str:
+    """Return the end of a sentence that names the nearest place where the robot can stand."""
+    found = free_place_m(mission_space(study, scene), place_m, clear_m=CLEAR_M)
+    return "." if found is None else f", for example at {list(found)} m."
 
 
 def check_heights(study: Study, scene: Scene, reader_z_m: float, map_z_m: float) -> None:

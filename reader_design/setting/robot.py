@@ -3,6 +3,9 @@
 import math
 from typing import Literal
 
+import numpy as np
+import numpy.typing as npt
+
 from octant.geometries.scene import Scene
 from octant.navigation.robot.drive import DifferentialDrive
 from octant.navigation.robot.floor import RobotSpace, footprint
@@ -12,6 +15,11 @@ from octant.navigation.robot.robot import Robot
 from octant.reader_design.study_file.reader import Reader
 from octant.reader_design.study_file.robot import SAME_KEYS
 from octant.reader_design.study_file.schema import Study
+
+FloatArray = npt.NDArray[np.float64]
+
+PLACES_M = 0.25
+"""Spacing of the places that are proposed in place of one that will not do [m]."""
 
 Driver = Literal["mission", "dock", "track"]
 """The table of the verb that drives."""
@@ -132,3 +140,47 @@ def robot_space(scene: Scene, reader: Reader, *, radius_m: float, height_m: floa
         scene=scene,
         height_m=height_m,
     )
+
+
+def mission_space(study: Study, scene: Scene) -> RobotSpace:
+    """Return where the robot of a study's mission can stand in a room.
+
+    Parameters
+    ----------
+    study, scene : A study with a mission; one of its rooms [m].
+    """
+    robot = study_robot(study, "mission")
+    return robot_space(scene, study.reader, radius_m=robot.radius_m, height_m=robot.height_m)
+
+
+def floor_places_m(scene: Scene, near_m: npt.ArrayLike) -> FloatArray:
+    """Return (p, 2) places on whole `PLACES_M` over the bounds of a room, the nearest first [m].
+
+    Parameters
+    ----------
+    scene : The room.
+    near_m : (2,) array_like — What they should be near [m].
+    """
+    axes = [
+        PLACES_M * np.arange(np.ceil(low / PLACES_M), np.floor(high / PLACES_M) + 1.0)
+        for low, high in scene.bounds_m[:, :2].T
+    ]
+    places = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
+    order = np.argsort(np.hypot(*(places - np.asarray(near_m)).T), kind="stable")
+    return places[order] + 0.0
+
+
+def free_place_m(
+    space: RobotSpace, near_m: npt.ArrayLike, *, clear_m: float = 0.0
+) -> tuple[float, float] | None:
+    """Return the nearest of `floor_places_m` where the robot can stand [m]; None: nowhere.
+
+    Parameters
+    ----------
+    space, near_m : Where it can stand; (2,) array_like — what it should be near [m].
+    clear_m : Least distance between the robot and anything [m].
+    """
+    places = floor_places_m(space.scene, near_m)
+    free = places[space.footprint.clearance_m(places) >= clear_m]
+    free = free[space(free)]
+    return (float(free[0, 0]), float(free[0, 1])) if len(free) else None

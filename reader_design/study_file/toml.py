@@ -39,11 +39,11 @@ def _table(lines: list[str], path: tuple[str, ...], table: dict[str, Any]) -> No
         if _is_table(path, key, value) or _is_table_list(value):
             later.append((key, value))
         elif value is not None:
-            lines.append(f"{_key(key)} = {_value(value)}")
+            lines.append(f"{key_text(key)} = {value_text(value)}")
         elif key in _COMMENTS:
             lines.append(f"# {key}  {_COMMENTS[key]}")
     for key, value in later:
-        name = ".".join(_key(p) for p in (*path, key))
+        name = ".".join(key_text(p) for p in (*path, key))
         for part in value if isinstance(value, list | tuple) else [value]:
             brackets = f"[[{name}]]" if isinstance(value, list | tuple) else f"[{name}]"
             lines.extend(["", brackets])
@@ -58,18 +58,30 @@ def _is_table_list(value: Any) -> bool:  # noqa: ANN401
     return isinstance(value, list | tuple) and bool(value) and isinstance(value[0], dict)
 
 
-def _key(key: str) -> str:
-    return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else _value(key)
+def key_text(key: str) -> str:
+    """Return a key as TOML writes it.
+
+    Parameters
+    ----------
+    key : Any text.
+    """
+    return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else value_text(key)
 
 
-def _value(value: Any) -> str:  # noqa: ANN401
+def value_text(value: Any) -> str:  # noqa: ANN401
+    """Return a plain value as TOML writes it in one line.
+
+    Parameters
+    ----------
+    value : Text, number, boolean, list or dict.
+    """
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, str):
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
     if isinstance(value, dict):
-        items = (f"{_key(k)} = {_value(v)}" for k, v in value.items() if v is not None)
+        items = (f"{key_text(k)} = {value_text(v)}" for k, v in value.items() if v is not None)
         return "{" + ", ".join(items) + "}"
     if isinstance(value, list | tuple):
-        return "[" + ", ".join(_value(v) for v in value) + "]"
+        return "[" + ", ".join(value_text(v) for v in value) + "]"
     return repr(value)

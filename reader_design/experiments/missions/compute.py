@@ -35,7 +35,8 @@ from octant.reader_design.keeping.workers import Crew, worker_map
 from octant.reader_design.setting.inventory import study_inventory
 from octant.reader_design.setting.links import mission_tables
 from octant.reader_design.setting.receiver import study_sensor
-from octant.reader_design.setting.robot import robot_space, study_robot
+from octant.reader_design.setting.robot import free_place_m, study_robot
+from octant.reader_design.setting.robot import mission_space as study_space
 from octant.reader_design.setting.setting import Setting, build_setting
 from octant.reader_design.study_file.mission import Mission as MissionTable
 from octant.reader_design.study_file.room import RoomObject
@@ -96,10 +97,7 @@ def mission_space(setting: Setting) -> RobotSpace:
     ----------
     setting : The reader in a room of a study with a mission [m].
     """
-    robot = study_robot(setting.study, "mission")
-    return robot_space(
-        setting.scene, setting.reader, radius_m=robot.radius_m, height_m=robot.height_m
-    )
+    return study_space(setting.study, setting.scene)
 
 
 def mission_starts(table: MissionTable, space: RobotSpace, points_m: FloatArray) -> Starts | None:
@@ -121,9 +119,11 @@ def mission_starts(table: MissionTable, space: RobotSpace, points_m: FloatArray)
     places += [(f"mission.starts[{i}]", start[:2]) for i, start in enumerate(table.starts)]
     for key, place in places:
         if not space(np.array(place)[None])[0]:
+            better = free_place_m(space, place)
+            hint = f", such as {key} = {list(better)}" if better and not table.starts else ""
             msg = (
                 f"{key} is {list(place)} m, but a robot of radius "
-                f"{space.footprint.radius_m:g} m does not fit there; start on free floor."
+                f"{space.footprint.radius_m:g} m does not fit there; start on free floor{hint}."
             )
             raise ConfigError(msg)
     if not table.starts:

@@ -13,6 +13,7 @@ from octant.geometries.errors import ConfigError, OctantError, PhysicsWarning
 from octant.navigation.missions.files import write_missions_csv, write_trajectory_csv
 from octant.navigation.missions.metrics import MissionMetrics, measure
 from octant.navigation.missions.records import MissionResult
+from octant.reader_design.experiments.missions.advice import Advice, advise
 from octant.reader_design.experiments.missions.compute import drive, mission_runs
 from octant.reader_design.experiments.missions.drive_figures import Drive
 from octant.reader_design.keeping.progress import Progress
@@ -57,6 +58,7 @@ class RoomMission:
     reason, notes : Why the mission could not be driven, empty when it was; models' warnings.
     data : Metrics by ``run``, and run 0 by ``step`` ([s], [m], [rad], [W]).
     folder, setting : Where its `TABLES` lie; the room of run 0, with its objects as placed.
+    advice : What to try where runs failed; None: nearly all reached every tag, or none was driven.
     """
 
     name: str
@@ -66,6 +68,7 @@ class RoomMission:
     data: "xr.Dataset | None"
     folder: Path
     setting: Setting | None = None
+    advice: Advice | None = None
 
     @property
     def drive(self) -> Drive | None:
@@ -132,6 +135,7 @@ def mission_stage(
         data=data,
         folder=place,
         setting=setting,
+        advice=advise(setting, results) if results else None,
     )
 
 

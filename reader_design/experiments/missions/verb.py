@@ -1,6 +1,6 @@
 """``octant navigate``: a study's mission, driven many times in the study's own room."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,7 +11,6 @@ from octant.reader_design.options import Ended, RunOptions, experiment, number
 from octant.reader_design.study_file.quantities import Count, Deviation, Seed
 
 if TYPE_CHECKING:
-    from octant.navigation.missions.metrics import MissionMetrics
     from octant.navigation.missions.records import MissionResult
     from octant.reader_design.experiments.missions.localise import Localised
     from octant.reader_design.setting.setting import Setting
@@ -79,6 +78,7 @@ def navigate(
     from octant.geometries.files import refuse_overwrite, write_text
     from octant.navigation.missions.metrics import measure
     from octant.navigation.missions.summary import summarise, summary_sentences
+    from octant.reader_design.experiments.missions.advice import advise
     from octant.reader_design.experiments.missions.compute import count_kept, drive, mission_runs
     from octant.reader_design.experiments.missions.localise import (
         localisation_lines,
@@ -132,9 +132,10 @@ def navigate(
         progress=progress,
     )
     files = ", ".join(str(out / name) for name in (*_FILES, STUDY_FILE))
+    advice = advise(setting, results)
     lines = [
         *summary_sentences(summarise(metrics)),
-        *failure_lines(metrics),
+        *(advice.text().splitlines() if advice else ()),
         *(localisation_lines(found, results) if found else ()),
         f"written: {files} and {out / 'figures'}",
     ]
@@ -207,18 +208,6 @@ def _publish(
     for name, figure in figures.items():
         save_figure(figure, paths[name])
     return [*tables, *paths.values()]
-
-
-def failure_lines(metrics: Sequence["MissionMetrics"]) -> Iterator[str]:
-    """Yield why runs of a mission failed, and how many each time; the numbers add up.
-
-    Parameters
-    ----------
-    metrics : Of every run.
-    """
-    failed = [m.reason for m in metrics if not m.success]
-    for reason in dict.fromkeys(failed):
-        yield f"{failed.count(reason)} x not a success: {reason}."
 
 
 def _compare(

@@ -26,6 +26,7 @@ from octant.reader_design.experiments.study.mission_sections import (
 )
 from octant.reader_design.experiments.study.rfid_section import rfid_section
 from octant.reader_design.experiments.study.shortlist import DrivenDesign
+from octant.reader_design.experiments.study.verdict import Verdict, study_verdict
 from octant.reader_design.keeping.versions import versions
 from octant.reader_design.setting.design import FULLWAVE
 from octant.reader_design.setting.evaluation import Cell
@@ -89,6 +90,17 @@ class StudyContent:
         return thesis_claims(self.cells, self.candidates, self.choice, self.thesis)
 
     @property
+    def verdict(self) -> Verdict:
+        """What the study came to: one sentence, judged numbers, and what to try ([deg], [%])."""
+        mission = self.setting.study.mission
+        return study_verdict(
+            self.chosen,
+            self.chosen_cell.design.antennas,
+            self.missions,
+            0 if mission is None else len(mission.tags),
+        )
+
+    @property
     def chosen_cell(self) -> Cell:
         """The chosen design's cell, RSS in [W]."""
         return next(cell for cell in self.cells if cell.key == self.chosen.key)
@@ -104,7 +116,11 @@ def study_report(content: StudyContent, figures: dict[str, list[tuple[str, str, 
     study, chosen = content.setting.study, content.chosen
     failed = [c for c in content.cells if c.reason]
     claims = content.claims
+    verdict = content.verdict
+    advice = () if verdict.advice is None else (verdict.advice.text(),)
     summary = (
+        verdict.sentence,
+        *advice,
         *content.choice.reason[:-1],
         *((claim_sentence(claims),) if claims else ()),
         *(() if content.as_built is None else content.as_built.paragraphs),

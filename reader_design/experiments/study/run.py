@@ -95,8 +95,13 @@ class StudyOutcome:
     def lines(self) -> tuple[str, ...]:
         """Return what a person wants to read at the end; numbers carry their units [m, dB, deg]."""
         failed = [f"No scores for {label}: {reason}" for label, reason in self.failed]
-        claims = self.content.claims
+        claims, verdict = self.content.claims, self.content.verdict
+        judged = ", ".join(f"{n.name} {n.text} ({n.grade})" for n in verdict.numbers)
+        advice = () if verdict.advice is None else tuple(verdict.advice.text().splitlines())
         return (
+            verdict.sentence,
+            f"{judged[0].upper()}{judged[1:]}.",
+            *advice,
             *self.content.choice.reason,
             *([claim_sentence(claims)] if claims else []),
             *failed,
