@@ -1,6 +1,7 @@
 """Figures of ``octant map``: every layer of its dataset as plan views of the room."""
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -9,7 +10,7 @@ import numpy.typing as npt
 
 from octant.em.decibels import power_dbm
 from octant.reader_design.face.rss_map import open_places
-from octant.reader_design.setting.setting import Setting
+from octant.reader_design.setting.setting import Setting, build_setting
 from octant.reader_design.showing.plan import (
     MapPanel,
     Plan,
@@ -19,6 +20,7 @@ from octant.reader_design.showing.plan import (
     plan_of,
     plan_shape,
 )
+from octant.reader_design.showing.rasters import Raster
 from octant.reader_design.showing.style import (
     ANTENNA_COLOURS,
     figure_style,
@@ -26,6 +28,7 @@ from octant.reader_design.showing.style import (
     save_figure,
 )
 from octant.reader_design.showing.wake import MARGIN_DB
+from octant.reader_design.study_file.loading import parse_study
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -59,7 +62,9 @@ _SPREADS = (
 )
 
 
-def save_pages(data: "xr.Dataset", setting: Setting, folder: Path) -> None:
+def save_pages(
+    data: "xr.Dataset", setting: Setting, folder: Path, *, threshold_dbm: float | None = None
+) -> None:
     """Write a figure of `PAGES` for each layer of a map, at most four tags a page.
 
     Grey is outside the room and inside objects.
@@ -68,9 +73,39 @@ def save_pages(data: "xr.Dataset", setting: Setting, folder: Path) -> None:
     ----------
     data : From `octant.reader_design.face.rss_map.map_dataset`.
     setting, folder : The room; where the figures go.
+    threshold_dbm : Level whose contour is drawn in the figure of powers [dBm].
     """
-    for name, figure in _pages(_Pages(data, setting)):
+    for name, figure in _pages(_Pages(data, setting, threshold_dbm)):
         save_figure(figure, folder / name)
+
+
+def raster_figure(
+    data: "xr.Dataset",
+    raster: Raster,
+    *,
+    limits: tuple[float, float] | None,
+    colours: str,
+    contour: float | None,
+) -> "Figure":
+    """Return one layer of a map as a plan view of the room of its study.
+
+    Parameters
+    ----------
+    data : The map, whose attribute ``study`` holds the room.
+    raster, limits, colours, contour : The layer; as of `map_figure` [its unit].
+    """
+    setting = build_setting(
+        parse_study(data.attrs["study"], source="the map's study", directory=Path.cwd())
+    )
+    pages = _Pages(data, setting, contour)
+    title, _, tag = raster.name.rpartition(", tag ")
+    return pages.map(
+        [replace(pages.panel(f"tag {tag}", raster.values, tag), contour=contour)],
+        title=f"{title[:1].upper()}{title[1:]}\n{pages.where}",
+        bar_label=f"{title} [{'°' if raster.unit == 'degree' else raster.unit}]",
+        limits=limits,
+        colours=colours,
+    )
 
 
 def _pages(pages: "_Pages") -> "Iterator[tuple[str, Figure]]":
@@ -89,8 +124,11 @@ def _pages(pages: "_Pages") -> "Iterator[tuple[str, Figure]]":
 class _Pages:
     """The figures of one dataset, which share its grid, plan, tags and mask."""
 
-    def __init__(self, data: "xr.Dataset", setting: Setting) -> None:
+    def __init__(
+        self, data: "xr.Dataset", setting: Setting, threshold_dbm: float | None = None
+    ) -> None:
         self.data = data
+        self.threshold_dbm = threshold_dbm
         self.x, self.y = data["x"].to_numpy(), data["y"].to_numpy()
         self.plan = plan_of(setting.scene, float(data["z"]))
         x, y = np.meshgrid(self.x, self.y, indexing="ij")
@@ -118,10 +156,12 @@ class _Pages:
             for name, what in present:
                 values = self.data[name].to_numpy()[i].astype(np.float64)
                 best = values.max(axis=-1) if values.ndim == 3 else values
-                panels.append(self.panel(f"{what}, tag {tag}", power_dbm(best), tag))
+                panel = self.panel(f"{what}, tag {tag}", power_dbm(best), tag)
+                panels.append(replace(panel, contour=self.threshold_dbm))
+        line = "" if self.threshold_dbm is None else f"; line at {self.threshold_dbm:g} dBm"
         return self.map(
             panels,
-            title=f"Received power of the {what_of}\n{self.where}",
+            title=f"Received power of the {what_of}\n{self.where}{line}",
             bar_label="received power [dBm]",
             columns=len(present),
         )

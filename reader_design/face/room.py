@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from octant.geometries.bodies import place
 from octant.geometries.errors import ConfigError
+from octant.navigation.robot.floor import RobotSpace, footprint
 from octant.reader_design.face.materials import Audit
 from octant.reader_design.face.materials import audit as audit_file
 from octant.reader_design.face.paths import End, Paths, path_link, paths_title
@@ -28,7 +29,9 @@ from octant.reader_design.face.tables import (
     with_keys_of,
 )
 from octant.reader_design.keeping.progress import Progress
+from octant.reader_design.setting.map_grid import map_axes_m
 from octant.reader_design.setting.setting import Setting, build_setting
+from octant.reader_design.showing.rasters import Raster, write_occupancy
 from octant.reader_design.study_file.room import Room as RoomTable
 from octant.reader_design.study_file.schema import Study
 
@@ -328,6 +331,36 @@ class Room(StudyTable):
         scene = build_setting(study_from("to_glb", {"room": self})).scene
         write_scene(scene, Path(path), paths=None, ends_m={})
 
+    def to_map_server(
+        self, path: str | Path, *, resolution_m: float = 0.05, height_m: float = 0.4
+    ) -> tuple[Path, ...]:
+        """Write the free floor as a map for ROS' map_server, and return its yaml and pgm.
+
+        A cell is occupied where anything up to a height touches the circle around it, and unknown
+        outside the room.
+
+        Parameters
+        ----------
+        path : The file ending in .yaml; replaced where it exists.
+        resolution_m : Greatest width of a cell [m].
+        height_m : Up to where things count, above the floor [m].
+        """
+        study = study_from("to_map_server", {"room": self, "map": {"spacing_m": resolution_m}})
+        setting = build_setting(study)
+        x_m, y_m = map_axes_m(setting)
+        places = np.stack(np.meshgrid(x_m, y_m, indexing="ij"), axis=-1).reshape(-1, 2)
+        radius_m = 0.5 * math.hypot(*(np.diff(axis[:2]).sum() for axis in (x_m, y_m)))
+        space = RobotSpace(
+            footprint=footprint(setting.scene, radius_m=radius_m, height_m=height_m),
+            scene=setting.scene,
+            height_m=height_m,
+        )
+        free = np.where(space.outside(places), np.nan, space(places))
+        floor = free.reshape(len(x_m), len(y_m))
+        return write_occupancy(
+            Raster(x_m=x_m, y_m=y_m, values=floor, name="free floor", unit="1"), Path(path)
+        )
+
     def __repr__(self) -> str:
         scene = build_setting(study_from("Room", {"room": self})).scene
         materials = dict.fromkeys(body.material for body in scene.bodies)
@@ -407,7 +440,7 @@ def _by_heading(maps: "Sequence[xr.Dataset]") -> "xr.Dataset":
     """Return maps of several headings as one, with a dimension ``heading`` where it matters."""
     import xarray as xr
 
-    same = [name for name in maps[0] if maps[0][name].dims == ("tag", "x", "y")]
+    same = [name for name in maps[0] if maps[0][name].dims in {("tag", "x", "y"), ("x", "y")}]
     same = [n for n in same if n not in {"strongest_antenna", "bearing_error"}]
     turned = xr.concat(
         [one.drop_vars(same) for one in maps], dim="heading", combine_attrs="override"

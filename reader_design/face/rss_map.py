@@ -37,6 +37,8 @@ if TYPE_CHECKING:
 FloatArray = npt.NDArray[np.float64]
 Axes = tuple[FloatArray, FloatArray]
 NANOSECONDS_PER_SECOND = 1e9
+OPEN_FLOOR = "open_floor"
+"""The variable of a map that says where a receiver can be."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -274,6 +276,7 @@ def map_dataset(
     study: Study,
     layers: Sequence[TagLayers],
     *,
+    open_floor: npt.NDArray[np.bool_],
     antennas: Sequence[int] | None,
     heading_deg: float,
     local_mean: bool,
@@ -283,6 +286,7 @@ def map_dataset(
     Parameters
     ----------
     study, layers : The study, and one item a tag, at least one.
+    open_floor : (nx * ny,) bool — Where a receiver can be.
     antennas : Numbers of the reader's antennas that are kept, from 1; None: all.
     heading_deg : Heading of the robot [deg].
     local_mean : Whether the power sum over paths is stored too.
@@ -343,6 +347,12 @@ def map_dataset(
         [e.read_range for e in layers],
         chosen=chosen,
         of_reader=of_reader,
+    )
+    variables[OPEN_FLOOR] = variable(
+        ["x", "y"],
+        open_floor.reshape(len(first.x_m), len(first.y_m)).astype(np.int8),
+        units="1",
+        long_name="1 where a receiver can be: in the room and in no object",
     )
     return dataset(
         variables,
@@ -441,6 +451,22 @@ class MapWanted:
     local_mean_disc: bool = False
     spreads: bool = False
 
+    def raster_layers(self, *, threshold: bool) -> list[str]:
+        """Return the layers of which rasters are written: powers, bearing error, what is covered.
+
+        Parameters
+        ----------
+        threshold : Whether a level is asked for.
+        """
+        has = {
+            "rss_dbm": True,
+            "rss_local_mean_dbm": self.local_mean,
+            "rss_disc_mean_dbm": self.local_mean_disc,
+            "bearing_error": not self.isotropic and self.antennas is None,
+            "covered": threshold,
+        }
+        return [name for name, there in has.items() if there]
+
 
 def map_rss(
     study: Study,
@@ -508,6 +534,7 @@ def map_rss(
     data = map_dataset(
         study,
         layers,
+        open_floor=open_places(setting, _places(axes, setting)),
         antennas=wanted.antennas,
         heading_deg=heading_deg,
         local_mean=wanted.local_mean,
@@ -532,6 +559,8 @@ def with_dbm(data: "xr.Dataset") -> "xr.Dataset":
     ----------
     data : From `map_rss` or `pose_dataset`.
     """
+    from octant.reader_design.face import map_files  # noqa: F401  gives maps their accessor
+
     added = {}
     for name, power in data.data_vars.items():
         if str(name).endswith("_w"):

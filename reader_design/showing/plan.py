@@ -172,11 +172,13 @@ class MapPanel:
     values : (ny, nx) float64 — What is mapped, in the unit of the colour bar [dBm or deg]; NaN
         where no robot can stand.
     tags : Names and places of the tags that are drawn [m].
+    contour : Value along which a line is drawn, in the unit of the colour bar; None: no line.
     """
 
     title: str
     values: FloatArray
     tags: Mapping[str, FloatArray]
+    contour: float | None = None
 
 
 def map_figure(
@@ -240,6 +242,7 @@ def map_figure(
                 vmax=limits[1],
                 rasterized=True,
             )
+            _draw_contour(ax, x_m, y_m, panel)
             draw_plan(ax, plan, extra_m=np.array([[x_m[0], y_m[0]], [x_m[-1], y_m[-1]]]))
             draw_tags(ax, panel.tags)
             ax.set_title(panel.title)
@@ -250,3 +253,17 @@ def map_figure(
         )
         bar.outline.set_visible(False)
     return figure
+
+
+def _draw_contour(axes: "Axes", x_m: FloatArray, y_m: FloatArray, panel: MapPanel) -> None:
+    """Draw where a map crosses a value, white on a dark line; nothing where it does not."""
+    from matplotlib.patheffects import withStroke
+
+    level, values = panel.contour, panel.values
+    known = values[np.isfinite(values)]
+    if level is None or min(values.shape) < 2 or not known.size:
+        return
+    if known.min() < level < known.max():
+        line: Any = {"linewidths": 1.2, "linestyles": "solid"}
+        drawn = axes.contour(x_m, y_m, values, levels=[level], colors="white", **line)
+        drawn.set_path_effects([withStroke(linewidth=2.6, foreground="#222222")])
