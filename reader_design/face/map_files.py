@@ -229,7 +229,10 @@ class MapAccessor:
         *,
         origin_m: tuple[float, float] = (0.0, 0.0),
         epsg: int | None = None,
-        **chosen: Any,  # noqa: ANN401  as of `raster`
+        tag: str | None = None,
+        antenna: int | None = None,
+        heading_deg: float | None = None,
+        threshold_dbm: float | None = None,
     ) -> None:
         """Write a layer as GeoTIFF, float32.
 
@@ -237,9 +240,16 @@ class MapAccessor:
         ----------
         path, layer : The file, replaced where it exists; the layer.
         origin_m, epsg : Place of the room's origin in a projected system [m]; its EPSG number.
-        **chosen : As in `raster`.
+        tag, antenna, heading_deg, threshold_dbm : As in `raster` [deg], [dBm].
         """
-        write_geotiff(self.raster(layer, **chosen), Path(path), origin_m=origin_m, epsg=epsg)
+        raster = self.raster(
+            layer,
+            tag=tag,
+            antenna=antenna,
+            heading_deg=heading_deg,
+            threshold_dbm=threshold_dbm,
+        )
+        write_geotiff(raster, Path(path), origin_m=origin_m, epsg=epsg)
 
     def to_png(
         self,
@@ -247,7 +257,10 @@ class MapAccessor:
         layer: str = "rss_dbm",
         *,
         limits: tuple[float, float] | None = None,
-        **chosen: Any,  # noqa: ANN401  as of `raster`
+        tag: str | None = None,
+        antenna: int | None = None,
+        heading_deg: float | None = None,
+        threshold_dbm: float | None = None,
     ) -> None:
         """Write a layer as PNG, one pixel a place, with a world file ``.pgw`` beside it [m].
 
@@ -255,9 +268,16 @@ class MapAccessor:
         ----------
         path, layer : The file, replaced where it exists; the layer.
         limits : Values of the first and the last colour, in the layer's unit [dBm], [deg].
-        **chosen : As in `raster`.
+        tag, antenna, heading_deg, threshold_dbm : As in `raster` [deg], [dBm].
         """
-        raster, colours = self.raster(layer, **chosen), _COLOURS.get(layer, "viridis")
+        raster = self.raster(
+            layer,
+            tag=tag,
+            antenna=antenna,
+            heading_deg=heading_deg,
+            threshold_dbm=threshold_dbm,
+        )
+        colours = _COLOURS.get(layer, "viridis")
         write_world_png(raster, Path(path), limits=limits or _WHOLE.get(layer), colours=colours)
 
     def to_map_server(
@@ -267,7 +287,10 @@ class MapAccessor:
         *,
         limits: tuple[float, float] | None = None,
         kind: FilterKind | None = None,
-        **chosen: Any,  # noqa: ANN401  as of `raster`
+        tag: str | None = None,
+        antenna: int | None = None,
+        heading_deg: float | None = None,
+        threshold_dbm: float | None = None,
     ) -> tuple[Path, ...]:
         """Write a layer for ROS' map_server and as mask of a Nav2 costmap filter; return the files.
 
@@ -280,9 +303,15 @@ class MapAccessor:
         path, layer : The file ending in .yaml, replaced where it exists; the layer.
         limits : Values of mask 0 and 100, in the layer's unit [dBm], [deg]; None: around all.
         kind : For which filter; by default ``keepout`` of ``covered``, else ``binary``.
-        **chosen : As in `raster`.
+        tag, antenna, heading_deg, threshold_dbm : As in `raster` [deg], [dBm].
         """
-        raster = self.raster(layer, **chosen)
+        raster = self.raster(
+            layer,
+            tag=tag,
+            antenna=antenna,
+            heading_deg=heading_deg,
+            threshold_dbm=threshold_dbm,
+        )
         if layer == COVERED:
             name = raster.name.replace("1 where", "100 outside of where")
             raster = replace(raster, values=100.0 * (1.0 - raster.values), name=name)
@@ -361,18 +390,26 @@ class MapAccessor:
         layer: str = "rss_dbm",
         *,
         threshold_dbm: float | None = None,
-        **chosen: Any,  # noqa: ANN401  as of `raster`
+        tag: str | None = None,
+        antenna: int | None = None,
+        heading_deg: float | None = None,
     ) -> "Figure":
         """Return a layer as a plan view of its room, with the contour of a level.
 
         Parameters
         ----------
         layer, threshold_dbm : The layer; where it is crossed a line is drawn [dBm].
-        **chosen : As in `raster`.
+        tag, antenna, heading_deg : As in `raster` [deg].
         """
         from octant.reader_design.face.map_figures import raster_figure
 
-        raster = self.raster(layer, threshold_dbm=threshold_dbm, **chosen)
+        raster = self.raster(
+            layer,
+            tag=tag,
+            antenna=antenna,
+            heading_deg=heading_deg,
+            threshold_dbm=threshold_dbm,
+        )
         return raster_figure(
             self._data,
             raster,
