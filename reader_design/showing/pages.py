@@ -1,19 +1,21 @@
-"""The report as one HTML file that opens from disk: no network, no script, images inside.
+"""The report as one HTML file that opens from disk: no network, everything inside.
 
-The content is plain data; `render_report` puts it into ``report.html.j2`` and escapes every text.
+The content is plain data; `render_report` puts it into the templates of ``page`` and escapes every
+text. Without scripts, and on paper, tables and figures show what the scripts would.
 """
 
-import base64
-import html
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Literal
 
-if TYPE_CHECKING:
-    from jinja2 import Environment
+from octant.reader_design.showing.page.packing import small_png
+from octant.reader_design.showing.page.render import page
+
+Mark = Literal["good", "fair", "poor", "none"]
+"""How a number is judged."""
+PAPER_COLUMNS = 9
+"""Columns that a sheet of paper holds; a wider table is printed in parts."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -27,6 +29,7 @@ class ReportTable:
     rows : Cells.
     best : Row that is highlighted.
     words : True: cells hold words, set flush left.
+    first : Columns that are shown at first, where a script can show the others; 0: all.
     """
 
     caption: str
@@ -34,6 +37,19 @@ class ReportTable:
     rows: tuple[tuple[str, ...], ...]
     best: int | None = None
     words: bool = False
+    first: int = 0
+
+    @property
+    def parts(self) -> tuple[tuple[int, ...], ...]:
+        """Columns of each part that paper holds; the first column stands in all."""
+        count = len(self.header)
+        if count <= PAPER_COLUMNS:
+            return (tuple(range(count)),)
+        parts = -(-(count - 1) // (PAPER_COLUMNS - 1))
+        each = -(-(count - 1) // parts)
+        return tuple(
+            (0, *range(start, min(start + each, count))) for start in range(1, count, each)
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,14 +58,98 @@ class ReportFigure:
 
     Attributes
     ----------
-    title : Name, also the alternative text of the image.
+    title : Name.
     caption : One sentence that says what to see in it.
     png : The image.
+    alt : What it shows, for those who do not see it; empty: title and caption.
     """
 
     title: str
     caption: str
     png: bytes
+    alt: str = ""
+
+    @property
+    def described(self) -> str:
+        """What it shows, in words."""
+        return self.alt or f"{self.title}. {self.caption}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ReportWidget:
+    """A part of the report to play with; where no script runs, its figures stand in its place.
+
+    Attributes
+    ----------
+    kind : What shows it: ``map``, ``drive``, ``designs``, ``room`` or ``pattern``.
+    title, caption : Name; what it shows and how to use it.
+    alt : What it shows, for those who do not see it.
+    data : What the script needs.
+    fallback : What stands in its place without scripts and on paper.
+    """
+
+    kind: Literal["map", "drive", "designs", "room", "pattern"]
+    title: str
+    caption: str
+    alt: str
+    data: Mapping[str, object]
+    fallback: tuple[ReportFigure, ...] = ()
+
+    @property
+    def library(self) -> str:
+        """The library that it needs; empty: none."""
+        return {"room": "space", "pattern": "space", "designs": "charts"}.get(self.kind, "")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Judgement:
+    """A number of the first screen with what it means.
+
+    Attributes
+    ----------
+    name, value : What it is; the number with its unit.
+    said, mark : A plain judgement in a few words; whether that is good.
+    """
+
+    name: str
+    value: str
+    said: str
+    mark: Mark = "none"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PasteAdvice:
+    """What to try next.
+
+    Attributes
+    ----------
+    why : One sentence.
+    lines : Lines for the study file.
+    """
+
+    why: str
+    lines: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Verdict:
+    """The first screen of a report.
+
+    Attributes
+    ----------
+    sentence, further : What came out, in one plain sentence; what else belongs to it.
+    mark : Whether that is good.
+    judgements, advice : The three numbers that matter most; what to try where it failed.
+    drawing, drawn : The reader as an SVG picture, made of numbers alone; what it shows.
+    """
+
+    sentence: str
+    further: tuple[str, ...] = ()
+    mark: Mark = "none"
+    judgements: tuple[Judgement, ...] = ()
+    advice: tuple[PasteAdvice, ...] = ()
+    drawing: str = ""
+    drawn: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,7 +158,7 @@ class ReportSection:
 
     Attributes
     ----------
-    heading, paragraphs, tables, figures : What it shows.
+    heading, paragraphs, widgets, tables, figures : What it shows.
     warnings : Sentences that are highlighted.
     points : A list.
     folded : Long texts behind a line that opens them: line, text.
@@ -68,6 +168,7 @@ class ReportSection:
     paragraphs: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
     points: tuple[str, ...] = ()
+    widgets: tuple[ReportWidget, ...] = ()
     tables: tuple[ReportTable, ...] = ()
     figures: tuple[ReportFigure, ...] = ()
     folded: tuple[tuple[str, str], ...] = ()
@@ -84,6 +185,7 @@ class Report:
     warnings : What limits it.
     facts : Names and values with their units, as tiles.
     sections : The rest.
+    verdict : The first screen; None: title and summary open the report.
     """
 
     title: str
@@ -92,6 +194,7 @@ class Report:
     warnings: tuple[str, ...]
     facts: tuple[tuple[str, str], ...]
     sections: tuple[ReportSection, ...]
+    verdict: Verdict | None = None
 
 
 def embedded_figures(
@@ -104,10 +207,17 @@ def embedded_figures(
     figures : By section: title, caption and PNG file of each figure.
     section : Which.
     """
-    return tuple(
-        ReportFigure(title=title, caption=caption, png=path.read_bytes())
-        for title, caption, path in figures.get(section, ())
-    )
+    return tuple(read_figure(*one) for one in figures.get(section, ()))
+
+
+def read_figure(title: str, caption: str, path: Path) -> ReportFigure:
+    """Return a figure with its image read in, made small enough for a page.
+
+    Parameters
+    ----------
+    title, caption, path : Name, what to see in it, its PNG file.
+    """
+    return ReportFigure(title=title, caption=caption, png=small_png(path.read_bytes()))
 
 
 def render_report(report: Report) -> str:
@@ -117,30 +227,9 @@ def render_report(report: Report) -> str:
     ----------
     report : The content; every text is escaped.
     """
-    return _environment().get_template("report.html.j2").render(report=report)
-
-
-@cache
-def _environment() -> "Environment":
-    """Return where the templates are, and how texts get into them."""
-    from jinja2 import Environment, PackageLoader
-    from markupsafe import Markup
-
-    def plain(value: str) -> Markup:
-        return Markup(html.escape(value))  # noqa: S704  # escaped here
-
-    def words(value: str) -> Markup:
-        """Return escaped text with r_a and h_p as subscripts."""
-        marked = re.sub(r"\b([rh])_([ap])\b", r"<i>\1</i><sub>\2</sub>", html.escape(value))
-        return Markup(marked)  # noqa: S704  # escaped here
-
-    environment = Environment(
-        loader=PackageLoader(__package__, "."),
-        autoescape=True,
-        trim_blocks=True,
-        keep_trailing_newline=True,
+    widgets = [widget for section in report.sections for widget in section.widgets]
+    return page(
+        report,
+        headings=[section.heading for section in report.sections],
+        libraries=[widget.library for widget in widgets if widget.library],
     )
-    environment.filters["plain"] = plain
-    environment.filters["words"] = words
-    environment.filters["base64"] = lambda data: base64.b64encode(data).decode("ascii")
-    return environment

@@ -11,7 +11,12 @@ from octant.reader_design.experiments.docking.textbook import (
     odometry_rows,
     regulator_rows,
 )
-from octant.reader_design.showing.pages import ReportFigure, ReportSection, ReportTable
+from octant.reader_design.showing.pages import (
+    ReportFigure,
+    ReportSection,
+    ReportTable,
+    read_figure,
+)
 from octant.reader_design.study_file.dock import Dock
 
 
@@ -98,4 +103,4 @@ def shown(figures: Mapping[str, Path], key: str, title: str, caption: str) -> Re
     figures, key : PNG files by name, and one of the names.
     title, caption : Above and below it.
     """
-    return ReportFigure(title=title, caption=caption, png=figures[key].read_bytes())
+    return read_figure(title, caption, figures[key])

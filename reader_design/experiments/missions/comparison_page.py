@@ -12,10 +12,10 @@ from octant.reader_design.experiments.missions.comparison import (
 )
 from octant.reader_design.showing.pages import (
     Report,
-    ReportFigure,
     ReportSection,
     ReportTable,
     embedded_figures,
+    read_figure,
 )
 
 HEADER = (
@@ -64,10 +64,10 @@ def comparison_report(
             heading="All cells",
             tables=(table,),
             figures=(
-                ReportFigure(
-                    title="All cells side by side",
-                    caption="Dots are shares and medians, bars their 95 % intervals.",
-                    png=overview.read_bytes(),
+                read_figure(
+                    "All cells side by side",
+                    "Dots are shares and medians, bars their 95 % intervals.",
+                    overview,
                 ),
             ),
         )

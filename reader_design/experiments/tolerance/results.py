@@ -17,7 +17,13 @@ from octant.reader_design.experiments.tolerance.page import tolerance_section
 from octant.reader_design.experiments.tolerance.study import ToleranceStudy
 from octant.reader_design.setting.design import canonical_json
 from octant.reader_design.showing.netcdf import dataset, variable, write_dataset
-from octant.reader_design.showing.pages import Report, ReportFigure, ReportSection, render_report
+from octant.reader_design.showing.pages import (
+    Report,
+    ReportFigure,
+    ReportSection,
+    read_figure,
+    render_report,
+)
 from octant.reader_design.showing.style import save_figure
 from octant.reader_design.showing.tables import put_table
 from octant.reader_design.study_file.loading import to_toml
@@ -220,5 +226,5 @@ def _figures(result: ToleranceStudy, folder: Path) -> tuple[ReportFigure, ...]:
         if figure is not None:
             path = folder / f"{name}.png"
             save_figure(figure, path)
-            out.append(ReportFigure(title=title, caption=caption, png=path.read_bytes()))
+            out.append(read_figure(title, caption, path))
     return tuple(out)

@@ -166,10 +166,10 @@ def test_report_opens_with_the_chosen_design_and_escapes_the_studys_name(done):
     assert f"All {np.isfinite(powers).sum()} powers of the antennas in the map were checked" in page
     assert "tiny &lt;study&gt;" in page
     assert "<study>" not in page
-    assert page.index("Chosen:") < page.index("The sweep")
+    assert page.index("Chosen:") < page.index("<h2")
     assert page.count("data:image/png;base64,") == len(list((done.folder / "figures").iterdir()))
     assert "max_reflections = 1" in page
-    assert "is moved 5 cm off it" in page
+    assert "is moved 5\u202fcm off it" in page
 
 
 def test_second_run_computes_and_writes_nothing(done, monkeypatch):
