@@ -2,8 +2,9 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -14,7 +15,9 @@ from octant.geometries._checks import positive_number
 from octant.geometries._plane_geometry import FloatArray, IntArray, triangle_area_vectors
 from octant.geometries.bodies import Body
 from octant.geometries.errors import GeometryError
-from octant.geometries.mesh_files import UpAxis, load_bodies
+from octant.geometries.guesses import frame_lines, odd_shape
+from octant.geometries.mesh_files import Reading, UpAxis, frame_of, load_bodies, metres_per_unit
+from octant.geometries.scene import build_scene
 from octant.geometries.tolerances import LENGTHS
 
 LARGEST_PLAUSIBLE_M = 500.0
@@ -73,6 +76,8 @@ class MeshAudit:
     inside_out_components : Inward ones that stand within another part's surrounding box.
     tolerance_m : Vertices nearer than this were joined [m].
     findings : What is worth knowing, the most important first.
+    scene_facets : Faces of the scene: flat polygons that its triangles make [-]; 0: not counted.
+    frame : Why the file's unit and vertical axis are what they are, in sentences [m].
     """
 
     source: str
@@ -99,6 +104,8 @@ class MeshAudit:
     inside_out_components: int
     tolerance_m: float
     findings: tuple[Finding, ...]
+    scene_facets: int = 0
+    frame: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         count = frozen_array(self.body_faces, name="body_faces", shape=(None,), dtype=np.int64)
@@ -129,10 +136,11 @@ class MeshAudit:
             f"{round(b, places_after_point) + 0.0:.12g} m"
             for axis, a, b in zip("xyz", low.tolist(), high.tolist(), strict=True)
         ]
+        flat = f", {_counted(self.scene_facets, 'flat face')} in the scene"
         facts = (
             f"{self.source}: {_counted(len(self.body_names), 'body', 'bodies')}, "
             f"{_counted(self.faces, 'triangle')}, {_counted(self.vertices, 'vertex', 'vertices')} "
-            f"({places})\n"
+            f"({places}){flat if self.scene_facets else ''}\n"
             f"  bodies (triangles): {names}\n"
             f"  bounds: {', '.join(spans)}\n"
             f"  size: {size[0]:.4g} x {size[1]:.4g} m, {size[2]:.4g} m high (z is up)\n"
@@ -142,6 +150,7 @@ class MeshAudit:
             f"({self.inward_components} with normals inwards)"
         )
         report = facts.split("\n")
+        report += [f"  {line}" for line in self.frame]
         if not self.findings:
             report.append("  nothing else to report")
         for finding in self.findings:
@@ -153,8 +162,9 @@ def audit_mesh(
     mesh: str | Path | Sequence[Body],
     *,
     unit: str | None = None,
-    up: UpAxis | None = None,
+    up: UpAxis | Literal["auto"] | None = None,
     tolerance_m: float = LENGTHS.weld_m,
+    reading: Reading | None = None,
 ) -> MeshAudit:
     """Return what is wrong with a mesh, and what that means for rays.
 
@@ -165,13 +175,28 @@ def audit_mesh(
     ----------
     mesh : A mesh file, or bodies.
     unit : Unit of a file's coordinates; None where the format declares it.
-    up : A file's vertical axis; None: the format's own.
+    up : A file's vertical axis; None: the format's own; "auto": what it seems to be.
     tolerance_m : Vertices nearer than this are joined [m].
+    reading : How a world or a floor plan is read.
     """
     tolerance = positive_number(tolerance_m, name="tolerance_m")
+    frame: tuple[str, ...] = ()
     if isinstance(mesh, str | Path):
         source = str(mesh)
-        bodies = load_bodies(mesh, unit=unit, up=up, material="any")
+        guess = frame_of(mesh, reading=reading)
+        metres = None if unit is None else metres_per_unit(unit)
+        seen_up: UpAxis = "y" if guess.up == "y" else "z"
+        bodies = load_bodies(
+            mesh,
+            unit=unit if unit is not None or guess.unit is None else guess.unit,
+            up=seen_up if up == "auto" else up,
+            material="any",
+            reading=reading,
+        )
+        taken = None if up == "auto" or (up is None and not guess.against) else up
+        if up is None and guess.against:
+            taken = "z" if guess.up == "y" else "y"
+        frame = frame_lines(guess, metres=metres, up=taken)
     else:
         source, bodies = "bodies", tuple(mesh)
     if not bodies:
@@ -222,8 +247,19 @@ def audit_mesh(
         free_edge_length_m=free_m,
         tolerance_m=tolerance,
         findings=_findings(numbers, free_m=free_m, size_m=bounds[1] - bounds[0]),
+        scene_facets=_scene_facets(bodies),
+        frame=frame,
         **numbers,
     )
+
+
+def _scene_facets(bodies: Sequence[Body]) -> int:
+    """Return how many flat faces the bodies make, each of a material of its own [-]."""
+    try:
+        scene = build_scene([replace(body, material=body.name) for body in bodies])
+    except GeometryError:  # what is wrong is said by the other counts
+        return 0
+    return len(scene.facets.facet_plane)
 
 
 def _joined(bodies: Sequence[Body]) -> tuple[FloatArray, IntArray, IntArray]:
@@ -332,8 +368,15 @@ def _size_findings(size_m: FloatArray) -> list[Finding]:
             f"{longest / 1000 if factor == 'smaller' else longest * 1000:.4g} m)."
         )
         findings.append(Finding(kind="size", what=what, meaning=meaning))
-    if size_m[2] > max(size_m[0], size_m[1]) and longest > 1.0:
-        what = f"the mesh is higher ({size_m[2]:.4g} m) than it is long or wide"
-        meaning = "if it is a room, it may lie on its side; check which axis is up in the file."
+    odd = odd_shape(size_m)
+    higher = size_m[2] > max(size_m[0], size_m[1]) and longest > 1.0
+    if odd or higher:
+        what = f"the mesh is {odd}, which is an odd shape for a room"
+        if higher:
+            what = f"the mesh is higher ({size_m[2]:.4g} m) than it is long or wide"
+        meaning = (
+            "if it is a room, it may lie on its side; check which axis is up in the file, and give "
+            'room.up = "y" or "z".'
+        )
         findings.append(Finding(kind="up", what=what, meaning=meaning))
     return findings

@@ -1,31 +1,36 @@
-"""Mesh files: what trimesh reads, with the unit and the materials given where the file has none."""
+"""Mesh files: rooms in every format that is read, in metres and z up, with materials by name."""
 
-import json
-import logging
 import math
 import os
 import re
-import struct
-import warnings
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Literal
+from typing import Literal
 from urllib.parse import unquote
 
 import numpy as np
 
 from octant.geometries._checks import refuse_unknown_keys
 from octant.geometries._obj_files import Part, read_obj, write_obj
+from octant.geometries._trimesh_files import GLTF, read_with_trimesh
 from octant.geometries.appearance import gltf_visual
 from octant.geometries.bodies import FARTHEST_M, Body, placed
+from octant.geometries.collada_files import read_collada
+from octant.geometries.conversions import refuse_kind
 from octant.geometries.errors import GeometryError
+from octant.geometries.floor_plans import DEFAULT_HEIGHT_M, PLANS, plan_files, read_plan
+from octant.geometries.guesses import FrameGuess, guess_frame
+from octant.geometries.material_names import USUAL, guess_material
 from octant.geometries.mitsuba_scene import read_mitsuba
-from octant.geometries.names import nearest_name, unused_name
+from octant.geometries.names import nearest_name
 from octant.geometries.planes import FLOAT32_BITS, observed_rounding
+from octant.geometries.sdf_worlds import read_sdf
 from octant.geometries.tolerances import LENGTHS
+from octant.geometries.urdf_robots import read_urdf
+from octant.geometries.world_places import world_places
+from octant.geometries.world_shapes import Shown, WorldReading
 
 UpAxis = Literal["y", "z"]
 
@@ -48,20 +53,42 @@ METRES_PER_UNIT: Mapping[str, float] = MappingProxyType(
 )
 """Length of each unit that a mesh file may be given in [m]."""
 
-GLTF = ("glb", "gltf")
 NAMED_FORMATS = (*GLTF, "3mf")
 """Formats that keep several bodies apart when trimesh writes them."""
 ONE_BODY_FORMATS = ("stl", "ply", "off")
-_SCENE = "xml"
+WORLDS = ("sdf", "world", "urdf")
+"""Formats of Gazebo and ROS, whose bodies stand in many files."""
+_SCENE, _COLLADA = "xml", "dae"
 _NOT_SURFACES = ("xyz", "stl_ascii")  # points only; an internal name that no file carries
 
 
-# Required extensions that only change how a surface looks; any other required one may hold the
-# geometry itself, and trimesh would go on without it.
-_LOOKS_ONLY = ("KHR_materials_", "KHR_texture_", "EXT_texture_", "MSFT_texture_", "KHR_lights_")
-_HARMLESS = (*_LOOKS_ONLY, "KHR_mesh_quantization", "KHR_xmp")
-_TRIANGLE_FAN = 6
-_GLB_MAGIC = b"glTF"
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Reading:
+    """How files are read that hold more than a mesh.
+
+    Parameters
+    ----------
+    geometry : Of SDF and URDF: what is seen, or what robots collide with.
+    height_m : Height of the walls of a floor plan [m]; None: `DEFAULT_HEIGHT_M`.
+    resource_path : Folders in which SDF and URDF look for models besides the usual ones.
+    """
+
+    geometry: Shown = "visual"
+    height_m: float | None = None
+    resource_path: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Contents:
+    """What stands in a mesh file: parts [unit of the file], and what it says of itself."""
+
+    parts: list[Part]
+    says: str
+    metres: float | None = None
+    up: str | None = None
+    fixed_unit: bool = False
+    own: dict[str, str] = field(default_factory=dict)
+    stored: dict[str, float] = field(default_factory=dict)
 
 
 def metres_per_unit(unit: str) -> float:
@@ -86,7 +113,8 @@ def readable_extensions() -> tuple[str, ...]:
     """Return the file extensions, lower case without dot, that `load_bodies` can read here."""
     from trimesh.exchange.load import mesh_formats
 
-    return tuple(sorted((mesh_formats() | {"obj", _SCENE}) - set(_NOT_SURFACES)))
+    more = {"obj", _SCENE, _COLLADA, *WORLDS, *PLANS}
+    return tuple(sorted((mesh_formats() | more) - {*_NOT_SURFACES, "zae"}))
 
 
 def carries_materials(path: str | Path) -> bool:
@@ -96,26 +124,60 @@ def carries_materials(path: str | Path) -> bool:
     ----------
     path : A mesh file; it need not exist.
     """
-    return Path(path).suffix.lower().removeprefix(".") in (*GLTF, _SCENE)
+    return _extension(Path(path)) in (*GLTF, _SCENE)
+
+
+def declares_unit(path: str | Path) -> bool:
+    """Return whether files of this kind say in which unit they are drawn.
+
+    Parameters
+    ----------
+    path : A mesh file; it need not exist.
+    """
+    return _extension(Path(path)) in (*GLTF, "3mf", _SCENE, _COLLADA, *WORLDS, *PLANS)
 
 
 def files_named(path: str | Path) -> tuple[Path, ...]:
     """Return the other files in which bodies of a mesh file stand, sorted: what it is changed by.
 
-    They are every file that a text in quotes of a GLTF or Mitsuba XML file names, relative to it.
+    They are every file that a text in quotes of a GLTF or Mitsuba XML file names, relative to it;
+    the models and meshes of an SDF or URDF file; the image of a map.
 
     Parameters
     ----------
     path : A mesh file, or any other: nothing.
     """
     file = Path(path)
-    if file.suffix.lower() not in {".gltf", f".{_SCENE}"}:
+    kind = _extension(file)
+    if kind in WORLDS:
+        return tuple(sorted(_world_files(file, kind)))
+    if kind in PLANS:
+        return plan_files(file)
+    if kind not in {"gltf", _SCENE}:
         return ()
     text = file.read_text(errors="replace")
     quoted = set(re.findall(r"[\"']([^\"'\n]{1,500})[\"']", text))
     found = {file.parent / unquote(name) for name in quoted}
     # Unlike Path.is_file, isfile takes any text, however long, for a name that may not exist.
     return tuple(sorted(name for name in found if os.path.isfile(name) and name != file))  # noqa: PTH113
+
+
+def frame_of(path: str | Path, *, reading: Reading | None = None) -> FrameGuess:
+    """Return the unit and the vertical axis that a mesh file seems to be drawn in, with reasons.
+
+    Parameters
+    ----------
+    path, reading : As for `load_bodies`.
+    """
+    file = Path(path)
+    contents = _contents(file, _kind_of(file), reading or Reading())
+    return guess_frame(
+        [(name, vertices) for name, vertices, _ in contents.parts],
+        declared_m=contents.metres,
+        declared_up=contents.up,
+        says=contents.says,
+        fixed=contents.fixed_unit,
+    )
 
 
 def load_bodies(
@@ -125,52 +187,47 @@ def load_bodies(
     material: str | None = None,
     materials_by_name: Mapping[str, str] | None = None,
     up: UpAxis | None = None,
+    reading: Reading | None = None,
 ) -> tuple[Body, ...]:
     """Return the bodies of a mesh file, in metres and z up, exactly as meshed in the file.
 
-    One for each object, its placing applied, named by node (GLB, GLTF), object (OBJ ``o`` and
-    ``g``, 3MF), solid (ASCII STL), or else the file; several materials in one (GLB, OBJ) give
-    ``object.material`` each. Files that are unreadable, empty or not finite are refused, and units
-    or materials that are missing or contradict the file.
+    One for each object, its placing applied, named by node (GLB, GLTF, DAE), object (OBJ ``o`` and
+    ``g``, 3MF), solid (ASCII STL), model (SDF), link (URDF), or else the file; several materials in
+    one (GLB, OBJ, DAE) give ``object.material`` each. Files that are unreadable, empty or not
+    finite are refused, and units or materials that are missing or contradict the file.
 
     Nothing is merged, repaired or left out but points and lines; see `octant.geometries.audit`.
-    Concave polygons are right in OBJ; trimesh cuts those of PLY and OFF into fans, right for convex
+    Concave polygons are right in OBJ; those of PLY, OFF and DAE are cut into fans, right for convex
     ones only (the audit reports folded triangles). GLB, GLTF, binary STL and most PLY files hold
     float32: 0.5 µm at 5 m. Units and axes: Khronos Group, glTF 2.0 Specification, section 3.4; 3MF
-    Core Specification 1.3, section 3.4.
+    Core Specification 1.3, section 3.4. Meshes inside SDF and URDF keep their axes, as in Gazebo,
+    which does not turn COLLADA's.
 
     Parameters
     ----------
-    path : Any file that trimesh reads: STL, OBJ, PLY, OFF, GLB, GLTF, 3MF and more; or XML of
-        Mitsuba or Sionna RT (`octant.geometries.mitsuba_scene`).
-    unit : Unit of the coordinates, such as "m" or "mm"; may be left out for GLB, GLTF and XML, in
-        metres, and for 3MF, which declares it.
+    path : Any file that trimesh reads: STL, OBJ, PLY, OFF, GLB, GLTF, 3MF and more; XML of Mitsuba
+        or Sionna RT (`octant.geometries.mitsuba_scene`); COLLADA; SDF, world and URDF of Gazebo and
+        ROS; a YAML of ROS' map_server, or a DXF floor plan (`octant.geometries.floor_plans`).
+    unit : Unit of the coordinates, such as "m" or "mm"; may be left out where `declares_unit`.
     material : Label of bodies that `materials_by_name` lacks; GLB, GLTF and XML may have their own.
     materials_by_name : Label of each body by its exact name.
-    up : The vertical axis; None: "y" for GLB and GLTF by specification, else "z". Give "z" for a
-        GLB written without the conversion (trimesh's own export, for one).
+    up : The vertical axis; None: "y" for GLB and GLTF by specification, what a DAE says, else "z".
+        Give "z" for a GLB written without the conversion (trimesh's own export, for one).
+    reading : How worlds and floor plans are read.
     """
     file = Path(path)
     kind = _kind_of(file)
-    own: dict[str, str] = {}
-    stored: dict[str, float] = {}
-    if kind == "obj":
-        parts, declared = read_obj(file), None
-    elif kind == _SCENE:
-        shapes = read_mitsuba(file, load_bodies)
-        parts, declared = [(s.name, s.vertices, s.faces) for s in shapes], "m"
-        own = {s.name: s.material for s in shapes if s.material}
-    else:
-        parts, declared = _read_with_trimesh(file, kind, own, stored)
+    contents = _contents(file, kind, reading or Reading())
+    parts, stored = contents.parts, contents.stored
     if not parts:
         msg = (
             f"{file} holds no triangles; it is empty, or not a {kind.upper()} mesh, or holds only "
             "points and lines."
         )
         raise GeometryError(msg)
-    scale = _metres_per_file_unit(file, unit=unit, declared=declared)
-    labels = _materials(file, [p[0] for p in parts], material, materials_by_name, own)
-    vertical = up if up is not None else ("y" if kind in GLTF else "z")
+    scale = _metres_per_file_unit(file, contents, unit=unit)
+    labels = _materials(file, [p[0] for p in parts], material, materials_by_name, contents.own)
+    vertical = up or contents.up or "z"
     if vertical not in ("y", "z"):
         msg = f"up is {up!r} for {file}, but the vertical axis of a mesh file is 'y' or 'z'."
         raise GeometryError(msg)
@@ -200,6 +257,73 @@ def load_bodies(
     return tuple(bodies)
 
 
+def _contents(file: Path, kind: str, reading: Reading) -> _Contents:
+    """Return what stands in an existing mesh file."""
+    if kind == "obj":
+        return _Contents(parts=read_obj(file), says="OBJ")
+    if kind == _SCENE:
+        shapes = read_mitsuba(file, load_bodies)
+        own = {s.name: s.material for s in shapes if s.material}
+        parts = [(s.name, s.vertices, s.faces) for s in shapes]
+        return _Contents(parts=parts, says="Mitsuba", metres=1.0, up="z", own=own)
+    if kind == _COLLADA:
+        parts, metres, up = read_collada(file)
+        return _Contents(parts=parts, says="the DAE file", metres=metres, up=up)
+    if kind in WORLDS:
+        parts = _read_world(file, kind, reading)[0]
+        says = "URDF" if kind == "urdf" else "SDF"
+        return _Contents(parts=parts, says=says, metres=1.0, up="z", fixed_unit=True)
+    if kind in PLANS:
+        parts = read_plan(file, reading.height_m or DEFAULT_HEIGHT_M)
+        says = "the floor plan"
+        return _Contents(parts=parts, says=says, metres=1.0, up="z", fixed_unit=True)
+    own, stored = {}, {}
+    parts, declared = read_with_trimesh(file, kind, own, stored)
+    return _Contents(
+        parts=parts,
+        says="glTF" if kind in GLTF else kind.upper(),
+        metres=None if declared is None else metres_per_unit(declared),
+        up="y" if kind in GLTF else None,
+        fixed_unit=kind == "3mf",
+        own=own,
+        stored=stored,
+    )
+
+
+def _read_world(file: Path, kind: str, reading: Reading) -> tuple[list[Part], tuple[Path, ...]]:
+    """Return the parts of an SDF or URDF file [m], and the other files that it was read from."""
+    world = WorldReading(
+        places=world_places(file, reading.resource_path),
+        load_mesh=_world_mesh,
+        geometry=reading.geometry,
+        files={},
+        meshes={},
+    )
+    shapes = (read_urdf if kind == "urdf" else read_sdf)(file, world)
+    return [(s.name, s.vertices, s.faces) for s in shapes], tuple(world.files)
+
+
+def _world_mesh(file: Path) -> tuple[Body, ...]:
+    """Return the bodies of a world's mesh: its unit where the file has one, its axes as drawn."""
+    if _extension(file) in (*WORLDS, *PLANS, _SCENE):
+        msg = f"{file} is not a mesh, but a mesh is needed here; name one."
+        raise GeometryError(msg)
+    unit = None if declares_unit(file) else "m"
+    up: UpAxis | None = "z" if _extension(file) == _COLLADA else None
+    return load_bodies(file, unit=unit, up=up, material="any")
+
+
+def _world_files(file: Path, kind: str) -> tuple[Path, ...]:
+    try:
+        return _read_world(file, kind, Reading())[1]
+    except GeometryError:  # it is refused with a sentence where it is loaded
+        return ()
+
+
+def _extension(file: Path) -> str:
+    return file.suffix.lower().removeprefix(".")
+
+
 def mesh_object(
     path: str | Path,
     *,
@@ -210,6 +334,7 @@ def mesh_object(
     position_m: Sequence[float] = (0.0, 0.0, 0.0),
     yaw_deg: float = 0.0,
     name: str | None = None,
+    reading: Reading | None = None,
 ) -> tuple[Body, ...]:
     """Return the bodies of a mesh file, put in their place.
 
@@ -223,9 +348,15 @@ def mesh_object(
     position_m : (3,) — Where the origin of the file's frame comes to stand [m].
     yaw_deg : Turn about the vertical through it, from +x towards +y [deg].
     name : Name of a single body; several become ``name.body``. None: the file's names.
+    reading : How worlds and floor plans are read.
     """
     bodies = load_bodies(
-        path, unit=unit, material=material, materials_by_name=materials_by_name, up=up
+        path,
+        unit=unit,
+        material=material,
+        materials_by_name=materials_by_name,
+        up=up,
+        reading=reading,
     )
     if name is not None:
         single = len(bodies) == 1
@@ -239,17 +370,16 @@ def _kind_of(file: Path) -> str:
         what = "is a folder" if file.is_dir() else "does not exist"
         msg = f"mesh file {file} {what}; give the path of a mesh file."
         raise GeometryError(msg)
-    kind = file.suffix.lower().removeprefix(".")
+    kind = _extension(file)
     known = readable_extensions()
     if kind not in known:
-        listed = ", ".join(f".{k}" for k in known)
-        msg = f"mesh file {file} ends in '.{kind}', but only {listed} can be read; convert it."
-        raise GeometryError(msg)
+        refuse_kind(file, known)
     return kind
 
 
-def _metres_per_file_unit(file: Path, *, unit: str | None, declared: str | None) -> float:
+def _metres_per_file_unit(file: Path, contents: _Contents, *, unit: str | None) -> float:
     """Return the length of the file's unit [m], from the caller or from the file itself."""
+    declared = contents.metres
     if unit is None and declared is None:
         msg = (
             f'{file} does not say in which unit it is drawn; give one, such as unit = "m" or '
@@ -257,11 +387,12 @@ def _metres_per_file_unit(file: Path, *, unit: str | None, declared: str | None)
         )
         raise GeometryError(msg)
     if unit is None:
-        return metres_per_unit(str(declared))
+        return float(declared or 1.0)
     given = metres_per_unit(unit)
-    is_3mf = file.suffix.lower() == ".3mf"
-    if is_3mf and not math.isclose(given, metres_per_unit(str(declared))):
-        msg = f"{file} declares its unit as {declared}, but unit {unit!r} was given; leave it out."
+    if contents.fixed_unit and not math.isclose(given, declared or 1.0):
+        names = [name for name, metres in METRES_PER_UNIT.items() if metres == declared]
+        said = max(names, key=len) if names else f"{declared:g} m"
+        msg = f"{file} declares its unit as {said}, but unit {unit!r} was given; leave it out."
         raise GeometryError(msg)
     return given
 
@@ -276,17 +407,34 @@ def _materials(
     """Return the material label of every body: by name, for all, or the file's own."""
     by_name = dict(materials_by_name or {})
     refuse_unknown_keys(by_name, allowed=names, name=f"the material table of {file}")
-    labels: dict[str, str] = {}
-    for name in names:
-        label = by_name.get(name, material) or own.get(name)
-        if label is None:
-            msg = (
-                f"body {name!r} of {file} has no material; name it in the material table, or give "
-                "one material for the whole file."
-            )
-            raise GeometryError(msg)
-        labels[name] = label
-    return labels
+    labels = {name: by_name.get(name, material) or own.get(name) for name in names}
+    without = [name for name, label in labels.items() if label is None]
+    if without:
+        guessed = [(name, (guess_material(name) or (USUAL,))[0]) for name in without]
+        lines = ", ".join(f'{toml_key(name)} = "{label}"' for name, label in guessed)
+        which = (
+            f"body {without[0]!r} of {file} has"
+            if len(without) == 1
+            else (f"{len(without)} bodies of {file} have")
+        )
+        msg = (
+            f"{which} no material; give one for the whole file, or paste into [room] and correct: "
+            f"materials = {{ {lines} }}"
+        )
+        raise GeometryError(msg)
+    return {name: label for name, label in labels.items() if label is not None}
+
+
+def toml_key(name: str) -> str:
+    """Return a name as a key of TOML: in quotes where it needs them.
+
+    Parameters
+    ----------
+    name : Of a body.
+    """
+    if re.fullmatch(r"[A-Za-z0-9_-]+", name):
+        return name
+    return '"' + name.replace("\\", "\\\\").replace('"', '\\"') + '"'
 
 
 def _refuse_far_float32(file: Path, rounding_m: Mapping[str, float]) -> None:
@@ -300,165 +448,6 @@ def _refuse_far_float32(file: Path, rounding_m: Mapping[str, float]) -> None:
             "room.origin_m), or with all digits of float64, as OBJ."
         )
         raise GeometryError(msg)
-
-
-def _read_with_trimesh(
-    file: Path, kind: str, own: dict[str, str], stored: dict[str, float]
-) -> tuple[list[Part], str | None]:
-    """Return the named, placed meshes of a file and its unit.
-
-    ``own`` gets the materials in it, ``stored`` the rounding [unit of the file] seen in it.
-    """
-    try:
-        with _silenced():
-            parts, declared = _parts_of_scene(file, kind, own, stored)
-            _refuse_lost_triangles(file, kind, parts)
-            return parts, declared
-    except GeometryError:
-        raise
-    except Exception as exc:  # trimesh's readers raise anything at all on a damaged file
-        reason = str(exc) if isinstance(exc, ImportError) else "it is damaged or not complete"
-        msg = f"{file} cannot be read as a {kind.upper()} mesh ({reason}); export it again."
-        raise GeometryError(msg) from exc
-
-
-@contextmanager
-def _silenced() -> Iterator[None]:
-    """Keep from the user what trimesh and NumPy say to a damaged file, which Octant refuses."""
-    log, nowhere = logging.getLogger("trimesh"), logging.NullHandler()
-    before, log.propagate = log.propagate, False
-    log.addHandler(nowhere)
-    try:
-        with warnings.catch_warnings(), np.errstate(all="ignore"):
-            warnings.simplefilter("ignore")
-            # NumPy says so, and goes on, when a text file ends in the middle of a number.
-            warnings.filterwarnings("error", message=".*could not be read to its end.*")
-            yield
-    finally:
-        log.removeHandler(nowhere)
-        log.propagate = before
-
-
-def _refuse_lost_triangles(file: Path, kind: str, parts: Sequence[Part]) -> None:
-    """Refuse an STL text of which trimesh has left out a solid, as one that is cut off."""
-    data = file.read_bytes() if kind == "stl" else b""
-    if not data.lstrip().lower().startswith(b"solid") or b"\0" in data:
-        return
-    corners = len(re.findall(rb"^\s*vertex\s", data, re.IGNORECASE | re.MULTILINE))
-    if corners != 3 * sum(len(faces) for _, _, faces in parts):
-        msg = f"{file} names {corners} corners, not all within whole solids; export it again."
-        raise GeometryError(msg)
-
-
-def _parts_of_scene(
-    file: Path, kind: str, own: dict[str, str], stored: dict[str, float]
-) -> tuple[list[Part], str | None]:
-    """Return what `_read_with_trimesh` does, with the errors of trimesh."""
-    import trimesh
-
-    node_names = _gltf_node_names(file) if kind in GLTF else None
-    options: dict[str, Any] = {"postprocess": False} if kind == "3mf" else {}
-    scene = trimesh.load_scene(str(file), process=False, **options)
-    order = {name: i for i, name in enumerate(scene.geometry)}
-    found: list[tuple[int, Part]] = []
-    used: set[str] = set()
-    declared = "m" if kind in GLTF else None
-    for node in scene.graph.nodes_geometry:
-        matrix, geometry_name = scene.graph[node]
-        mesh = scene.geometry[geometry_name]
-        if not isinstance(mesh, trimesh.Trimesh) or len(mesh.faces) == 0:
-            continue
-        if kind == "3mf":
-            declared = str(mesh.metadata.get("units", "millimeter"))
-        name = _body_name(file, scene, node, geometry_name, node_names, single=len(order) == 1)
-        vertices = np.asarray(mesh.vertices, dtype=np.float64)
-        faces = np.asarray(mesh.faces, dtype=np.int64)
-        rounding = observed_rounding(vertices)
-        vertices = vertices @ matrix[:3, :3].T + matrix[:3, 3]
-        if np.linalg.det(matrix[:3, :3]) < 0.0:  # a mirrored instance would turn inside out
-            faces = faces[:, ::-1]
-        name = unused_name(name, used)
-        stored[name] = rounding * float(np.linalg.norm(matrix[:3, :3], 2))
-        found.append((order[geometry_name], (name, vertices, faces)))
-        label = getattr(getattr(mesh.visual, "material", None), "name", None)
-        if kind in GLTF and label:
-            own[name] = str(label)
-    return [part for _, part in sorted(found, key=lambda item: item[0])], declared
-
-
-def _body_name(
-    file: Path,
-    scene: Any,  # noqa: ANN401  (trimesh.Scene; trimesh is imported only when a file is read)
-    node: str,
-    geometry_name: str,
-    node_names: frozenset[str] | None,
-    *,
-    single: bool,
-) -> str:
-    """Return what to call the body at a node of a scene."""
-    mesh = scene.geometry[geometry_name]
-    if node_names is not None and mesh.metadata.get("from_gltf_primitive"):
-        # One glTF mesh of several materials: trimesh names the pieces at random.
-        owner = str(scene.graph.transforms.parents[node])
-        label = getattr(getattr(mesh.visual, "material", None), "name", None)
-        return f"{owner}.{label}" if label else f"{owner}.{geometry_name}"
-    if node_names is not None:
-        return node if node in node_names else geometry_name
-    if single and node == geometry_name == file.name:  # the format carries no name at all
-        return file.stem
-    return node
-
-
-def _gltf_node_names(path: Path) -> frozenset[str]:
-    """Return the nodes' names in a GLB or GLTF file; refuse geometry that trimesh does not decode.
-
-    Refused: not glTF 2, compressed meshes, normalised integer or sparse positions, triangle fans.
-    """
-    header = _read_header(path)
-    for extension in header.get("extensionsRequired", []):
-        if not str(extension).startswith(_HARMLESS):
-            msg = (
-                f"{path} needs the glTF extension {extension}, which Octant does not read; export "
-                "it again without compression or instancing."
-            )
-            raise GeometryError(msg)
-    accessors = header.get("accessors", [])
-    for mesh in header.get("meshes", []):
-        for primitive in mesh.get("primitives", []):
-            position = primitive.get("attributes", {}).get("POSITION")
-            accessor = accessors[position] if position is not None else {}
-            if (
-                accessor.get("normalized")
-                or "sparse" in accessor
-                or primitive.get("mode") == _TRIANGLE_FAN
-            ):
-                msg = (
-                    f"mesh {mesh.get('name', '?')!r} of {path} is stored as normalised integers, "
-                    "sparse positions or a triangle fan, which Octant does not read; export it "
-                    "again as plain triangles."
-                )
-                raise GeometryError(msg)
-    return frozenset(str(n["name"]) for n in header.get("nodes", []) if "name" in n)
-
-
-def _read_header(path: Path) -> dict[str, Any]:
-    """Return the JSON part of a GLB or GLTF file."""
-    data = path.read_bytes()
-    try:
-        if data[:4] == _GLB_MAGIC:
-            version, _, length = struct.unpack("<3I", data[4:16])
-            if version != 2:
-                msg = f"version {version}"
-                raise ValueError(msg)
-            data = data[20 : 20 + length]
-        header = json.loads(data.decode("utf-8-sig"))
-    except (ValueError, struct.error) as exc:
-        msg = f"{path} cannot be read as glTF 2 ({exc}); check that it is a .glb or .gltf file."
-        raise GeometryError(msg) from exc
-    if not isinstance(header, dict):
-        msg = f"{path} cannot be read as glTF 2; check that it is a .glb or .gltf file."
-        raise GeometryError(msg)
-    return header
 
 
 def save_bodies(

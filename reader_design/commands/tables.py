@@ -2,7 +2,7 @@
 
 import math
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import click
 from msgspec import Meta
@@ -48,9 +48,18 @@ def materials(frequency_ghz: float) -> None:
 @click.command()
 @click.argument("mesh", type=click.Path(path_type=Path))
 @click.option("--unit", help="Length unit of the file (m, cm, mm, in ...), if it declares none.")
-def audit(mesh: Path, unit: str | None) -> None:
-    """Say what is wrong with a MESH file, and what it means for rays."""
+@click.option(
+    "--up",
+    type=click.Choice(["y", "z", "auto"]),
+    help="Vertical axis of the file; by default that of its format, auto as it is guessed.",
+)
+def audit(mesh: Path, unit: str | None, up: Literal["y", "z", "auto"] | None) -> None:
+    """Say what is wrong with a MESH file, and what it means for rays.
+
+    Also the bodies, how many flat faces they make in the scene, and which unit and vertical axis
+    the file seems to have, with the reason.
+    """
     from octant.reader_design.face.materials import audit as audited
 
-    for line in audited(mesh, unit=unit).lines():
+    for line in audited(mesh, unit=unit, up=up).lines():
         click.echo(line)

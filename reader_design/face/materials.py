@@ -3,7 +3,7 @@
 import math
 import warnings
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -89,12 +89,16 @@ class Audit:
         return text_html(repr(self))
 
 
-def audit(mesh: str | Path, *, unit: str | None = None) -> Audit:
+def audit(
+    mesh: str | Path, *, unit: str | None = None, up: Literal["y", "z", "auto"] | None = None
+) -> Audit:
     """Return what is wrong with a mesh file, and what it means for rays.
 
     Parameters
     ----------
-    mesh, unit : The file, in any format of trimesh; its length unit, if it declares none.
+    mesh, unit : The file, in any format that `Room.load` reads; its length unit, if it is neither
+        declared nor guessed right.
+    up : Its vertical axis; by default that of the format, ``auto`` as it is guessed.
 
     Examples
     --------
@@ -103,4 +107,4 @@ def audit(mesh: str | Path, *, unit: str | None = None) -> Audit:
     >>> report.found.faces
     12
     """
-    return Audit(audit_mesh(mesh, unit=unit))
+    return Audit(audit_mesh(mesh, unit=unit, up=up))

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from octant.geometries.bodies import place
 from octant.geometries.errors import ConfigError
+from octant.geometries.mesh_files import Reading, frame_of
 from octant.navigation.robot.floor import RobotSpace, footprint
 from octant.reader_design.face.materials import Audit
 from octant.reader_design.face.materials import audit as audit_file
@@ -130,21 +131,41 @@ class Room(StudyTable):
         materials: Mapping[str, Material] | None = None,
         origin_m: Sequence[float] = (0.0, 0.0, 0.0),
         objects: Sequence[Mapping[str, Any]] = (),
+        geometry: str | None = None,
+        height_m: float | None = None,
+        resource_path: Sequence[str | Path] = (),
     ) -> Self:
         """Return a room from a mesh file, or from several.
 
         Parameters
         ----------
-        file : A file of any format that trimesh reads, or a Mitsuba scene; or several files, each
-            with the keys of a table ``[[room.mesh]]``.
-        unit : Length unit of the file (m, cm, mm, in ...), unless the format declares one.
-        up : {"y", "z"} — The file's vertical axis; by default y for GLB and GLTF, z for the others.
+        file : A file of any format that trimesh reads, a Mitsuba scene, DAE, an SDF or URDF world,
+            a floor plan (YAML of a map, DXF); or several files, each with the keys of a table
+            ``[[room.mesh]]``.
+        unit : Length unit of the file (m, cm, mm, in ...), unless the format declares one; ``auto``
+            guesses it from the size, for reasons that `octant.audit` says.
+        up : {"y", "z", "auto"} — The file's vertical axis; by default y for GLB and GLTF, what a
+            DAE says, z for the others; ``auto`` guesses it from names and size.
         materials, material : Material by name of the body in the file; that of all other bodies.
         origin_m, objects : Where the file's origin lies, (3,) [m]; as in `box`.
+        geometry, height_m, resource_path : Keys of the table ``[room]``: ``visual`` or
+            ``collision`` of a world; height of a floor plan's walls [m]; folders of models.
         """
         several = not isinstance(file, str | Path)
+        if isinstance(file, str | Path) and "auto" in (unit, up):
+            reading = Reading(
+                geometry="collision" if geometry == "collision" else "visual",
+                height_m=height_m,
+                resource_path=tuple(str(folder) for folder in resource_path),
+            )
+            guess = frame_of(file, reading=reading)
+            unit = guess.unit if unit == "auto" else unit
+            up = guess.up if up == "auto" else up
         return cls(
             mesh=file if several else str(file),
+            geometry=geometry,
+            height_m=height_m,
+            resource_path=[str(folder) for folder in resource_path],
             unit=unit,
             up=up,
             material=material,
@@ -173,8 +194,8 @@ class Room(StudyTable):
             )
             raise ConfigError(msg)
         if isinstance(mesh, str):
-            return audit_file(mesh, unit=self.table.unit)
-        return tuple(audit_file(part.file, unit=part.unit) for part in mesh)
+            return audit_file(mesh, unit=self.table.unit, up=self.table.up)
+        return tuple(audit_file(part.file, unit=part.unit, up=part.up) for part in mesh)
 
     def paths(
         self,

@@ -143,4 +143,15 @@ def _text_parts(text: str) -> Iterable[bytes]:
     if os.path.isabs(text) and "\n" not in text and os.path.isfile(text):  # noqa: PTH117, PTH113
         files = (Path(text), *files_named(text))
         return b"file ", *(hashlib.sha256(file.read_bytes()).digest() for file in files)
+    if os.path.isabs(text) and "\n" not in text and os.path.isdir(text):  # noqa: PTH117, PTH112
+        return b"folder ", *_listing(Path(text))
     return b"text ", text.encode()
+
+
+def _listing(folder: Path) -> Iterable[bytes]:
+    """Yield name, size and time of change of each file below a folder of models."""
+    for file in sorted(folder.rglob("*")):
+        if file.is_file():
+            found = file.stat()
+            line = f"{file.relative_to(folder)} {found.st_size} {found.st_mtime_ns} "
+            yield line.encode()

@@ -9,7 +9,7 @@ import numpy as np
 from octant.em.medium.materials import Material, material
 from octant.geometries.bodies import Body
 from octant.geometries.furniture import box, cabinet, cylinder, sphere
-from octant.geometries.mesh_files import load_bodies, mesh_object
+from octant.geometries.mesh_files import Reading, load_bodies, mesh_object
 from octant.geometries.rooms import Doorway, box_room, prism_room
 from octant.reader_design.study_file.materials import (
     material_arguments,
@@ -51,7 +51,15 @@ def room_bodies(room: Room) -> tuple[Body, ...]:
     if room.free_space:
         return ()
     if isinstance(room.mesh, str):
-        only = RoomMesh(file=room.mesh, unit=room.unit, up=room.up, materials=room.materials)
+        only = RoomMesh(
+            file=room.mesh,
+            unit=room.unit,
+            up=room.up,
+            materials=room.materials,
+            geometry=room.geometry,
+            height_m=room.height_m,
+            resource_path=room.resource_path,
+        )
         return _moved(_loaded(only, room.material), room.origin_m)
     if room.mesh is not None:
         loaded = [body for mesh in room.mesh for body in _loaded(mesh, room.material)]
@@ -112,6 +120,11 @@ def _loaded(mesh: RoomMesh, default: str | RoomMaterial | None) -> tuple[Body, .
         up=mesh.up,
         material=None if given is None else material_label(given),
         materials_by_name={name: material_label(spec) for name, spec in mesh.materials.items()},
+        reading=Reading(
+            geometry=mesh.geometry or "visual",
+            height_m=mesh.height_m,
+            resource_path=mesh.resource_path,
+        ),
     )
 
 

@@ -118,9 +118,13 @@ def resolved(study: Study, *, directory: Path) -> Study:
     study : A checked study.
     directory : Where relative mesh files are looked for.
     """
+    rooms = [study.room, *(layout.room for layout in study.layouts if layout.room is not None)]
+    folders = {folder for room in rooms for folder in _resource_folders(room)}
 
     def absolute(file: str) -> str:
         full = Path(os.path.normpath(directory / file))
+        if full.is_dir() and file in folders:
+            return str(full)
         if not full.is_file():
             msg = f"the file {file!r} does not exist in {directory}; give an existing file."
             raise ConfigError(msg)
@@ -208,6 +212,11 @@ def _tried(
     raise ConfigError(msg) from refusal
 
 
+def _resource_folders(room: Room) -> tuple[str, ...]:
+    meshes = room.mesh if isinstance(room.mesh, tuple) else ()
+    return (*room.resource_path, *(folder for m in meshes for folder in m.resource_path))
+
+
 def _refuse_infinite(value: Any, path: tuple[str | int, ...]) -> None:  # noqa: ANN401
     if isinstance(value, dict):
         for key, item in value.items():
@@ -237,9 +246,20 @@ def _with_files(study: Study, convert: Any, *, axes: bool = True) -> Study:  # n
         if isinstance(mesh, str):
             mesh = convert(mesh)
         elif mesh is not None:
-            mesh = tuple(replace(m, file=convert(m.file)) for m in mesh)
+            mesh = tuple(
+                replace(
+                    m,
+                    file=convert(m.file),
+                    resource_path=tuple(convert(folder) for folder in m.resource_path),
+                )
+                for m in mesh
+            )
         return replace(
-            room, mesh=mesh, material=room_material(room), objects=of_objects(room.objects)
+            room,
+            mesh=mesh,
+            resource_path=tuple(convert(folder) for folder in room.resource_path),
+            material=room_material(room),
+            objects=of_objects(room.objects),
         )
 
     def of_layout(layout: Layout) -> Layout:
@@ -282,8 +302,9 @@ def _named(value: Any, named: Any) -> Any:  # noqa: ANN401  named: str -> str
 
 
 def _tidy_room(room: dict[str, Any]) -> None:
-    for key in ("materials", "object", "doorway"):
+    for key in ("materials", "object", "doorway", "resource_path"):
         room[key] = room[key] or None
     for mesh in room["mesh"] if isinstance(room["mesh"], list | tuple) else ():
-        mesh["materials"] = mesh["materials"] or None
+        for key in ("materials", "resource_path"):
+            mesh[key] = mesh[key] or None
     room["free_space"] = room["free_space"] or None

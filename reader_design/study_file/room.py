@@ -21,6 +21,7 @@ from octant.reader_design.study_file.quantities import (
 )
 
 UpAxis = Literal["y", "z"]
+WorldGeometry = Literal["visual", "collision"]
 
 
 class Table(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -197,6 +198,10 @@ class RoomMesh(Table, frozen=True, kw_only=True):
     up : The file's vertical axis, ``y`` or ``z``; None: y for GLB and GLTF, z for the others.
     material : Material of every body that ``materials`` does not name.
     materials : Material by the name of the body in the file.
+    geometry : Of SDF and URDF files: ``visual``, what is seen, or ``collision``.
+    height_m : Height of the walls of a floor plan (YAML of a map, DXF) [m]; None: 2.5 m.
+    resource_path : Folders in which an SDF or URDF file finds ``model://`` and ``package://``,
+        besides its own, its ``models`` folders and those of GZ_SIM_RESOURCE_PATH.
     """
 
     file: FileName
@@ -204,6 +209,9 @@ class RoomMesh(Table, frozen=True, kw_only=True):
     up: UpAxis | None = None
     material: MaterialSpec | None = None
     materials: dict[Word, MaterialSpec] = {}
+    geometry: WorldGeometry | None = None
+    height_m: Extent | None = None
+    resource_path: Annotated[tuple[FileName, ...], Meta(max_length=100)] = ()
 
 
 class DoorwayTable(Table, frozen=True, kw_only=True):
@@ -233,10 +241,12 @@ class Room(Table, frozen=True, kw_only=True):
     ----------
     box_m : (3,) tuple of float or None — Inner size of a box room along x, y and z [m].
     outline_m : Corners (x, y) of a room of any outline with vertical walls [m], at least three.
-    height_m : Height of the room that ``outline_m`` describes [m].
-    mesh : Mesh file, or several ``[[room.mesh]]`` tables.
+    height_m : Height of the room that ``outline_m`` describes, or of the walls where ``mesh`` is a
+        floor plan (YAML of a map, DXF; None: 2.5 m) [m].
+    mesh : Mesh file, SDF or URDF world, or floor plan; or several ``[[room.mesh]]`` tables.
     unit : Length unit of ``mesh`` where that is one file.
     up : Vertical axis of ``mesh``, ``y`` or ``z``, where that is one file.
+    geometry, resource_path : As in ``[[room.mesh]]``, where ``mesh`` is one file.
     free_space : True: no room at all, only the objects.
     origin_m : (3,) tuple of float — Where the lowest corner of ``box_m``, the origin of
         ``outline_m`` or of the meshes lies [m].
@@ -254,6 +264,8 @@ class Room(Table, frozen=True, kw_only=True):
     mesh: FileName | tuple[RoomMesh, ...] | None = None
     unit: Word | None = None
     up: UpAxis | None = None
+    geometry: WorldGeometry | None = None
+    resource_path: Annotated[tuple[FileName, ...], Meta(max_length=100)] = ()
     free_space: bool = False
     origin_m: Point = (0.0, 0.0, 0.0)
     floor_m: Coordinate | None = None

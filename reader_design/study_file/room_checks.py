@@ -1,6 +1,7 @@
 """What one key of a room demands of another: ``[room]``, its objects, and those of layouts."""
 
 from collections.abc import Iterator
+from pathlib import PurePath
 
 from octant.geometries.errors import ConfigError, GeometryError
 from octant.reader_design.study_file.materials import SURFACES, material_arguments
@@ -11,6 +12,9 @@ from octant.reader_design.study_file.room import (
     RoomMesh,
 )
 from octant.reader_design.study_file.schema import Study
+
+PLANS, WORLDS = ("yaml", "yml", "dxf"), ("sdf", "world", "urdf")
+"""Extensions of floor plans, and of worlds, as `octant.geometries.mesh_files` reads them."""
 
 
 def check_rooms(study: Study, *, shapes: bool) -> None:
@@ -76,8 +80,16 @@ def _check_room(path: str, room: Room, *, shapes: bool) -> None:
 
 def _check_belongs(path: str, room: Room, kind: str) -> None:
     one_file = isinstance(room.mesh, str)
+    is_plan = isinstance(room.mesh, str) and _suffix(room.mesh) in PLANS
+    is_world = isinstance(room.mesh, str) and _suffix(room.mesh) in WORLDS
     needs = {
-        "height_m": (room.height_m is not None, kind == "outline_m", "outline_m"),
+        "height_m": (
+            room.height_m is not None,
+            kind == "outline_m" or is_plan,
+            "outline_m or a floor plan (.yaml, .dxf)",
+        ),
+        "geometry": (room.geometry is not None, is_world, "mesh = FILE.sdf, .world or .urdf"),
+        "resource_path": (bool(room.resource_path), is_world, "mesh = FILE.sdf, .world or .urdf"),
         "unit": (room.unit is not None, one_file, "mesh = FILE"),
         "up": (room.up is not None, one_file, "mesh = FILE"),
         "materials": (bool(room.materials), one_file, "mesh = FILE"),
@@ -87,7 +99,8 @@ def _check_belongs(path: str, room: Room, kind: str) -> None:
     }
     for key, (given, fits, owner) in needs.items():
         if given and not fits:
-            msg = f"{path}.{key} is given, but it belongs to {owner} only, and this room is {kind}."
+            this = f"a {_suffix(room.mesh)} file" if isinstance(room.mesh, str) else kind
+            msg = f"{path}.{key} is given, but it belongs to {owner} only, and this room is {this}."
             raise ConfigError(msg)
     if kind == "outline_m" and room.height_m is None:
         msg = f"{path}.height_m is missing, but a room given by outline_m needs its height in m."
@@ -96,9 +109,28 @@ def _check_belongs(path: str, room: Room, kind: str) -> None:
         msg = f"{path}.mesh is an empty list, but a room needs at least one mesh file."
         raise ConfigError(msg)
     for i, mesh in enumerate(room.mesh if isinstance(room.mesh, tuple) else ()):
+        _check_mesh_keys(f"{path}.mesh[{i}]", mesh)
         _check_mesh_material(f"{path}.mesh[{i}]", mesh, room)
     if isinstance(room.mesh, str) and room.material is None and not room.materials:
         _check_own_materials(path, room.mesh)
+
+
+def _check_mesh_keys(path: str, mesh: RoomMesh) -> None:
+    kind = _suffix(mesh.file)
+    keys = {
+        "height_m": (mesh.height_m is not None, PLANS),
+        "geometry": (mesh.geometry is not None, WORLDS),
+        "resource_path": (bool(mesh.resource_path), WORLDS),
+    }
+    for key, (given, kinds) in keys.items():
+        if given and kind not in kinds:
+            listed = ", ".join(f".{k}" for k in kinds)
+            msg = f"{path}.{key} is given, but it belongs to {listed} files, and this is .{kind}."
+            raise ConfigError(msg)
+
+
+def _suffix(file: str) -> str:
+    return PurePath(file).suffix.lower().removeprefix(".")
 
 
 def _check_own_materials(path: str, file: str) -> None:
