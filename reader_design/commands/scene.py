@@ -71,8 +71,8 @@ def scene(
     from octant.reader_design.face.paths import Paths
     from octant.reader_design.face.room import scene_picture
     from octant.reader_design.face.scene_glb import write_scene
-    from octant.reader_design.face.scene_picture import View
     from octant.reader_design.setting.setting import build_setting
+    from octant.reader_design.showing.scene_picture import View
     from octant.reader_design.showing.style import save_figure
     from octant.reader_design.study_file.loading import load_study
 

@@ -20,13 +20,13 @@ from octant.em.search.candidates import Candidates
 from octant.geometries.errors import ConfigError
 from octant.geometries.scene import Scene
 from octant.geometries.tolerances import LENGTHS
-from octant.reader_design.face.scene_picture import ColourBy, DrawnPaths, View, scene_figure
 from octant.reader_design.face.shown import text_html
 from octant.reader_design.setting.advice import solid_wall_notes
 from octant.reader_design.setting.antennas import named_antenna
 from octant.reader_design.setting.placing import place_antenna
 from octant.reader_design.setting.setting import Setting, build_setting
 from octant.reader_design.showing.netcdf import variable
+from octant.reader_design.showing.scene_picture import ColourBy, DrawnPaths, View, scene_figure
 from octant.reader_design.showing.tables import put_table
 from octant.reader_design.study_file.schema import Study
 

@@ -101,7 +101,7 @@ class Reader(StudyTable):
     def plot(self) -> "Figure":
         """Return a picture of the reader's metal and antennas."""
         from octant.geometries.scene import build_scene
-        from octant.reader_design.face.scene_picture import scene_figure
+        from octant.reader_design.showing.scene_picture import scene_figure
 
         design = self.table
         body = design.body()

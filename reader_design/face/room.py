@@ -18,7 +18,6 @@ from octant.reader_design.face.paths import End, Paths, path_link, paths_title
 from octant.reader_design.face.reader import Reader
 from octant.reader_design.face.rss_map import MapWanted, map_rss, pose_dataset, with_dbm
 from octant.reader_design.face.scene_glb import write_scene
-from octant.reader_design.face.scene_picture import ColourBy, View, scene_figure
 from octant.reader_design.face.shown import figure_html, progress_of, text_html
 from octant.reader_design.face.tables import (
     StudyTable,
@@ -33,6 +32,7 @@ from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.setting.map_grid import map_axes_m
 from octant.reader_design.setting.setting import Setting, build_setting
 from octant.reader_design.showing.rasters import Raster, write_occupancy
+from octant.reader_design.showing.scene_picture import ColourBy, View, scene_figure
 from octant.reader_design.study_file.room import Room as RoomTable
 from octant.reader_design.study_file.schema import Study
 

@@ -17,7 +17,7 @@ from octant.geometries.scene import Scene
 from octant.geometries.tolerances import LENGTHS
 
 if TYPE_CHECKING:
-    from octant.reader_design.face.scene_picture import DrawnPaths
+    from octant.reader_design.showing.scene_picture import DrawnPaths
 
 FloatArray = npt.NDArray[np.float64]
 

@@ -12,8 +12,8 @@ from octant.geometries.appearance import looks_of
 from octant.geometries.errors import ConfigError
 from octant.geometries.scene import Scene
 from octant.geometries.tolerances import LENGTHS
-from octant.reader_design.face.scene_faces import Face, hidden_points, scene_faces
 from octant.reader_design.showing.plan import TAG_COLOUR
+from octant.reader_design.showing.scene_faces import Face, hidden_points, scene_faces
 from octant.reader_design.showing.style import figure_style, math_text
 
 if TYPE_CHECKING:
