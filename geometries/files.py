@@ -2,7 +2,7 @@
 
 import os
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -72,6 +72,25 @@ def write_text(path: Path, text: str, *, force: bool = True) -> None:
     refuse_overwrite(path, force=force)
     with whole_file(path) as part:
         part.write_text(text, "utf-8", newline="")
+
+
+def put_finished(made: Mapping[Path, Path], *, force: bool) -> bool:
+    """Return whether files were put in their places; False when the same ones are there already.
+
+    Parameters
+    ----------
+    made : Finished file by the place where it belongs.
+    force : Replace files that are there and differ; else refused.
+    """
+    there = {place for place in made if place.is_file()}
+    same = {place for place in there if place.read_bytes() == made[place].read_bytes()}
+    if len(same) == len(made) and not force:
+        return False
+    refuse_overwrite(*(place for place in made if place not in same), force=force)
+    for place, file in made.items():
+        with whole_file(place) as part:
+            part.write_bytes(file.read_bytes())
+    return True
 
 
 def _umask() -> int:

@@ -13,10 +13,12 @@ from collections.abc import Sequence
 from typing import Any, TextIO
 
 import click
+from click.shell_completion import CompletionItem
 
 from octant.geometries.errors import CacheWarning, OctantError, PhysicsWarning
 from octant.geometries.names import nearest_name
 from octant.reader_design.compilation import HOW_TO_GIVE_A_PLACE, NO_PLACE_FOR_KERNELS
+from octant.reader_design.terminal.colour import Kind, painted
 
 VERBS = {
     "study": (
@@ -29,12 +31,12 @@ VERBS = {
     ),
     "map": ("commands.map:radio_map", "Received power over the floor of a room."),
     "paths": ("commands.paths:paths", "Every path between a transmitter and receivers."),
-    "explain": ("commands.paths:explain", "One path's budget in dB, interaction by interaction."),
+    "explain": ("commands.explain:explain", "One path's budget in dB, interaction by interaction."),
     "scene": (
         "commands.scene:scene",
         "The room as a GLB file and as a picture, with paths drawn.",
     ),
-    "rss": ("commands.paths:rss", "What each antenna of the reader receives, pose by pose."),
+    "rss": ("commands.rss:rss", "What each antenna of the reader receives, pose by pose."),
     "reader": (
         "commands.reader:reader",
         "The reader by itself: impedances, S-matrix, patterns.",
@@ -65,6 +67,10 @@ VERBS = {
         "Compile everything now, so that no command waits for it.",
     ),
     "materials": ("commands.tables:materials", "The table of materials."),
+    "completion": (
+        "commands.completion:completion",
+        "What lets the shell complete verbs, options, tags, materials, files.",
+    ),
 }
 CONTEXT = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
 
@@ -97,6 +103,8 @@ class VerbGroup(click.Group):
         if cmd_name.startswith("-"):
             return None
         if cmd_name not in VERBS:
+            if ctx.resilient_parsing:  # the shell completes what is not a verb yet
+                return None
             near = nearest_name(cmd_name, VERBS, least_likeness=0.5)
             hint = f"did you mean {near!r}?" if near else f"the verbs are {', '.join(VERBS)}."
             msg = f"there is no verb {cmd_name!r}; {hint}"
@@ -105,6 +113,21 @@ class VerbGroup(click.Group):
         command = getattr(importlib.import_module(f"{__package__}.{module}"), name)
         assert isinstance(command, click.Command)  # noqa: S101  the table above names commands only
         return command
+
+    def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
+        """Return the verbs that begin so, without importing them, or the options.
+
+        Parameters
+        ----------
+        ctx, incomplete : Of the call; what is typed so far.
+        """
+        if incomplete.startswith("-"):
+            return super().shell_complete(ctx, incomplete)
+        return [
+            CompletionItem(name, help=text)
+            for name, (_, text) in VERBS.items()
+            if name.startswith(incomplete)
+        ]
 
     def invoke(self, ctx: click.Context) -> int | None:
         """Return the exit code; when the program that reads stdout has ended, that is no error.
@@ -151,7 +174,8 @@ def _version(ctx: click.Context, _parameter: click.Parameter, wanted: bool) -> N
     context_settings=CONTEXT,
     invoke_without_command=True,
     epilog="Exit codes: 0 done, 2 bad input, 3 finished with failed cells, 130 interrupted. "
-    "See 'octant VERB --help'.",
+    "See 'octant VERB --help'. 'octant completion --help' says how the shell completes verbs, "
+    "options, tags, materials and files.",
 )
 @click.option(
     "--version",
@@ -186,11 +210,11 @@ def run(arguments: Sequence[str] | None = None) -> int:
             )
         except _EXPECTED as exc:
             line, code = _ending(exc)
-            sys.stderr.write(" ".join(line.split()) + "\n")
+            _say(" ".join(line.split()), "error")
         except RuntimeError as exc:
             if not str(exc).startswith(NO_PLACE_FOR_KERNELS):
                 raise
-            sys.stderr.write(f"error: {HOW_TO_GIVE_A_PLACE}\n")
+            _say(f"error: {HOW_TO_GIVE_A_PLACE}", "error")
             code = 2
     return code if isinstance(code, int) else 0
 
@@ -242,6 +266,12 @@ def _memory_text(exc: MemoryError) -> str:
     )
 
 
+def _say(line: str, kind: Kind) -> None:
+    """Write a line to stderr, its first word in colour where the terminal takes it."""
+    word, _, rest = line.partition(" ")
+    sys.stderr.write(f"{painted(word, kind, sys.stderr)} {rest}\n")
+
+
 def _warning_printer(seen: set[str]) -> Any:  # noqa: ANN401  the signature is Python's own
     def show(  # noqa: PLR0917
         message: Warning | str,
@@ -257,6 +287,6 @@ def _warning_printer(seen: set[str]) -> Any:  # noqa: ANN401  the signature is P
         text = " ".join(str(message).split())
         if text not in seen:
             seen.add(text)
-            sys.stderr.write(f"warning: {text}\n")
+            _say(f"warning: {text}", "warning")
 
     return show

@@ -1,7 +1,8 @@
 """Parameter types and options that several verbs share."""
 
 import math
-from collections.abc import Callable
+import sys
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import wraps
 from pathlib import Path
@@ -13,9 +14,12 @@ from octant.em.blocks import free_memory_bytes
 from octant.geometries.errors import ConfigError
 from octant.reader_design.cli import InterruptedRunError
 from octant.reader_design.keeping.progress import Progress
+from octant.reader_design.terminal.colour import Kind, painted
+from octant.reader_design.terminal.completion import built_in_studies, files
 
 if TYPE_CHECKING:
     from octant.reader_design.setting.cost import Cost
+    from octant.reader_design.study_file.schema import Study
 
 Decorated = TypeVar("Decorated", bound=Callable[..., Any])
 
@@ -182,13 +186,70 @@ def common_options(command: Decorated) -> Decorated:
             return command(*args, quiet=quiet, **options)
 
     force = click.option("--force", is_flag=True, help="Overwrite files that exist.")
-    quiet = click.option("--quiet", "-q", is_flag=True, help="No progress and no messages.")
     yes = click.option(
         "--yes",
         is_flag=True,
         help=f"Start although more than {LONGEST_S / 3600.0:g} h are expected.",
     )
-    return cast("Decorated", quiet(force(yes(announcing))))
+    return cast("Decorated", quiet_option(force(yes(announcing))))
+
+
+quiet_option = click.option("--quiet", "-q", is_flag=True, help="No progress and no messages.")
+
+json_option = click.option(
+    "--json",
+    "as_json",
+    is_flag=True,
+    help="Print the result as one JSON document, and nothing else, on stdout.",
+)
+
+dry_run_option = click.option(
+    "--dry-run", is_flag=True, help="Say what would be computed, and leave."
+)
+
+STUDY_ARGUMENT = click.argument(
+    "study",
+    type=click.Path(path_type=Path),
+    required=False,
+    shell_complete=files(".toml", names=built_in_studies),
+)
+"""A study file, or the name of a built-in study; without it the built-in one that serves."""
+
+
+def study_argument(command: Decorated) -> Decorated:
+    """Return a command that takes STUDY: a file, a built-in study's name, or neither.
+
+    Parameters
+    ----------
+    command : With the parameter ``study``, a path or None.
+    """
+    return STUDY_ARGUMENT(command)
+
+
+def out_option(default: str, help_text: str = "Folder for results.") -> Callable[[Any], Any]:
+    """Return the decorator for ``--out``.
+
+    Parameters
+    ----------
+    default, help_text : Folder without the option; its line of help.
+    """
+    place = click.Path(path_type=Path)
+    return click.option(
+        "--out", type=place, default=Path(default), show_default=True, help=help_text
+    )
+
+
+def seed_option(command: Decorated) -> Decorated:
+    """Return a command that takes ``--seed``.
+
+    Parameters
+    ----------
+    command : With the parameter ``seed``, a number or None.
+    """
+    from octant.reader_design.study_file.quantities import Seed
+
+    text = "Seed of all random numbers; default: the study's."
+    return click.option("--seed", type=number(Seed), metavar="N", help=text)(command)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -200,6 +261,7 @@ class RunOptions:
     out, force : Folder of the results; whether they replace those of another study.
     workers : Processes of this machine; None: one for each core.
     cluster : Address of a dask scheduler, or ``local:N``; in place of ``workers``.
+    seed : Of all random numbers; None: the study's.
     dry_run, quiet : Only say what would be computed; no progress and no messages.
     """
 
@@ -207,6 +269,7 @@ class RunOptions:
     force: bool
     workers: int | None
     cluster: str | None
+    seed: int | None
     dry_run: bool
     quiet: bool
 
@@ -214,6 +277,17 @@ class RunOptions:
     def progress(self) -> Progress:
         """Bars and messages on stderr, unless quiet."""
         return Progress(quiet=self.quiet)
+
+    def seeded(self, study: "Study") -> "Study":
+        """Return the study with the seed that was asked for.
+
+        Parameters
+        ----------
+        study : As loaded.
+        """
+        from msgspec.structs import replace
+
+        return study if self.seed is None else replace(study, seed=self.seed)
 
     def approve(self, cost: "Cost") -> None:
         """Say or refuse what the experiment takes on these workers, as `approve` does.
@@ -235,23 +309,28 @@ class Ended:
     Parameters
     ----------
     lines, failed : What a person wants to read; whether some cases have no result.
+    written, tables : Every file and folder that holds results; those of them whose rows belong into
+        a JSON document.
+    verdict : How good the result is, which the first line says in colour; None: it is not judged.
     """
 
     lines: tuple[str, ...]
     failed: bool = False
+    written: tuple[Path, ...] = ()
+    tables: tuple[Path, ...] = ()
+    verdict: Kind | None = None
 
 
-def experiment(
-    *, out: str | None = None, study: bool = True
-) -> Callable[[Callable[..., Ended]], Callable[..., None]]:
+def experiment(*, out: str | None = None) -> Callable[[Callable[..., Ended]], Callable[..., None]]:
     """Return a decorator that makes a function the verb of an experiment.
 
     The function takes ``study`` (a path, or None), ``options`` (`RunOptions`) and its own options.
-    The verb prints the lines of what it returns; exits with 3 when cases failed, 130 after Ctrl-C.
+    The verb prints the lines of what it returns, or with ``--json`` a document; exits with 3 when
+    cases failed, 130 after Ctrl-C.
 
     Parameters
     ----------
-    out, study : Default of ``--out`` (None: it must be given); whether STUDY must be given.
+    out : Default of ``--out``; None: ``octant-`` and the verb's name.
     """
 
     def decorated(verb: Callable[..., Ended]) -> Callable[..., None]:
@@ -262,34 +341,40 @@ def experiment(
             out: Path,
             workers: int | None,
             cluster: str | None,
+            seed: int | None,
             dry_run: bool,
             force: bool,
             quiet: bool,
+            as_json: bool,
             **own: Any,  # noqa: ANN401  options of the verb
         ) -> None:
             if workers is not None and cluster is not None:
                 msg = "--workers and --cluster are both given, but only one of them can compute."
                 raise click.UsageError(msg)
             options = RunOptions(
-                out=out, force=force, workers=workers, cluster=cluster, dry_run=dry_run, quiet=quiet
+                out=out,
+                force=force,
+                workers=workers,
+                cluster=cluster,
+                seed=seed,
+                dry_run=dry_run,
+                quiet=quiet,
             )
             try:
                 ended = verb(study=study, options=options, **own)
             except KeyboardInterrupt as exc:
                 msg = f"what was computed is kept in {out}; the same command goes on from there."
                 raise InterruptedRunError(msg) from exc
-            for line in ended.lines:
-                click.echo(line)
+            if as_json:
+                _print_document(ended, verb.__name__, study, options)
+            else:
+                _print_lines(ended)
             if ended.failed:
                 click.get_current_context().exit(FAILED_CASES)
 
-        place = click.Path(path_type=Path)
-        given: dict[str, Any] = {"required": True}
-        if out is not None:
-            given = {"default": Path(out), "show_default": True}
         parameters = (
-            click.argument("study", type=place, required=study),
-            click.option("--out", type=place, help="Folder for results.", **given),
+            study_argument,
+            out_option(out or f"octant-{verb.__name__}"),
             click.option(
                 "--workers",
                 type=click.IntRange(1, 1024),
@@ -301,7 +386,9 @@ def experiment(
                 metavar="ADDRESS",
                 help="A dask scheduler that computes instead, or local:N to start N workers here.",
             ),
-            click.option("--dry-run", is_flag=True, help="Say what would be computed, and leave."),
+            seed_option,
+            dry_run_option,
+            json_option,
             common_options,
         )
         command: Callable[..., None] = run
@@ -310,3 +397,54 @@ def experiment(
         return command
 
     return decorated
+
+
+def _print_lines(ended: Ended) -> None:
+    for number, line in enumerate(ended.lines):
+        kind = ended.verdict if number == 0 else None
+        click.echo(painted(line, kind, sys.stdout), color=True)
+    if ended.written:
+        click.echo(written_line(ended.written))
+
+
+def print_plan(*lines: str, as_json: bool) -> None:
+    """Print what would be computed.
+
+    Parameters
+    ----------
+    *lines, as_json : Sentences; whether as a document.
+    """
+    if as_json:
+        from octant.reader_design.terminal.documents import json_text
+
+        click.echo(json_text({"dry_run": True, "summary": lines}))
+        return
+    for line in lines:
+        click.echo(line)
+
+
+def written_line(places: Sequence[Path]) -> str:
+    """Return the line that names everything that was written.
+
+    Parameters
+    ----------
+    places : Files and folders, at least one.
+    """
+    *first, last = map(str, places)
+    return f"written: {', '.join(first)} and {last}" if first else f"written: {last}"
+
+
+def _print_document(ended: Ended, verb: str, study: Path | None, options: RunOptions) -> None:
+    from octant.reader_design.terminal.documents import csv_rows, json_text
+
+    document = {
+        "verb": verb,
+        "study": study,
+        "out": options.out,
+        "dry_run": options.dry_run,
+        "failed": ended.failed,
+        "summary": ended.lines,
+        "tables": {table.stem: csv_rows(table) for table in ended.tables if table.is_file()},
+        "written": ended.written,
+    }
+    click.echo(json_text(document))

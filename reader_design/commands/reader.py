@@ -8,21 +8,40 @@ from msgspec import Meta
 
 from octant.geometries.errors import ConfigError
 from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.options import FREQUENCIES, approve, common_options, number
+from octant.reader_design.options import (
+    FREQUENCIES,
+    approve,
+    common_options,
+    dry_run_option,
+    json_option,
+    number,
+    out_option,
+    print_plan,
+    study_argument,
+    written_line,
+)
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    import numpy as np
+    import numpy.typing as npt
+    import xarray as xr
+
+    from octant.reader_design.face.reader import SolvedReader
     from octant.reader_design.study_file.schema import Study
 
 
 @click.command()
-@click.argument("study", type=click.Path(path_type=Path))
-@click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder for results.")
+@study_argument
+@out_option("octant-reader")
 @click.option(
     "--step-deg",
     type=number(Annotated[float, Meta(ge=0.5, le=45.0)]),
+    metavar="DEG",
     default=2.0,
     show_default=True,
-    help="Step of the patterns over theta and phi [deg]; it must divide 180.",
+    help="Step of the patterns over theta and phi [deg], 0.5 to 45; it must divide 180.",
 )
 @click.option(
     "--model",
@@ -38,15 +57,19 @@ if TYPE_CHECKING:
 @click.option(
     "--convergence", is_flag=True, help="Solve with 8, 10 and 14 cells per wavelength too."
 )
+@dry_run_option
+@json_option
 @common_options
 def reader(
     *,
-    study: Path,
+    study: Path | None,
     out: Path,
     step_deg: float,
     model: str | None,
     frequencies: tuple[float, ...] | None,
     convergence: bool,
+    dry_run: bool,
+    as_json: bool,
     force: bool,
     quiet: bool,
 ) -> None:
@@ -59,15 +82,15 @@ def reader(
     """
     from msgspec.structs import replace
 
-    from octant.geometries.files import refuse_overwrite, write_text
+    from octant.geometries.files import refuse_overwrite
     from octant.reader_design.face.reader import check_step, solve_reader_of
-    from octant.reader_design.face.reader_band import band_of, solutions_of
+    from octant.reader_design.face.reader_band import solutions_of
     from octant.reader_design.keeping.keys import digest
+    from octant.reader_design.keeping.results import complete_line
     from octant.reader_design.keeping.versions import versions
     from octant.reader_design.setting.cost import reader_cost
-    from octant.reader_design.showing.netcdf import inputs_of, write_dataset
-    from octant.reader_design.showing.style import save_figure
-    from octant.reader_design.study_file.loading import load_study, to_toml
+    from octant.reader_design.showing.netcdf import inputs_of, read_dataset, write_dataset
+    from octant.reader_design.study_file.loading import load_study
 
     loaded = _with_model(load_study(study), model)
     chosen = loaded.reader.response
@@ -85,22 +108,53 @@ def reader(
         names.append(f"reader.s{ports}p")
     names += ["band.csv"] if band_hz else []
     files = [out / name for name in names]
-    inputs = digest([loaded, step_deg, band_hz, versions()])
-    refuse_overwrite(*files, force=force or inputs_of(files[0]) == inputs)
+    inputs = digest([loaded, step_deg, band_hz, convergence, versions()])
+    known = inputs_of(files[0]) == inputs
     progress = Progress(quiet=quiet)
+    written = [*files, out / "figures"]
+    if known and not force and all(place.exists() for place in written):
+        data = read_dataset(files[0])
+        if "summary" in data.attrs:  # else the run ended before its figures did
+            progress.say(complete_line(out))
+            _print_result(data, written, study=study, as_json=as_json)
+            return
+    refuse_overwrite(*files, force=force or known)
     highest = replace(loaded.radio, channels_hz=band_hz[-1:])
     solutions = 1 + (solutions_of(band_hz) if band_hz else 0)
     cost = reader_cost(replace(loaded, radio=highest))
-    approve(cost.times(solutions, "solutions", "--frequencies"), progress)
+    cost = cost.times(solutions, "solutions", "--frequencies")
+    if dry_run:
+        print_plan(f"{solutions} solutions of the reader: {cost.text()}.", as_json=as_json)
+        return
+    approve(cost, progress)
     solved = solve_reader_of(
         loaded, [loaded.radio.frequency_hz], step_deg=step_deg, progress=progress
     )
-    write_dataset(solved.dataset().assign_attrs(inputs=inputs), files[0], force=True)
-    write_text(out / "study.toml", to_toml(loaded, relative_to=out))
+    data = solved.dataset().assign_attrs(inputs=inputs)
+    write_dataset(data, files[0], force=True)
+    lines = _write_rest(solved, out, band_hz, progress=progress)
+    if convergence:
+        lines += solved.convergence_lines(progress=progress)
+    data = data.assign_attrs(summary="\n".join(lines))
+    write_dataset(data, files[0], force=True)
+    _print_result(data, written, study=study, as_json=as_json)
+
+
+def _write_rest(
+    solved: "SolvedReader", out: Path, band_hz: tuple[float, ...], *, progress: Progress
+) -> list[str]:
+    """Return what is worth saying, once everything besides reader.nc is written."""
+    from octant.geometries.files import write_text
+    from octant.reader_design.face.reader_band import band_of
+    from octant.reader_design.showing.style import save_figure
+    from octant.reader_design.study_file.loading import to_toml
+
+    study = solved.study
+    write_text(out / "study.toml", to_toml(study, relative_to=out))
     solved.to_ffe(out)
-    band = band_of(loaded, band_hz, progress=progress) if band_hz else None
+    band = band_of(study, band_hz, progress=progress) if band_hz else None
     if band:
-        band.to_touchstone(out / f"reader.s{ports}p")
+        band.to_touchstone(out / f"reader.s{study.reader.antennas}p")
         band.to_csv(out / "band.csv")
         save_figure(band.figure(), out / "figures" / "return_loss.png")
     elif solved.results:
@@ -108,12 +162,39 @@ def reader(
     with progress.track(solved.figures(), label="figures") as figures:
         for name, figure in figures:
             save_figure(figure, out / "figures" / f"{name}.png")
-    for line in (*solved.alone_lines(), *solved.lines(), *(band.lines() if band else ())):
-        click.echo(line)
-    if convergence:
-        for line in solved.convergence_lines(progress=progress):
+    return [*solved.alone_lines(), *solved.lines(), *(band.lines() if band else ())]
+
+
+def _print_result(
+    data: "xr.Dataset", written: "Sequence[Path]", *, study: Path | None, as_json: bool
+) -> None:
+    """Print what was found about the reader: sentences, or a document."""
+    from octant.reader_design.terminal.documents import csv_rows, json_text
+
+    if not as_json:
+        for line in data.attrs["summary"].splitlines():
             click.echo(line)
-    click.echo(f"written: {', '.join(str(p) for p in files)} and {out / 'figures'}")
+        click.echo(written_line(written))
+        return
+    named = ("impedance_ohm", "s_matrix")
+    document = {
+        "verb": "reader",
+        "study": study,
+        "model": data.attrs["model"],
+        "frequency_hz": data.attrs["frequency_hz"],
+        **{name: _complex(data[name]) if name in data else None for name in named},
+        "radiated_share": data["radiated_share"].to_numpy() if "radiated_share" in data else None,
+        "band": [row for file in written if file.name == "band.csv" for row in csv_rows(file)],
+        "summary": data.attrs["summary"].splitlines(),
+        "written": written,
+    }
+    click.echo(json_text(document))
+
+
+def _complex(values: "xr.DataArray") -> "npt.NDArray[np.complex128]":
+    """Return complex numbers of an array whose last dimension is ``part``."""
+    pairs = values.transpose(..., "part").to_numpy()
+    return pairs[..., 0] + 1j * pairs[..., 1]
 
 
 def _with_model(study: "Study", model: str | None) -> "Study":

@@ -1,5 +1,6 @@
 """``octant scene``: the room of a study as a GLB file and as a picture, with paths drawn."""
 
+import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -7,25 +8,41 @@ import click
 import numpy as np
 
 from octant.geometries.errors import ConfigError
-from octant.reader_design.commands.paths import command_link, path_options
+from octant.reader_design.commands.ends import Place, command_link, path_options, tx_option
 from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.options import POINT, common_options, number
+from octant.reader_design.options import (
+    POINT,
+    common_options,
+    json_option,
+    number,
+    study_argument,
+    written_line,
+)
 from octant.reader_design.study_file.quantities import Angle
 
 if TYPE_CHECKING:
     from octant.reader_design.face.paths import End
 
+FOLDER = "octant-scene"
+
 
 @click.command()
-@click.argument("study", type=click.Path(path_type=Path))
+@study_argument
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path),
+    help="Folder for scene.glb and scene.png, or one file .glb or .png; default: octant-scene, "
+    "unless --glb or --picture says where.",
+)
 @click.option("--glb", type=click.Path(path_type=Path), help="Write the room as GLB here.")
 @click.option("--picture", type=click.Path(path_type=Path), help="Write a PNG here.")
-@click.option("--tx", type=POINT, help="Transmitter of the paths [m].")
+@tx_option(required=False)
 @click.option("--rx", type=POINT, help="Receiver of the paths [m].")
 @click.option(
     "--strongest",
     "most",
     type=click.IntRange(1, 10**6),
+    metavar="N",
     default=30,
     show_default=True,
     help="Draw at most so many paths.",
@@ -38,19 +55,31 @@ if TYPE_CHECKING:
     help="What the colour of a path shows.",
 )
 @click.option(
-    "--azimuth-deg", type=number(Angle), default=-60.0, show_default=True, help="View from [deg]."
+    "--azimuth-deg",
+    type=number(Angle),
+    metavar="DEG",
+    default=-60.0,
+    show_default=True,
+    help="View from this azimuth [deg].",
 )
 @click.option(
-    "--elevation-deg", type=number(Angle), default=35.0, show_default=True, help="View from [deg]."
+    "--elevation-deg",
+    type=number(Angle),
+    metavar="DEG",
+    default=35.0,
+    show_default=True,
+    help="View from this elevation [deg].",
 )
 @path_options
+@json_option
 @common_options
 def scene(
     *,
-    study: Path,
+    study: Path | None,
+    out: Path | None,
     glb: Path | None,
     picture: Path | None,
-    tx: tuple[float, float, float] | None,
+    tx: Place | None,
     rx: tuple[float, float, float] | None,
     most: int,
     colour_by: str,
@@ -58,6 +87,7 @@ def scene(
     elevation_deg: float,
     antennas: tuple["End", "End"],
     max_reflections: int | None,
+    as_json: bool,
     force: bool,
     quiet: bool,
 ) -> None:
@@ -67,18 +97,18 @@ def scene(
     and is for looking only. Without them it is the room alone, with its materials by name, and may
     stand as a mesh in a study file.
     """
-    from octant.geometries.files import refuse_overwrite
+    from octant.geometries.files import put_finished
     from octant.reader_design.face.paths import Paths
     from octant.reader_design.face.room import scene_picture
     from octant.reader_design.face.scene_glb import write_scene
+    from octant.reader_design.keeping.results import complete_line
     from octant.reader_design.setting.setting import build_setting
     from octant.reader_design.showing.scene_picture import View
     from octant.reader_design.showing.style import save_figure
     from octant.reader_design.study_file.loading import load_study
+    from octant.reader_design.terminal.documents import json_text
 
-    if glb is None and picture is None:
-        msg = "nothing is to be written; give --glb FILE.glb, --picture FILE.png, or both."
-        raise ConfigError(msg)
+    glb, picture = _places(out, glb, picture)
     if (tx is None) != (rx is None):
         msg = "paths need both ends, but only one is given; give --tx and --rx, or neither."
         raise ConfigError(msg)
@@ -86,10 +116,10 @@ def scene(
         if file is not None and file.suffix.lower() != suffix:
             msg = f"{file} ends in {file.suffix!r}, but it will be a {suffix} file; name it so."
             raise ConfigError(msg)
-    files = [file for file in (glb, picture) if file is not None]
-    refuse_overwrite(*files, force=force)
+    places = [file for file in (glb, picture) if file is not None]
+    progress = Progress(quiet=quiet)
     setting = build_setting(load_study(study))
-    found = None
+    found, drawn = None, None
     if tx is not None and rx is not None:
         link = command_link(
             study,
@@ -97,26 +127,50 @@ def scene(
             np.array([rx]),
             antennas=antennas,
             max_reflections=max_reflections,
-            progress=Progress(quiet=quiet),
+            progress=progress,
         )
         found = Paths(link=link, blocks=tuple(link.blocks()))
         drawn = found.strongest(most)
+    with tempfile.TemporaryDirectory() as folder:
+        made = {file: Path(folder) / f"scene{file.suffix}" for file in places}
+        if glb is not None:
+            ends_m = {} if found is None else found.ends_m()
+            write_scene(setting.scene, made[glb], paths=drawn, ends_m=ends_m)
+        if picture is not None:
+            figure = scene_picture(
+                setting,
+                found=found,
+                most=most,
+                colour_by="order" if colour_by == "order" else "gain",
+                view=View(azimuth_deg=azimuth_deg, elevation_deg=elevation_deg),
+            )
+            save_figure(figure, made[picture])
+        if not put_finished(made, force=force):
+            progress.say(complete_line(*places))
+    if as_json:
+        document = {
+            "verb": "scene",
+            "study": study,
+            "paths": None if drawn is None else drawn.of,
+            "paths_drawn": None if drawn is None else len(drawn.order),
+            "written": places,
+        }
+        click.echo(json_text(document))
+        return
+    if drawn is not None:
         click.echo(f"{len(drawn.order)} strongest of {drawn.of} paths drawn.")
-    if glb is not None:
-        write_scene(
-            setting.scene,
-            glb,
-            paths=None if found is None else found.strongest(most),
-            ends_m={} if found is None else found.ends_m(),
-        )
-    if picture is not None:
-        figure = scene_picture(
-            setting,
-            found=found,
-            most=most,
-            colour_by="order" if colour_by == "order" else "gain",
-            view=View(azimuth_deg=azimuth_deg, elevation_deg=elevation_deg),
-        )
-        save_figure(figure, picture)
-    for file in files:
-        click.echo(f"written: {file}")
+    click.echo(written_line(places))
+
+
+def _places(
+    out: Path | None, glb: Path | None, picture: Path | None
+) -> tuple[Path | None, Path | None]:
+    """Return where the GLB file and the picture go; None: it is not written."""
+    if out is None and (glb is not None or picture is not None):
+        return glb, picture
+    out = out or Path(FOLDER)
+    if out.suffix.lower() == ".glb":
+        return glb or out, picture
+    if out.suffix.lower() == ".png":
+        return glb, picture or out
+    return glb or out / "scene.glb", picture or out / "scene.png"

@@ -1,6 +1,7 @@
 """Paths between two ends: all of them with their gains, and one explained in decibels."""
 
 import math
+import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,7 +18,7 @@ from octant.em.medium.radio_scene import RadioScene
 from octant.em.paths.tracing import trace_paths
 from octant.em.records import PathSet
 from octant.em.search.candidates import Candidates
-from octant.geometries.errors import ConfigError
+from octant.geometries.errors import ConfigError, PhysicsWarning
 from octant.geometries.scene import Scene
 from octant.geometries.tolerances import LENGTHS
 from octant.reader_design.face.shown import text_html
@@ -130,6 +131,11 @@ class PathLink:
     receiver: Antenna
     notes: tuple[str, ...]
 
+    @property
+    def block_count(self) -> int:
+        """Number of blocks."""
+        return -(-len(self.receivers_m) // RECEIVERS_PER_BLOCK)
+
     def blocks(self) -> Iterator[Block]:
         """Yield the paths to some hundred receivers at a time, so that memory stays small."""
         for first in range(0, len(self.receivers_m), RECEIVERS_PER_BLOCK):
@@ -183,6 +189,7 @@ def path_link(
         for i in np.flatnonzero(moved)
     ]
     _refuse_same_place(source, receivers)
+    _warn_of_outside(setting.scene, receivers, key=rx.place_key)
     frequency_hz = study.radio.frequency_hz
     radio = setting.radio_at(frequency_hz)
     found = setting.candidates(
@@ -211,6 +218,20 @@ def _refuse_same_place(source_m: FloatArray, receivers_m: FloatArray) -> None:
             "where no path has a length; move one of them."
         )
         raise ConfigError(msg)
+
+
+def _warn_of_outside(scene: Scene, receivers_m: FloatArray, *, key: str) -> None:
+    """Warn of receivers outside the room, which walls may hide from every path."""
+    outside = np.flatnonzero(~scene.inside_room(receivers_m))
+    if len(outside):
+        low, high = (tuple(np.round(corner, 3).tolist()) for corner in scene.bounds_m)
+        more = f" and {len(outside) - 1} more are" if len(outside) > 1 else " is"
+        place = tuple(receivers_m[outside[0]].tolist())
+        msg = (
+            f"receiver {outside[0]} at {place} m{more} outside the room that spans {low} to "
+            f"{high} m ({key}): only paths through openings and penetrable walls arrive there."
+        )
+        warnings.warn(msg, PhysicsWarning, stacklevel=3)
 
 
 def _region(scene: Scene, source_m: FloatArray, receivers_m: FloatArray) -> FloatArray | None:
@@ -269,7 +290,7 @@ def path_rows(block: Block) -> Iterator[Sequence[object]]:
 
 
 def summary_lines(link: PathLink, sums: FloatArray, *, most: int | None = None) -> Iterator[str]:
-    """Yield what a person wants to read: gains by receiver, and what the search considered.
+    """Yield what a person wants to read: the gains by receiver [dB].
 
     Parameters
     ----------
@@ -291,19 +312,6 @@ def summary_lines(link: PathLink, sums: FloatArray, *, most: int | None = None) 
     if shown < len(sums):
         yield f"   ... and {len(sums) - shown} more receivers: see the CSV."
     yield f"{int(sums[:, 0].sum())} paths to {len(sums)} receiver{'' if len(sums) == 1 else 's'}."
-    tree, edges = link.candidates.images, link.candidates.edges
-    for order in range(tree.max_order + 1):
-        yield (
-            f"order {order}: {tree.considered[order]} sequences considered, "
-            f"{tree.pruned[order]} pruned, {tree.merged[order]} merged, "
-            f"{tree.kept[order]} images kept."
-        )
-    if edges is not None:
-        yield (
-            f"edges: {edges.considered} sequences over {len(link.radio.wedges)} wedges "
-            f"considered, {edges.considered - edges.kept} pruned, "
-            f"{edges.kept} kept."
-        )
 
 
 def _angles_deg(directions: FloatArray) -> FloatArray:

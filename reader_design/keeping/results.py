@@ -44,6 +44,21 @@ def refuse_another(folder: Path, text: str, *, force: bool, outputs: Iterable[st
         path.unlink(missing_ok=True)
 
 
+def files_of(folder: Path, outputs: Iterable[str]) -> tuple[Path, ...]:
+    """Return what an experiment left for people in a folder: files, and folders of figures.
+
+    Parameters
+    ----------
+    folder, outputs : Folder of the results, and patterns of the files in it; study.toml is added.
+    """
+    found: list[Path] = []
+    for pattern in (*outputs, STUDY_FILE):
+        inside, _, _ = pattern.rpartition("/")
+        there = [folder / inside] if inside else sorted(folder.glob(pattern))
+        found += [path for path in there if path.exists()]
+    return tuple(dict.fromkeys(found))
+
+
 def write_once(
     stamp: Path,
     inputs: object,
@@ -71,14 +86,15 @@ def write_once(
     return True
 
 
-def complete_line(folder: Path) -> str:
+def complete_line(*places: Path) -> str:
     """Return what is said when nothing is left to do.
 
     Parameters
     ----------
-    folder : Folder of the results.
+    *places : Folder of the results, or their files.
     """
-    return f"{folder} is complete already; nothing was written."
+    named = " and ".join(map(str, places))
+    return f"{named} {'is' if len(places) == 1 else 'are'} complete already; nothing was written."
 
 
 def _is_complete(stamp: Path, key: str, folder: Path) -> bool:

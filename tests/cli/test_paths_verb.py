@@ -2,6 +2,7 @@
 
 import csv
 import io
+import json
 import math
 
 import numpy as np
@@ -123,7 +124,9 @@ def test_summary_sums_the_gains(octant, study_file, tmp_path):
     assert float(line[5]) == pytest.approx(20 * np.log10(abs(amplitude.sum())), abs=1e-3)
     assert float(line[6]) == pytest.approx(10 * np.log10((abs(amplitude) ** 2).sum()), abs=1e-3)
     assert "63 paths to 1 receiver." in call.out
-    assert "order 3: " in call.out
+    assert "considered" not in call.out + call.err
+    told = octant("paths", study, "--tx", "3.5,2,2.9", "--rx", "0.537,0.623,0.3", "-v")
+    assert "order 3: " in told.err
 
 
 # Counts from an independent closed-form box solution with the cabinet's occlusion.
@@ -148,6 +151,46 @@ def test_receivers_that_nothing_reaches_are_results(octant, study_file, rx):
     assert rows == []
     assert "0 paths to 1 receiver." in call.err
     assert "-inf" in call.err
+    outside = rx.startswith("6")
+    assert ("warning: receiver 0 at (6.0, 2.0, 1.0) m is outside the room" in call.err) == outside
+
+
+def test_the_strongest_paths_are_listed_first_and_all_on_request(octant, study_file):
+    ends = ("--tx", "3.5,2,2.9", "--rx", "0.537,0.623,0.3")
+    rows, _ = found(octant, study_file(), ends[3])
+    few = octant("paths", study_file(), *ends, "-q").out.splitlines()
+    every = octant("paths", study_file(), *ends, "-q", "--all").out.splitlines()
+    start = next(i for i, line in enumerate(few) if line.split()[:2] == ["path", "order"]) + 1
+    strongest = sorted(rows, key=lambda row: -float(row["gain_db"]))
+    assert few[start].split()[2:5] == ["line", "of", "sight"]
+    for line, row in zip(few[start:-1], strongest, strict=False):
+        assert f" {float(row['gain_db']):.2f} " in line
+        assert f" {float(row['length_m']):.3f} " in line
+    assert few[-1] == "... and 43 weaker ones; --all lists every one."
+    assert len(every) - start == 63
+    assert max(map(len, every)) <= 80
+
+
+def test_a_tag_of_the_study_transmits_with_its_own_antenna(octant, study_file):
+    text = (
+        ROOM + '[[tag]]\nid = "desk"\nposition_m = [3.5, 2.0, 2.9]\nantenna = "isotropic_theta"\n'
+    )
+    study, rx = study_file(text), ("--rx", "1,1,1", "--csv", "-", "-q")
+    named = octant("paths", study, "--tx", "desk", *rx)
+    given = octant("paths", study, "--tx", "3.5,2,2.9", "--tx-antenna", "isotropic_theta", *rx)
+    assert (named.code, named.out) == (0, given.out)
+    assert "'desk'" in octant("paths", study, "--tx", "dek", *rx).refused()
+
+
+def test_the_document_says_what_the_table_says(octant, study_file):
+    ends = ("--tx", "3.5,2,2.9", "--rx", "1,1,1", "--rx", "6,2,1", "-q")
+    document = json.loads(octant("paths", study_file(), *ends, "--json").out)
+    rows, _ = found(octant, study_file(), "1,1,1", "6,2,1")
+    assert [r["gain_db"] for r in document["paths"]] == [float(r["gain_db"]) for r in rows]
+    assert [r["inside_room"] for r in document["receivers"]] == [True, False]
+    assert document["receivers"][1]["coherent_db"] is None  # no path: no level
+    first = document["paths"][0]
+    assert len(first["vertices_m"]) == first["order"] + 2
 
 
 def test_antennas_on_walls_stand_off_and_say_so(octant, study_file):

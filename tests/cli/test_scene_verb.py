@@ -49,6 +49,22 @@ def test_glb_of_a_room_is_the_room_again(octant, study_file, tmp_path):
     ]
 
 
+def test_the_scene_goes_to_a_folder_and_the_same_again_is_complete(
+    octant, study_file, tmp_path, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    study = study_file(ROOM)
+    first, again = octant("scene", study), octant("scene", study)
+    files = [tmp_path / "octant-scene" / name for name in ("scene.glb", "scene.png")]
+    assert first.out == "written: octant-scene/scene.glb and octant-scene/scene.png\n"
+    assert all(file.stat().st_size > 1000 for file in files)
+    assert (again.code, again.out) == (0, first.out)
+    assert "complete already" in again.err
+    other = octant("scene", study, "--azimuth-deg", "10").refused()
+    assert "scene.png exists already" in other
+    assert octant("scene", study, "--azimuth-deg", "10", "--force").code == 0
+
+
 def test_glb_with_paths_holds_tubes_from_end_to_end(octant, study_file, tmp_path):
     glb = tmp_path / "paths.glb"
     call = octant("scene", study_file(ROOM), "--glb", glb, *ENDS, "--strongest", 5)
@@ -97,7 +113,6 @@ def test_free_space_has_a_picture_too(octant, study_file, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        ((), "nothing is to be written"),
         (("--glb", "room.obj"), "a .glb file"),
         (("--picture", "room.jpg"), "a .png file"),
         (("--picture", "p.png", "--tx", "1,1,1"), "both ends"),

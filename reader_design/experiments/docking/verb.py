@@ -5,14 +5,14 @@ from pathlib import Path
 import click
 
 from octant.reader_design.options import Ended, RunOptions, experiment, number
-from octant.reader_design.study_file.quantities import Count, Seed
+from octant.reader_design.study_file.quantities import Count
+from octant.reader_design.terminal.colour import judged
 
 
 @click.command()
 @click.option("--runs", type=number(Count), help="Runs in each room; default: the study's.")
-@click.option("--seed", type=number(Seed), help="Seed of all random numbers; default: the study's.")
-@experiment(out="octant-dock", study=False)
-def dock(*, study: Path | None, options: RunOptions, runs: int | None, seed: int | None) -> Ended:
+@experiment()
+def dock(*, study: Path | None, options: RunOptions, runs: int | None) -> Ended:
     """Dock at the station of STUDY from random starts, in its room and in every layout.
 
     The bearing-sensitive reader brings the robot to the staging place under the station's tag, the
@@ -28,14 +28,13 @@ def dock(*, study: Path | None, options: RunOptions, runs: int | None, seed: int
         run_docking_study,
         summary_lines,
     )
+    from octant.reader_design.keeping.results import files_of
     from octant.reader_design.study_file.loading import load_study, replace, vary
     from octant.reader_design.study_file.tables_read import check_tables
 
-    loaded, out = load_study(study, built_in="dock_study"), options.out
+    loaded, out = options.seeded(load_study(study, built_in="dock_study")), options.out
     check_tables(loaded, "dock")
     dock_table(loaded)
-    if seed is not None:
-        loaded = replace(loaded, seed=seed)
     if runs is not None:
         loaded = replace(vary(loaded, {"dock.runs": runs}), sweep=loaded.sweep)
     if options.dry_run:
@@ -49,5 +48,10 @@ def dock(*, study: Path | None, options: RunOptions, runs: int | None, seed: int
         progress=options.progress,
         approve=options.approve,
     )
-    written = f"written: {', '.join(str(out / name) for name in FILES)} and {out / 'figures'}"
-    return Ended(lines=(*summary_lines(content.results), written))
+    runs_of_all = [run for each in content.results.values() for run in each]
+    return Ended(
+        lines=summary_lines(content.results),
+        written=files_of(out, (*FILES, "figures/*.png")),
+        tables=(out / "docking.csv",),
+        verdict=judged(sum(run.success for run in runs_of_all) / len(runs_of_all)),
+    )

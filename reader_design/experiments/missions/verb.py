@@ -7,8 +7,11 @@ from typing import TYPE_CHECKING
 import click
 
 from octant.geometries.errors import ConfigError
+from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.options import Ended, RunOptions, experiment, number
-from octant.reader_design.study_file.quantities import Count, Deviation, Seed
+from octant.reader_design.study_file.quantities import Count, Deviation
+from octant.reader_design.terminal.colour import judged
+from octant.reader_design.terminal.tables import text_table
 
 if TYPE_CHECKING:
     from octant.navigation.missions.records import MissionResult
@@ -27,7 +30,6 @@ _MORE = ("localisation.csv", "orientation.csv")
     type=number(Deviation),
     help="Noise of each RSS reading [dB]; default: the study's.",
 )
-@click.option("--seed", type=number(Seed), help="Seed of all random numbers; default: the study's.")
 @click.option(
     "--compare",
     is_flag=True,
@@ -46,11 +48,10 @@ _MORE = ("localisation.csv", "orientation.csv")
 @experiment()
 def navigate(
     *,
-    study: Path,
+    study: Path | None,
     options: RunOptions,
     runs: int | None,
     noise_db: float | None,
-    seed: int | None,
     compare: bool,
     animate: Path | None,
     localise: bool,
@@ -74,7 +75,7 @@ def navigate(
             if given:
                 msg = f"{option} is for one study, but --compare drives many; give one of them."
                 raise ConfigError(msg)
-        return _compare(study, options, runs=runs, noise_db=noise_db, seed=seed)
+        return _compare(study, options, runs=runs, noise_db=noise_db)
     from octant.geometries.files import refuse_overwrite, write_text
     from octant.navigation.missions.metrics import measure
     from octant.navigation.missions.summary import summarise, summary_sentences
@@ -84,7 +85,12 @@ def navigate(
         localisation_lines,
         localise_runs,
     )
-    from octant.reader_design.keeping.results import STUDY_FILE, refuse_another, write_once
+    from octant.reader_design.keeping.results import (
+        STUDY_FILE,
+        files_of,
+        refuse_another,
+        write_once,
+    )
     from octant.reader_design.keeping.workers import open_crew
     from octant.reader_design.setting.cost import mission_cost, reader_cost
     from octant.reader_design.setting.setting import build_setting, mission_table
@@ -99,8 +105,7 @@ def navigate(
     mission_table(loaded)
     wanted = {"mission.runs": runs, "mission.noise_db": noise_db}
     values = {key: value for key, value in wanted.items() if value is not None}
-    seed = loaded.seed if seed is None else seed
-    loaded = replace(vary(loaded, values), sweep=loaded.sweep, seed=seed)
+    loaded = options.seeded(replace(vary(loaded, values), sweep=loaded.sweep))
     text, folder = to_toml(loaded, relative_to=out), out / "runs"
     setting = build_setting(loaded)
     if not options.dry_run:
@@ -131,21 +136,28 @@ def navigate(
         force=options.force,
         progress=progress,
     )
-    files = ", ".join(str(out / name) for name in (*_FILES, STUDY_FILE))
     advice = advise(setting, results)
     lines = [
         *summary_sentences(summarise(metrics)),
         *(advice.text().splitlines() if advice else ()),
         *(localisation_lines(found, results) if found else ()),
-        f"written: {files} and {out / 'figures'}",
     ]
+    written = files_of(out, (*_FILES, *(_MORE if found else ()), "figures/*.png"))
     if animate is not None:
-        lines.append(_animated(animate, setting, results[0]))
-    return Ended(lines=tuple(lines))
+        _write_animation(animate, setting, results[0], progress)
+        written = (*written, animate)
+    return Ended(
+        lines=tuple(lines),
+        written=written,
+        tables=tuple(out / name for name in (*_FILES[:2], *(_MORE if found else ()))),
+        verdict=judged(sum(m.success for m in metrics) / len(metrics)),
+    )
 
 
-def _animated(path: Path, setting: "Setting", result: "MissionResult") -> str:
-    """Write run 0 as an animation; return what was written."""
+def _write_animation(
+    path: Path, setting: "Setting", result: "MissionResult", progress: Progress
+) -> None:
+    """Write run 0 as an animation."""
     from octant.reader_design.experiments.missions.animation import (
         drive_frames,
         run_scenery,
@@ -155,7 +167,8 @@ def _animated(path: Path, setting: "Setting", result: "MissionResult") -> str:
 
     scenery = run_scenery(setting, result)
     frames = drive_frames(drive_of(result), scenery, title=setting.study.name)
-    return f"written: {path}, {write_gif(path, frames)} frames"
+    with progress.track(frames, label="frames of the animation") as drawn:
+        write_gif(path, drawn)
 
 
 def _publish(
@@ -211,12 +224,11 @@ def _publish(
 
 
 def _compare(
-    file: Path,
+    file: Path | None,
     options: RunOptions,
     *,
     runs: int | None,
     noise_db: float | None,
-    seed: int | None,
 ) -> Ended:
     import msgspec
 
@@ -225,14 +237,18 @@ def _compare(
         plan_comparison,
         run_comparison,
     )
-    from octant.reader_design.experiments.missions.comparison_page import table_row
+    from octant.reader_design.experiments.missions.comparison_page import HEADER, table_row
+    from octant.reader_design.keeping.results import files_of
     from octant.reader_design.setting.cost import mission_cost
 
+    if file is None:
+        msg = "--compare needs a comparison file, but none is given; name one as STUDY."
+        raise ConfigError(msg)
     comparison = load_comparison(file)
     if runs is not None:
         comparison = msgspec.structs.replace(comparison, runs=runs)
-    if seed is not None:
-        comparison = msgspec.structs.replace(comparison, seed=seed)
+    if options.seed is not None:
+        comparison = msgspec.structs.replace(comparison, seed=options.seed)
     if noise_db is not None:
         controllers = tuple(
             msgspec.structs.replace(entry, mission={**entry.mission, "noise_db": noise_db})
@@ -253,5 +269,8 @@ def _compare(
         cluster=options.cluster,
     )
     out = options.out
-    written = f"written: {out / 'compare.csv'}, {out / 'report.html'} and {out / 'figures'}"
-    return Ended(lines=(*(" | ".join(table_row(outcome)) for outcome in outcomes), written))
+    return Ended(
+        lines=tuple(text_table(HEADER, [table_row(o) for o in outcomes], words=HEADER[:4])),
+        written=files_of(out, ("compare.csv", "report.html", "figures/*.png")),
+        tables=(out / "compare.csv",),
+    )

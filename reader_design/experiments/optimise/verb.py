@@ -9,22 +9,23 @@ from octant.reader_design.options import Ended, RunOptions, experiment
 
 
 @click.command()
-@experiment(out="octant-optimise")
-def optimise(*, study: Path, options: RunOptions) -> Ended:
+@experiment()
+def optimise(*, study: Path | None, options: RunOptions) -> Ended:
     """Search for a reader as the table [optimise] of STUDY asks: survey, then refinement.
 
     Leaves optimise.csv (every design), pareto.csv, best.toml (the study with the chosen reader),
     figures, a drawing to build from (PNG, SVG, PDF), study.toml and report.html in --out. Every
     evaluation is kept there; the same command again goes on where the last one stopped.
     """
-    from octant.reader_design.experiments.optimise.run import plan_lines, run_optimise
+    from octant.reader_design.experiments.optimise.run import OUTPUTS, plan_lines, run_optimise
     from octant.reader_design.experiments.optimise.search import planned_evaluations
+    from octant.reader_design.keeping.results import files_of
     from octant.reader_design.setting.cost import reader_cost
     from octant.reader_design.study_file.loading import load_study
     from octant.reader_design.study_file.optimise import Optimise
     from octant.reader_design.study_file.tables_read import check_tables
 
-    loaded = load_study(study)
+    loaded = options.seeded(load_study(study))
     check_tables(loaded, "optimise")
     choices = (loaded.optimise or Optimise()).choices.given().values()
     surveyed = math.prod(float(len(values)) for values in choices)
@@ -42,4 +43,8 @@ def optimise(*, study: Path, options: RunOptions) -> Ended:
         cluster=options.cluster,
         progress=options.progress,
     )
-    return Ended(lines=outcome.lines())
+    return Ended(
+        lines=outcome.lines(),
+        written=files_of(options.out, OUTPUTS),
+        tables=tuple(options.out / name for name in ("optimise.csv", "pareto.csv")),
+    )

@@ -9,18 +9,19 @@ from octant.reader_design.options import Ended, RunOptions, experiment
 
 @click.command()
 @click.option("--quick", is_flag=True, help="Coarse sampling, a coarse map, few runs.")
-@experiment(out="octant-study", study=False)
+@experiment()
 def study(*, study: Path | None, options: RunOptions, quick: bool) -> Ended:
     """Sweep the reader's design over STUDY, choose one, map the room, drive the missions.
 
     Without STUDY the built-in study of the thesis' reader runs. Leaves results.nc, figures,
     study.toml and report.html in --out; the same command again goes on where the last one stopped.
     """
-    from octant.reader_design.experiments.study.run import plan_lines, run_study
+    from octant.reader_design.experiments.study.run import OUTPUTS, plan_lines, run_study
+    from octant.reader_design.keeping.results import files_of
     from octant.reader_design.study_file.loading import load_study
     from octant.reader_design.study_file.tables_read import check_tables
 
-    loaded = load_study(study)
+    loaded = options.seeded(load_study(study))
     check_tables(loaded, "study")
     if options.dry_run:
         lines = plan_lines(loaded, options.out, quick=quick, workers=options.workers)
@@ -35,4 +36,9 @@ def study(*, study: Path | None, options: RunOptions, quick: bool) -> Ended:
         cluster=options.cluster,
         approve=options.approve,
     )
-    return Ended(lines=outcome.lines(), failed=bool(outcome.failed))
+    return Ended(
+        lines=outcome.lines(),
+        failed=bool(outcome.failed),
+        written=files_of(options.out, OUTPUTS),
+        tables=tuple(options.out / name for name in ("designs.csv", "missions.csv")),
+    )

@@ -20,7 +20,6 @@ from octant.reader_design.experiments.sweep.table import (
     CELLS_FOLDER,
     CSV_FILE,
     MISSING,
-    TABLE_FILE,
     CellRow,
     known_rows,
     missing_cells,
@@ -74,7 +73,6 @@ class SweepOutcome:
         return (
             f"{len(self.plan.cells)} cells: {counts}.",
             *reasons,
-            f"Tables: {self.folder / CSV_FILE} and {self.folder / TABLE_FILE}",
         )
 
 

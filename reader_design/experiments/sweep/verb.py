@@ -10,7 +10,7 @@ from octant.reader_design.options import Ended, RunOptions, experiment
 @click.command()
 @click.option("--merge", is_flag=True, help="Only make the tables of what is computed already.")
 @experiment()
-def sweep(*, study: Path, options: RunOptions, merge: bool) -> Ended:
+def sweep(*, study: Path | None, options: RunOptions, merge: bool) -> Ended:
     """Score every combination of the values in STUDY's table [sweep].
 
     Leaves one small file a cell in --out/cells, sweep.nc and sweep.csv with all scores, and
@@ -18,13 +18,14 @@ def sweep(*, study: Path, options: RunOptions, merge: bool) -> Ended:
     """
     from octant.reader_design.experiments.sweep.compute import study_plan, sweep_study
     from octant.reader_design.experiments.sweep.cost import plan_lines
-    from octant.reader_design.experiments.sweep.table import known_rows
+    from octant.reader_design.experiments.sweep.table import CSV_FILE, TABLE_FILE, known_rows
+    from octant.reader_design.keeping.results import files_of
     from octant.reader_design.setting.cost import sweep_cost
     from octant.reader_design.setting.setting import Sampling
     from octant.reader_design.study_file.loading import load_study
     from octant.reader_design.study_file.tables_read import check_tables
 
-    loaded = load_study(study)
+    loaded = options.seeded(load_study(study))
     check_tables(loaded, "sweep")
     if options.dry_run:
         plan = study_plan(loaded)
@@ -44,4 +45,9 @@ def sweep(*, study: Path, options: RunOptions, merge: bool) -> Ended:
         force=options.force,
         progress=options.progress,
     )
-    return Ended(lines=outcome.lines(), failed=bool(outcome.failed))
+    return Ended(
+        lines=outcome.lines(),
+        failed=bool(outcome.failed),
+        written=files_of(options.out, (CSV_FILE, TABLE_FILE)),
+        tables=(options.out / CSV_FILE,),
+    )

@@ -76,8 +76,4 @@ def run_tolerance(
         force=force,
         progress=progress,
     )
-    files = ", ".join(str(out_dir / name) for name in FILES)
-    return (
-        *tolerance_section(result, ()).paragraphs,
-        f"written: {files} and {out_dir / 'figures'}",
-    )
+    return tolerance_section(result, ()).paragraphs

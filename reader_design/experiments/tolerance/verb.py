@@ -10,7 +10,7 @@ from octant.reader_design.study_file.quantities import Count
 
 @click.command()
 @click.option("--samples", type=number(Count), help="Readers built; default: the study's.")
-@experiment(out="octant-tolerance", study=False)
+@experiment()
 def tolerance(*, study: Path | None, options: RunOptions, samples: int | None) -> Ended:
     """Build the reader of STUDY many times with the errors of its table [tolerance].
 
@@ -19,13 +19,15 @@ def tolerance(*, study: Path | None, options: RunOptions, samples: int | None) -
     row a design and score), study.toml, figures and report.html. The same command again goes on
     where the last one stopped; more --samples keep the readers that are there.
     """
+    from octant.reader_design.experiments.tolerance.results import FILES
     from octant.reader_design.experiments.tolerance.run import plan_lines, run_tolerance
+    from octant.reader_design.keeping.results import files_of
     from octant.reader_design.setting.cost import reader_cost
     from octant.reader_design.study_file.loading import load_study
     from octant.reader_design.study_file.tables_read import check_tables
     from octant.reader_design.study_file.tolerance import Tolerance
 
-    loaded = load_study(study)
+    loaded = options.seeded(load_study(study))
     check_tables(loaded, "tolerance")
     if options.dry_run:
         return Ended(lines=plan_lines(loaded, options.out, samples=samples))
@@ -41,4 +43,8 @@ def tolerance(*, study: Path | None, options: RunOptions, samples: int | None) -
         force=options.force,
         progress=options.progress,
     )
-    return Ended(lines=lines)
+    return Ended(
+        lines=lines,
+        written=files_of(options.out, (*FILES, "figures/*.png")),
+        tables=(options.out / "tolerance.csv",),
+    )

@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from octant.reader_design.options import Ended, RunOptions, experiment, number
-from octant.reader_design.study_file.quantities import Count, Seed
+from octant.reader_design.study_file.quantities import Count
 
 
 @click.command()
@@ -14,9 +14,8 @@ from octant.reader_design.study_file.quantities import Count, Seed
     type=number(Count),
     help="Repetitions of every drive, of SLAM too; default: the study's.",
 )
-@click.option("--seed", type=number(Seed), help="Seed of all random numbers; default: the study's.")
-@experiment(out="octant-track", study=False)
-def track(*, study: Path | None, options: RunOptions, runs: int | None, seed: int | None) -> Ended:
+@experiment()
+def track(*, study: Path | None, options: RunOptions, runs: int | None) -> Ended:
     """Follow trajectories from the RSS of tags, by every controller and estimator.
 
     Without STUDY the built-in study of thesis chapters 6 and 7 runs: measurement feedback, nominal
@@ -31,12 +30,13 @@ def track(*, study: Path | None, options: RunOptions, runs: int | None, seed: in
         with_repetitions,
     )
     from octant.reader_design.experiments.tracking.page import summary_lines
+    from octant.reader_design.keeping.results import files_of
     from octant.reader_design.study_file.loading import load_study
     from octant.reader_design.study_file.tables_read import check_tables
 
     loaded = load_study(study, built_in="track_study")
     check_tables(loaded, "track")
-    loaded = with_repetitions(loaded, runs=runs, seed=seed)
+    loaded = with_repetitions(loaded, runs=runs, seed=options.seed)
     if options.dry_run:
         return Ended(lines=(plan_line(loaded, options.out),))
     content = run_tracking(
@@ -48,5 +48,9 @@ def track(*, study: Path | None, options: RunOptions, runs: int | None, seed: in
         progress=options.progress,
         approve=options.approve,
     )
-    written = f"written: {options.out / 'report.html'}, results.nc, tables and figures"
-    return Ended(lines=(*summary_lines(content), written))
+    tables = sorted(options.out.glob("*.csv"))
+    return Ended(
+        lines=tuple(summary_lines(content)),
+        written=files_of(options.out, ("report.html", "results.nc", "*.csv", "figures/*.png")),
+        tables=tuple(tables),
+    )

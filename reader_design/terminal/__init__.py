@@ -1,0 +1,1 @@
+"""What a terminal needs: colour, tables of text, one JSON document, completion."""
