@@ -149,7 +149,7 @@ def test_navigate_writes_what_it_promises_and_repeats_itself(octant, study_file,
     first, second = tmp_path / "a", tmp_path / "b"
     call = octant("navigate", study, "--out", first, "--noise-db", "0.5")
     assert call.code == 0, call.err
-    assert "of 2 runs reached every tag." in call.out
+    assert "of 2 runs reached every tag" in call.out
     missions = list(csv.DictReader(io.StringIO((first / "missions.csv").read_text())))
     assert list(missions[0])[:4] == ["run", "success", "time_s", "path_m"]
     assert [m["run"] for m in missions] == ["0", "1"]
