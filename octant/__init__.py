@@ -1,8 +1,8 @@
 """Octant: design bearing-sensitive RFID readers, and drive robots with them.
 
 ``Room``, ``Tag``, ``Reader``, ``Mission`` and ``Study`` hold what a study file says; `sweep` varies
-it; `open_results`, `audit` and `materials` read what lies on disk. They are imported when they are
-first used.
+it; `Navigator` is the base of a navigator of one's own; `open_results`, `audit` and `materials`
+read what lies on disk. They are imported when they are first used.
 """
 
 from importlib import import_module
@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from octant.reader_design.face.materials import audit, materials
     from octant.reader_design.face.mission import Mission
+    from octant.reader_design.face.navigators import Command, Navigator, Odometry, Reading
     from octant.reader_design.face.reader import Reader
     from octant.reader_design.face.room import Room
     from octant.reader_design.face.study import Study, open_results
@@ -19,8 +20,12 @@ if TYPE_CHECKING:
     from octant.reader_design.face.tables import Tag
 
 __all__ = [
+    "Command",
     "Mission",
+    "Navigator",
+    "Odometry",
     "Reader",
+    "Reading",
     "Room",
     "Study",
     "Tag",
@@ -31,8 +36,12 @@ __all__ = [
 ]
 
 _HOMES = {
+    "Command": "navigators",
     "Mission": "mission",
+    "Navigator": "navigators",
+    "Odometry": "navigators",
     "Reader": "reader",
+    "Reading": "navigators",
     "Room": "room",
     "Study": "study",
     "Tag": "tables",

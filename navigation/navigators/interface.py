@@ -31,6 +31,12 @@ class Odometry:
     distance_m : Way by the wheels' encoders, negative backwards [m].
     turn_rad : Turn by the same, counter-clockwise positive [rad].
     contact : The bumper touched something.
+
+    Examples
+    --------
+    >>> import octant
+    >>> octant.Odometry(distance_m=0.09).turn_rad
+    0.0
     """
 
     distance_m: float = 0.0

@@ -15,6 +15,7 @@ from octant.navigation.missions.files import write_missions_csv, write_trajector
 from octant.navigation.missions.metrics import MissionMetrics, measure
 from octant.navigation.missions.records import MissionResult
 from octant.navigation.missions.summary import summarise, summary_sentences
+from octant.navigation.navigators.own import place_of
 from octant.reader_design.experiments.missions.advice import Advice, advise
 from octant.reader_design.experiments.missions.animation import (
     drive_frames,
@@ -50,7 +51,9 @@ class Mission:
     frequency_hz, channels_hz : Carrier and hopping frequencies [Hz].
     robot, sensor, solver, rfid : Keys of the tables of these names of a study file.
     name : In titles.
-    **keys : Of the table ``[mission]``: ``navigator``, ``controller``, ``noise_db`` and so on.
+    navigator : ``thesis``, ``tracker``, or a class of your own (see `Navigator`), or its name as in
+        a study file; by default as there.
+    **keys : Of the table ``[mission]``: ``controller``, ``noise_db`` and so on.
     order : Names of the tags to visit, in this order; by default all, as given.
 
     Examples
@@ -65,8 +68,9 @@ class Mission:
     ('run',)
     """
 
-    __slots__ = ("study",)
+    __slots__ = ("own", "study")
     study: Study
+    own: type | None
 
     def __init__(
         self,
@@ -82,6 +86,7 @@ class Mission:
         sensor: Mapping[str, Any] | None = None,
         solver: Mapping[str, Any] | None = None,
         rfid: Mapping[str, Any] | None = None,
+        navigator: str | type | None = None,
         name: str = "mission",
         **keys: Any,  # noqa: ANN401  keys of the table [mission]
     ) -> None:
@@ -95,6 +100,9 @@ class Mission:
             "tags": [tag.id for tag in tags] if order is None else list(order),
             **keys,
         }
+        self.own = navigator if isinstance(navigator, type) else None
+        if navigator is not None:
+            table["navigator"] = navigator if self.own is None else place_of(self.own).name
         self.study = link_study(
             room,
             tags,
@@ -121,7 +129,7 @@ class Mission:
         """
         mission_table(study)
         made = cls.__new__(cls)
-        made.study = study
+        made.study, made.own = study, None
         return made
 
     def run(
@@ -148,9 +156,11 @@ class Mission:
         setting.solved()
         number = table.runs if runs is None else runs
         with shown.count(number, label="missions") as done:
-            results = drive_missions(setting, runs=number, noise_db=noise_db, progress=done)
+            results = drive_missions(
+                setting, runs=number, noise_db=noise_db, own=self.own, progress=done
+            )
         if table.placement_m > 0.0:  # run 0 is shown among the objects as they were placed
-            setting = mission_runs(setting, runs=number)[0].setting
+            setting = mission_runs(setting, runs=number, own=self.own)[0].setting
         return MissionRuns(setting=setting, results=tuple(results))
 
     def __repr__(self) -> str:

@@ -240,7 +240,7 @@ def mission_cost(study: Study, runs: int) -> Cost:
         return Cost(counts=(), seconds=0.0)
     steps = mission_steps(study, mission)
     at = field_cost(study, 1.0, tags=1).seconds
-    seconds = steps * (STEP_S[mission.navigator] + at)
+    seconds = steps * (STEP_S.get(mission.navigator, STEP_S["tracker"]) + at)
     kept = runs * steps * (STEP_BYTES + 8.0 * study.reader.antennas)
     return Cost(
         counts=(f"{runs} runs of at most {steps:.6g} steps",),

@@ -15,6 +15,7 @@ from octant.em.power.received_power import reader_link
 from octant.em.search.candidates import Candidates, SolverSettings, radio_scenes, search_candidates
 from octant.geometries.errors import ConfigError, OctantError, PhysicsWarning
 from octant.geometries.scene import Scene, build_scene, free_space_scene
+from octant.navigation.navigators.own import find_navigator
 from octant.reader_design.setting.advice import (
     floor_note,
     refuse_under_floor,
@@ -28,6 +29,7 @@ from octant.reader_design.setting.scores import USABLE_DBM
 from octant.reader_design.study_file.bodies import object_bodies, room_bodies, study_materials
 from octant.reader_design.study_file.checks import rooms_of
 from octant.reader_design.study_file.errors import unknown_name
+from octant.reader_design.study_file.mission import NAVIGATORS
 from octant.reader_design.study_file.mission import Mission as MissionTable
 from octant.reader_design.study_file.reader import Reader
 from octant.reader_design.study_file.schema import Layout, Study
@@ -344,6 +346,18 @@ def mission_table(study: Study) -> MissionTable:
         msg = "the study has no table [mission], which is needed to drive; add start_m and tags."
         raise ConfigError(msg)
     return study.mission
+
+
+def check_navigator(study: Study) -> None:
+    """Refuse a study without a mission, or whose navigator is a class that cannot drive one.
+
+    Parameters
+    ----------
+    study : The study; a class of the user's own is imported.
+    """
+    name = mission_table(study).navigator
+    if name not in NAVIGATORS:
+        find_navigator(name)
 
 
 def build_setting(

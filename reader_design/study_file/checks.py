@@ -10,11 +10,12 @@ import msgspec
 from octant.em.antennas.kinds import AntennaKind
 from octant.geometries.errors import ConfigError, InfeasibleDesignError
 from octant.geometries.tolerances import LENGTHS
+from octant.navigation.navigators.loading import entry_point_names
 from octant.reader_design.study_file.choice import Choice, Scoring
 from octant.reader_design.study_file.dock import Dock
 from octant.reader_design.study_file.errors import unknown_name
 from octant.reader_design.study_file.materials import check_material, material_label, material_specs
-from octant.reader_design.study_file.mission import Mission
+from octant.reader_design.study_file.mission import NAVIGATORS, Mission
 from octant.reader_design.study_file.optimise import check_optimise
 from octant.reader_design.study_file.reader import Reader
 from octant.reader_design.study_file.rfid import check_rfid
@@ -214,6 +215,12 @@ def _check_pattern_files(reader: Reader) -> None:
 
 def _check_mission(mission: Mission, tags: Sequence[Tag]) -> None:
     known = [tag.id for tag in tags]
+    own = mission.navigator
+    if own not in NAVIGATORS and ":" not in own:
+        names = (*NAVIGATORS, *entry_point_names())
+        if own not in names:
+            what = "navigator, and no class of yours as FILE.py:Class or package.module:Class"
+            raise ConfigError(unknown_name("mission.navigator", own, names, what=what))
     for i, tag_id in enumerate(mission.tags):
         if tag_id not in known:
             raise ConfigError(unknown_name(f"mission.tags[{i}]", tag_id, known, what="[[tag]]"))

@@ -3,7 +3,7 @@
 import itertools
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -12,6 +12,7 @@ import msgspec
 
 from octant.em.antennas.kinds import PATCHES
 from octant.geometries.errors import ConfigError, InfeasibleDesignError
+from octant.navigation.navigators.loading import is_file
 from octant.reader_design.study_file.checks import TAG_ANTENNAS, check_study
 from octant.reader_design.study_file.errors import path_text, sentence, unit_of, value_text
 from octant.reader_design.study_file.materials import room_material
@@ -276,7 +277,9 @@ def _with_files(study: Study, convert: Any, *, axes: bool = True) -> Study:  # n
     patterns = tuple(convert(file) for file in study.reader.pattern_files)
     reader = replace(study.reader, pattern_files=patterns, objects=of_objects(study.reader.objects))
     tags = tuple(of_tag(tag) for tag in study.tags)
-    track, rfid = study.track, study.rfid
+    track, rfid, mission = study.track, study.rfid, study.mission
+    if mission is not None:
+        mission = replace(mission, navigator=named_class(mission.navigator, convert))
     if track is not None and track.rss_samples is not None:
         track = replace(track, rss_samples=convert(track.rss_samples))
     if rfid is not None and rfid.transmitter_antenna not in TAG_ANTENNAS:
@@ -289,7 +292,19 @@ def _with_files(study: Study, convert: Any, *, axes: bool = True) -> Study:  # n
         reader=reader,
         track=track,
         rfid=rfid,
+        mission=mission,
     )
+
+
+def named_class(text: str, convert: Callable[[str], str]) -> str:
+    """Return a class's name with its file, if it stands in one, named anew.
+
+    Parameters
+    ----------
+    text, convert : ``FILE.py:Class``, or any other; makes another name of the file.
+    """
+    where, colon, name = text.rpartition(":")
+    return f"{convert(where)}{colon}{name}" if is_file(where) else text
 
 
 def _named(value: Any, named: Any) -> Any:  # noqa: ANN401  named: str -> str

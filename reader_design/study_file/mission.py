@@ -14,6 +14,7 @@ from octant.reader_design.study_file.quantities import (
     DistanceOrZero,
     Duration,
     DurationOrZero,
+    FileName,
     Name,
     Number,
     Period,
@@ -23,6 +24,8 @@ from octant.reader_design.study_file.quantities import (
 )
 from octant.reader_design.study_file.room import Table
 
+NAVIGATORS = ("thesis", "tracker")
+"""Octant's own navigators."""
 Corners = Annotated[tuple[Number, ...], Meta(min_length=3, max_length=4)]
 Terms = Annotated[dict[Name, Corners], Meta(min_length=1, max_length=100)]
 Start = tuple[Coordinate, Coordinate, Angle]
@@ -75,7 +78,9 @@ class Mission(Table, frozen=True, kw_only=True):
     tags : Tags to visit, in this order.
     navigator : ``thesis``: rotation, then the controller, arrival by a null (thesis 5.2);
         ``tracker``: estimates the tag's place from all readings and drives there. Neither knows
-        where the tags are; the tracker knows how they hang.
+        where the tags are; the tracker knows how they hang. Or one of your own:
+        ``FILE.py:Class`` (beside the study file), ``package.module:Class``, or the name of an entry
+        point of the group ``octant.navigators``; see `octant.Navigator`.
     tracker : What the tracker supposes of readings.
     controller : Of the thesis' navigator. ``fuzzy``: the five rules of thesis 5.2.2.2;
         ``vector_sum``: turn in proportion to the bearing of the RSS-weighted vector sum;
@@ -115,7 +120,7 @@ class Mission(Table, frozen=True, kw_only=True):
     start_m: Spot
     heading_deg: Angle = 90.0
     tags: Annotated[tuple[Name, ...], Meta(min_length=1, max_length=10_000)]
-    navigator: Literal["thesis", "tracker"] = "thesis"
+    navigator: FileName = "thesis"
     tracker: Tracker = Tracker()
     controller: Literal["fuzzy", "vector_sum", "pattern"] = "fuzzy"
     membership: Membership | None = None

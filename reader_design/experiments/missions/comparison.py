@@ -20,10 +20,10 @@ from octant.reader_design.experiments.missions.stage import RoomMission, mission
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.keeping.results import STUDY_FILE, refuse_another, write_once
 from octant.reader_design.keeping.workers import Crew, open_crew
-from octant.reader_design.setting.setting import build_setting, mission_table
+from octant.reader_design.setting.setting import build_setting, check_navigator, mission_table
 from octant.reader_design.showing.tables import put_table
 from octant.reader_design.study_file.errors import sentence
-from octant.reader_design.study_file.loading import load_study, vary
+from octant.reader_design.study_file.loading import load_study, named_class, vary
 from octant.reader_design.study_file.quantities import Count, Distance, FileName, Name, Seed, Word
 from octant.reader_design.study_file.room import Table
 from octant.reader_design.study_file.schema import Map, Study
@@ -146,7 +146,19 @@ def load_comparison(path: str | Path) -> Comparison:
         msgspec.structs.replace(layout, study=str(folder / layout.study))
         for layout in given.layouts
     )
-    return msgspec.structs.replace(given, layouts=layouts)
+    controllers = tuple(
+        msgspec.structs.replace(entry, mission=_with_class(entry.mission, folder))
+        for entry in given.controllers
+    )
+    return msgspec.structs.replace(given, layouts=layouts, controllers=controllers)
+
+
+def _with_class(keys: Keys, folder: Path) -> Keys:
+    """Return keys of ``[mission]`` in which a navigator's file is named by absolute path."""
+    named = keys.get("navigator")
+    if not isinstance(named, str):
+        return keys
+    return {**keys, "navigator": named_class(named, lambda file: str(folder / file))}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -197,7 +209,7 @@ def plan_comparison(comparison: Comparison) -> tuple[ComparisonCell, ...]:
 def _cells_of(comparison: Comparison, layout: LayoutEntry) -> Iterator[ComparisonCell]:
     study = load_study(layout.study)
     check_tables(study, "navigate")
-    mission_table(study)
+    check_navigator(study)
     for link in comparison.links:
         for reader in comparison.readers:
             for controller in comparison.controllers:
@@ -206,7 +218,7 @@ def _cells_of(comparison: Comparison, layout: LayoutEntry) -> Iterator[Compariso
                     f"and controller {controller.name!r}"
                 )
                 mission = {**controller.mission, "runs": comparison.runs}
-                yield ComparisonCell(
+                cell = ComparisonCell(
                     layout=study.name,
                     link=link.name,
                     reader=reader.name,
@@ -219,6 +231,8 @@ def _cells_of(comparison: Comparison, layout: LayoutEntry) -> Iterator[Compariso
                     ),
                     published_rmse_m=layout.published_rmse_m,
                 )
+                check_navigator(cell.study)
+                yield cell
 
 
 def _combined(

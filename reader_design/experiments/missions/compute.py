@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from octant.em.power.backscatter import BackscatterLink
 from octant.geometries.errors import ConfigError, GeometryError, NavigationError
+from octant.navigation.angles import wrap_angle
 from octant.navigation.control.controllers import (
     Controller,
     FuzzyController,
@@ -25,8 +26,10 @@ from octant.navigation.missions.run import MissionJob
 from octant.navigation.missions.starts import ListedStarts, RandomStarts, Starts
 from octant.navigation.navigators.arrival import ArrivalTest, arrival_tests
 from octant.navigation.navigators.interface import Navigator
+from octant.navigation.navigators.own import OwnNavigator, Told, find_navigator, place_of
 from octant.navigation.robot.drive import DifferentialDrive
 from octant.navigation.robot.floor import RobotSpace
+from octant.navigation.sensing.bearing import FRONT_AZIMUTH_RAD
 from octant.navigation.sensing.pattern_match import PatternMatcher, PowerTable
 from octant.navigation.sensing.sensor import PowerLink
 from octant.reader_design.keeping.progress import Progress
@@ -38,6 +41,7 @@ from octant.reader_design.setting.receiver import study_sensor
 from octant.reader_design.setting.robot import free_place_m, study_robot
 from octant.reader_design.setting.robot import mission_space as study_space
 from octant.reader_design.setting.setting import Setting, build_setting
+from octant.reader_design.study_file.mission import NAVIGATORS
 from octant.reader_design.study_file.mission import Mission as MissionTable
 from octant.reader_design.study_file.room import RoomObject
 from octant.reader_design.study_file.rules import mission_rules
@@ -133,13 +137,16 @@ def mission_starts(table: MissionTable, space: RobotSpace, points_m: FloatArray)
     return ListedStarts(poses=poses)
 
 
-def mission_job(setting: Setting, *, noise_db: float | None = None) -> MissionJob:
+def mission_job(
+    setting: Setting, *, noise_db: float | None = None, own: type | None = None
+) -> MissionJob:
     """Return what makes one run of a study's mission from its seed, in one of its rooms.
 
     Parameters
     ----------
     setting : The reader in a room of a study with a mission [m].
     noise_db : Noise of each reading [dB]; None: the study's.
+    own : A navigator's class in place of the one that the study names.
     """
     table = setting.mission
     links = {tag_id: setting.link(setting.tag(tag_id)) for tag_id in dict.fromkeys(table.tags)}
@@ -157,7 +164,7 @@ def mission_job(setting: Setting, *, noise_db: float | None = None) -> MissionJo
                 setting, links, key="mission.sample_time_s", period_s=table.sample_time_s
             ),
         ),
-        navigator=study_navigator(setting, mission, robot=robot),
+        navigator=study_navigator(setting, mission, robot=robot, own=own),
         robot=robot,
         blocked=space.footprint,
         outside=space.outside,
@@ -182,7 +189,11 @@ class MissionRuns:
 
 
 def mission_runs(
-    setting: Setting, *, runs: int | None = None, noise_db: float | None = None
+    setting: Setting,
+    *,
+    runs: int | None = None,
+    noise_db: float | None = None,
+    own: type | None = None,
 ) -> tuple[MissionRuns, ...]:
     """Return the runs of a study's mission, shared evenly by the placements of its objects.
 
@@ -191,16 +202,17 @@ def mission_runs(
     setting : The reader in a room of a study with a mission [m], driven in as it is where objects
         are not placed at random.
     runs, noise_db : Number of runs in all and noise [dB]; None: the study's.
+    own : As for `mission_job`.
     """
     table, seed = setting.mission, setting.study.seed
     total = table.runs if runs is None else runs
     if table.placement_m == 0.0:
-        job = mission_job(setting, noise_db=noise_db)
+        job = mission_job(setting, noise_db=noise_db, own=own)
         return (MissionRuns(job=job, setting=setting, runs=total, seed=seed),)
     found = []
     for share, child in _shares(np.random.SeedSequence(seed), total, table.placements):
         there = placed(setting, np.random.default_rng(child))
-        job = mission_job(there, noise_db=noise_db)
+        job = mission_job(there, noise_db=noise_db, own=own)
         own_seed = int(child.generate_state(1)[0])
         found.append(MissionRuns(job=job, setting=there, runs=share, seed=own_seed))
     return tuple(found)
@@ -255,6 +267,7 @@ def drive_missions(
     *,
     runs: int | None = None,
     noise_db: float | None = None,
+    own: type | None = None,
     workers: int = 1,
     progress: Callable[[int], object] | None = None,
 ) -> tuple[MissionResult, ...]:
@@ -262,13 +275,13 @@ def drive_missions(
 
     Parameters
     ----------
-    setting, runs, noise_db : As for `mission_runs` ([m], [dB]).
+    setting, runs, noise_db, own : As for `mission_runs` ([m], [dB]).
     workers, progress : Processes that share the runs; called with the number of finished runs.
     """
     with worker_map(workers) as mapper:
         return tuple(
             result
-            for one in mission_runs(setting, runs=runs, noise_db=noise_db)
+            for one in mission_runs(setting, runs=runs, noise_db=noise_db, own=own)
             for result in run_seeded(
                 one.job, runs=one.runs, seed=one.seed, mapper=mapper, progress=progress
             )
@@ -298,7 +311,7 @@ def study_controller(table: MissionTable, pattern: PowerTable | None = None) -> 
 
 
 def study_navigator(
-    setting: Setting, mission: Mission, *, robot: DifferentialDrive
+    setting: Setting, mission: Mission, *, robot: DifferentialDrive, own: type | None = None
 ) -> Navigator[Any]:
     """Return the navigator that a study's mission names.
 
@@ -306,8 +319,24 @@ def study_navigator(
     ----------
     setting : The reader in its room: how the tags hang is taken from it, and not where.
     mission, robot : From `study_mission` [m], [rad], [s]; the robot.
+    own : As for `mission_job`.
     """
     table, method = setting.mission, study_robot(setting.study, "mission").odometry
+    if own is not None or table.navigator not in NAVIGATORS:
+        return OwnNavigator(
+            place=find_navigator(table.navigator) if own is None else place_of(own),
+            kind=own,
+            told=Told(
+                tag_ids=mission.tag_ids,
+                heading_rad=mission.heading_rad,
+                azimuths_rad=wrap_angle(setting.responses[0].azimuths_rad - FRONT_AZIMUTH_RAD),
+                period_s=mission.sample_time_s,
+                cruise_step_m=mission.cruise_step_m,
+                arrival_radius_m=table.arrival_radius_m,
+                robot=robot,
+                tables=mission_tables(setting),
+            ),
+        )
     if table.navigator == "tracker":
         return tracker_navigator(
             mission,

@@ -176,7 +176,7 @@ def rss_time_figure(drive: Drive, tag_names: Sequence[str], *, title: str) -> "F
                     fontsize=8,
                     color="#444444",
                 )
-        ax.set_xlim(float(drive.time_s[0]), float(drive.time_s[-1]))
+        ax.set_xlim(float(drive.time_s[0]), max(float(drive.time_s[-1]), 1e-9))
         ax.set_xlabel("time [s]")
         ax.set_ylabel("RSS [dBm]")
         antenna_legend(figure, ax)

@@ -93,7 +93,7 @@ def navigate(
     )
     from octant.reader_design.keeping.workers import open_crew
     from octant.reader_design.setting.cost import mission_cost, reader_cost
-    from octant.reader_design.setting.setting import build_setting, mission_table
+    from octant.reader_design.setting.setting import build_setting, check_navigator, mission_table
     from octant.reader_design.study_file.loading import load_study, replace, to_toml, vary
     from octant.reader_design.study_file.tables_read import check_tables
 
@@ -102,7 +102,7 @@ def navigate(
     if animate is not None and animate.suffix.lower() != ".gif":
         msg = f"--animate is {animate}, but an animation is a GIF; name a file that ends in .gif."
         raise ConfigError(msg)
-    mission_table(loaded)
+    check_navigator(loaded)
     wanted = {"mission.runs": runs, "mission.noise_db": noise_db}
     values = {key: value for key, value in wanted.items() if value is not None}
     loaded = options.seeded(replace(vary(loaded, values), sweep=loaded.sweep))
