@@ -19,14 +19,10 @@ class Drawing(SphinxDirective):
         figure = nodes.figure(classes=["align-default"])
         for theme in ("light", "dark"):
             uri = f"/generated/{self.arguments[0]}.{theme}.svg"
-            picture = nodes.image(
-                uri=uri, alt=self.options["alt"], classes=[f"only-{theme}"], candidates={"*": uri}
-            )
-            self.env.images.add_file(self.env.docname, uri.lstrip("/"))
-            picture["uri"] = uri.lstrip("/")
-            picture["candidates"] = {"*": uri.lstrip("/")}
-            figure += picture
+            figure += nodes.image(uri=uri, alt=self.options["alt"], classes=[f"only-{theme}"])
         parsed = nodes.Element()
         self.state.nested_parse(self.content, self.content_offset, parsed)
-        figure += nodes.caption("", "", *(part for text in parsed.children for part in text.children))
+        figure += nodes.caption(
+            "", "", *(part for text in parsed.children for part in text.children)
+        )
         return [figure]

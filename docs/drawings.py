@@ -117,7 +117,11 @@ def reader_and_bearing(colours: Palette) -> Figure:
     angle = float(np.angle(total))
     arrow(right, (0, 0), (1.45 * math.cos(angle), 1.45 * math.sin(angle)), color=colours["ink"])
     right.text(
-        1.5 * math.cos(angle), 1.5 * math.sin(angle), "vector sum", color=colours["ink"], va="bottom"
+        1.5 * math.cos(angle),
+        1.5 * math.sin(angle),
+        "vector sum",
+        color=colours["ink"],
+        va="bottom",
     )
     right.set(xlim=(-1.3, 2.0), ylim=(-1.3, 1.6))
     right.set_title("Received power, antenna by antenna", color=colours["ink"])
@@ -134,7 +138,9 @@ def coherent_and_local_mean(colours: Palette) -> Figure:
     figure = Figure(figsize=(7.6, 3.2))
     axes = figure.subplots()
     x = np.linspace(0.5, 3.5, 1500)
-    image = np.array([[0, 0, 2.5], [0, 0, -2.5], [-4, 0, 2.5], [10, 0, 2.5], [0, 6, 2.5], [0, -5, 2.5]])
+    image = np.array(
+        [[0, 0, 2.5], [0, 0, -2.5], [-4, 0, 2.5], [10, 0, 2.5], [0, 6, 2.5], [0, -5, 2.5]]
+    )
     loss = np.array([1.0, 0.45, 0.4, 0.4, 0.35, 0.35])
     receiver = np.stack([x, np.zeros_like(x), np.full_like(x, 0.3)], axis=1)
     away = np.linalg.norm(receiver[:, None] - image[None], axis=2)
@@ -160,7 +166,9 @@ def image_method(colours: Palette) -> Figure:
     figure = Figure(figsize=(7.6, 3.6))
     axes = figure.subplots()
     plain_axes(axes)
-    axes.add_patch(Rectangle((0, 0), 4, 3, facecolor=colours["fill"], edgecolor=colours["ink"], lw=2))
+    axes.add_patch(
+        Rectangle((0, 0), 4, 3, facecolor=colours["fill"], edgecolor=colours["ink"], lw=2)
+    )
     for x0, y0 in ((4, 0), (0, 3), (4, 3)):
         axes.add_patch(
             Rectangle((x0, y0), 4, 3, fill=False, edgecolor=colours["soft"], ls=":", lw=1.0)
@@ -183,8 +191,8 @@ def image_method(colours: Palette) -> Figure:
     axes.plot(*np.stack(points).T, color=BAD, lw=1.8)
     axes.plot(*tag, "s", color=TAG, ms=10)
     axes.plot(*robot, "o", color=colours["ink"], ms=9)
-    axes.text(*(tag + (-0.12, 0.2)), "tag", ha="right", color=colours["ink"])
-    axes.text(*(robot + (0, -0.34)), "robot", ha="center", color=colours["ink"])
+    axes.text(tag[0] - 0.12, tag[1] + 0.2, "tag", ha="right", color=colours["ink"])
+    axes.text(robot[0], robot[1] - 0.34, "robot", ha="center", color=colours["ink"])
     axes.set(xlim=(-0.2, 8.2), ylim=(-0.2, 6.1))
     axes.set_title("A reflected path unfolded is a straight line to an image", color=colours["ink"])
     return figure
@@ -200,14 +208,17 @@ def right_antenna_and_margin(colours: Palette) -> Figure:
     figure = Figure(figsize=(7.6, 3.1))
     right = 10 * np.log10(rss_of(math.radians(97.0), 1.4)) - 38.0
     wrong = right + np.array([1.5, -1.0, -4.5, 0.8, 3.4, 1.5, 0.6, 1.2])
-    for axes, levels, good in zip(figure.subplots(1, 2, sharey=True), (right, wrong), (True, False), strict=True):
+    for axes, levels, good in zip(
+        figure.subplots(1, 2, sharey=True), (right, wrong), (True, False), strict=True
+    ):
         shown = [colours["soft"]] * 8
         shown[2] = GOOD if good else TAG
         best = int(np.argmax(levels))
         if not good:
             shown[best] = BAD
-        levels = np.maximum(levels, -62.0)
-        axes.bar(np.arange(1, 9), levels + 65, bottom=-65, color=shown, width=0.7)
+        axes.bar(
+            np.arange(1, 9), np.maximum(levels, -62.0) + 65, bottom=-65, color=shown, width=0.7
+        )
         rival = max(levels[1], levels[3])
         axes.plot([1.5, 5.6], [rival, rival], color=colours["ink"], lw=0.9, ls=":")
         axes.plot([2.6, 5.6], [levels[2]] * 2, color=colours["ink"], lw=0.9, ls=":")
@@ -220,7 +231,9 @@ def right_antenna_and_margin(colours: Palette) -> Figure:
             color=colours["ink"], va="center",
         )  # fmt: skip
         axes.set(xlabel="antenna (3 faces the tag)", xticks=np.arange(1, 9), ylim=(-65, -34))
-        words = "the right antenna leads" if good else f"antenna {best + 1} leads: not the right one"
+        words = (
+            "the right antenna leads" if good else f"antenna {best + 1} leads: not the right one"
+        )
         axes.set_title(words, color=colours["ink"])
         if good:
             axes.set_ylabel("RSS [dBm]")
@@ -240,7 +253,9 @@ def capture(colours: Palette) -> Figure:
     wall = 3.0
     axes.add_patch(Rectangle((0, wall), 6.4, 0.28, facecolor=colours["soft"], edgecolor="none"))
     axes.text(0.1, wall + 0.4, "metal wall", color=colours["ink"])
-    axes.add_patch(Rectangle((2.6, 1.1), 0.7, 0.9, facecolor=colours["fill"], edgecolor=colours["ink"]))
+    axes.add_patch(
+        Rectangle((2.6, 1.1), 0.7, 0.9, facecolor=colours["fill"], edgecolor=colours["ink"])
+    )
     axes.text(2.95, 0.85, "cabinet", ha="center", va="top", color=colours["ink"])
     tag, robot = np.array([1.0, 1.9]), np.array([5.2, 1.3])
     image = np.array([tag[0], 2 * wall - tag[1]])
@@ -250,11 +265,15 @@ def capture(colours: Palette) -> Figure:
     axes.plot(*np.stack([tag, hit, robot]).T, color=BAD, lw=2.2)
     axes.plot(*np.stack([hit, image]).T, color=BAD, lw=0.9, ls=":")
     axes.plot(*image, "s", mfc="none", mec=TAG, ms=10)
-    axes.text(image[0] + 0.2, image[1], "mirror image of the tag", va="center", color=colours["soft"])
+    axes.text(
+        image[0] + 0.2, image[1], "mirror image of the tag", va="center", color=colours["soft"]
+    )
     axes.plot(*tag, "s", color=TAG, ms=10)
     axes.text(tag[0] - 0.18, tag[1], "tag", ha="right", va="center", color=colours["ink"])
     axes.plot(*robot, "o", color=colours["ink"], ms=10)
-    arrow(axes, tuple(robot), tuple(robot + 0.75 * way / np.linalg.norm(way)), color=BAD, linewidth=3)
+    arrow(
+        axes, tuple(robot), tuple(robot + 0.75 * way / np.linalg.norm(way)), color=BAD, linewidth=3
+    )
     axes.text(robot[0] + 0.2, robot[1], "robot", va="center", color=colours["ink"])
     axes.text(4.25, 1.2, "direct ray: weak", ha="center", va="top", color=colours["soft"])
     axes.text(4.55, 2.45, "reflection: strong", color=BAD, rotation=0)
@@ -278,7 +297,10 @@ def under_the_tag(colours: Palette) -> Figure:
     from scipy.special import j1
 
     shapes = (
-        ("dipole: no power straight down", np.cos(math.pi / 2 * np.cos(theta)) / (np.sin(theta) + 1e-12)),
+        (
+            "dipole: no power straight down",
+            np.cos(math.pi / 2 * np.cos(theta)) / (np.sin(theta) + 1e-12),
+        ),
         ("conical_patch: a cone, vertical", j1(size * np.sin(theta)) / 0.582),
         ("patch: most power straight down", np.cos(math.pi / 2 * np.sin(theta)) * 1.0 + 0.0),
     )
@@ -315,9 +337,16 @@ def bearing_angles(colours: Palette) -> Figure:
     for k in range(8):
         turn = heading - math.pi / 2 + AZIMUTHS[k]
         axes.plot(0.42 * math.cos(turn), 0.42 * math.sin(turn), "o", color=ANTENNA_COLOURS[k], ms=5)
-        axes.text(0.7 * math.cos(turn), 0.7 * math.sin(turn), str(k + 1), ha="center", va="center", color=colours["soft"], fontsize=8)  # fmt: skip
+        place = (0.7 * math.cos(turn), 0.7 * math.sin(turn))
+        middle = {"ha": "center", "va": "center", "fontsize": 8}
+        axes.text(*place, str(k + 1), color=colours["soft"], **middle)
     arrow(axes, (0, 0), (1.7 * math.cos(heading), 1.7 * math.sin(heading)), color=colours["ink"])
-    axes.text(1.75 * math.cos(heading), 1.75 * math.sin(heading), "front (antenna 3)", color=colours["ink"])
+    axes.text(
+        1.75 * math.cos(heading),
+        1.75 * math.sin(heading),
+        "front (antenna 3)",
+        color=colours["ink"],
+    )
     end = (1.9 * math.cos(tag), 1.9 * math.sin(tag))
     axes.plot([0, end[0]], [0, end[1]], color=WAVE, lw=1.6)
     axes.plot(*end, "s", color=TAG, ms=10)
@@ -363,7 +392,13 @@ def draw_all(folder: Path) -> None:
 
 def _look(colours: Palette) -> dict[str, object]:
     ink, paper = colours["ink"], colours["paper"]
-    keys = ("text.color", "axes.labelcolor", "axes.titlecolor", "xtick.labelcolor", "ytick.labelcolor")
+    keys = (
+        "text.color",
+        "axes.labelcolor",
+        "axes.titlecolor",
+        "xtick.labelcolor",
+        "ytick.labelcolor",
+    )
     return dict.fromkeys(keys, ink) | {
         "figure.facecolor": paper,
         "savefig.facecolor": paper,

@@ -1,7 +1,7 @@
 """Write the pages that come from the code into ``docs/generated``: verbs, glossary, drawings.
 
-``conf.py`` calls `write_all` before each build. A file is touched only where its content changes, so
-that a build does again only what it must.
+``conf.py`` calls `write_all` before each build. A file is touched only where its content changes,
+so that a build does again only what it must.
 """
 
 import re
@@ -153,7 +153,12 @@ def glossary_page() -> str:
     terms: list[dict[str, Any]] = tomllib.loads(GLOSSARY.read_text("utf-8"))["term"]
     for term in sorted(terms, key=lambda one: str(one["term"]).casefold()):
         also = f" (also *{', '.join(term['also'])}*)" if term.get("also") else ""
-        lines += [f"({anchor(term['term'])})=", f"**{term['term']}**{also}", f": {term['text']}", ""]
+        lines += [
+            f"({anchor(term['term'])})=",
+            f"**{term['term']}**{also}",
+            f": {term['text']}",
+            "",
+        ]
     return "\n".join(lines)
 
 

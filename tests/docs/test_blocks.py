@@ -58,8 +58,9 @@ def test_every_table_is_one_that_a_study_takes(block, tmp_path):
     tables = tables if block.caption else BARE | tables
     try:
         study_of_tables(tables, source=str(block), directory=ROOT)
-    except ConfigError as exc:  # what an earlier step of the page writes is not there yet
-        assert "does not exist in" in str(exc), str(exc)
+    except ConfigError as exc:
+        if "does not exist in" not in str(exc):  # what an earlier step of the page writes
+            raise
     return None
 
 
@@ -86,9 +87,9 @@ def test_a_wrong_command_is_found():
         "octant map",
         "rm -r octant-study",
     ):
+        words = next(doc_blocks.commands(text))
         with pytest.raises((AssertionError, doc_blocks.click.ClickException)):
-            for words in doc_blocks.commands(text):
-                doc_blocks.checked(words)
+            doc_blocks.checked(words)
 
 
 PAGES = [p for p in doc_blocks.pages() if p.parent.name in FOLLOWED and list(doc_blocks.blocks(p))]

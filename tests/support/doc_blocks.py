@@ -180,5 +180,3 @@ def tables(block: Block) -> dict[str, object]:
     except tomllib.TOMLDecodeError as exc:
         msg = f"{block}: {exc}"
         raise AssertionError(msg) from exc
-
-
