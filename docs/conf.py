@@ -38,6 +38,7 @@ html_theme = "furo"
 html_title = "Octant"
 html_static_path = ["static"]
 html_css_files = ["octant.css"]
+html_js_files = ["copy.js"]
 html_copy_source = False
 html_show_sourcelink = False
 html_show_sphinx = False
