@@ -9,7 +9,7 @@ import shutil
 
 import doc_blocks
 import pytest
-from doc_blocks import DOCS, ROOT
+from doc_blocks import ROOT
 
 import octant
 from octant.geometries.errors import ConfigError
@@ -92,12 +92,23 @@ def test_a_wrong_command_is_found():
             doc_blocks.checked(words)
 
 
-PAGES = [p for p in doc_blocks.pages() if p.parent.name in FOLLOWED and list(doc_blocks.blocks(p))]
+PAGES = [
+    page
+    for page in doc_blocks.pages()
+    if page.name == "README.md" or page.parent.name in FOLLOWED
+    if any(doc_blocks.blocks(page))
+]
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(DOCS)))
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 def test_a_page_followed_word_by_word(page, tmp_path, monkeypatch):
     shutil.copytree(ROOT / "examples", tmp_path / "examples")
     monkeypatch.chdir(tmp_path)
     doc_blocks.carried_out(page, tmp_path)
+
+
+def test_the_readme_is_one_page():
+    text = (ROOT / "README.md").read_text("utf-8")
+    assert len(text.split()) <= 520
+    assert text.count("![") == 1
