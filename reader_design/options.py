@@ -207,6 +207,10 @@ dry_run_option = click.option(
     "--dry-run", is_flag=True, help="Say what would be computed, and leave."
 )
 
+quick_option = click.option(
+    "--quick", is_flag=True, help="A quick look: coarse sampling and few runs."
+)
+
 STUDY_ARGUMENT = click.argument(
     "study",
     type=click.Path(path_type=Path),

@@ -1,5 +1,6 @@
 """``octant map``: received power over the floor of a study's room."""
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
@@ -7,23 +8,56 @@ import click
 
 from octant.geometries.errors import ConfigError
 from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.options import POINT, approve, common_options, number
+from octant.reader_design.options import (
+    POINT,
+    approve,
+    common_options,
+    dry_run_option,
+    json_option,
+    number,
+    out_option,
+    print_plan,
+    quick_option,
+    study_argument,
+    written_line,
+)
 from octant.reader_design.study_file.quantities import Angle, Distance, Level, Power
+from octant.reader_design.terminal.completion import (
+    PATTERN_FILES,
+    built_in_antennas,
+    tags,
+)
+from octant.reader_design.terminal.completion import files as completed_files
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     import xarray as xr
 
     from octant.reader_design.face.map_files import Export
+    from octant.reader_design.face.rss_map import MapWanted
+    from octant.reader_design.setting.cost import Cost
+    from octant.reader_design.setting.setting import Setting
     from octant.reader_design.study_file.schema import Study
+
+QUICK_SPACING_M = 0.2
+"""Least spacing of a quick map [m]."""
 
 
 @click.command(name="map")
-@click.argument("study", type=click.Path(path_type=Path))
+@study_argument
+@out_option("octant-map", "Folder for map.nc and figures, or one netCDF file .nc.")
 @click.option(
-    "--out", type=click.Path(path_type=Path), required=True, help="The netCDF file to write."
+    "--tag",
+    "tag_ids",
+    metavar="TAG",
+    shell_complete=tags,
+    multiple=True,
+    help="Tag to map; default: all of the study.",
 )
-@click.option("--tag", "tag_ids", multiple=True, help="Tag to map; default: all of the study.")
-@click.option("--antenna", type=click.IntRange(1, 100), help="Only this antenna of the reader.")
+@click.option(
+    "--antenna", type=click.IntRange(1, 100), metavar="N", help="Only this antenna of the reader."
+)
 @click.option("--isotropic", is_flag=True, help="One isotropic_theta antenna, no reader.")
 @click.option("--local-mean", is_flag=True, help="Add the power sum over paths.")
 @click.option("--local-mean-disc", is_flag=True, help="Add the mean over a disc of one wavelength.")
@@ -31,22 +65,36 @@ if TYPE_CHECKING:
 @click.option(
     "--figures",
     type=click.Path(path_type=Path, file_okay=False),
-    help="Folder for figures of everything that is mapped; adds the power sum.",
+    help="Folder for figures of everything that is mapped; adds the power sum. Default: figures in "
+    "the folder --out, none beside a file.",
 )
-@click.option("--spacing-m", type=number(Distance), help="In place of map.spacing_m [m].")
 @click.option(
-    "--height-m", type=number(Distance), help="Of the receivers, in place of map.height_m [m]."
+    "--spacing-m", type=number(Distance), metavar="M", help="In place of map.spacing_m [m]."
 )
-@click.option("--heading-deg", type=number(Angle), help="Of the robot, in place of the mission's.")
+@click.option(
+    "--height-m",
+    type=number(Distance),
+    metavar="M",
+    help="Of the receivers, in place of map.height_m [m].",
+)
+@click.option(
+    "--heading-deg",
+    type=number(Angle),
+    metavar="DEG",
+    help="Of the robot, in place of the mission's [deg].",
+)
 @click.option(
     "--power-w",
     type=number(Power),
+    metavar="W",
     help="What tags send, in place of radio.tag_power_w, or the reader, of rfid.power_w [W].",
 )
-@click.option("--power-dbm", type=number(Level), help="The same in dBm.")
+@click.option("--power-dbm", type=number(Level), metavar="DBM", help="The same in dBm.")
 @click.option("--tx", type=POINT, help="A transmitter of yours [m], in place of the tags.")
 @click.option(
     "--tx-antenna",
+    metavar="KIND|FILE",
+    shell_complete=completed_files(*PATTERN_FILES, names=built_in_antennas),
     default="dipole",
     show_default=True,
     help="Its antenna: a kind as of [[tag]], or a pattern file.",
@@ -54,6 +102,7 @@ if TYPE_CHECKING:
 @click.option(
     "--threshold-dbm",
     type=number(Level),
+    metavar="DBM",
     help="Say on how much of the floor this level is reached, and draw its line in figures.",
 )
 @click.option(
@@ -63,10 +112,13 @@ if TYPE_CHECKING:
     multiple=True,
     help="Write the map in this form too, beside OUT; may be repeated.",
 )
+@quick_option
+@dry_run_option
+@json_option
 @common_options
 def radio_map(
     *,
-    study: Path,
+    study: Path | None,
     out: Path,
     tag_ids: tuple[str, ...],
     antenna: int | None,
@@ -84,6 +136,9 @@ def radio_map(
     tx_antenna: str,
     threshold_dbm: float | None,
     exports: tuple[str, ...],
+    quick: bool,
+    dry_run: bool,
+    as_json: bool,
     force: bool,
     quiet: bool,
 ) -> None:
@@ -99,24 +154,15 @@ def radio_map(
     is base + multiplier x mask) hold one layer a file: power of the strongest antenna, local means,
     absolute bearing error and, with --threshold-dbm, where that level is reached.
     """
-    from octant.geometries.files import refuse_overwrite
-    from octant.reader_design.face.map_figures import PAGES, save_pages
-    from octant.reader_design.face.map_files import coverage_lines, export_names, write_exports
-    from octant.reader_design.face.rss_map import (
-        MapWanted,
-        map_rss,
-        summary_lines,
-        unreached_places,
-    )
-    from octant.reader_design.keeping.keys import digest
-    from octant.reader_design.keeping.results import complete_line
-    from octant.reader_design.keeping.versions import versions
-    from octant.reader_design.setting.advice import opaque_wall_note
-    from octant.reader_design.setting.setting import Setting, build_setting
-    from octant.reader_design.showing.netcdf import inputs_of, read_dataset, write_dataset
+    from octant.reader_design.face.map_files import export_names
+    from octant.reader_design.face.rss_map import MapWanted
     from octant.reader_design.study_file.loading import load_study
 
+    if out.suffix.lower() != ".nc":
+        out, figures = out / "map.nc", figures or out / "figures"
     given = load_study(study)
+    if quick and spacing_m is None:
+        spacing_m = max(given.map.spacing_m, QUICK_SPACING_M)
     if heading_deg is None and given.mission is not None:
         heading_deg = given.mission.heading_deg
     loaded = _changed(
@@ -133,7 +179,6 @@ def radio_map(
     if antenna is not None and antenna > loaded.reader.antennas:
         msg = f"--antenna is {antenna}, but the reader has antennas 1 to {loaded.reader.antennas}."
         raise ConfigError(msg)
-    pages = [] if figures is None else [figures / name for name in PAGES]
     wanted = MapWanted(
         tag_ids=tag_ids,
         antennas=None if antenna is None else (antenna,),
@@ -149,36 +194,149 @@ def radio_map(
         wanted.raster_layers(threshold=threshold_dbm is not None),
         tag_ids or [tag.id for tag in loaded.tags],
     )
-    files = [file for _, file, _, _ in named]
-
-    def finish(data: "xr.Dataset", setting: Setting) -> None:
-        if figures is not None:
-            save_pages(data, setting, figures, threshold_dbm=threshold_dbm)
-        write_exports(data, named, threshold_dbm=threshold_dbm)
-        if threshold_dbm is not None:
-            for line in coverage_lines(data, threshold_dbm):
-                click.echo(line)
-
-    progress, inputs = Progress(quiet=quiet), digest([loaded, wanted, versions()])
-    if not force and inputs_of(out) == inputs:
-        progress.say(complete_line(out))
-        finish(read_dataset(out), build_setting(loaded))
-        return
-    refuse_overwrite(out, *pages, *files, force=force)
-    data, setting, layers = map_rss(
-        loaded,
-        wanted,
-        progress=progress,
-        approve=lambda cost: approve(cost, progress),
+    files = _MapFiles(out=out, figures=figures, exports=named, threshold_dbm=threshold_dbm)
+    data = _mapped(
+        loaded, wanted, files, force=force, dry_run=dry_run, as_json=as_json, quiet=quiet
     )
-    write_dataset(data.assign_attrs(inputs=inputs), out, force=True)
-    finish(data, setting)
-    for line in summary_lines(layers):
-        click.echo(line)
-    if advice := opaque_wall_note(loaded, setting.scene, unreached_places(layers)):
+    _show(data, files, study, as_json=as_json)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _MapFiles:
+    """Where a map goes, and what is made of it.
+
+    Parameters
+    ----------
+    out, figures, exports : The netCDF file, the folder of figures (None: none), other forms.
+    threshold_dbm : Level whose line and share are shown [dBm].
+    """
+
+    out: Path
+    figures: Path | None
+    exports: "Sequence[tuple[Export, Path, str, str]]"
+    threshold_dbm: float | None
+
+    @property
+    def written(self) -> list[Path]:
+        """Files and folders that hold the map."""
+        files = [file for _, file, _, _ in self.exports]
+        return [self.out, *files, *([] if self.figures is None else [self.figures])]
+
+    @property
+    def stamp(self) -> str:
+        """What says that all of them belong together."""
+        from octant.reader_design.keeping.keys import digest
+
+        return digest([self.threshold_dbm, [path.name for path in self.written]])
+
+    def all_there(self, data: "xr.Dataset") -> bool:
+        """Return whether everything that is made of a map is there, and for the same level.
+
+        Parameters
+        ----------
+        data : The map, as read.
+        """
+        folder = self.figures or self.out.parent
+        pages = [folder / name for name in data.attrs.get("pages", "").split()]
+        same = data.attrs.get("drawn") == self.stamp
+        return same and all(path.exists() for path in (*self.written, *pages))
+
+    def refuse_overwrite(self, *, force: bool) -> None:
+        """Refuse files that are there already, unless forced.
+
+        Parameters
+        ----------
+        force : Whether they may be replaced.
+        """
+        from octant.geometries.files import refuse_overwrite
+        from octant.reader_design.face.map_figures import PAGES
+
+        pages = [] if self.figures is None else [self.figures / name for name in PAGES]
+        files = [file for _, file, _, _ in self.exports]
+        refuse_overwrite(self.out, *pages, *files, force=force)
+
+    def finish(self, data: "xr.Dataset", setting: "Setting", progress: Progress) -> "xr.Dataset":
+        """Return the map, once it and everything that is made of it is written.
+
+        Parameters
+        ----------
+        data, setting, progress : The map, its room; shows that figures are drawn.
+        """
+        from octant.reader_design.face.map_figures import save_pages
+        from octant.reader_design.face.map_files import write_exports
+        from octant.reader_design.showing.netcdf import write_dataset
+
+        pages: list[Path] = []
+        if self.figures is not None:
+            with progress.during("figures"):
+                pages = save_pages(data, setting, self.figures, threshold_dbm=self.threshold_dbm)
+        write_exports(data, self.exports, threshold_dbm=self.threshold_dbm)
+        data = data.assign_attrs(drawn=self.stamp, pages=" ".join(page.name for page in pages))
+        write_dataset(data, self.out, force=True)
+        return data
+
+
+def _mapped(
+    study: "Study",
+    wanted: "MapWanted",
+    files: _MapFiles,
+    *,
+    force: bool,
+    dry_run: bool,
+    as_json: bool,
+    quiet: bool,
+) -> "xr.Dataset":
+    """Return the map, read or computed, with its files written; a dry run ends here."""
+    from octant.reader_design.face.rss_map import map_rss, summary_lines, unreached_places
+    from octant.reader_design.keeping.keys import digest
+    from octant.reader_design.keeping.results import complete_line
+    from octant.reader_design.keeping.versions import versions
+    from octant.reader_design.setting.advice import opaque_wall_note
+    from octant.reader_design.setting.setting import build_setting
+    from octant.reader_design.showing.netcdf import inputs_of, read_dataset, write_dataset
+
+    progress, inputs = Progress(quiet=quiet), digest([study, wanted, versions()])
+    if not force and not dry_run and inputs_of(files.out) == inputs:
+        data = read_dataset(files.out)
+        if files.all_there(data):
+            progress.say(complete_line(files.out))
+            return data
+        progress.say(f"{files.out} is complete already; only what is made of it is written.")
+        return files.finish(data, build_setting(study), progress)
+
+    def approved(cost: "Cost") -> None:
+        if dry_run:
+            print_plan(f"{cost.text()}.", as_json=as_json)
+            raise click.exceptions.Exit(0)
+        approve(cost, progress)
+
+    if not dry_run:
+        files.refuse_overwrite(force=force)
+    data, setting, layers = map_rss(study, wanted, progress=progress, approve=approved)
+    data = data.assign_attrs(inputs=inputs, summary="\n".join(summary_lines(layers)))
+    write_dataset(data, files.out, force=True)
+    data = files.finish(data, setting, progress)
+    if advice := opaque_wall_note(study, setting.scene, unreached_places(layers)):
         progress.say(advice)
-    shown = [str(path) for path in (out, *files, *([figures] if figures is not None else []))]
-    click.echo(f"written: {', '.join(shown)}")
+    return data
+
+
+def _show(data: "xr.Dataset", files: _MapFiles, study: Path | None, *, as_json: bool) -> None:
+    """Print what a map says: a line for each tag, or a document."""
+    from octant.reader_design.face.map_files import coverage_lines
+    from octant.reader_design.face.map_texts import map_document
+    from octant.reader_design.terminal.documents import json_text
+
+    level = files.threshold_dbm
+    lines = data.attrs.get("summary", "").splitlines()
+    lines += [] if level is None else coverage_lines(data, level)
+    if as_json:
+        document = map_document(data, threshold_dbm=level)
+        more = {"study": study, "summary": lines, "written": files.written}
+        click.echo(json_text({"verb": "map", **document, **more}))
+        return
+    for line in (*lines, written_line(files.written)):
+        click.echo(line)
 
 
 def _power_w(power_w: float | None, power_dbm: float | None) -> float | None:

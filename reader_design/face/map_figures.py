@@ -64,8 +64,8 @@ _SPREADS = (
 
 def save_pages(
     data: "xr.Dataset", setting: Setting, folder: Path, *, threshold_dbm: float | None = None
-) -> None:
-    """Write a figure of `PAGES` for each layer of a map, at most four tags a page.
+) -> list[Path]:
+    """Return the figures of `PAGES` that are written, one for each layer, four tags a page at most.
 
     Grey is outside the room and inside objects.
 
@@ -75,8 +75,11 @@ def save_pages(
     setting, folder : The room; where the figures go.
     threshold_dbm : Level whose contour is drawn in the figure of powers [dBm].
     """
+    written: list[Path] = []
     for name, figure in _pages(_Pages(data, setting, threshold_dbm)):
         save_figure(figure, folder / name)
+        written.append(folder / name)
+    return written
 
 
 def raster_figure(

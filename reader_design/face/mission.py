@@ -30,6 +30,7 @@ from octant.reader_design.face.shown import figure_html, image_html, progress_of
 from octant.reader_design.face.tables import Tag
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.setting.setting import Setting, build_setting, mission_table
+from octant.reader_design.setting.solving import solved
 from octant.reader_design.showing.netcdf import variable
 from octant.reader_design.showing.plan import plan_of
 from octant.reader_design.study_file.schema import Study
@@ -153,7 +154,7 @@ class Mission:
         setting = build_setting(study)
         for note in setting.notes:
             shown.say(note)
-        setting.solved()
+        solved(setting, shown)
         number = table.runs if runs is None else runs
         with shown.count(number, label="missions") as done:
             results = drive_missions(

@@ -35,7 +35,9 @@ from octant.reader_design.face.shown import figure_html, progress_of, text_html
 from octant.reader_design.face.tables import StudyTable, study_from, with_keys_of
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.keeping.versions import versions
+from octant.reader_design.setting.cost import reader_cost
 from octant.reader_design.setting.design import response_at
+from octant.reader_design.setting.solving import SOLVING
 from octant.reader_design.showing.netcdf import variable, write_dataset
 from octant.reader_design.study_file.loading import to_toml
 from octant.reader_design.study_file.reader import Reader as ReaderTable
@@ -146,8 +148,12 @@ def solve_reader_of(
     design = study.reader
     first = frequencies_hz[0]
     cut = msgspec.structs.replace(design, antenna_length_m=design.element(first).length_m)
-    with progress.track(frequencies_hz, label="frequencies") as tracked:
-        at = [_solved(study, design if f == first else cut, f) for f in tracked]
+    count = len(frequencies_hz)
+    alone = msgspec.structs.replace(study.radio, channels_hz=())
+    expected_s = count * reader_cost(msgspec.structs.replace(study, radio=alone)).seconds
+    label = SOLVING if count == 1 else f"{SOLVING} at {count} frequencies"
+    with progress.during(label, expected_s=expected_s):
+        at = [_solved(study, design if f == first else cut, f) for f in frequencies_hz]
     notes = dict.fromkeys((*design.notes(), *(w for r, _ in at for w in r.warnings)))
     for note in notes:
         warnings.warn(note, PhysicsWarning, stacklevel=2)

@@ -26,6 +26,7 @@ from octant.reader_design.setting.placing import PlacedTag
 from octant.reader_design.setting.read_range import ReadRange, read_range
 from octant.reader_design.setting.rfid import is_woken, isotropic_responses
 from octant.reader_design.setting.setting import Setting, build_setting
+from octant.reader_design.setting.solving import solved
 from octant.reader_design.showing.netcdf import dataset, variable
 from octant.reader_design.showing.wake import wake_lines, wake_variables
 from octant.reader_design.study_file.loading import to_toml
@@ -509,7 +510,7 @@ def map_rss(
         progress.say(note)
     refuse_under_floor(setting.scene, setting.seen_floor_m, setting.map_z_m, name="the map")
     if not wanted.isotropic:
-        setting.solved()
+        solved(setting, progress)
     heading_deg = wanted.heading_deg
     if heading_deg is None:
         heading_deg = 90.0 if study.mission is None else study.mission.heading_deg
@@ -584,7 +585,7 @@ def rss_link(study: Study, tag_id: str, poses: npt.ArrayLike, *, progress: Progr
     for note in setting.notes:
         progress.say(note)
     _refuse_buried_poses(setting, poses)
-    return setting.solved().link(tag)
+    return solved(setting, progress).link(tag)
 
 
 def _refuse_buried_poses(setting: Setting, poses: npt.ArrayLike) -> None:

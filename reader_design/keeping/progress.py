@@ -1,12 +1,19 @@
 """Progress and messages on stderr, so that stdout carries data only."""
 
 import sys
+import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
+from threading import Event, Thread
 from typing import TextIO, TypeVar
 
 Item = TypeVar("Item")
+
+FIRST_SHOWN_S = 1.0
+"""Time [s] after which something that cannot be counted is shown."""
+TICK_S, PIPE_TICK_S = 0.5, 10.0
+"""Time [s] between two of its pictures in a terminal, and in a file or a pipe."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -67,6 +74,49 @@ class Progress:
             yield tracked
 
     @contextmanager
+    def during(self, label: str, *, expected_s: float | None = None) -> Iterator[None]:
+        """Show for how long something lasts that cannot be counted, after its first second.
+
+        Parameters
+        ----------
+        label : What it is.
+        expected_s : Time that it is expected to take [s]; None: only the time so far is shown.
+        """
+        from tqdm.auto import tqdm
+
+        file = self.stream or sys.stderr
+        shape = "{desc}: {percentage:3.0f}%|{bar}| {elapsed} of about " + _seconds(expected_s)
+        with tqdm(
+            total=expected_s,
+            desc=label,
+            disable=self.quiet or not self.bars,
+            file=file,
+            dynamic_ncols=True,
+            delay=FIRST_SHOWN_S,
+            bar_format=shape if expected_s else "{desc}: {elapsed}",
+        ) as bar:
+            ended, began = Event(), time.monotonic()
+
+            def watch() -> None:
+                while not ended.wait(TICK_S if file.isatty() else PIPE_TICK_S):
+                    spent_s = time.monotonic() - began
+                    if expected_s:
+                        bar.n = min(spent_s, 0.99 * expected_s)
+                    if spent_s >= FIRST_SHOWN_S:
+                        bar.refresh()
+
+            watcher = Thread(target=watch, daemon=True)
+            if not bar.disable:
+                watcher.start()
+            try:
+                yield
+            finally:
+                ended.set()
+                if not bar.disable:
+                    watcher.join()
+                    bar.n = expected_s or bar.n
+
+    @contextmanager
     def count(self, total: int, *, label: str) -> Iterator[Callable[[int], None]]:
         """Yield a function that takes how many items are done, and shows it as a bar.
 
@@ -88,3 +138,7 @@ class Progress:
                 bar.update(done - bar.n)
 
             yield done_so_far
+
+
+def _seconds(duration_s: float | None) -> str:
+    return "" if duration_s is None else f"{max(1.0, duration_s):.0f} s"

@@ -206,7 +206,11 @@ def field_cost(study: Study, places: float, *, tags: int, causes: tuple[str, ...
     channels = len(study.radio.frequencies_hz)
     values = places * tags * study.reader.antennas
     return Cost(
-        counts=(f"{places:.6g} places", f"{tags} tags", f"some {paths:.3g} sequences of bends"),
+        counts=(
+            counted(places, "place"),
+            counted(tags, "tag"),
+            f"some {paths:.3g} sequences of bends",
+        ),
         seconds=SAMPLE_S * values * channels * paths,
         memory_bytes=PROCESS_BYTES + LAYERS_BYTES * values,
         causes=(*causes, "solver.max_reflections", "solver.diffraction"),
@@ -243,7 +247,7 @@ def mission_cost(study: Study, runs: int) -> Cost:
     seconds = steps * (STEP_S.get(mission.navigator, STEP_S["tracker"]) + at)
     kept = runs * steps * (STEP_BYTES + 8.0 * study.reader.antennas)
     return Cost(
-        counts=(f"{runs} runs of at most {steps:.6g} steps",),
+        counts=(f"{counted(runs, 'run')} of at most {steps:.6g} steps",),
         seconds=runs * seconds,
         memory_bytes=PROCESS_BYTES + kept,
         causes=("mission.runs", "mission.sample_time_s", "mission.max_time_s"),
@@ -260,7 +264,7 @@ def docking_cost(study: Study, dock: Dock) -> Cost:
     rooms = 1 + len(study.layouts)
     steps = dock.tries * 300.0 * (1.0 / dock.sample_time_s + 1.0 / dock.reading_time_s)
     return Cost(
-        counts=(f"{rooms * dock.runs} runs of at most {steps:.6g} steps",),
+        counts=(f"{counted(rooms * dock.runs, 'run')} of at most {steps:.6g} steps",),
         seconds=rooms * dock.runs * steps * LOOP_S,
         memory_bytes=PROCESS_BYTES + rooms * dock.runs * steps * STEP_BYTES,
         causes=("dock.runs", "dock.sample_time_s", "dock.reading_time_s", "dock.tries"),
@@ -289,9 +293,9 @@ def tracking_cost(track: Track) -> Cost:
     particles = 1e-7 * track.room_particles * readings * ("room" in track.chapters)
     return Cost(
         counts=(
-            f"{track.runs} runs of {curves} trajectories in up to {steps:.6g} steps",
-            f"{track.slam_runs} runs of SLAM",
-            f"{readings} tags",
+            f"{counted(track.runs, 'run')} of {curves} trajectories in up to {steps:.6g} steps",
+            f"{counted(track.slam_runs, 'run')} of SLAM",
+            counted(readings, "tag"),
         ),
         seconds=steps * (loops * LOOP_S + track.runs * particles)
         + 1e-5 * training * steps / 10.0
@@ -359,6 +363,16 @@ def gigabytes_text(memory_bytes: float) -> str:
     memory_bytes : Size [B].
     """
     return f"{memory_bytes / 1e9:.2g} GB"
+
+
+def counted(number: float, name: str) -> str:
+    """Return a number of things in words.
+
+    Parameters
+    ----------
+    number, name : How many [-], and the name of one of them.
+    """
+    return f"{number:.6g} {name}{'' if number == 1 else 's'}"
 
 
 def duration_text(seconds: float) -> str:

@@ -118,11 +118,16 @@ def test_figures_show_every_layer(mapped, octant, study_file, tmp_path):
     assert {p.name for p in folder.iterdir()} == set(PAGES) - woken
     assert all(p.read_bytes().startswith(b"\x89PNG") for p in folder.iterdir())
     before = {path: path.read_bytes() for path in (tmp_path / "map.nc", *folder.iterdir())}
-    (folder / "power.png").unlink()
     whole = "--spreads", "--local-mean-disc", "--figures", folder
-    same = octant("map", tmp_path / "study.toml", "--out", tmp_path / "map.nc", *whole)
-    assert (same.code, same.out) == (0, "")
+    call = ("map", tmp_path / "study.toml", "--out", tmp_path / "map.nc", *whole)
+    same = octant(*call)
+    assert (same.code, same.out.splitlines()[-1]) == (
+        0,
+        f"written: {tmp_path / 'map.nc'} and {folder}",
+    )
     assert "map.nc is complete already; nothing was written." in same.err
+    (folder / "power.png").unlink()
+    assert "only what is made of it is written" in octant(*call).err
     assert {path: path.read_bytes() for path in before} == before
     again = octant(
         "map", study_file(), "--out", tmp_path / "other.nc", "--figures", folder

@@ -33,6 +33,7 @@ from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.keeping.results import STUDY_FILE, refuse_another, write_once
 from octant.reader_design.keeping.workers import open_crew
 from octant.reader_design.setting.cost import Cost, docking_cost, reader_cost
+from octant.reader_design.setting.solving import solved
 from octant.reader_design.showing.pages import (
     Report,
     ReportSection,
@@ -328,20 +329,22 @@ FILES = ("docking.csv", "trajectory.csv", "report.html")
 CASES = "cases"
 
 
-def publish(content: DockingContent, out_dir: Path) -> list[Path]:
+def publish(content: DockingContent, out_dir: Path, progress: Progress) -> list[Path]:
     """Return the files of a docking study, once written.
 
     Parameters
     ----------
-    content, out_dir : What was computed, and the folder of the results.
+    content, out_dir, progress : What was computed, the folder of the results; shows figures.
     """
     from octant.reader_design.experiments.docking.figures import docking_figures
 
-    filters, straight = landmark_filters(content.study)
-    figures = docking_figures(content, filters, straight)
+    with progress.during("landmark filters and figures"):
+        filters, straight = landmark_filters(content.study)
+        figures = docking_figures(content, filters, straight)
     paths = {name: out_dir / "figures" / f"{name}.png" for name in figures}
-    for name, figure in figures.items():
-        save_figure(figure, paths[name])
+    with progress.track(figures.items(), label="figures") as drawn:
+        for name, figure in drawn:
+            save_figure(figure, paths[name])
     docking, trajectory, report = (out_dir / name for name in FILES)
     write_docking_csv(docking, content.results)
     write_docking_trajectory_csv(trajectory, next(iter(content.results.values()))[0])
@@ -377,13 +380,14 @@ def run_docking_study(
     write_text(out_dir / STUDY_FILE, text)
     for note in dict.fromkeys(note for room in rooms for note in room.notes):
         progress.say(note)
+    solved(rooms[0], progress)
     jobs = docking_jobs(rooms)
     with open_crew(workers=workers, cluster=cluster) as crew:
         content = compute_docking(study, rooms, jobs, cases, crew=crew, progress=progress)
     write_once(
         cases / "finished.json",
         [study, content.results],
-        lambda: publish(content, out_dir),
+        lambda: publish(content, out_dir, progress),
         force=force,
         progress=progress,
     )

@@ -21,6 +21,7 @@ from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.keeping.results import STUDY_FILE, refuse_another, write_once
 from octant.reader_design.keeping.workers import Crew, open_crew
 from octant.reader_design.setting.setting import build_setting, check_navigator, mission_table
+from octant.reader_design.setting.solving import solved
 from octant.reader_design.showing.tables import put_table
 from octant.reader_design.study_file.errors import sentence
 from octant.reader_design.study_file.loading import load_study, named_class, vary
@@ -494,7 +495,7 @@ def _outcomes(
     """Yield each cell's outcome; cells that share room and reader build them once."""
     for _, group in itertools.groupby(cells, key=lambda c: (c.layout, c.link, c.reader)):
         alike = list(group)
-        setting = build_setting(alike[0].study).solved()
+        setting = solved(build_setting(alike[0].study), progress)
         responses = setting.responses
         for cell in alike:
             mission = mission_stage(

@@ -94,6 +94,7 @@ def navigate(
     from octant.reader_design.keeping.workers import open_crew
     from octant.reader_design.setting.cost import mission_cost, reader_cost
     from octant.reader_design.setting.setting import build_setting, check_navigator, mission_table
+    from octant.reader_design.setting.solving import solved
     from octant.reader_design.study_file.loading import load_study, replace, to_toml, vary
     from octant.reader_design.study_file.tables_read import check_tables
 
@@ -116,7 +117,7 @@ def navigate(
         write_text(out / STUDY_FILE, text)
     for note in setting.notes:
         progress.say(note)
-    driven = mission_runs(setting.solved())
+    driven = mission_runs(solved(setting, progress))
     if options.dry_run:
         there = count_kept(driven, folder=folder)
         return Ended(
@@ -132,7 +133,7 @@ def navigate(
     write_once(
         folder / "finished.json",
         [loaded, results, *([found] if found else [])],
-        lambda: _publish(setting, results, out, found),
+        lambda: _publish(setting, results, out, found, progress),
         force=options.force,
         progress=progress,
     )
@@ -142,14 +143,16 @@ def navigate(
         *(advice.text().splitlines() if advice else ()),
         *(localisation_lines(found, results) if found else ()),
     ]
-    written = files_of(out, (*_FILES, *(_MORE if found else ()), "figures/*.png"))
+    more = _MORE if found else ()
     if animate is not None:
         _write_animation(animate, setting, results[0], progress)
-        written = (*written, animate)
     return Ended(
         lines=tuple(lines),
-        written=written,
-        tables=tuple(out / name for name in (*_FILES[:2], *(_MORE if found else ()))),
+        written=(
+            *files_of(out, (*_FILES, *more, "figures/*.png")),
+            *([animate] if animate else ()),
+        ),
+        tables=tuple(out / name for name in (*_FILES[:2], *more)),
         verdict=judged(sum(m.success for m in metrics) / len(metrics)),
     )
 
@@ -160,14 +163,17 @@ def _write_animation(
     """Write run 0 as an animation."""
     from octant.reader_design.experiments.missions.animation import (
         drive_frames,
+        frame_samples,
         run_scenery,
         write_gif,
     )
     from octant.reader_design.experiments.missions.drive_figures import drive_of
 
     scenery = run_scenery(setting, result)
-    frames = drive_frames(drive_of(result), scenery, title=setting.study.name)
-    with progress.track(frames, label="frames of the animation") as drawn:
+    drive = drive_of(result)
+    frames = drive_frames(drive, scenery, title=setting.study.name)
+    count = len(frame_samples(len(drive.time_s)))
+    with progress.track(frames, total=count, label="frames of the animation") as drawn:
         write_gif(path, drawn)
 
 
@@ -176,6 +182,7 @@ def _publish(
     results: "Sequence[MissionResult]",
     out: Path,
     found: "Sequence[Localised]",
+    progress: Progress,
 ) -> list[Path]:
     """Return the files of a mission, once written."""
     from octant.navigation.missions.files import write_missions_csv, write_trajectory_csv
@@ -218,8 +225,9 @@ def _publish(
         figures["localisation"] = localisation_figure(found, results, title=title)
         figures["orientation_error"] = orientation_figure(found[0], results[0], title=title)
     paths = {name: out / "figures" / f"{name}.png" for name in figures}
-    for name, figure in figures.items():
-        save_figure(figure, paths[name])
+    with progress.track(figures.items(), label="figures") as drawn:
+        for name, figure in drawn:
+            save_figure(figure, paths[name])
     return [*tables, *paths.values()]
 
 

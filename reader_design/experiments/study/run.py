@@ -210,13 +210,15 @@ def run_study(
             ]
 
         setting = settings[chosen.key]
-        approximations = approximation_errors(setting)
+        with progress.during("errors of the approximations"):
+            approximations = approximation_errors(setting)
         stages = out_dir / "stages"
         room_map = map_stage(MapCase(setting=setting, progress=progress), stages)
         thesis = None
         if all(cell.label == cell.design.label() for cell in cells):
             # the thesis varies antenna, r_a and h_p alone
-            thesis = thesis_setup(cells, study.radio, stages, progress)
+            with progress.during("the set-up of the thesis"):
+                thesis = thesis_setup(cells, study.radio, stages, progress)
         driven = drive_shortlist(
             rooms_of,
             scored,
