@@ -133,7 +133,7 @@ def unknowns_of(design: Reader, *, edge_m: float) -> int:
     return round(UNKNOWNS_PER_ELEMENT * area_m2 / edge_m**2 + count * each)
 
 
-def reader_cost(study: Study, reader: Reader | None = None) -> Cost:
+def reader_cost(study: Study, reader: Reader | None = None, *, symmetric: bool = True) -> Cost:
     """Return what the reader's response takes at all channels of a study.
 
     N unknowns in s equal sectors need a matrix of 16 N^2/s bytes. A single sector is factorised in
@@ -142,12 +142,14 @@ def reader_cost(study: Study, reader: Reader | None = None) -> Cost:
     Parameters
     ----------
     study, reader : The study; another reader than its own.
+    symmetric : Whether its sectors are equal; build errors make them differ.
     """
     design = reader or study.reader
     model, channels = study.reader.response, len(study.radio.frequencies_hz)
     if model != FULLWAVE:
         return Cost(counts=(f"response {model}",), seconds=channels * APPROXIMATE_S[model])
     unknowns, sectors = solved_unknowns(study, design)
+    sectors = sectors if symmetric else 1
     matrix_bytes = 16.0 * unknowns**2 / sectors
     copies = 3.0 / sectors if sectors > 1 else 0.0
     once = PATTERN_S + ASSEMBLY_S * unknowns**2 / sectors

@@ -8,6 +8,7 @@ from octant.reader_design.experiments.tolerance.study import (
     ToleranceStudy,
 )
 from octant.reader_design.experiments.tolerance.views import limit_texts
+from octant.reader_design.showing.numbers import rounded, with_doubt, with_interval
 from octant.reader_design.showing.pages import ReportFigure, ReportSection, ReportTable
 
 LOW_R_SQUARED = 0.5
@@ -59,7 +60,10 @@ def _yield_sentence(one: BuiltDesign, limits: tuple[str, ...]) -> str:
         f"the readers of {one.name} reach {' and '.join(limits)}"
     )
     if not one.drawn_is_good:
-        text += "; the drawing itself does not"
+        text += (
+            "; the drawing itself does not, so that this is no yield: give it limits that the "
+            "drawing keeps, in [tolerance.limits]"
+        )
     if one.not_built:
         text += f"; {one.not_built} of {len(one.samples)} cannot be built, and count as bad"
     return text + "."
@@ -117,15 +121,19 @@ def _doubts(result: ToleranceStudy) -> tuple[str, ...]:
     return tuple(out)
 
 
-def _cell(interval: Interval) -> str:
-    return f"{interval.value:.4g} ({interval.low:.4g} to {interval.high:.4g})"
+def _cell(interval: Interval, unit: str) -> str:
+    return with_interval(interval.value, interval.low, interval.high, unit)
 
 
 def _spread_tables(result: ToleranceStudy) -> tuple[ReportTable, ...]:
     tables = []
     for one in (result.chosen, *result.rivals):
         rows = tuple(
-            (view.label(), f"{view.of(one.nominal):.4g}", *(_cell(i) for i in spread))
+            (
+                view.label(),
+                rounded(view.of(one.nominal), view.unit),
+                *(_cell(interval, view.unit) for interval in spread),
+            )
             for view, spread in zip(result.shown, one.spreads, strict=True)
         )
         tables.append(
@@ -148,7 +156,7 @@ def _slope_table(result: ToleranceStudy) -> ReportTable:
         mine = [found[name, view.name] for view in views]
         per = mine[0].unit.rsplit("/", 1)[1]
         cells = (
-            f"{s.down:+.2g} / {s.up:+.2g}" if s.bends else f"{s.central:+.3g} ± {s.doubt:.1g}"
+            f"{s.down:+.2f} / {s.up:+.2f}" if s.bends else with_doubt(s.central, s.doubt)
             for s in mine
         )
         rows.append((f"{name} [per {per}]", *cells))

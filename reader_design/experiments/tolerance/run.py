@@ -5,13 +5,13 @@ from pathlib import Path
 from octant.geometries.files import write_text
 from octant.reader_design.experiments.tolerance.page import tolerance_section
 from octant.reader_design.experiments.tolerance.results import FILES, write_results
-from octant.reader_design.experiments.tolerance.study import run_tolerance_study
+from octant.reader_design.experiments.tolerance.study import planned, run_tolerance_study
 from octant.reader_design.keeping.keeper import RecordCodec
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.keeping.results import STUDY_FILE, refuse_another, write_once
+from octant.reader_design.setting.cost import Cost, reader_cost
 from octant.reader_design.study_file.loading import to_toml
 from octant.reader_design.study_file.schema import Study
-from octant.reader_design.study_file.tolerance import Tolerance
 
 CASES = "cases"
 
@@ -25,13 +25,24 @@ def plan_lines(study: Study, out_dir: Path, *, samples: int | None = None) -> tu
     out_dir : Folder of the results, where readers may be kept already.
     samples : Readers built; None: the study's.
     """
-    tolerance = study.tolerance or Tolerance()
     kept = len(list((out_dir / CASES).glob(f"[!.]*{RecordCodec.suffix}")))
-    count = samples or tolerance.samples
+    plan = planned(study, samples=samples)
     return (
-        f"{count} readers of each of {1 + len(tolerance.rivals)} designs.",
-        f"Slopes around the drawing; {kept} readers are kept in {out_dir}.",
+        f"{plan.text()}; {kept} are kept in {out_dir}.",
+        f"expected: {tolerance_cost(study, samples=samples).text()}.",
     )
+
+
+def tolerance_cost(study: Study, *, samples: int | None = None) -> Cost:
+    """Return what a tolerance study takes; a reader with errors of its own has no symmetry left.
+
+    Parameters
+    ----------
+    study, samples : As for `plan_lines`.
+    """
+    plan = planned(study, samples=samples)
+    built = reader_cost(study, symmetric=False).times(plan.built, "readers", "tolerance.samples")
+    return built.and_then(reader_cost(study).times(plan.readers - plan.built, "other readers"))
 
 
 def run_tolerance(

@@ -13,6 +13,9 @@ from octant.reader_design.study_file.reader import Reader
 
 FloatArray = npt.NDArray[np.float64]
 
+STEPS = 4
+"""Readers that are solved for the slopes against one parameter [-]."""
+
 SAME_SLOPE = 0.05
 """Share [-] of the steeper slope by which slopes of two steps may differ and count as one."""
 

@@ -25,6 +25,7 @@ from octant.reader_design.experiments.tolerance.draws import (
 )
 from octant.reader_design.experiments.tolerance.ranking import RoomRss, wins, wins_over_places
 from octant.reader_design.experiments.tolerance.sensitivity import (
+    STEPS,
     Parameter,
     Slope,
     parameters_of,
@@ -108,6 +109,59 @@ class ToleranceStudy:
     confidence_places: tuple[Interval, ...]
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Planned:
+    """How many readers a tolerance study solves.
+
+    Parameters
+    ----------
+    drawings, slopes, built : As drawn; with one error that all antennas share; with drawn errors.
+    designs, samples : Number of designs, and readers of each that are built with errors.
+    """
+
+    drawings: int
+    slopes: int
+    designs: int
+    samples: int
+
+    @property
+    def built(self) -> int:
+        """Readers that are built with errors."""
+        return self.designs * self.samples
+
+    @property
+    def readers(self) -> int:
+        """All of them."""
+        return self.drawings + self.slopes + self.built
+
+    def text(self) -> str:
+        """Return it in words."""
+        drawn = "1 drawing" if self.drawings == 1 else f"{self.drawings} drawings"
+        around = "it" if self.drawings == 1 else "the first"
+        of_each = "" if self.designs == 1 else f" of each of {self.designs} designs"
+        return (
+            f"{self.readers} readers are solved: {drawn}, {self.slopes} for the slopes around "
+            f"{around}, {self.samples}{of_each} built with errors"
+        )
+
+
+def planned(study: Study, *, samples: int | None = None, rivals: int = 0) -> Planned:
+    """Return how many readers `run_tolerance_study` solves.
+
+    Parameters
+    ----------
+    study, samples, rivals : As there; number of rivals besides those of the study.
+    """
+    tolerance = study.tolerance or Tolerance()
+    designs = 1 + len(tolerance.rivals) + rivals
+    return Planned(
+        drawings=designs,
+        slopes=STEPS * len(parameters_of(study.reader)),
+        designs=designs,
+        samples=samples or tolerance.samples,
+    )
+
+
 def run_tolerance_study(
     study: Study,
     folder: Path,
@@ -167,7 +221,7 @@ def run_tolerance_study(
             for index in range(count)
         ]
     results = run_cases(context, cases, folder, workers=workers, cluster=cluster, progress=progress)
-    around = 1 + 4 * len(parameters)
+    around = 1 + STEPS * len(parameters)
     nominal = (results[0], *results[around:first_sample])
     for (name, _), case in zip(designs, nominal, strict=True):
         _refuse_unbuilt(name, case)

@@ -20,20 +20,21 @@ def tolerance(*, study: Path | None, options: RunOptions, samples: int | None) -
     where the last one stopped; more --samples keep the readers that are there.
     """
     from octant.reader_design.experiments.tolerance.results import FILES
-    from octant.reader_design.experiments.tolerance.run import plan_lines, run_tolerance
+    from octant.reader_design.experiments.tolerance.run import (
+        plan_lines,
+        run_tolerance,
+        tolerance_cost,
+    )
     from octant.reader_design.keeping.results import files_of
-    from octant.reader_design.setting.cost import reader_cost
     from octant.reader_design.study_file.loading import load_study
     from octant.reader_design.study_file.tables_read import check_tables
-    from octant.reader_design.study_file.tolerance import Tolerance
 
     loaded = options.seeded(load_study(study))
     check_tables(loaded, "tolerance")
     if options.dry_run:
         return Ended(lines=plan_lines(loaded, options.out, samples=samples))
-    table = loaded.tolerance or Tolerance()
-    built = float(samples or table.samples) * (1 + len(table.rivals))
-    options.approve(reader_cost(loaded).times(built, "readers", "tolerance.samples"))
+    options.progress.say(plan_lines(loaded, options.out, samples=samples)[0])
+    options.approve(tolerance_cost(loaded, samples=samples))
     lines = run_tolerance(
         loaded,
         options.out,

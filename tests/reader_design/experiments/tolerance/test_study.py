@@ -302,7 +302,7 @@ def test_the_verb_runs_twice_refuses_another_study_and_is_interrupted(
     assert run(["tolerance", str(other), "--out", str(out), "-q"]) == 2
     assert "holds the results of another study" in capsys.readouterr().err
     assert run(["tolerance", str(path), "--out", str(out), "--dry-run"]) == 0
-    assert "40 readers of each of 2 designs" in capsys.readouterr().out
+    assert "40 of each of 2 designs built with errors" in capsys.readouterr().out
     assert run(["tolerance", str(path), "--samples", "0", "--out", str(out)]) == 2
 
     monkeypatch.setattr(cases_module, "compute_case", stopped)
@@ -314,3 +314,16 @@ def test_the_verb_runs_twice_refuses_another_study_and_is_interrupted(
 def stopped(*_):
     """Behave as Ctrl-C does."""
     raise KeyboardInterrupt
+
+
+def test_the_forecast_counts_the_readers_that_are_solved(tmp_path, monkeypatch, capsys):
+    solved = []
+    counted = lambda context, case: solved.append(case) or linear_model(context, case)  # noqa: E731
+    monkeypatch.setattr(cases_module, "compute_case", counted)
+    file = tmp_path / "study.toml"
+    file.write_text(STUDY)
+    call = ["tolerance", str(file), "--samples", "3", "--out", str(tmp_path / "out")]
+    assert run([*call, "--dry-run"]) == 0
+    forecast = int(capsys.readouterr().out.split()[0])
+    run_tolerance_study(study_of(tmp_path), tmp_path / "cases", samples=3)
+    assert len(solved) == forecast == 2 + 32 + 2 * 3
