@@ -4,6 +4,7 @@ The content is plain data; `render_report` puts it into the templates of ``page`
 text. Without scripts, and on paper, tables and figures show what the scripts would.
 """
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -153,6 +154,19 @@ class Verdict:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class ReportLink:
+    """A file that lies beside the report.
+
+    Attributes
+    ----------
+    file, what : Its name, and what it holds.
+    """
+
+    file: str
+    what: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class ReportSection:
     """A section of the report; its parts appear in the order of the fields.
 
@@ -161,6 +175,7 @@ class ReportSection:
     heading, paragraphs, widgets, tables, figures : What it shows.
     warnings : Sentences that are highlighted.
     points : A list.
+    links : Files beside the report.
     folded : Long texts behind a line that opens them: line, text.
     """
 
@@ -171,6 +186,7 @@ class ReportSection:
     widgets: tuple[ReportWidget, ...] = ()
     tables: tuple[ReportTable, ...] = ()
     figures: tuple[ReportFigure, ...] = ()
+    links: tuple[ReportLink, ...] = ()
     folded: tuple[tuple[str, str], ...] = ()
 
 
@@ -197,17 +213,25 @@ class Report:
     verdict: Verdict | None = None
 
 
+FigureFiles = Mapping[str, Sequence[tuple[str, str, Path]]]
+"""By section: title, caption and PNG file of each figure."""
+
+
 def embedded_figures(
-    figures: Mapping[str, Sequence[tuple[str, str, Path]]], section: str
+    figures: FigureFiles, section: str, *, only: str = "", without: str = ""
 ) -> tuple[ReportFigure, ...]:
     """Return the figures of a section with their images read in.
 
     Parameters
     ----------
-    figures : By section: title, caption and PNG file of each figure.
-    section : Which.
+    figures, section : All figures; which section's.
+    only, without : Patterns of file names that are wanted, and that are not.
     """
-    return tuple(read_figure(*one) for one in figures.get(section, ()))
+    return tuple(
+        read_figure(*one)
+        for one in figures.get(section, ())
+        if re.search(only, one[2].name) and not (without and re.search(without, one[2].name))
+    )
 
 
 def read_figure(title: str, caption: str, path: Path) -> ReportFigure:

@@ -185,6 +185,18 @@ class Layout(Table, frozen=True, kw_only=True):
     objects: tuple[RoomObject, ...] = msgspec.field(default=(), name="object")
 
 
+class Report(Table, frozen=True, kw_only=True):
+    """What the report of a study holds besides its results: table ``[report]``.
+
+    Parameters
+    ----------
+    thesis : Whether the claims of the thesis about its designs are held against the results, where
+        the sweep varies what the thesis varies.
+    """
+
+    thesis: bool = False
+
+
 class Study(Table, frozen=True, kw_only=True):
     """A whole study: the root of the study file.
 
@@ -206,6 +218,7 @@ class Study(Table, frozen=True, kw_only=True):
     tolerance : How exactly readers are made; None: the defaults.
     layouts : The tables ``[[layout]]``.
     rfid : How the reader wakes and inventories tags; None: all tags are active.
+    report : What the report holds besides the results.
     """
 
     name: Name = "study"
@@ -228,3 +241,4 @@ class Study(Table, frozen=True, kw_only=True):
     tolerance: Tolerance | None = None
     layouts: tuple[Layout, ...] = msgspec.field(default=(), name="layout")
     rfid: Rfid | None = None
+    report: Report = Report()

@@ -22,6 +22,7 @@ READ_BY: Mapping[str, tuple[str, ...]] = {
     "optimise": ("optimise",),
     "tolerance": ("study", "tolerance"),
     "layout": ("study", "dock"),
+    "report": ("study",),
     "rfid": ("study", "sweep", "navigate", "optimise", "tolerance", "dock", "map", "rss"),
 }
 """The verbs that read a table, by its name; the other tables are read by all."""

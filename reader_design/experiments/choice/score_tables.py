@@ -1,54 +1,54 @@
-"""Tables of the report: what the ranking compares, and every score of every design."""
+"""All designs side by side in a report: one table with every score, and the plots beside it."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 from octant.reader_design.setting.ranking import Candidate, Choice
 from octant.reader_design.setting.reasons import (
     criterion_name,
     score_text,
 )
-from octant.reader_design.showing.pages import ReportTable
-from octant.reader_design.study_file.scores import Scores
+from octant.reader_design.showing.pages import ReportFigure, ReportTable, ReportWidget
 
 DEGREE = math.degrees(1.0)
 
 SCORE_COLUMNS: tuple[tuple[str, str, float, str], ...] = (
     ("right_share", "right antenna [%]", 100.0, "{:.1f}"),
-    ("strongest_median_rad", "strongest: median [°]", DEGREE, "{:.1f}"),
-    ("strongest_mean_rad", "mean [°]", DEGREE, "{:.1f}"),
-    ("strongest_rms_rad", "rms [°]", DEGREE, "{:.1f}"),
-    ("strongest_p90_rad", "90 % [°]", DEGREE, "{:.1f}"),
-    ("strongest_max_rad", "max [°]", DEGREE, "{:.0f}"),
-    ("strongest_beyond_45_share", "beyond 45° [%]", 100.0, "{:.1f}"),
-    ("strongest_beyond_90_share", "beyond 90° [%]", 100.0, "{:.1f}"),
+    ("strongest_median_rad", "strongest antenna: median [°]", DEGREE, "{:.1f}"),
+    ("strongest_mean_rad", "strongest antenna: mean [°]", DEGREE, "{:.1f}"),
+    ("strongest_rms_rad", "strongest antenna: rms [°]", DEGREE, "{:.1f}"),
+    ("strongest_p90_rad", "strongest antenna: 90 % [°]", DEGREE, "{:.1f}"),
+    ("strongest_max_rad", "strongest antenna: max [°]", DEGREE, "{:.0f}"),
+    ("strongest_beyond_45_share", "strongest antenna: beyond 45° [%]", 100.0, "{:.1f}"),
+    ("strongest_beyond_90_share", "strongest antenna: beyond 90° [%]", 100.0, "{:.1f}"),
     ("vector_median_rad", "vector sum: median [°]", DEGREE, "{:.1f}"),
-    ("vector_mean_rad", "mean [°]", DEGREE, "{:.1f}"),
-    ("vector_rms_rad", "rms [°]", DEGREE, "{:.1f}"),
-    ("vector_p90_rad", "90 % [°]", DEGREE, "{:.1f}"),
-    ("vector_max_rad", "max [°]", DEGREE, "{:.0f}"),
-    ("vector_beyond_45_share", "beyond 45° [%]", 100.0, "{:.1f}"),
-    ("vector_beyond_90_share", "beyond 90° [%]", 100.0, "{:.1f}"),
+    ("vector_mean_rad", "vector sum: mean [°]", DEGREE, "{:.1f}"),
+    ("vector_rms_rad", "vector sum: rms [°]", DEGREE, "{:.1f}"),
+    ("vector_p90_rad", "vector sum: 90 % [°]", DEGREE, "{:.1f}"),
+    ("vector_max_rad", "vector sum: max [°]", DEGREE, "{:.0f}"),
+    ("vector_beyond_45_share", "vector sum: beyond 45° [%]", 100.0, "{:.1f}"),
+    ("vector_beyond_90_share", "vector sum: beyond 90° [%]", 100.0, "{:.1f}"),
     ("front_to_back_mean_db", "front-to-back: mean [dB]", 1.0, "{:.1f}"),
-    ("front_to_back_worst_db", "worst [dB]", 1.0, "{:.1f}"),
+    ("front_to_back_worst_db", "front-to-back: worst [dB]", 1.0, "{:.1f}"),
     ("margin_mean_db", "margin: mean [dB]", 1.0, "{:+.1f}"),
-    ("margin_worst_db", "worst [dB]", 1.0, "{:+.1f}"),
+    ("margin_worst_db", "margin: worst [dB]", 1.0, "{:+.1f}"),
     ("monotonic_share", "z2 − z4 monotonic [%]", 100.0, "{:.0f}"),
-    ("monotonic_normalised_share", "normalised [%]", 100.0, "{:.0f}"),
-    ("slope_w_per_rad", "slope [nW/°]", 1e9 / DEGREE, "{:.3g}"),
-    ("slope_normalised_per_rad", "normalised [1/rad]", 1.0, "{:.2f}"),
-    ("full_scale_w", "full scale [nW]", 1e9, "{:.3g}"),
-    ("full_scale_normalised", "normalised [-]", 1.0, "{:.2f}"),
+    ("monotonic_normalised_share", "z2 − z4 monotonic, normalised [%]", 100.0, "{:.0f}"),
+    ("slope_w_per_rad", "z2 − z4: slope [nW/°]", 1e9 / DEGREE, "{:.3g}"),
+    ("slope_normalised_per_rad", "z2 − z4: slope, normalised [1/rad]", 1.0, "{:.2f}"),
+    ("full_scale_w", "z2 − z4: full scale [nW]", 1e9, "{:.3g}"),
+    ("full_scale_normalised", "z2 − z4: full scale, normalised [-]", 1.0, "{:.2f}"),
     ("usable_share", "usable [%]", 100.0, "{:.1f}"),
     ("level_median_dbm", "level: median [dBm]", 1.0, "{:.1f}"),
-    ("level_p10_dbm", "10 % [dBm]", 1.0, "{:.1f}"),
-    ("captured_share", "captured [%]", 100.0, "{:.1f}"),
+    ("level_p10_dbm", "level: 10 % [dBm]", 1.0, "{:.1f}"),
+    ("captured_share", "captured by a reflection [%]", 100.0, "{:.1f}"),
     ("read_right_share", "as read: right antenna [%]", 100.0, "{:.1f}"),
-    ("read_strongest_rms_rad", "strongest rms [°]", DEGREE, "{:.1f}"),
-    ("read_vector_median_rad", "vector sum: median [°]", DEGREE, "{:.1f}"),
-    ("read_vector_rms_rad", "rms [°]", DEGREE, "{:.1f}"),
-    ("read_vector_p90_rad", "90 % [°]", DEGREE, "{:.1f}"),
-    ("read_vector_beyond_90_share", "beyond 90° [%]", 100.0, "{:.1f}"),
+    ("read_strongest_rms_rad", "as read: strongest antenna rms [°]", DEGREE, "{:.1f}"),
+    ("read_vector_median_rad", "as read: vector sum median [°]", DEGREE, "{:.1f}"),
+    ("read_vector_rms_rad", "as read: vector sum rms [°]", DEGREE, "{:.1f}"),
+    ("read_vector_p90_rad", "as read: vector sum 90 % [°]", DEGREE, "{:.1f}"),
+    ("read_vector_beyond_90_share", "as read: vector sum beyond 90° [%]", 100.0, "{:.1f}"),
 )
 
 SCORE_MEANINGS = (
@@ -82,57 +82,149 @@ SCORE_MEANINGS = (
 )
 
 
-def merit_table(candidates: Sequence[Candidate], choice: Choice) -> ReportTable:
-    """Return the numbers that the ranking compares, best first ([%], [deg], [dB], [dBm]).
+FIRST = ("right_share", "vector_rms_rad", "vector_beyond_90_share")
+"""Scores that the table of designs shows at first."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Column:
+    """One quality of all designs.
+
+    Attributes
+    ----------
+    heading : With its unit.
+    texts : One cell each.
+    values : The same as numbers, in the heading's unit; empty: it is no number.
+    """
+
+    heading: str
+    texts: tuple[str, ...]
+    values: tuple[float, ...] = ()
+
+
+def design_columns(
+    candidates: Sequence[Candidate], choice: Choice, driven: Mapping[str, Sequence[str]]
+) -> tuple[Column, ...]:
+    """Return all qualities of the designs, best design first; those that matter most come first.
 
     Parameters
     ----------
     candidates, choice : Scored designs and their ranking.
+    driven : By heading: how the missions of each candidate went, in a few words.
     """
-    rows = []
-    for rank, index in enumerate(choice.ranking):
-        m = choice.merits[index]
-        rows.append(
-            (
-                f"{rank + 1}. {candidates[index].label}",
-                f"{m.usable_share:.1%}",
-                *(
-                    score_text(c.free or c.room, value)
-                    for c, value in zip(choice.rules.criteria, m.values, strict=True)
-                ),
-                "yes" if choice.pareto[index] else "no",
+    ranked = [candidates[index] for index in choice.ranking]
+    in_room = ranked[0].room is not None
+    places = (("room", "in the room"), ("free", "in free space")) if in_room else (("free", ""),)
+    first, rest = [], []
+    for place, where in places:
+        for name, heading, scale, form in SCORE_COLUMNS:
+            values = tuple(scale * float(getattr(getattr(c, place), name)) for c in ranked)
+            known = tuple(v if math.isfinite(v) else None for v in values)
+            column = Column(
+                heading=f"{heading}, {where}" if where else heading,
+                texts=tuple("–" if v is None else form.format(v) for v in known),
+                values=tuple(math.nan if v is None else v for v in known),
             )
+            (first if place == places[0][0] and name in FIRST else rest).append(column)
+    missions = [
+        Column(heading=heading, texts=tuple(texts[index] for index in choice.ranking))
+        for heading, texts in driven.items()
+    ]
+    sizes = Column(
+        heading="width [cm]",
+        texts=tuple(f"{100.0 * c.width_m:.3g}" for c in ranked),
+        values=tuple(100.0 * c.width_m for c in ranked),
+    )
+    heights = Column(
+        heading="height [cm]",
+        texts=tuple(f"{100.0 * c.height_m:.3g}" for c in ranked),
+        values=tuple(100.0 * c.height_m for c in ranked),
+    )
+    front = Column(
+        heading="on the Pareto front",
+        texts=tuple("yes" if choice.pareto[index] else "no" for index in choice.ranking),
+    )
+    criteria = [
+        Column(
+            heading=f"ranked by {k + 1}: {criterion_name(c)}",
+            texts=tuple(
+                score_text(c.free or c.room, choice.merits[index].values[k])
+                for index in choice.ranking
+            ),
         )
+        for k, c in enumerate(choice.rules.criteria)
+    ]
+    usable = Column(
+        heading="usable, least",
+        texts=tuple(f"{choice.merits[index].usable_share:.1%}" for index in choice.ranking),
+    )
+    return (*missions[:1], *first, front, *missions[1:], sizes, heights, *criteria, usable, *rest)
+
+
+def design_table(
+    candidates: Sequence[Candidate], choice: Choice, columns: Sequence[Column]
+) -> ReportTable:
+    """Return the one table of designs, best first, six columns of it shown at first.
+
+    Parameters
+    ----------
+    candidates, choice, columns : Scored designs, their ranking, and from `design_columns`.
+    """
+    labels = [f"{r + 1}. {candidates[index].label}" for r, index in enumerate(choice.ranking)]
     return ReportTable(
-        caption="What the ranking compares, in the order in which it counts.",
-        header=(
-            "design",
-            "usable",
-            *(criterion_name(c) for c in choice.rules.criteria),
-            "on the Pareto front",
+        caption="All designs, best first. Click a heading to sort; “Columns” has all other scores, "
+        "in the room and in free space.",
+        header=("design", *(column.heading for column in columns)),
+        rows=tuple(
+            (label, *(column.texts[row] for column in columns)) for row, label in enumerate(labels)
         ),
-        rows=tuple(rows),
         best=0,
+        first=6,
     )
 
 
-def score_table(
-    candidates: Sequence[Candidate], choice: Choice, place: str, *, caption: str
-) -> ReportTable | None:
-    """Return all scores in a surrounding, best first ([%], [deg], [dB], [nW]); None: no scores.
+def design_widget(
+    candidates: Sequence[Candidate],
+    choice: Choice,
+    columns: Sequence[Column],
+    fallback: tuple[ReportFigure, ...] = (),
+) -> ReportWidget | None:
+    """Return plots of any two qualities, and of several in parallel; None for a single design.
 
     Parameters
     ----------
-    candidates, choice : Scored designs and their ranking.
-    place, caption : ``free`` or ``room``; text above the table.
+    candidates, choice, columns : As for `design_table`.
+    fallback : What stands there without scripts and on paper.
     """
-    rows = []
-    for rank, index in enumerate(choice.ranking):
-        scores: Scores | None = getattr(candidates[index], place)
-        if scores is None:
-            return None
-        label = f"{rank + 1}. {candidates[index].label}" + (" *" if choice.pareto[index] else "")
-        cells = (f.format(scale * getattr(scores, n)) for n, _, scale, f in SCORE_COLUMNS)
-        rows.append((label, *cells))
-    header = ("design", *(heading for _, heading, _, _ in SCORE_COLUMNS))
-    return ReportTable(caption=caption, header=header, rows=tuple(rows), best=0)
+    if len(candidates) < 2:
+        return None
+    numbers = [column for column in columns if column.values]
+    varied = [k for k, c in enumerate(numbers) if len({f"{v:.4g}" for v in c.values}) > 1]
+    axes = (varied or list(range(len(numbers))))[:7]
+    front = [candidates[i].label for i in choice.ranking if choice.pareto[i]]
+    return ReportWidget(
+        kind="designs",
+        title="Designs compared",
+        caption="Any two qualities against each other, and several in parallel. Designs on the "
+        "Pareto front are diamonds. Click a design, here or in the table, to set it off.",
+        alt=f"{len(front)} of {len(candidates)} designs are on the Pareto front: "
+        f"{'; '.join(front[:6])}.",
+        data={
+            "columns": [column.heading for column in numbers],
+            "rows": [
+                {
+                    "label": candidates[index].label,
+                    "front": bool(choice.pareto[index]),
+                    "values": [
+                        float(f"{c.values[row]:.5g}") if math.isfinite(c.values[row]) else None
+                        for c in numbers
+                    ],
+                }
+                for row, index in enumerate(choice.ranking)
+            ],
+            "x": axes[0],
+            "y": axes[1] if len(axes) > 1 else axes[0],
+            "axes": axes,
+        },
+        fallback=fallback,
+    )

@@ -58,6 +58,7 @@ class RoomMission:
     reason, notes : Why the mission could not be driven, empty when it was; models' warnings.
     data : Metrics by ``run``, and run 0 by ``step`` ([s], [m], [rad], [W]).
     folder, setting : Where its `TABLES` lie; the room of run 0, with its objects as placed.
+    results : Every run, run 0 first ([s], [m], [rad], [W]).
     advice : What to try where runs failed; None: nearly all reached every tag, or none was driven.
     """
 
@@ -68,7 +69,13 @@ class RoomMission:
     data: "xr.Dataset | None"
     folder: Path
     setting: Setting | None = None
+    results: tuple[MissionResult, ...] = ()
     advice: Advice | None = None
+
+    @property
+    def metrics(self) -> tuple[MissionMetrics, ...]:
+        """How well each run went ([s], [m], [rad])."""
+        return tuple(measure(result) for result in self.results)
 
     @property
     def drive(self) -> Drive | None:
@@ -135,6 +142,7 @@ def mission_stage(
         data=data,
         folder=place,
         setting=setting,
+        results=results,
         advice=advise(setting, results) if results else None,
     )
 

@@ -30,6 +30,7 @@ from octant.reader_design.setting.receiver import scoring_readings_w
 from octant.reader_design.setting.samples import grid_azimuths_rad
 from octant.reader_design.setting.setting import Setting
 from octant.reader_design.showing.plan import MapPanel, Plan, map_figure, plan_of
+from octant.reader_design.showing.scene_picture import scene_figure
 from octant.reader_design.showing.style import NamedFigure
 from octant.reader_design.study_file.schema import Study
 
@@ -129,6 +130,28 @@ def reader_figures(
         f"{study.scoring.bits} bits; dotted lines mark median, 90 %, 45° and 90°.",
         figure=error_distribution_figure(
             panels, title=f"Distribution of the bearing error: {cell.label}"
+        ),
+    )
+
+
+def scene_figures(setting: Setting) -> Iterator[NamedFigure]:
+    """Yield the picture of the room in three dimensions [m]; none of free space.
+
+    Parameters
+    ----------
+    setting : The room with its tags.
+    """
+    if not setting.scene.bodies:
+        return
+    yield NamedFigure(
+        file="room.png",
+        section="scene",
+        title="The room",
+        caption="The room with its tags; walls between the viewer and the room are cut away.",
+        figure=scene_figure(
+            setting.scene,
+            title=setting.name,
+            tags={tag.id: tag.position_m for tag in setting.tags},
         ),
     )
 

@@ -38,7 +38,7 @@ LEFT_OUT = (
         f"Study.{table}"
         for table in (
             "sweep", "scoring", "choice", "sensor", "track", "dock", "optimise", "tolerance",
-            "layouts",
+            "layouts", "report",
         )
     ),
 )  # fmt: skip
@@ -111,7 +111,7 @@ def mapped(_context: None, case: MapCase) -> "xr.Dataset":
     ranges = [read_range(setting, tag) if is_woken(study, tag) else None for tag in setting.tags]
     n = setting.reader.antennas
     variables = {
-        **error_maps(setting, grid.reshape(*standing.shape, 2), standing, progress),
+        **error_maps(setting, grid.reshape(*standing.shape, 2), standing, heading_rad, progress),
         "rss_w": variable(
             ["tag", "x", "y", "antenna"],
             np.array([m.coherent_w for m in maps], dtype=np.float32),

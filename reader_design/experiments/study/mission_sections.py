@@ -10,11 +10,23 @@ from octant.navigation.statistics import wilson
 from octant.reader_design.experiments.missions.stage import RoomMission
 from octant.reader_design.experiments.study.shortlist import DrivenDesign
 from octant.reader_design.setting.ranking import Candidate, Choice
-from octant.reader_design.showing.pages import ReportFigure, ReportSection, ReportTable
+from octant.reader_design.setting.robot import study_robot
+from octant.reader_design.showing.drive_view import drive_widget
+from octant.reader_design.showing.pages import (
+    FigureFiles,
+    ReportSection,
+    ReportTable,
+    embedded_figures,
+)
+from octant.reader_design.showing.plan import plan_of
 from octant.reader_design.study_file.mission import Mission
 
 if TYPE_CHECKING:
     import xarray as xr
+
+
+WAYS = "^trajectory"
+"""Figure that the playback stands for."""
 
 
 def mission_sentence(mission: RoomMission) -> str:
@@ -50,13 +62,13 @@ def _medians(data: "xr.Dataset", name: str, digits: int) -> str:
 def mission_section(
     missions: Sequence[RoomMission],
     table: Mission | None,
-    figures: tuple[ReportFigure, ...],
+    figures: FigureFiles,
 ) -> ReportSection | None:
     """Return what the chosen reader's missions came to ([m], [s], [deg]); None: nothing driven.
 
     Parameters
     ----------
-    missions, table, figures : Of the chosen design; the study's mission; this section's figures.
+    missions, table, figures : Of the chosen design; the study's mission; figures by section.
     """
     if table is None or not missions:
         return None
@@ -64,8 +76,8 @@ def mission_section(
         "room",
         "runs",
         "reached every tag",
-        "captured",
-        "collided",
+        "at a wrong place, or held there",
+        "touched something",
         "RMSE [m]",
         "worst RMSE [m]",
         "90 % position [m]",
@@ -104,17 +116,65 @@ def mission_section(
         heading="Missions",
         paragraphs=(
             (
-                "The chosen reader drives the robot through the tags by the navigator of thesis "
-                f"section 5.2, with {table.noise_db:g} dB noise on each reading. Errors are "
-                "distances to the nearest point of the straight segment between consecutive tags; "
-                "medians over the runs that reached every tag / over all, unless the column says "
-                "otherwise."
+                f"The robot visits {len(table.tags)} tag{'s' if len(table.tags) > 1 else ''} with "
+                f"the navigator “{table.navigator}” and {table.noise_db:g} dB of noise on each "
+                "reading."
             ),
             *(mission_sentence(m) for m in missions),
         ),
-        tables=(ReportTable(caption="All runs, room by room.", header=header, rows=tuple(rows)),),
-        figures=figures,
+        widgets=tuple(
+            drive_widget(
+                m.setting,
+                plan_of(m.setting.scene, m.setting.reader_z_m),
+                m.results,
+                radius_m=study_robot(m.setting.study, "mission").radius_m,
+                name="" if len(missions) == 1 else m.name,
+                fallback=embedded_figures(figures, "mission", only=WAYS) if k == 0 else (),
+            )
+            for k, m in enumerate(missions)
+            if m.results and m.setting is not None
+        ),
+        tables=(
+            ReportTable(
+                caption="All runs, room by room. Errors are distances to the straight segment "
+                "between consecutive tags; medians over the runs that reached every tag / over "
+                "all, unless the column says otherwise.",
+                header=header,
+                rows=tuple(rows),
+                first=8,
+            ),
+        ),
+        figures=embedded_figures(figures, "mission", without=WAYS),
     )
+
+
+def driven_texts(
+    candidates: Sequence[Candidate], driven: Sequence[DrivenDesign]
+) -> dict[str, tuple[str, ...]]:
+    """Return how many runs of each candidate reached every tag, by the heading of the room.
+
+    Parameters
+    ----------
+    candidates, driven : Scored designs, and those that drove the missions.
+    """
+    missions = {d.index: d.missions for d in driven}
+    names = [m.name for m in driven[0].missions] if driven else []
+    return {
+        f"every tag reached, {name}": tuple(
+            _reached(missions.get(index, ()), k) for index in range(len(candidates))
+        )
+        for k, name in enumerate(names)
+    }
+
+
+def _reached(missions: Sequence[RoomMission], number: int) -> str:
+    if not missions:
+        return "not driven"
+    data = missions[number].data
+    if data is None:
+        return "could not drive"
+    success = data["success"].values
+    return f"{int(success.sum())} of {success.size}"
 
 
 def shortlist_table(

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 from octant.geometries.files import whole_file, write_text
 from octant.reader_design.experiments.missions.stage import RoomMission
-from octant.reader_design.experiments.study.page import StudyContent, study_report
+from octant.reader_design.experiments.study.content import StudyContent
+from octant.reader_design.experiments.study.page import study_report
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.keeping.results import write_once
 from octant.reader_design.setting.setting import Setting
@@ -42,7 +43,7 @@ def publish(
         figures = _figures(content, room_map, rooms, out_dir, progress)
         written += [path for entries in figures.values() for _, _, path in entries]
         report = out_dir / "report.html"
-        write_text(report, render_report(study_report(content, figures)))
+        write_text(report, render_report(study_report(content, room_map, figures)))
         return [*written, report]
 
     write_once(
@@ -100,6 +101,7 @@ def _figures(
         mission_figures,
         reader_figures,
         room_figures,
+        scene_figures,
     )
     from octant.reader_design.experiments.study.rfid_section import rfid_figures
     from octant.reader_design.experiments.study.sweep_figures import sweep_figures
@@ -113,6 +115,7 @@ def _figures(
     plans = [plan_of(built.scene, built.reader_z_m) for _, _, built in rooms]
     pairs = list(zip(content.missions, plans, strict=False))
     drawn = itertools.chain(
+        scene_figures(content.setting),
         sweep_figures(
             content.cells, content.candidates, content.choice, frequency_hz=study.radio.frequency_hz
         ),

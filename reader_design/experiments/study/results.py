@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.reader_design.experiments.missions.stage import RoomMission
-from octant.reader_design.experiments.study.page import StudyContent
+from octant.reader_design.experiments.study.content import StudyContent
 from octant.reader_design.experiments.sweep.cells import stored_scores, stored_surroundings
 from octant.reader_design.keeping.small_netcdf import Stored
 from octant.reader_design.setting.design import canonical_json
@@ -67,7 +67,7 @@ def study_dataset(content: StudyContent, room_map: "xr.Dataset") -> "xr.Dataset"
         **{
             renamed.get(str(name), f"map_{name}"): maps[name].variable
             for name in maps.data_vars
-            if name != "sample_rss_w"
+            if name != "sample_rss_w" and not str(name).startswith("turned_")
         },
     }
     if "sample_rss_w" in maps:

@@ -20,9 +20,9 @@ from octant.reader_design.experiments.choice.thesis_claims import claim_sentence
 from octant.reader_design.experiments.choice.thesis_setup import thesis_setup
 from octant.reader_design.experiments.missions.stage import collected_warnings
 from octant.reader_design.experiments.study.approximations import approximation_errors
+from octant.reader_design.experiments.study.content import StudyContent
 from octant.reader_design.experiments.study.map_stage import MapCase, map_stage
 from octant.reader_design.experiments.study.mission_sections import mission_sentence
-from octant.reader_design.experiments.study.page import StudyContent
 from octant.reader_design.experiments.study.publish import publish
 from octant.reader_design.experiments.study.shortlist import (
     NamedRoom,
@@ -215,7 +215,7 @@ def run_study(
         stages = out_dir / "stages"
         room_map = map_stage(MapCase(setting=setting, progress=progress), stages)
         thesis = None
-        if all(cell.label == cell.design.label() for cell in cells):
+        if study.report.thesis and all(cell.label == cell.design.label() for cell in cells):
             # the thesis varies antenna, r_a and h_p alone
             with progress.during("the set-up of the thesis"):
                 thesis = thesis_setup(cells, study.radio, stages, progress)

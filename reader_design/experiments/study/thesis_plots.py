@@ -43,7 +43,7 @@ def thesis_figures(setup: ThesisSetup, cells: Sequence[Cell]) -> Iterator[NamedF
         if drives:
             yield NamedFigure(
                 file=f"thesis_rss_{kind}.png",
-                section="sweep",
+                section="thesis",
                 title=f"The thesis' drive, {kind}s",
                 caption="RSS of all antennas on the drive by which the thesis' claims are judged: "
                 f"antenna 1 towards a tag {TAG_ABOVE_M:g} m above the reader's plane "

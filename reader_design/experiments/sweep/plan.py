@@ -44,7 +44,7 @@ LEFT_OUT = (
         f"Study.{table}"
         for table in (
             "name", "sweep", "choice", "map", "mission", "sensor", "track", "dock", "optimise",
-            "tolerance", "layouts",
+            "tolerance", "layouts", "report",
         )
     ),
 )  # fmt: skip

@@ -35,7 +35,7 @@ LEFT_OUT = (
         f"Study.{table}"
         for table in (
             "name", "seed", "sweep", "scoring", "choice", "map", "mission", "sensor", "track",
-            "dock", "optimise", "tolerance", "layouts",
+            "dock", "optimise", "tolerance", "layouts", "report",
         )
     ),
 )  # fmt: skip

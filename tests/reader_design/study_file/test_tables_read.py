@@ -36,6 +36,7 @@ TABLES = {
     "layout": '[[layout]]\nname = "second"',
     "optimise": "[optimise]\nparameters = {antenna_length_m = [0.04, 0.07]}",
     "track": "[track]",
+    "report": "[report]\nthesis = true",
     "rfid": '[[tag]]\nid = "p"\nposition_m = [1, 1, 2.9]\nkind = "passive"\n[rfid]\npower_w = 1.0',
     "dock": '[dock]\ntag = "tag"\nlandmark_position_m = [0.5, 2.0, 0.5]',
 }

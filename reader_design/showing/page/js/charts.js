@@ -7,6 +7,13 @@ import { choice, css, make, minus } from "./plan.js";
 
 use([ParallelChart, ScatterChart, GridComponent, ParallelComponent, TooltipComponent, SVGRenderer]);
 
+const symbols = (text) => text.replace(/\br_a\b/g, "r\u2090").replace(/\bh_p\b/g, "h\u209a");
+const broken = (text) => text.split(" ").reduce((lines, word) => {
+  const last = lines.at(-1);
+  if (last && last.length + word.length < 15) lines[lines.length - 1] = `${last} ${word}`;
+  else lines.push(word);
+  return lines;
+}, []).join("\n");
 const shown = (value) => (value === null ? "–" : minus(String(Number(value.toPrecision(3)))));
 
 function designs(live, data, box) {
@@ -46,18 +53,18 @@ function designs(live, data, box) {
         value: [row.values[state.x], row.values[state.y]],
         symbol: row.front ? "diamond" : "circle", symbolSize: state.picked.has(i) ? 17 : row.front ? 13 : 9,
         itemStyle: { color: colour(i), opacity: state.hidden.has(i) ? 0.12 : 0.9 },
-        label: { show: rows.length <= 6 || state.picked.has(i), formatter: row.label, position: "right",
+        label: { show: rows.length <= 6 || state.picked.has(i), formatter: symbols(row.label), position: row.values[state.x] > middle(state.x) ? "left" : "right",
           color: ink, fontSize: 11 } })),
         labelLayout: { hideOverlap: true, moveOverlap: "shiftY" } }],
     }, true);
     right.setOption({
       animation: false, textStyle: { fontFamily: "system-ui, sans-serif" },
       tooltip: { confine: true, formatter: (one) => tip(one.dataIndex, data.axes) },
-      parallel: { left: 60, right: 60, top: 54, bottom: 24,
-        parallelAxisDefault: { nameTextStyle: { color, width: 96, overflow: "break", fontSize: 11 },
+      parallel: { left: 64, right: 64, top: 66, bottom: 24,
+        parallelAxisDefault: { nameTextStyle: { color, fontSize: 11, lineHeight: 13 },
           nameGap: 12, axisLabel: { color, formatter: shown }, axisLine: { lineStyle: { color: line } },
           axisTick: { show: false }, scale: true, realtime: true } },
-      parallelAxis: data.axes.map((dim, i) => ({ dim: i, name: columns[dim] })),
+      parallelAxis: data.axes.map((dim, i) => ({ dim: i, name: broken(columns[dim]) })),
       series: [{ type: "parallel", smooth: false, inactiveOpacity: 0.06, activeOpacity: 1,
         data: rows.map((row, i) => ({ value: data.axes.map((dim) => row.values[dim]),
           lineStyle: { color: colour(i), width: state.picked.has(i) ? 3 : 1.3,
@@ -67,7 +74,11 @@ function designs(live, data, box) {
     compare();
   }
 
-  const tip = (index, dims) => `<b>${escape(rows[index].label)}</b>${dims.map((dim) =>
+  const middle = (dim) => {
+    const values = rows.map((row) => row.values[dim]).filter((value) => value !== null);
+    return (Math.min(...values) + Math.max(...values)) / 2;
+  };
+  const tip = (index, dims) => `<b>${escape(symbols(rows[index].label))}</b>${dims.map((dim) =>
     `<br>${escape(columns[dim])}: ${shown(rows[index].values[dim])}`).join("")}`;
 
   function compare() {
@@ -79,7 +90,7 @@ function designs(live, data, box) {
       return;
     }
     const head = make("tr", {}, make("th", { textContent: "quality" }),
-      ...chosen.map((i) => make("th", { textContent: rows[i].label })));
+      ...chosen.map((i) => make("th", { textContent: symbols(rows[i].label) })));
     const body = make("tbody");
     columns.forEach((column, k) => body.append(make("tr", {}, make("th", { textContent: column }),
       ...chosen.map((i) => make("td", { textContent: shown(rows[i].values[k]) })))));

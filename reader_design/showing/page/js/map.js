@@ -43,7 +43,7 @@ export function map(live, data) {
   let values = new Float32Array(cells);
   const range = () => ({ "°": [0, 180], "%": [0, 100] })[unit()] ?? data.range_dbm;
   const passes = (value) => (isRss() ? value >= limit() : value <= limit());
-  const limit = () => state.limits[unit()] ?? { dBm: data.usable_dbm, "°": 90, "%": 50 }[unit()];
+  const limit = () => state.limits[unit()] ?? { dBm: data.threshold_dbm, "°": 90, "%": 50 }[unit()];
 
   const view = new Plan(data.plan, (context) => {
     const [low, high] = range();
@@ -139,7 +139,7 @@ export function map(live, data) {
   const turn = slider("Heading", { min: 0, max: headings.length - 1, step: 1, value: state.heading },
     (value) => fixed(headings[value].deg, headings.some((h) => h.deg % 1) ? 1 : 0, "°"),
     (value) => { state.heading = value; update(); });
-  const threshold = slider("Threshold", { min: -120, max: 0, step: 1, value: data.usable_dbm },
+  const threshold = slider("Threshold", { min: -200, max: 100, step: 1, value: data.threshold_dbm },
     (value) => fixed(value, 0, unit()), (value) => { state.limits[unit()] = value; update(); });
   tag.select.value = state.tag;
 

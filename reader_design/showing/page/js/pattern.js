@@ -14,7 +14,7 @@ export function pattern(live, data) {
   const top = gains.reduce((a, b) => Math.max(a, b), -Infinity);
   const gain = (antenna, i, j) => gains[(antenna * rows + i) * columns + (j % columns)];
   const state = { antenna: 0, row: Math.round(data.theta_deg / 180 * (rows - 1)) };
-  const view = new View3d(new Vector3(0, 0, 0), 1.12, { azimuth: -52, elevation: 24, shape: 0.78 });
+  const view = new View3d(new Vector3(0, 0, 0), 1.12, { azimuth: -52, elevation: 24, shape: 0.78, far: 3.5 });
   const solid = new BufferGeometry();
   const faces = [];
   for (let i = 0; i < rows - 1; i += 1) for (let j = 0; j < columns; j += 1) {

@@ -88,11 +88,15 @@ export class Plan {
   walls(context) {
     context.fillStyle = css("--soft");
     context.globalAlpha = 0.55;
+    context.beginPath();
     for (const solid of this.plan.solids) {
-      context.beginPath();
-      for (let k = 0; k < solid.length; k += 2) context.lineTo(...this.at(solid[k], solid[k + 1]));
-      context.fill();
+      const corners = [0, 2, 4].map((k) => this.at(solid[k], solid[k + 1]));
+      const [a, b, c] = corners;
+      const turned = (b[0] - a[0]) * (c[1] - a[1]) < (b[1] - a[1]) * (c[0] - a[0]);
+      (turned ? corners.reverse() : corners).forEach((p, k) => (k ? context.lineTo(...p) : context.moveTo(...p)));
+      context.closePath();
     }
+    context.fill();
     context.globalAlpha = 1;
     context.strokeStyle = css("--wall");
     context.lineWidth = 2;

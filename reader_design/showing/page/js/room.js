@@ -1,7 +1,7 @@
 // The room: walls that open towards the viewer, tags, the robot's start and ways, paths of a tag.
 import { BufferGeometry, CanvasTexture, Color, DoubleSide, Float32BufferAttribute, FrontSide, Group,
   Line, LineBasicMaterial, LineSegments, Mesh, MeshLambertMaterial, Raycaster, SphereGeometry, Sprite,
-  SpriteMaterial, Vector2, Vector3 } from "three";
+  SpriteMaterial, SRGBColorSpace, Vector2, Vector3 } from "three";
 import { colourMap } from "./colours.js";
 import { ENDS } from "./ends.js";
 import { choice, fixed, make, TAG } from "./plan.js";
@@ -125,7 +125,9 @@ function label(text, place, reach) {
   context.strokeText(text, 12, 42);
   context.fillStyle = "#14181d";
   context.fillText(text, 12, 42);
-  const sprite = new Sprite(new SpriteMaterial({ map: new CanvasTexture(canvas), depthTest: false }));
+  const map = new CanvasTexture(canvas);
+  map.colorSpace = SRGBColorSpace;
+  const sprite = new Sprite(new SpriteMaterial({ map, depthTest: false }));
   const height = reach / 16;
   sprite.scale.set(height * canvas.width / canvas.height, height, 1);
   sprite.position.copy(place).add(new Vector3(0, 0, height));

@@ -4,7 +4,7 @@ import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { css, make } from "./plan.js";
 
 export class View3d {
-  constructor(centre, reach, { azimuth = -60, elevation = 35, shape = 0.62 } = {}) {
+  constructor(centre, reach, { azimuth = -60, elevation = 35, shape = 0.62, far = 2.9 } = {}) {
     this.scene = new Scene();
     this.camera = new PerspectiveCamera(32, 1, reach / 50, reach * 30);
     this.camera.up.set(0, 0, 1);
@@ -18,7 +18,7 @@ export class View3d {
     this.controls.enableZoom = false;
     this.controls.addEventListener("change", () => this.redraw());
     this.shape = shape;
-    this.home = { azimuth, elevation, distance: reach * 2.1 };
+    this.home = { azimuth, elevation, distance: reach * far };
     this.look(azimuth, elevation);
     this.scene.add(new AmbientLight(0xffffff, 1.9));
     for (const [x, y, z, power] of [[0.4, -0.6, 1.2, 1.5], [-0.8, 0.5, 0.3, 0.5]]) {

@@ -12,6 +12,7 @@ from octant.navigation.sensing.bearing import reader_azimuth, vector_sum_bearing
 from octant.reader_design.experiments.study.error_maps import error_maps, heading_errors_rad
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.setting.setting import build_setting
+from octant.reader_design.showing.map_view import symmetric_turn
 from octant.reader_design.study_file.loading import parse_study
 
 READER = sector_response(np.arange(8) * np.pi / 4, frequency_hz=2.4e9, exponent=2.0)
@@ -30,12 +31,16 @@ def setting_of(text):
     return build_setting(study).with_responses([READER])
 
 
+def errors_of(link, places, headings):
+    return heading_errors_rad(link, link.rss_by_heading_w(places, headings), places, headings)
+
+
 def test_error_at_a_place_is_the_rms_over_single_poses():
     setting = setting_of(ROOM)
     tag = setting.tags[0]
     link = setting.link(tag)
     places = np.array([[3.0, 2.5], [1.4, 1.2]])
-    vector, strongest = heading_errors_rad(link, places, HEADINGS)
+    vector, strongest = errors_of(link, places, HEADINGS)
     for row, place in enumerate(places):
         errors = []
         for heading in HEADINGS:
@@ -56,7 +61,7 @@ def test_sector_reader_has_no_error_in_free_space_but_that_of_its_sectors():
     setting = setting_of(f"[room]\nfree_space = true\n{TAGS}")
     link = setting.link(setting.tags[0])
     headings = np.arange(720) * np.pi / 360
-    vector, strongest = heading_errors_rad(link, np.array([[4.0, 3.0]]), headings)
+    vector, strongest = errors_of(link, np.array([[4.0, 3.0]]), headings)
     assert vector[0] < 1e-3
     assert strongest[0] == pytest.approx(np.radians(22.5) / math.sqrt(3.0), rel=1e-2)
 
@@ -65,12 +70,37 @@ def test_maps_hold_each_tag_and_nothing_where_no_robot_stands():
     setting = setting_of(ROOM)
     places = np.stack(np.meshgrid([1.0, 2.0, 3.0], [1.0, 2.0], indexing="ij"), axis=-1)
     standing = np.array([[True, True], [True, False], [True, True]])
-    maps = error_maps(setting, places, standing, Progress())
+    maps = error_maps(setting, places, standing, np.pi / 2, Progress())
     for name in ("vector_error", "strongest_error", "captured_share"):
         values = maps[name].values
         assert values.shape == (2, 3, 2)
         np.testing.assert_array_equal(np.isnan(values), np.broadcast_to(~standing, (2, 3, 2)))
     link = setting.link(setting.tags[1])
-    alone = heading_errors_rad(link, places[2, 1][None], np.arange(32) * np.pi / 16)
+    alone = errors_of(link, places[2, 1][None], np.arange(32) * np.pi / 16)
     assert maps["vector_error"].values[1, 2, 1] == pytest.approx(alone[0][0], rel=1e-12)
     assert maps["strongest_error"].values[1, 2, 1] == pytest.approx(alone[1][0], rel=1e-12)
+
+
+def test_turned_maps_hold_the_powers_and_the_readers_symmetry_gives_all_other_headings():
+    setting = setting_of(ROOM)
+    places = np.stack(np.meshgrid([1.0, 2.0, 3.0], [1.0, 2.0], indexing="ij"), axis=-1)
+    standing = np.array([[True, True], [True, False], [True, True]])
+    maps = error_maps(setting, places, standing, np.pi / 2, Progress())
+    turn = symmetric_turn(READER)
+    assert turn == 1  # eight equal sectors
+    held = maps["turned_rss_w"].values
+    assert (held[:, :, 1, 1] == 0.0).all()
+    link = setting.link(setting.tags[0])
+    for heading, power in zip(maps["turned_heading"].values, held[:, 0, 2, 0], strict=True):
+        for k in range(8):
+            turned = heading + 2.0 * np.pi / 8 * k
+            exact = link.rss_w([[*places[2, 0], turned]])[0]
+            np.testing.assert_allclose(np.roll(power, -k), exact, rtol=1e-5)
+
+
+def test_reader_that_is_not_symmetric_is_found_out():
+    bent = READER.azimuths_rad + np.radians([0, 0, 3, 0, 0, 0, 0, 0])
+    one_off = sector_response(bent, frequency_hz=2.4e9, exponent=2.0)
+    assert symmetric_turn(one_off) == 0
+    pairs = np.arange(8) * np.pi / 4 + np.radians([0, 5] * 4)
+    assert symmetric_turn(sector_response(pairs, frequency_hz=2.4e9, exponent=2.0)) == 2

@@ -1,0 +1,45 @@
+"""The antennas' patterns for a page: solids that turn, with cuts."""
+
+import numpy as np
+
+from octant.em.antennas.embedded import ReaderResponse
+from octant.em.decibels import decibels
+from octant.reader_design.showing.page.packing import packed
+from octant.reader_design.showing.pages import ReportFigure, ReportWidget
+
+THETA_STEPS, PHI_STEPS = 46, 90
+"""Points of a pattern [-]: every 4°."""
+
+
+def pattern_widget(
+    response: ReaderResponse, *, fallback: tuple[ReportFigure, ...] = ()
+) -> ReportWidget:
+    """Return the antennas' realised gains as a page turns them [dBi].
+
+    Parameters
+    ----------
+    response : The reader's.
+    fallback : What stands there without scripts and on paper.
+    """
+    theta = np.linspace(0.0, np.pi, THETA_STEPS)
+    phi = np.arange(PHI_STEPS) * 2.0 * np.pi / PHI_STEPS
+    field = response.far_field(theta[:, None], phi[None, :])
+    gain = decibels(np.maximum((np.abs(field) ** 2).sum(axis=-1), 1e-10))
+    top = float(gain.max())
+    first = gain[0]
+    best = np.unravel_index(int(first.argmax()), first.shape)
+    return ReportWidget(
+        kind="pattern",
+        title="Patterns",
+        caption="The realised gain of one antenna with all others in place, as a solid whose "
+        "radius falls by 30 dB to its centre. Choose the antenna; the cut beside it shows all.",
+        alt=f"Antenna 1 has its greatest gain, {first.max():.1f} dBi, "
+        f"{90.0 - np.degrees(theta[best[0]]):.0f}° above the horizon at azimuth "
+        f"{np.degrees(phi[best[1]]):.0f}°.",
+        data={
+            "gain_dbi": packed(np.maximum(gain, top - 45.0), step=0.2),
+            "azimuths_deg": np.degrees(response.azimuths_rad).round(3).tolist(),
+            "theta_deg": float(np.degrees(theta[best[0]])),
+        },
+        fallback=fallback,
+    )
