@@ -19,7 +19,7 @@ def rounded(value: float, unit: str) -> str:
     return f"{value:.3g}" if decimals is None else f"{value:.{decimals}f}"
 
 
-def with_interval(value: float, low: float, high: float, unit: str) -> str:
+def with_interval(value: float, *, low: float, high: float, unit: str) -> str:
     """Return a number with its interval, which is left out where it is narrower than the rounding.
 
     Parameters

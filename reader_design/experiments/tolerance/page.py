@@ -122,7 +122,7 @@ def _doubts(result: ToleranceStudy) -> tuple[str, ...]:
 
 
 def _cell(interval: Interval, unit: str) -> str:
-    return with_interval(interval.value, interval.low, interval.high, unit)
+    return with_interval(interval.value, low=interval.low, high=interval.high, unit=unit)
 
 
 def _spread_tables(result: ToleranceStudy) -> tuple[ReportTable, ...]:
