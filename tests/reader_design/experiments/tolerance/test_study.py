@@ -316,14 +316,22 @@ def stopped(*_):
     raise KeyboardInterrupt
 
 
+SOLVED = []
+
+
+def noted_model(context, case):
+    """Return scores that are linear in the errors, and note the case."""
+    SOLVED.append(case)
+    return linear_model(context, case)
+
+
 def test_the_forecast_counts_the_readers_that_are_solved(tmp_path, monkeypatch, capsys):
-    solved = []
-    counted = lambda context, case: solved.append(case) or linear_model(context, case)  # noqa: E731
-    monkeypatch.setattr(cases_module, "compute_case", counted)
+    monkeypatch.setattr(cases_module, "compute_case", noted_model)
+    SOLVED.clear()
     file = tmp_path / "study.toml"
     file.write_text(STUDY)
     call = ["tolerance", str(file), "--samples", "3", "--out", str(tmp_path / "out")]
     assert run([*call, "--dry-run"]) == 0
     forecast = int(capsys.readouterr().out.split()[0])
     run_tolerance_study(study_of(tmp_path), tmp_path / "cases", samples=3)
-    assert len(solved) == forecast == 2 + 32 + 2 * 3
+    assert len(SOLVED) == forecast == 2 + 32 + 2 * 3
