@@ -39,8 +39,10 @@ def version() -> str:
 def write_all() -> None:
     """Write every generated page and drawing that is not up to date."""
     import drawings
+    import make_files
 
     write(GENERATED / "verbs.md", verbs_page())
+    write(GENERATED / "files.md", make_files.page())
     write(GENERATED / "glossary.md", glossary_page())
     write(GENERATED / "face.rst.txt", face_page())
     drawings.draw_all(GENERATED)
