@@ -21,14 +21,15 @@ VARIABLES = DOCS / "variables.json"
 HEAD = """# Files and columns
 
 What each verb leaves in its folder, column by column and variable by variable. Every folder also has
-`study.toml`, the study with all defaults written out, and most a `report.html` and `figures/`.
+`study.toml`, the study with all defaults written out, most a `report.html` and `figures/`.
 
-A column's unit stands at the end of its name: `_m`, `_s`, `_deg`, `_rad`, `_db`, `_dbm`, `_w`, `_hz`,
-`_ohm`; without one it is a number, a share or a name. `_median` is the median over the runs,
+A column's unit stands at the end of its name: `_m`, `_s`, `_deg`, `_rad`, `_db`, `_dbm`, `_w`,
+`_hz`, `_ohm`; without one it is a number, a share or a name. `_median` is the median over the runs,
 `_90` what 90 % of them do not exceed, `_low` and `_high` the ends of the 95 % interval.
 Columns are never moved or renamed; new ones come at the end.
 """
 EXPERIMENTS = "octant.reader_design.experiments"
+LOCALISE = f"{EXPERIMENTS}.missions.localise"
 CSV_FILES = (
     ("paths", "--csv FILE", "octant.reader_design.face.paths:PATH_COLUMNS"),
     ("explain", "--csv FILE", "octant.reader_design.face.paths:BUDGET_COLUMNS"),
@@ -36,8 +37,8 @@ CSV_FILES = (
     ("navigate, study", "missions.csv", "octant.navigation.missions.files:MISSION_COLUMNS"),
     ("navigate, study", "trajectory.csv", "octant.navigation.missions.files:TRAJECTORY_COLUMNS"),
     ("navigate", "missions_summary.csv", "octant.navigation.missions.summary:SUMMARY_COLUMNS"),
-    ("navigate --localise", "localisation.csv", f"{EXPERIMENTS}.missions.localise:LOCALISATION_COLUMNS"),
-    ("navigate --localise", "orientation.csv", f"{EXPERIMENTS}.missions.localise:ORIENTATION_COLUMNS"),
+    ("navigate --localise", "localisation.csv", f"{LOCALISE}:LOCALISATION_COLUMNS"),
+    ("navigate --localise", "orientation.csv", f"{LOCALISE}:ORIENTATION_COLUMNS"),
     ("navigate --compare", "compare.csv", f"{EXPERIMENTS}.missions.comparison:COLUMNS"),
     ("tolerance", "tolerance.csv", f"{EXPERIMENTS}.tolerance.results:CSV_HEADER"),
     ("dock", "docking.csv", "octant.navigation.docking.files:DOCKING_COLUMNS"),
@@ -57,16 +58,34 @@ CSV_FILES = (
     ("track", "slam_line.csv", f"{EXPERIMENTS}.tracking.slam_line:COLUMNS"),
 )  # fmt: skip
 """CSV files: verb, file, and the constant that names its columns."""
-BY_STUDY = (
-    ("rss", "--csv FILE", "the columns of the poses, then `rss_1_w`, `rss_2_w`, ...: power at each antenna [W]"),
-    ("sweep, study", "sweep.csv, designs.csv", "a row a design: its parameters, then every score in free space (`free_...`) and in the room (`room_...`), named as in [what a reader is judged by](../evidence/scores.md)"),
-    ("optimise", "optimise.csv, pareto.csv", "a row an evaluated design: keys of `[reader]`, goals, constraints, scores"),
-    ("map --export csv", "NAME.csv", "a row a place: `x_m`, `y_m`, then every layer of the map in W and dBm"),
-)  # fmt: skip
-"""CSV files whose columns follow from the study."""
+BY_STUDY = """### Tables that follow from the study
+
+| verb | file | columns |
+|---|---|---|
+| rss | --csv FILE | those of the poses, then `rss_1_w`, `rss_2_w`, ...: antenna by antenna [W] |
+| sweep, study | sweep.csv, designs.csv | a row a design: parameters, then [every score](SCORES) |
+| optimise | optimise.csv, pareto.csv | a row a design: keys of `[reader]`, goals, constraints, scores |
+| map --export csv | NAME.csv | a row a place: `x_m`, `y_m`, then every layer in W and dBm |
+
+## netCDF
+
+Read with `xarray.open_dataset`; complex arrays end with a dimension `part` (`re`, `im`).
+""".replace("SCORES", "../evidence/scores.md")
+VARIABLES_HEAD = "| variable | dimensions | unit | meaning |"
 UNITS = {
-    "_m_per_s": "m/s", "_rad_per_s": "rad/s", "_deg": "°", "_rad": "rad", "_dbm": "dBm", "_db": "dB",
-    "_hz": "Hz", "_ohm": "ohm", "_ns": "ns", "_us": "µs", "_m": "m", "_s": "s", "_w": "W",
+    "_m_per_s": "m/s",
+    "_rad_per_s": "rad/s",
+    "_deg": "°",
+    "_rad": "rad",
+    "_dbm": "dBm",
+    "_db": "dB",
+    "_hz": "Hz",
+    "_ohm": "ohm",
+    "_ns": "ns",
+    "_us": "µs",
+    "_m": "m",
+    "_s": "s",
+    "_w": "W",
 }  # fmt: skip
 SHARED_ENDS = ("_median", "_90", "_low", "_high", "_p90")
 STUDY = """
@@ -161,15 +180,13 @@ def page() -> str:
             unit = unit_and_stem(column)[0]
             lines.append(f"| `{column}` | {unit} | {meaning(column, meanings) or ''} |")
         lines.append("")
-    lines += ["### Tables that follow from the study", "", "| verb | file | columns |", "|---|---|---|"]
-    lines += [f"| {verb} | {file} | {text} |" for verb, file, text in BY_STUDY]
-    lines += ["", "## netCDF", "", "Read with `xarray.open_dataset`; complex arrays end with a dimension", "`part` (`re`, `im`).", ""]
+    lines.append(BY_STUDY)
     for verb, files in json.loads(VARIABLES.read_text("utf-8")).items():
-        for file, held in files.items():
-            lines += [f"### {file} of {verb}", "", "| variable | dimensions | unit | meaning |", "|---|---|---|---|"]
+        for file, variables in files.items():
+            lines += [f"### {file} of {verb}", "", VARIABLES_HEAD, "|---|---|---|---|"]
             lines += [
                 f"| `{name}` | {', '.join(dims)} | {units} | {text} |"
-                for name, (dims, units, text) in held.items()
+                for name, (dims, units, text) in variables.items()
             ]
             lines.append("")
     return "\n".join(lines)
@@ -186,10 +203,17 @@ def held(folder: Path) -> Iterator[tuple[str, dict[str, Any]]]:
 
     for path in sorted(folder.glob("*.nc")):
         with xr.open_dataset(path, engine="h5netcdf") as data:
-            yield path.name, {
-                str(name): [list(map(str, v.dims)), v.attrs.get("units", ""), v.attrs.get("long_name", "")]
-                for name, v in data.variables.items()
-            }
+            yield (
+                path.name,
+                {
+                    str(name): [
+                        list(map(str, v.dims)),
+                        v.attrs.get("units", ""),
+                        v.attrs.get("long_name", ""),
+                    ]
+                    for name, v in data.variables.items()
+                },
+            )
 
 
 def run_all(folder: Path) -> dict[str, dict[str, Any]]:
@@ -216,4 +240,6 @@ def run_all(folder: Path) -> dict[str, dict[str, Any]]:
 
 
 if __name__ == "__main__":
-    VARIABLES.write_text(json.dumps(run_all(Path(sys.argv[1])), indent=1, ensure_ascii=False) + "\n", "utf-8")
+    VARIABLES.write_text(
+        json.dumps(run_all(Path(sys.argv[1])), indent=1, ensure_ascii=False) + "\n", "utf-8"
+    )

@@ -8,6 +8,7 @@ import ast
 import shutil
 
 import doc_blocks
+import make_files
 import pytest
 from doc_blocks import ROOT
 
@@ -84,7 +85,7 @@ def test_a_wrong_command_is_found():
         "octant swim room.toml",
         "octant map examples/nothing.toml --out map.nc",
         "octant paths s.toml --tx 1,2 --rx 1,1,1",
-        "octant map",
+        "octant explain",
         "rm -r octant-study",
     ):
         words = next(doc_blocks.commands(text))
@@ -112,3 +113,14 @@ def test_the_readme_is_one_page():
     text = (ROOT / "README.md").read_text("utf-8")
     assert len(text.split()) <= 520
     assert text.count("![") == 1
+
+
+def test_every_column_of_an_output_file_is_explained():
+    meanings, used, missing = make_files.known_meanings(), set(), []
+    for _, file, place in make_files.CSV_FILES:
+        for column in make_files.columns(place):
+            used |= {column, make_files.unit_and_stem(column)[1]}
+            if make_files.meaning(column, meanings) is None:
+                missing.append(f"{file}: {column}")
+    assert missing == [], "docs/columns.toml"
+    assert set(meanings) - used == set(), "docs/columns.toml explains what is not there"
