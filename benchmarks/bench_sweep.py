@@ -26,6 +26,7 @@ free_space = true
 [[tag]]
 id = "a"
 position_m = [0.0, 0.0, 3.0]
+antenna = "dipole"
 [reader]
 response = "isolated"
 [sweep]

@@ -105,6 +105,7 @@ material = {layers = [{material = "plasterboard", thickness_m = 0.0125}, {eps_r 
 [[tag]]
 id = "a"
 position_m = [1.5, 1.2, 2.0]
+antenna = "dipole"
 [[tag]]
 id = "b"
 position_m = [0.8, 0.6, 1.9]
@@ -130,6 +131,7 @@ rays = 1000
 [map]
 spacing_m = 0.5
 [mission]
+navigator = "thesis"
 start_m = [1.0, 1.0]
 tags = ["a"]
 runs = 2
@@ -304,10 +306,11 @@ def mutated_bytes(rng: random.Random, content: bytes) -> bytes:
 def bases() -> tuple[dict[str, Any], ...]:
     """Return the studies that are mutated as tables with all their keys."""
     paths = [*(ROOT / "reader_design/study_file").glob("*.toml")]
-    texts = [STUDY] * len(paths) + [path.read_text("utf-8") for path in sorted(paths)]
+    texts = [(STUDY, ROOT)] * len(paths)
+    texts += [(path.read_text("utf-8"), path.parent) for path in sorted(paths)]
     return tuple(
-        msgspec.to_builtins(parse_study(text, source="study.toml", directory=ROOT), str_keys=True)
-        for text in texts
+        msgspec.to_builtins(parse_study(text, source="study.toml", directory=at), str_keys=True)
+        for text, at in texts
     )
 
 
@@ -524,6 +527,7 @@ material = "concrete"
 [[tag]]
 id = "a"
 position_m = [1.5, 1.2, 2.0]
+antenna = "dipole"
 [reader]
 response = "isolated"
 [solver]

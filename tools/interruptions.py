@@ -41,10 +41,12 @@ material = "metal"
 [[tag]]
 id = "A"
 position_m = [1.2, 1.0, 2.4]
+antenna = "dipole"
 
 [[tag]]
 id = "B"
 position_m = [3.6, 2.4, 2.4]
+antenna = "dipole"
 
 [reader]
 antenna_radius_m = 0.05
@@ -57,6 +59,7 @@ max_reflections = 2
 spacing_m = 0.04
 
 [mission]
+navigator = "thesis"
 start_m = [0.6, 0.6]
 tags = ["A", "B"]
 runs = 12

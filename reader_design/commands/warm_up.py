@@ -23,6 +23,7 @@ position_m = [1.5, 1.5, 0.0]
 [[tag]]
 id = "tag"
 position_m = [1.0, 1.0, 1.9]
+antenna = "dipole"
 [reader]
 response = "RESPONSE"
 antennas = 4
@@ -33,6 +34,7 @@ SOLVER
 [map]
 spacing_m = 0.5
 [mission]
+navigator = "thesis"
 start_m = [0.5, 0.5]
 tags = ["tag"]
 runs = 1

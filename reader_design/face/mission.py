@@ -64,7 +64,7 @@ class Mission:
     >>> reader = octant.Reader(response="isolated")
     >>> mission = octant.Mission(octant.Room.free_space(), [tag], reader, start=(0.0, 0.0, 90.0))
     >>> mission
-    <Mission: 1 from (0, 0) m at 90 deg, navigator thesis>
+    <Mission: 1 from (0, 0) m at 90 deg, navigator tracker>
     >>> mission.run(2, seed=1, progress=False).success.dims
     ('run',)
     """

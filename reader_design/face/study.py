@@ -77,13 +77,13 @@ class Study:
         )
 
     @classmethod
-    def load(cls, file: str | Path | None = None, *, built_in: str = "thesis_study") -> Self:
+    def load(cls, file: str | Path | None = None, *, built_in: str = "office") -> Self:
         """Return the study of a study file, or one that comes with Octant.
 
         Parameters
         ----------
-        file : The TOML file.
-        built_in : Where no file is given: "thesis_study", "track_study" or "dock_study".
+        file : The TOML file, or the name of a built-in study.
+        built_in : Where no file is given: "office", "thesis", "track" or "dock".
         """
         return cls.of(load_study(file, built_in=built_in))
 

@@ -184,7 +184,7 @@ class Tag(StudyTable):
         id: str,  # noqa: A002  the study file's own key
         position_m: Sequence[float],
         *,
-        antenna: str = "dipole",
+        antenna: str = "conical_patch",
         axis: Sequence[float] | None = None,
         azimuth_deg: float = 0.0,
         power_w: float = 1.0,

@@ -29,6 +29,7 @@ from octant.reader_design.setting.scores import USABLE_DBM
 from octant.reader_design.study_file.bodies import object_bodies, room_bodies, study_materials
 from octant.reader_design.study_file.checks import rooms_of
 from octant.reader_design.study_file.errors import unknown_name
+from octant.reader_design.study_file.loading import layout_study
 from octant.reader_design.study_file.mission import NAVIGATORS
 from octant.reader_design.study_file.mission import Mission as MissionTable
 from octant.reader_design.study_file.reader import Reader
@@ -374,6 +375,7 @@ def build_setting(
     layout : One of ``study.layouts``; None: the study's own room.
     sampling : How densely readers are probed [m].
     """
+    study = layout_study(study, layout)
     where = "" if layout is None else f"in layout {layout.name!r}: "
     room = rooms_of(study, layout)
     scene = build_scene(

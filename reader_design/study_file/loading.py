@@ -14,7 +14,13 @@ from octant.em.antennas.kinds import PATCHES
 from octant.geometries.errors import ConfigError, InfeasibleDesignError
 from octant.navigation.navigators.loading import is_file
 from octant.reader_design.study_file.checks import TAG_ANTENNAS, check_study
-from octant.reader_design.study_file.errors import path_text, sentence, unit_of, value_text
+from octant.reader_design.study_file.errors import (
+    path_text,
+    sentence,
+    unit_of,
+    unknown_name,
+    value_text,
+)
 from octant.reader_design.study_file.materials import room_material
 from octant.reader_design.study_file.room import MeshObject, Room, RoomMesh, RoomObject
 from octant.reader_design.study_file.schema import Layout, Study, Tag
@@ -24,25 +30,34 @@ from octant.reader_design.study_file.toml_files import toml_file_text, toml_tabl
 
 replace = msgspec.structs.replace
 
+BUILT_IN = ("office", "thesis", "track", "dock")
+"""Names of the studies that come with Octant; a verb takes one where it takes a file."""
+LAYOUT_TABLES = ("radio", "tag", "mission", "robot", "sensor", "solver", "rfid")
+"""Tables of which a layout may change keys."""
+LAYOUT_KEPT = ("tag.id", "mission.tags")
+"""Keys of these that it may not change: results list the same visits in all rooms."""
 MOST_TRIED = 1000
 """Combinations in which a swept value is tried before it is refused [-]."""
 
 
-def load_study(path: str | Path | None = None, *, built_in: str = "thesis_study") -> Study:
+def load_study(path: str | Path | None = None, *, built_in: str = "office") -> Study:
     """Return the study of a file, checked, with every default and every path resolved.
 
     What is missing, unknown, wrong or contradicts another key is a ConfigError with the key path.
 
     Parameters
     ----------
-    path : A TOML file; None: a built-in study.
-    built_in : Which: ``thesis_study``, ``track_study`` of ``octant track``, or ``dock_study`` of
-        ``octant dock``.
+    path : A TOML file, or the name of one of the `BUILT_IN` studies; a file of such a name is meant
+        only by a path with a folder or an ending. None: a built-in study.
+    built_in : Which.
     """
+    name = built_in.removesuffix("_study") if path is None else str(path)
+    if name in BUILT_IN:
+        folder = Path(str(resources.files(__package__)))
+        text = (folder / f"{name}_study.toml").read_text("utf-8")
+        return parse_study(text, source=f"the built-in study {name}", directory=folder)
     if path is None:
-        name = f"{built_in}.toml"
-        text = resources.files(__package__).joinpath(name).read_text("utf-8")
-        return parse_study(text, source=name, directory=Path.cwd())
+        raise ConfigError(unknown_name("built_in", name, BUILT_IN, what="built-in study"))
     text = toml_file_text(path, what="study")
     return parse_study(text, source=str(path), directory=Path(path).resolve().parent)
 
@@ -75,10 +90,41 @@ def study_of_tables(raw: dict[str, Any], *, source: str, directory: Path) -> Stu
         except msgspec.ValidationError as exc:
             raise ConfigError(sentence(exc, raw, Study)) from exc
         check_study(study)
-        return _with_sweep(resolved(study, directory=directory), directory)
+        whole = _with_sweep(resolved(study, directory=directory), directory)
+        for layout in whole.layouts:
+            layout_study(whole, layout)
     except ConfigError as exc:
         msg = f"{source}: {exc}"
         raise ConfigError(msg) from exc
+    return whole
+
+
+def layout_study(study: Study, layout: Layout | None) -> Study:
+    """Return a study with the other values that hold in one of its layouts, checked.
+
+    Parameters
+    ----------
+    study, layout : The study; one of its layouts, None: its own room.
+    """
+    if layout is None or not layout.values:
+        return study
+    where = f"layout {layout.name!r}: values"
+    for key in layout.values:
+        table, _, below = key.partition(".")
+        if table not in LAYOUT_TABLES or not below or key in LAYOUT_KEPT:
+            msg = (
+                f"{where} names {key!r}, but a layout may change keys of "
+                f'{", ".join(LAYOUT_TABLES)} by their path, such as "mission.navigator", and not '
+                f"{' and '.join(LAYOUT_KEPT)}."
+            )
+            raise ConfigError(msg)
+    hung = {"tag.axis": None} if "tag.antenna" in layout.values else {}
+    try:
+        other = vary(study, {**hung, **layout.values})
+    except ConfigError as exc:
+        msg = f"{where}: {exc}"
+        raise ConfigError(msg) from exc
+    return replace(other, sweep=study.sweep)
 
 
 def to_toml(study: Study, *, relative_to: Path | None = None) -> str:
@@ -99,6 +145,8 @@ def to_toml(study: Study, *, relative_to: Path | None = None) -> str:
     tables["sweep"] = {key: _named(values, named) for key, values in expanded(study.sweep).items()}
     for room in [tables["room"], *(e["room"] for e in tables["layout"] if e["room"])]:
         _tidy_room(room)
+    for layout in tables["layout"]:
+        layout["values"] = layout["values"] or None
     tables["reader"]["object"] = tables["reader"]["object"] or None
     if tables["track"]:
         tables["track"]["trajectory"] = tables["track"]["trajectory"] or None

@@ -120,7 +120,7 @@ class Mission(Table, frozen=True, kw_only=True):
     start_m: Spot
     heading_deg: Angle = 90.0
     tags: Annotated[tuple[Name, ...], Meta(min_length=1, max_length=10_000)]
-    navigator: FileName = "thesis"
+    navigator: FileName = "tracker"
     tracker: Tracker = Tracker()
     controller: Literal["fuzzy", "vector_sum", "pattern"] = "fuzzy"
     membership: Membership | None = None

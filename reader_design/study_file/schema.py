@@ -88,7 +88,7 @@ class Tag(Table, frozen=True, kw_only=True):
 
     id: Name
     position_m: Point
-    antenna: FileName = "dipole"
+    antenna: FileName = "conical_patch"
     axis: Direction | None = None
     azimuth_deg: Angle = 0.0
     kind: Literal["active", "semi_passive", "passive"] = "active"
@@ -177,11 +177,16 @@ class Layout(Table, frozen=True, kw_only=True):
     ----------
     name : Name in the results.
     room : The room; None: the study's own.
+    values : Other values there of keys of ``[radio]``, ``[[tag]]``, ``[mission]``, ``[robot]``,
+        ``[sensor]``, ``[solver]`` and ``[rfid]``, by dotted paths in quotes, such as
+        ``"mission.navigator" = "thesis"``; ``"tag.antenna"`` is that of every tag, which hangs as
+        usual.
     objects : Objects that stand there besides the room's own: the tables ``[[layout.object]]``.
     """
 
     name: Name
     room: Room | None = None
+    values: dict[Word, Any] = {}  # noqa: RUF012  msgspec gives every layout a table of its own
     objects: tuple[RoomObject, ...] = msgspec.field(default=(), name="object")
 
 

@@ -52,7 +52,7 @@ def rows_of(call):
 def test_a_pattern_file_at_either_end_is_the_antenna_in_it(
     octant, study_file, dipole_file, options
 ):
-    study = study_file(STUDY.format(tag=""))
+    study = study_file(STUDY.format(tag='antenna = "dipole"'))
     files = [part for option in options for part in (option, dipole_file)]
     given, exact = (
         rows_of(octant("paths", study, *ENDS, *files)),
@@ -65,7 +65,7 @@ def test_a_pattern_file_at_either_end_is_the_antenna_in_it(
 
 
 def test_an_end_lies_along_its_axis(octant, study_file):
-    study = study_file(STUDY.format(tag=""))
+    study = study_file(STUDY.format(tag='antenna = "dipole"'))
     lying = rows_of(octant("paths", study, *ENDS, "--rx-antenna", "patch", "--rx-axis", "0,0,1"))
     turned = rows_of(
         octant(
@@ -91,7 +91,7 @@ def test_a_tag_of_a_pattern_file_gives_the_rss_of_its_antenna(octant, study_file
     poses = tmp_path / "poses.csv"
     poses.write_text("x_m,y_m,heading_deg\n1,1,90\n2,3.3,17\n")
     levels = []
-    for tag in ("", 'antenna = "dipole.ffe"'):
+    for tag in ('antenna = "dipole"', 'antenna = "dipole.ffe"'):
         study = study_file(STUDY.format(tag=tag))
         rows = rows_of(octant("rss", study, "--tag", "A", "--poses", poses, "-q"))
         levels.append([[float(r[f"rss_{i}_w"]) for i in range(1, 9)] for r in rows])
@@ -127,13 +127,13 @@ def test_antennas_that_do_not_exist_are_refused(octant, study_file, tmp_path, na
         (tmp_path / name).write_text(content)
     study = study_file(STUDY.format(tag=f'antenna = "{name}"'))
     assert says in octant("paths", study, *ENDS).refused()
-    plain = study_file(STUDY.format(tag=""), "plain.toml")
+    plain = study_file(STUDY.format(tag='antenna = "dipole"'), "plain.toml")
     path = tmp_path / name if "." in name else name
     assert says in octant("paths", plain, *ENDS, "--tx-antenna", path).refused()
 
 
 def test_an_end_without_direction_is_refused(octant, study_file):
-    study = study_file(STUDY.format(tag=""))
+    study = study_file(STUDY.format(tag='antenna = "dipole"'))
     assert "no direction" in octant("paths", study, *ENDS, "--tx-axis", "0,0,0").refused()
     refused = octant("paths", study, *ENDS, "--tx-azimuth-deg", "nan").refused()
     assert "'--tx-azimuth-deg': nan is not in the range" in refused

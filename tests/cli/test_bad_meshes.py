@@ -21,6 +21,7 @@ material = "concrete"
 [[tag]]
 id = "a"
 position_m = [2.0, 1.5, 2.0]
+antenna = "dipole"
 [solver]
 max_reflections = 2
 diffraction = true

@@ -22,10 +22,12 @@ free_space = true
 [[tag]]
 id = "a"
 position_m = [1.2, 0.2, 3.0]
+antenna = "dipole"
 [reader]
 antennas = 4
 cells_per_wavelength = 4
 [mission]
+navigator = "thesis"
 start_m = [0.0, 0.0]
 heading_deg = 0.0
 tags = ["a"]
@@ -213,7 +215,7 @@ def test_runs_are_localised_by_map_and_bearings_and_resume(octant, study_file, t
     text = YARD.replace(
         "[reader]",
         "".join(
-            f'[[tag]]\nid = "{name}"\nposition_m = [{x}, {y}, 3.0]\n'
+            f'[[tag]]\nid = "{name}"\nposition_m = [{x}, {y}, 3.0]\nantenna = "dipole"\n'
             for name, x, y in (("b", 2.0, 1.5), ("c", 0.4, 1.4))
         )
         + "[reader]",

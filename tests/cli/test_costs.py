@@ -12,11 +12,13 @@ material = "concrete"
 [[tag]]
 id = "A"
 position_m = [1.2, 1.0, 2.4]
+antenna = "dipole"
 [reader]
 response = "rays"
 [solver]
 max_reflections = 1
 [mission]
+navigator = "thesis"
 start_m = [0.6, 0.6]
 tags = ["A"]
 runs = 2

@@ -34,6 +34,7 @@ material = "concrete"
 [[tag]]
 id = "dock"
 position_m = [4.0, 2.5, 3.1]
+antenna = "dipole"
 [reader]
 response = "isolated"
 [solver]
@@ -48,7 +49,7 @@ name = "free"
 [layout.room]
 free_space = true
 """
-MISSION = '[mission]\nstart_m = [1.0, 1.0]\ntags = ["dock"]\n'
+MISSION = '[mission]\nnavigator = "thesis"\nstart_m = [1.0, 1.0]\ntags = ["dock"]\n'
 FIGURES = {
     "ways",
     "errors",
@@ -207,7 +208,11 @@ def test_every_key_of_the_sensor_changes_readings_in_every_verb_that_reads(study
 
     def reading(keys):
         table = "".join(f"{k} = {v}\n" for k, v in keys.items())
-        mission = '[mission]\nstart_m = [1.0, 1.0]\ntags = ["dock"]\n' if verb == "navigate" else ""
+        mission = (
+            '[mission]\nnavigator = "thesis"\nstart_m = [1.0, 1.0]\ntags = ["dock"]\n'
+            if verb == "navigate"
+            else ""
+        )
         text = STUDY.replace("[dock]", f"[sensor]\n{table}{mission}[dock]")
         rooms = docking_rooms(load_study(study_file(text)))
         if verb == "dock":

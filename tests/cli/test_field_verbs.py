@@ -19,14 +19,17 @@ free_space = true
 [[tag]]
 id = "near"
 position_m = [2.0, 0.5, 3.0]
+antenna = "dipole"
 [[tag]]
 id = "far"
 position_m = [3.5, 2.0, 3.0]
+antenna = "dipole"
 [reader]
 response = "isolated"
 [map]
 spacing_m = 0.5
 [mission]
+navigator = "thesis"
 start_m = [0.0, 0.0]
 tags = ["near"]
 max_time_s = 20.0

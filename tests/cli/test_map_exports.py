@@ -25,9 +25,11 @@ position_m = [-2.5, 10.5, 0.0]
 [[tag]]
 id = "A"
 position_m = [-2.0, 10.5, 2.4]
+antenna = "dipole"
 [[tag]]
 id = "B"
 position_m = [-1.5, 11.0, 2.4]
+antenna = "dipole"
 [reader]
 response = "isolated"
 [solver]
@@ -216,7 +218,7 @@ def test_the_map_in_python_is_written_as_the_command_does(exported, tmp_path, le
         objects=[{"kind": "cabinet", "size_m": (0.5, 0.5, 1.0), "position_m": (-2.5, 10.5, 0.0)}],
     )
     rss = room.rss_map(
-        [face.Tag("B", (-1.5, 11.0, 2.4))],
+        [face.Tag("B", (-1.5, 11.0, 2.4), antenna="dipole")],
         face.Reader(response="isolated"),
         spacing_m=0.25,
         solver={"max_reflections": 1},

@@ -14,6 +14,7 @@ BOX = """
 [[tag]]
 id = "A"
 position_m = [2.0, 0.5, 2.9]
+antenna = "dipole"
 [reader]
 response = "isolated"
 [solver]
@@ -21,6 +22,7 @@ max_reflections = 1
 [map]
 spacing_m = 0.5
 [mission]
+navigator = "thesis"
 start_m = [4.0, 1.0]
 heading_deg = 30.0
 tags = ["A"]

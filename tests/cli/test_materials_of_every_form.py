@@ -27,6 +27,7 @@ material = {material}
 [[tag]]
 id = "a"
 position_m = [1.5, 1.2, 2.1]
+antenna = "dipole"
 [solver]
 max_reflections = 1
 [reader]
@@ -36,6 +37,7 @@ cells_per_wavelength = 5.0
 [map]
 spacing_m = 1.0
 [mission]
+navigator = "thesis"
 start_m = [1.0, 1.0]
 tags = ["a"]
 runs = 1

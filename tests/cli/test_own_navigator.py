@@ -18,6 +18,7 @@ free_space = true
 [[tag]]
 id = "A"
 position_m = [1.2, 0.5, 2.0]
+antenna = "dipole"
 [reader]
 response = "files"
 pattern_files = ["panel.csv", "panel.csv", "panel.csv", "panel.csv"]

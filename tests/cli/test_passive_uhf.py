@@ -19,11 +19,13 @@ frequency_hz = {frequency_hz}
 [[tag]]
 id = "P"
 position_m = [1.0, 1.0, 1.1]
+antenna = "dipole"
 kind = "passive"
 sensitivity_dbm = -18.0
 [[tag]]
 id = "A"
 position_m = [2.0, 1.0, 1.1]
+antenna = "dipole"
 [rfid]
 region = "{region}"
 reader_sensitivity_dbm = -90.0
@@ -38,6 +40,7 @@ max_reflections = 1
 spacing_m = {spacing_m}
 margin_m = 20.0
 [mission]
+navigator = "thesis"
 start_m = [9.0, 1.5]
 heading_deg = 180.0
 tags = ["P"]

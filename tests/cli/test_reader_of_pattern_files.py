@@ -18,6 +18,7 @@ box_m = [5.0, 5.0, 3.0]
 [[tag]]
 id = "A"
 position_m = [3.5, 2.0, 2.9]
+antenna = "dipole"
 [solver]
 max_reflections = 1
 [reader]

@@ -24,7 +24,9 @@ position_m = [3.1, 0.9, 0.1]
 [[tag]]
 id = "A"
 position_m = [1.0, 3.0, 2.9]
+antenna = "dipole"
 [mission]
+navigator = "thesis"
 start_m = [0.5, 0.5]
 tags = ["A"]
 """

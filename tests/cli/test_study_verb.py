@@ -21,6 +21,7 @@ position_m = [1.5, 3.0, 0.0]
 [[tag]]
 id = "a"
 position_m = [2.5, 1.5, 3.0]
+antenna = "dipole"
 [reader]
 response = "isolated"
 [sweep]
@@ -31,6 +32,7 @@ max_reflections = 1
 [map]
 spacing_m = 0.5
 [mission]
+navigator = "thesis"
 start_m = [1.0, 1.0]
 tags = ["a"]
 max_time_s = 10.0

@@ -18,6 +18,7 @@ free_space = true
 [[tag]]
 id = "a"
 position_m = [2.5, 1.5, 3.0]
+antenna = "dipole"
 [reader]
 response = "isolated"
 [sweep]

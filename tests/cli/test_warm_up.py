@@ -19,6 +19,7 @@ material = "brick"
 [[tag]]
 id = "a"
 position_m = [2.0, 0.5, 2.7]
+antenna = "dipole"
 [[tag]]
 id = "b"
 position_m = [1.0, 2.5, 2.7]
@@ -34,6 +35,7 @@ max_reflections = 2
 [map]
 spacing_m = 0.5
 [mission]
+navigator = "thesis"
 start_m = [1.0, 1.0]
 tags = ["a", "b"]
 controller = "fuzzy"

@@ -18,6 +18,7 @@ box_m = [3.0, 3.0, 2.5]
 [[tag]]
 id = "1"
 position_m = [1.5, 1.5, 2.3]
+antenna = "dipole"
 [reader]
 response = "isolated"
 antennas = 4

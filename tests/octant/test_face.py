@@ -27,6 +27,7 @@ position_m = [3.0, 2.0, 0.0]
 [[tag]]
 id = "A"
 position_m = [1.0, 1.0, 2.3]
+antenna = "dipole"
 [reader]
 response = "isolated"
 antennas = 6
@@ -36,6 +37,7 @@ diffraction = true
 [map]
 spacing_m = 0.5
 [mission]
+navigator = "thesis"
 start_m = [2.0, 1.0]
 heading_deg = 120.0
 tags = ["A"]
@@ -110,7 +112,7 @@ def test_paths_equal_the_command_to_the_bit(study_file, tmp_path):
     ends = ["--tx", "1,1,2.3", "--rx", "3.5,0.4,0.3", "--rx", "0.4,2.5,1.1"]
     assert run(["paths", str(study_file), *ends, "--csv", str(out_csv), "-q"]) == 0
     places = [(3.5, 0.4, 0.3), (0.4, 2.5, 1.1)]
-    tag = octant.Tag("A", (1.0, 1.0, 2.3))
+    tag = octant.Tag("A", (1.0, 1.0, 2.3), antenna="dipole")
     found = face_room().paths(tag, places, solver=SOLVER)
     found.to_csv(tmp_path / "face.csv")
     assert (tmp_path / "face.csv").read_bytes() == out_csv.read_bytes()
@@ -135,7 +137,7 @@ def test_maps_and_rss_equal_the_commands_to_the_bit(study_file, tmp_path):
     call = ["--tag", "A", "--poses", str(poses), "--csv", str(out_csv), "-q"]
     assert run(["rss", str(study_file), *call]) == 0
     reader = octant.Reader(response="isolated", antennas=6)
-    room, tag = face_room(), octant.Tag("A", (1.0, 1.0, 2.3))
+    room, tag = face_room(), octant.Tag("A", (1.0, 1.0, 2.3), antenna="dipole")
     made = room.rss_map(
         [tag],
         reader,
@@ -173,9 +175,10 @@ def test_missions_equal_the_command_to_the_bit(study_file, tmp_path):
     assert run(["navigate", str(study_file), "--out", str(tmp_path / "out"), "-q"]) == 0
     mission = octant.Mission(
         face_room(),
-        [octant.Tag("A", (1.0, 1.0, 2.3))],
+        [octant.Tag("A", (1.0, 1.0, 2.3), antenna="dipole")],
         octant.Reader(response="isolated", antennas=6),
         start=(2.0, 1.0, 120.0),
+        navigator="thesis",
         solver=SOLVER,
     )
     mission.run(2, seed=1, progress=False).to_csv(tmp_path)
@@ -186,11 +189,17 @@ def test_missions_equal_the_command_to_the_bit(study_file, tmp_path):
 def test_what_a_study_file_says_the_face_says(study_file, tmp_path):
     said = octant.Study(
         face_room(),
-        tags=[octant.Tag("A", (1.0, 1.0, 2.3))],
+        tags=[octant.Tag("A", (1.0, 1.0, 2.3), antenna="dipole")],
         reader=octant.Reader(response="isolated", antennas=6),
         solver=SOLVER,
         map={"spacing_m": 0.5},
-        mission={"start_m": (2.0, 1.0), "heading_deg": 120.0, "tags": ["A"], "runs": 2},
+        mission={
+            "start_m": (2.0, 1.0),
+            "heading_deg": 120.0,
+            "tags": ["A"],
+            "navigator": "thesis",
+            "runs": 2,
+        },
     )
     assert said == octant.Study.load(study_file)
     text = said.to_toml(tmp_path / "again.toml")
@@ -227,7 +236,7 @@ def test_mistakes_are_refused_in_one_sentence(call, words):
 
 def test_progress_is_silent_when_asked(capsys):
     room = octant.Room.box((2, 2, 2))
-    tag = octant.Tag("1", (1, 1, 1.9))
+    tag = octant.Tag("1", (1, 1, 1.9), antenna="dipole")
     solver = {"max_reflections": 0}
     room.rss_map([tag], spacing_m=1.0, solver=solver, progress=False)
     assert capsys.readouterr().err == ""
@@ -257,7 +266,7 @@ def _only_four(study):
 
 
 def test_a_tag_that_the_reader_wakes_and_the_table_that_says_how():
-    tag = octant.Tag("P", (0.0, 0.0, 1.6), kind="passive", mismatch_loss_db=1.0)
+    tag = octant.Tag("P", (0.0, 0.0, 1.6), kind="passive", mismatch_loss_db=1.0, antenna="dipole")
     assert tag.kind == "passive"
     assert tag.replaced({"kind": "semi_passive"}).mismatch_loss_db == 1.0
     room = octant.Room.free_space()
@@ -273,7 +282,7 @@ def test_a_tag_that_the_reader_wakes_and_the_table_that_says_how():
 
 @pytest.mark.filterwarnings("ignore::octant.geometries.errors.PhysicsWarning")
 def test_a_mission_is_driven_by_the_robot_that_is_given():
-    tag = octant.Tag("1", (1.5, 1.0, 2.0))
+    tag = octant.Tag("1", (1.5, 1.0, 2.0), antenna="dipole")
     reader = octant.Reader(response="isolated")
     car = {"kinematics": "car", "wheelbase_m": 0.3, "steering_limit_deg": 40.0}
     mission = octant.Mission(octant.Room.free_space(), [tag], reader, start=(0, 0, 90), robot=car)

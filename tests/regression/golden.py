@@ -30,7 +30,7 @@ LEFT_OUT = re.compile(r"seconds|^offline_s$|_us$|^file_sha256$|^(cell_)?key$|^ce
 # of the files to digest. The copy of examples/ is the working folder.
 COARSE = "cells_per_wavelength = 5.0"
 CASES = {
-    "study built-in": (["study", "--quick", "--out", "out"], {}),
+    "study thesis": (["study", "thesis", "--quick", "--out", "out"], {}),
     "study office": (
         ["study", "l_shaped_office.toml", "--quick", "--out", "out"],
         {},

@@ -52,7 +52,7 @@ from octant.reader_design.setting.cost import (
 from octant.reader_design.setting.evaluation import Cell
 from octant.reader_design.setting.ranking import choose
 from octant.reader_design.setting.setting import Sampling, Setting, build_setting
-from octant.reader_design.study_file.loading import to_toml
+from octant.reader_design.study_file.loading import layout_study, to_toml
 from octant.reader_design.study_file.schema import Layout, Study
 
 WORTH_PROCESSES_S = 20.0
@@ -204,10 +204,7 @@ def run_study(
             own = settings[cell.key]
             if own.scene is not first.scene or own.study.room != study.room:
                 return list(_rooms(own))
-            return [
-                (name, slug, replace(there, study=own.study).with_responses(own.responses))
-                for name, slug, there in rooms
-            ]
+            return [(name, slug, _standing(there, own)) for name, slug, there in rooms]
 
         setting = settings[chosen.key]
         with progress.during("errors of the approximations"):
@@ -273,6 +270,15 @@ def _swept(
     workers = min(workers, max(1, len(missing)))
     with open_crew(workers=workers, cluster=cluster if missing else None) as crew:
         return run_sweep(plan, out_dir / CELLS_FOLDER, crew=crew, progress=progress)
+
+
+def _standing(there: Setting, own: Setting) -> Setting:
+    """Return a room with the reader of another setting, its response too where it is the same."""
+    study = layout_study(own.study, there.layout)
+    moved = replace(there, study=study)
+    known = dict(zip(own.study.radio.frequencies_hz, own.responses, strict=True))
+    wanted = study.radio.frequencies_hz
+    return moved.with_responses([known[f] for f in wanted]) if set(wanted) <= set(known) else moved
 
 
 def _setting(study: Study, *, quick: bool) -> Setting:

@@ -144,7 +144,11 @@ def with_tags(settings: Settings) -> Study:
     return msgspec.structs.replace(
         study,
         tags=tuple(
-            Tag(id=f"tag {i}", position_m=(float(x), float(y), float(z) + setting.map_z_m))
+            Tag(
+                id=f"tag {i}",
+                position_m=(float(x), float(y), float(z) + setting.map_z_m),
+                antenna="dipole",
+            )
             for i, (x, y, z) in enumerate(tags, start=1)
         ),
     )

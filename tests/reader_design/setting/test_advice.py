@@ -21,6 +21,7 @@ unit = "m"
 [[tag]]
 id = "A"
 position_m = [1.0, 1.0, 2.5]
+antenna = "dipole"
 [reader]
 response = "isolated"
 [solver]

@@ -25,7 +25,7 @@ ELEMENTS = np.arange(8) * np.pi / 4
 READER = sector_response(ELEMENTS, frequency_hz=F)
 CHANNELS = (2.40e9, 2.48e9)
 READERS = tuple(sector_response(ELEMENTS, frequency_hz=f) for f in CHANNELS)
-TAG = '[[tag]]\nid = "A"\nposition_m = [2.0, 1.5, 2.9]\n'
+TAG = '[[tag]]\nid = "A"\nposition_m = [2.0, 1.5, 2.9]\nantenna = "dipole"\n'
 ROOM = "[room]\nbox_m = [5.0, 4.0, 3.0]\nmaterial = 'concrete'\n" + TAG
 METAL = ROOM.replace("concrete", "metal")
 HIDDEN = (
@@ -124,7 +124,8 @@ def test_capture_does_not_depend_on_where_the_room_lies_or_how_it_is_turned():
     assert 0.0 < share < 1.0
     moved = (
         "[room]\nbox_m = [4.0, 5.0, 3.0]\norigin_m = [-4.0, 0.0, 7.0]\nmaterial = 'concrete'\n"
-        '[[tag]]\nid = "A"\nposition_m = [-1.5, 2.0, 9.9]\n'  # turned by 90 degrees, lifted
+        # turned by 90 degrees, lifted
+        '[[tag]]\nid = "A"\nposition_m = [-1.5, 2.0, 9.9]\nantenna = "dipole"\n'
     )
     assert captured_share(setting_of(moved)) == pytest.approx(share, abs=1e-12)
 

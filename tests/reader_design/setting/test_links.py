@@ -36,6 +36,7 @@ channels_hz = [2.35e9, 2.40e9, 2.48e9]
 [[tag]]
 id = "dipole"
 position_m = [2.0, 0.5, 2.9]
+antenna = "dipole"
 axis = [0.3, 0.2, 1.0]
 [[tag]]
 id = "patch"
@@ -48,6 +49,7 @@ height_m = 0.4
 [solver]
 max_reflections = 0
 [mission]
+navigator = "thesis"
 start_m = [2.0, 3.5]
 tags = ["dipole", "patch"]
 controller = "vector_sum"

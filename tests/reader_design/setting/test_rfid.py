@@ -38,6 +38,7 @@ sensitivity_dbm = -18.0
 [[tag]]
 id = "active"
 position_m = [1.0, 0.0, {z_m}]
+antenna = "dipole"
 [reader]
 response = "isolated"
 ground_plane_m = 0.5
@@ -53,6 +54,8 @@ FCC = 'region = "fcc"'
 
 
 def written(rfid=ETSI, frequency_hz=868e6, kind="passive", tag="", z_m=2.0):
+    if "antenna" not in tag:
+        tag = f'antenna = "dipole"\n{tag}'
     return STUDY.format(rfid=rfid, frequency_hz=frequency_hz, kind=kind, tag=tag, z_m=z_m)
 
 

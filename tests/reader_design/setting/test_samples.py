@@ -128,9 +128,11 @@ box_m = [6.0, 4.0, 3.0]
 [[tag]]
 id = "A"
 position_m = [1.0, 1.0, 2.9]
+antenna = "dipole"
 [[tag]]
 id = "B"
 position_m = [5.0, 3.0, 2.9]
+antenna = "dipole"
 """
 
 

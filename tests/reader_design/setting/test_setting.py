@@ -13,7 +13,7 @@ from octant.reader_design.setting.placing import place_antenna
 from octant.reader_design.setting.setting import build_setting
 from octant.reader_design.study_file.loading import load_study, parse_study
 
-TAG = '[[tag]]\nid = "a"\nposition_m = [2.0, 0.5, 3.0]\n'
+TAG = '[[tag]]\nid = "a"\nposition_m = [2.0, 0.5, 3.0]\nantenna = "dipole"\n'
 BOX = 'name = "x"\n[room]\nbox_m = [7, 7, 3]\norigin_m = [-1, -1, 0]\n'
 
 
@@ -152,7 +152,7 @@ def test_layouts_add_their_objects_to_the_studys_room():
 
 
 def test_every_layout_of_the_built_in_study_can_be_used():
-    study = load_study()
+    study = load_study("thesis")
     names = [build_setting(study, layout).name for layout in study.layouts]
     assert names == ["non-reverberant", "file-cabinet", "metal-objects"]
 

@@ -30,12 +30,15 @@ free_space = true
 [[tag]]
 id = "a"
 position_m = [4.0, 2.0, 3.0]
+antenna = "dipole"
 [[tag]]
 id = "b"
 position_m = [0.0, 3.0, 3.0]
+antenna = "dipole"
 [[tag]]
 id = "c"
 position_m = [1.0, -1.0, 3.0]
+antenna = "dipole"
 [mission]
 start_m = [0.0, 0.0]
 heading_deg = 90.0
@@ -75,6 +78,8 @@ ROBOTS = {
 
 
 def study_of(robot="", *, mission="", track="", dock=""):
+    if "navigator" not in mission:
+        mission = f'navigator = "thesis"\n{mission}'
     text = TEXT.format(robot=robot, mission=mission, track=track, dock=dock)
     return parse_study(text, source="test", directory=Path())
 
@@ -195,7 +200,7 @@ def test_robots_that_contradict_themselves_are_refused(robot, tables, words):
 @pytest.mark.parametrize("chapter", ["nominal", "stabilisation"])
 def test_planned_controls_of_a_car_are_refused(chapter):
     text = TEXT.replace('["neighbouring"]', f'["{chapter}"]')
-    text = text.format(robot=CAR, mission="", track="", dock="")
+    text = text.format(robot=CAR, mission='navigator = "thesis"', track="", dock="")
     with pytest.raises(ConfigError, match="leave these chapters out"):
         settings_of(parse_study(text, source="test", directory=Path()))
 

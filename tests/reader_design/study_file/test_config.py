@@ -11,8 +11,8 @@ from octant.reader_design.study_file.loading import load_study, parse_study, to_
 from octant.reader_design.study_file.materials import material_label
 
 MINIMAL = 'name = "x"\n[room]\nbox_m = [5, 5, 3]\n'
-TAG = '[[tag]]\nid = "0xFFF9"\nposition_m = [2.0, 0.5, 3.0]\n'
-MISSION = '[mission]\nstart_m = [1, 1]\ntags = ["0xFFF9"]\n'
+TAG = '[[tag]]\nid = "0xFFF9"\nposition_m = [2.0, 0.5, 3.0]\nantenna = "dipole"\n'
+MISSION = '[mission]\nnavigator = "thesis"\nstart_m = [1, 1]\ntags = ["0xFFF9"]\n'
 
 
 def parsed(text):
@@ -49,7 +49,7 @@ def test_channels_replace_the_carrier():
 
 
 def test_built_in_study_is_the_thesis():
-    study = load_study()
+    study = load_study("thesis")
     assert [t.id for t in study.tags] == ["0xFFF9", "0xFFF2", "0xFFF5", "0xFFF4"]
     assert [t.position_m for t in study.tags] == [
         (2.0, 0.5, 3.0),

@@ -104,7 +104,7 @@ def test_resolved_toml_reads_back_to_an_equal_study(tables):
 
 
 def test_built_in_study_reads_back():
-    study = load_study()
+    study = load_study("thesis")
     assert parse_study(to_toml(study), source="again", directory=Path("/")) == study
 
 

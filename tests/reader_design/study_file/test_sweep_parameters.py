@@ -11,7 +11,7 @@ from octant.reader_design.study_file.loading import load_study, parse_study, to_
 from octant.reader_design.study_file.sweep import parameter_paths
 
 ROOM = 'name = "x"\n[room]\nbox_m = [5, 5, 3]\n'
-TAG = '[[tag]]\nid = "a"\nposition_m = [2.0, 0.5, 2.9]\n'
+TAG = '[[tag]]\nid = "a"\nposition_m = [2.0, 0.5, 2.9]\nantenna = "dipole"\n'
 
 
 def parsed(sweep, head=ROOM + TAG):
@@ -141,7 +141,7 @@ def test_labels_name_every_swept_parameter_and_the_thesis_keeps_its_own():
         "dipole r_a = 10 cm h_p = 8 cm gap = 0.5 cm load = 75 ohm radio.frequency = 2.45 GHz "
         "room.box = (5, 5, 3) m room.material = wood"
     )
-    study = load_study()
+    study = load_study("thesis")
     setting = build_setting(study)
     thesis = plan_sweep(setting).cells
     assert [cell.label for cell in thesis] == [cell.design.label() for cell in thesis]

@@ -23,13 +23,14 @@ box_m = [5.0, 5.0, 3.0]
 [[tag]]
 id = "tag"
 position_m = [2.0, 2.0, 2.9]
+antenna = "dipole"
 """
 TABLES = {
     "sweep": "[sweep]\nantenna_radius_m = [0.05, 0.10]",
     "scoring": "[scoring]\nnoise_db = 2.0",
     "choice": "[choice]\nmissions = 3",
     "map": "[map]\nspacing_m = 0.2",
-    "mission": '[mission]\nstart_m = [1.0, 1.0]\ntags = ["tag"]',
+    "mission": '[mission]\nnavigator = "thesis"\nstart_m = [1.0, 1.0]\ntags = ["tag"]',
     "robot": '[robot]\npreset = "scout"',
     "sensor": "[sensor]\nbits = 8",
     "tolerance": "[tolerance]\nsamples = 3",

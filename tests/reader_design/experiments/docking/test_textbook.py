@@ -29,6 +29,7 @@ free_space = true
 [[tag]]
 id = "a"
 position_m = [4.0, 2.0, 3.0]
+antenna = "dipole"
 [reader]
 response = "isolated"
 [dock]

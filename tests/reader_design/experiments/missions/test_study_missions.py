@@ -51,6 +51,7 @@ antenna = "patch"
 [solver]
 max_reflections = 2
 [mission]
+navigator = "thesis"
 start_m = [0.0, 0.0]
 heading_deg = 90.0
 tags = ["a"]
@@ -67,6 +68,8 @@ CHANNELS = [2.402e9, 2.428e9, 2.454e9, 2.48e9]
 
 
 def study_of(extra="", *, room=ROOM):
+    if "navigator" in extra:
+        room = room.replace('navigator = "thesis"\n', "")
     return parse_study(room + extra, source="test", directory=Path())
 
 
@@ -253,7 +256,8 @@ def test_a_tag_behind_closed_metal_ends_the_run_with_that_result():
 )
 def test_the_tracker_looks_as_far_as_the_room_reaches(room, tracker, reach_m):
     text = (
-        f'[room]\n{room}\n[[tag]]\nid = "a"\nposition_m = [9.0, 5.0, 3.0]\n[reader]\n'
+        f'[room]\n{room}\n[[tag]]\nid = "a"\nposition_m = [9.0, 5.0, 3.0]\n'
+        'antenna = "dipole"\n[reader]\n'
         'response = "isolated"\n[mission]\nstart_m = [1.0, 1.0]\ntags = ["a"]\n'
         f'navigator = "tracker"\n[mission.tracker]\n{tracker}\n'
     )
@@ -302,7 +306,8 @@ def test_the_trackers_keys_have_ranges(key, value, limits):
 def test_the_trackers_keys_reach_its_filters():
     keys = {"trust": 0.2, "fading_db": 7.0, "level_db": 12.0}
     table = "[mission.tracker]\n" + "".join(f"{k} = {v}\n" for k, v in keys.items())
-    text = ROOM.replace("runs = 3", "runs = 3\n" + TRACKER) + table
+    room = ROOM.replace('navigator = "thesis"\n', "")
+    text = room.replace("runs = 3", "runs = 3\n" + TRACKER) + table
     study = parse_study(text + '[reader]\nresponse = "isolated"\n', source="text", directory=Path())
     (one,) = mission_job(build_setting(study)).navigator.filters
     assert {key: getattr(one, key) for key in keys} == keys

@@ -31,6 +31,7 @@ free_space = true
 [[tag]]
 id = "a"
 position_m = [0.0, 0.0, 3.0]
+antenna = "dipole"
 [reader]
 response = "isolated"
 antenna_length_m = 0.0625

@@ -17,8 +17,8 @@ from octant.reader_design.study_file.loading import parse_study
 
 READER = sector_response(np.arange(8) * np.pi / 4, frequency_hz=2.4e9, exponent=2.0)
 TAGS = (
-    '[[tag]]\nid = "A"\nposition_m = [1.0, 1.5, 2.9]\n'
-    '[[tag]]\nid = "B"\nposition_m = [4.0, 2.0, 2.9]\n'
+    '[[tag]]\nid = "A"\nposition_m = [1.0, 1.5, 2.9]\nantenna = "dipole"\n'
+    '[[tag]]\nid = "B"\nposition_m = [4.0, 2.0, 2.9]\nantenna = "dipole"\n'
 )
 ROOM = (
     f"[room]\nbox_m = [5.0, 4.0, 3.0]\nmaterial = 'concrete'\n{TAGS}[solver]\nmax_reflections = 1\n"

@@ -27,9 +27,11 @@ origin_m = [-1.0, -1.0, 0.0]
 [[tag]]
 id = "A"
 position_m = [1.0, 1.0, 3.0]
+antenna = "dipole"
 [[tag]]
 id = "B"
 position_m = [2.0, 0.5, 2.9]
+antenna = "dipole"
 [reader]
 plate_height_m = 0.0
 response = "rays"
@@ -40,6 +42,7 @@ max_reflections = 1
 [map]
 spacing_m = 0.5
 [mission]
+navigator = "thesis"
 start_m = [0.0, 0.0]
 tags = ["A", "B"]
 runs = 4
@@ -97,7 +100,8 @@ def test_study_leaves_its_files_and_nothing_half_written(done):
 
 def test_outcome_says_which_design_why_how_the_missions_went_and_where_the_report_is(done):
     text = "\n".join(done.lines())
-    assert done.content.chosen.label in done.lines()[0]
+    assert done.lines()[0] == done.content.verdict.sentence
+    assert done.content.chosen.label in text
     assert "coupling between antennas" in text
     assert "Mission in the study's room: " in text
     assert "Mission in With a Cabinet: " in text
@@ -300,6 +304,7 @@ free_space = true
 [[tag]]
 id = "A"
 position_m = [1.0, 1.0, 3.0]
+antenna = "dipole"
 [reader]
 antennas = 4
 plate_height_m = 0.0

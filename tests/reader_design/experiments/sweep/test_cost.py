@@ -18,6 +18,7 @@ free_space = true
 [[tag]]
 id = "a"
 position_m = [0.0, 0.0, 3.0]
+antenna = "dipole"
 [reader]
 cells_per_wavelength = 7
 """

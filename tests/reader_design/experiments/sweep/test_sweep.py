@@ -23,9 +23,11 @@ origin_m = [-1.0, -1.0, 0.0]
 [[tag]]
 id = "A"
 position_m = [1.0, 1.0, 2.9]
+antenna = "dipole"
 [[tag]]
 id = "B"
 position_m = [2.0, 0.5, 2.9]
+antenna = "dipole"
 [reader]
 response = "isolated"
 [solver]
@@ -56,7 +58,7 @@ def same(first, second):
 
 
 def test_designs_are_every_combination_and_the_first_list_varies_slowest():
-    designs = plan_sweep(build_setting(load_study(None))).designs
+    designs = plan_sweep(build_setting(load_study("thesis"))).designs
     assert len(set(designs)) == 2 * 2 * 3
     assert [d.antenna for d in designs] == ["dipole"] * 6 + ["monopole"] * 6
     assert [d.plate_height_m for d in designs[:3]] == [0.0, 0.08, 0.15]
@@ -166,7 +168,9 @@ def test_processes_compute_the_same_bits(tmp_path):
 
 def test_reference_tag_is_the_missions_first(setting):
     assert setting.reference_tag.id == "A"
-    driven = setting_of(STUDY + '[mission]\nstart_m = [0.0, 0.0]\ntags = ["B", "A"]\n')
+    driven = setting_of(
+        STUDY + '[mission]\nnavigator = "thesis"\nstart_m = [0.0, 0.0]\ntags = ["B", "A"]\n'
+    )
     assert driven.reference_tag.id == "B"
 
 

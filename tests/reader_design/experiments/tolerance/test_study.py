@@ -41,6 +41,7 @@ free_space = true
 [[tag]]
 id = "A"
 position_m = [0.0, 0.0, 3.0]
+antenna = "dipole"
 [reader]
 antennas = 3
 antenna_radius_m = 0.05

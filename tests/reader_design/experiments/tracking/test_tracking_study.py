@@ -42,9 +42,11 @@ height_m = 0.4
 [[tag]]
 id = "a"
 position_m = [1.0, 2.0, 2.5]
+antenna = "dipole"
 [[tag]]
 id = "b"
 position_m = [-1.0, 0.5, 1.4]
+antenna = "dipole"
 """
 
 
