@@ -78,7 +78,9 @@ def reader(
     Prints impedances, S-matrix and power balance. Writes reader.nc (patterns, impedances, S-matrix
     in the reader's frame), one .ffe file for each antenna, reader.sNp (Touchstone), study.toml, and
     figures of gains, S-matrix and surface currents. Over a band, reader.sNp has a point for each
-    frequency, and band.csv and a figure show impedance and return loss.
+    frequency, and band.csv, reader.nc and figures (Smith chart, return loss, isolation, efficiency
+    and gain) show ports and patterns over it. It says whether the antennas are matched to their
+    loads, and which load or L-network would match them.
     """
     from msgspec.structs import replace
 
@@ -132,18 +134,18 @@ def reader(
     )
     data = solved.dataset().assign_attrs(inputs=inputs)
     write_dataset(data, files[0], force=True)
-    lines = _write_rest(solved, out, band_hz, progress=progress)
+    lines, over_band = _write_rest(solved, out, band_hz, progress=progress)
     if convergence:
         lines += solved.convergence_lines(progress=progress)
-    data = data.assign_attrs(summary="\n".join(lines))
+    data = data.assign(over_band).assign_attrs(summary="\n".join(lines))
     write_dataset(data, files[0], force=True)
     _print_result(data, written, study=study, as_json=as_json)
 
 
 def _write_rest(
     solved: "SolvedReader", out: Path, band_hz: tuple[float, ...], *, progress: Progress
-) -> list[str]:
-    """Return what is worth saying, once everything besides reader.nc is written."""
+) -> "tuple[list[str], dict[str, xr.Variable]]":
+    """Return what is worth saying, and what reader.nc has of the band; write all the rest."""
     from octant.geometries.files import write_text
     from octant.reader_design.face.reader_band import band_of
     from octant.reader_design.showing.style import save_figure
@@ -156,13 +158,17 @@ def _write_rest(
     if band:
         band.to_touchstone(out / f"reader.s{study.reader.antennas}p")
         band.to_csv(out / "band.csv")
-        save_figure(band.figure(), out / "figures" / "return_loss.png")
+        for name, figure in band.figures():
+            save_figure(figure, out / "figures" / f"{name}.png")
     elif solved.results:
         solved.to_touchstone(out / "reader")
     with progress.track(solved.figures(), label="figures") as figures:
         for name, figure in figures:
             save_figure(figure, out / "figures" / f"{name}.png")
-    return [*solved.alone_lines(), *solved.lines(), *(band.lines() if band else ())]
+    # Over a band the sentences on matching tell more than those at one frequency.
+    own = solved.lines(matching=band is None)
+    lines = [*solved.alone_lines(), *own, *(band.lines() if band else ())]
+    return lines, band.variables() if band else {}
 
 
 def _print_result(

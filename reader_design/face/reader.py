@@ -23,6 +23,7 @@ from octant.em.reader.fullwave.single import dipole_mesh, monopole_mesh
 from octant.em.reader.fullwave.solve import solve_reader
 from octant.em.reader.reader_netcdf import reader_dataset
 from octant.geometries.errors import ConfigError, PhysicsWarning
+from octant.reader_design.face.matching_lines import matching_lines
 from octant.reader_design.face.reader_figures import (
     current_figure,
     cuts_figure,
@@ -475,12 +476,12 @@ class SolvedReader:
             f"realised at {design.load_ohm:g} ohm {top + accepted:.2f} dBi."
         )
 
-    def lines(self, number: int = 0) -> Iterator[str]:
+    def lines(self, number: int = 0, *, matching: bool = True) -> Iterator[str]:
         """Yield what a person wants to read about the reader at one frequency.
 
         Parameters
         ----------
-        number : Of the frequency.
+        number, matching : Of the frequency; whether to say what would match it.
         """
         response = self.responses[number]
         peak = gain_dbi(self._samples[number][2]).max(axis=(1, 2))
@@ -498,6 +499,14 @@ class SolvedReader:
         yield from port_lines(result, response.azimuths_rad, peak)
         yield from s_matrix_lines(result.s_matrix)
         yield balance_line(result)
+        if not matching:
+            return
+        yield from matching_lines(
+            result.admittance_s[None],
+            result.frequency_hz,
+            at_hz=result.frequency_hz,
+            load_ohm=reader.load_ohm,
+        )
 
     def convergence_lines(self, *, progress: bool | Progress = True) -> Iterator[str]:
         """Yield how impedances and gains move with the mesh, at the first frequency.

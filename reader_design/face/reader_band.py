@@ -2,8 +2,10 @@
 
 import csv
 import io
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,23 +14,30 @@ import numpy.typing as npt
 
 from octant.em.antennas.pattern_files.touchstone import write_touchstone
 from octant.em.decibels import decibels
-from octant.em.reader.fullwave.band import NODES, solve_band
+from octant.em.reader.fullwave.band import NODES, solve_band_adaptively
 from octant.em.reader.fullwave.mesh import reader_mesh
 from octant.em.reader.fullwave.result import FullwaveResult
+from octant.em.reader.matching import vswr
 from octant.geometries.errors import ConfigError
 from octant.geometries.files import write_text
+from octant.reader_design.face.matching_lines import matching_lines
 from octant.reader_design.face.reader_figures import return_loss_figure
+from octant.reader_design.face.smith_figures import band_gain_figure, isolation_figure, smith_figure
 from octant.reader_design.keeping.progress import Progress
+from octant.reader_design.showing.netcdf import variable
 from octant.reader_design.study_file.reader import Reader
 from octant.reader_design.study_file.schema import Study
 
 if TYPE_CHECKING:
+    import xarray as xr
     from matplotlib.figure import Figure
 
 FloatArray = npt.NDArray[np.float64]
 
+GAIN_STEP_DEG = 3.0
+"""Step of the directions among which the greatest gain is looked for [deg]."""
 NODES_PER_WIDTH = 25.0
-"""Solutions beyond `NODES` for each unit of relative bandwidth [-]; S is within 2e-5 up to 0.3."""
+"""Solutions beyond `NODES` that are expected for each unit of relative bandwidth [-]."""
 BAND_COLUMNS = (
     "frequency_hz",
     "antenna",
@@ -37,22 +46,34 @@ BAND_COLUMNS = (
     "reflection_db",
     "radiated_share",
     "other_loads_share",
+    "vswr",
+    "embedded_efficiency",
+    "greatest_gain_dbi",
+    "own_gain_dbi",
+    "margin_db",
 )
-"""Columns of ``band.csv``: a row a frequency and antenna."""
+"""Columns of ``band.csv``: a row a frequency and antenna. ``radiated_share`` is the total
+efficiency, of what the source offers; ``embedded_efficiency`` of what the antenna's port takes.
+Gains are realised: the greatest, that towards the antenna's own azimuth along the horizon, and how
+far the latter is above the next antenna's there."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class ReaderBand:
     """What a reader's ports are over a band.
 
     Parameters
     ----------
     reader : The reader; its loads are the reference of the S-matrices.
+    carrier_hz : Frequency at which it is to be matched [Hz].
     results : Solutions of one mesh, of rising frequency.
+    error : What `solve_band_adaptively` says of the interpolation between few solutions [-].
     """
 
     reader: Reader
+    carrier_hz: float
     results: tuple[FullwaveResult, ...]
+    error: float | None = None
 
     @property
     def frequencies_hz(self) -> FloatArray:
@@ -72,8 +93,80 @@ class ReaderBand:
     @property
     def reflection_db(self) -> FloatArray:
         """Reflection (f, n) at each antenna's port [dB]; the return loss with a minus sign."""
-        shares = np.stack([result.reflected_share for result in self.results])
-        return decibels(np.maximum(shares, 1e-10))
+        return decibels(np.maximum(self.reflected_share, 1e-10))
+
+    @property
+    def reflected_share(self) -> FloatArray:
+        """Reflected over available power (f, n) of each antenna [-]."""
+        return np.stack([result.reflected_share for result in self.results])
+
+    @property
+    def admittance_s(self) -> npt.NDArray[np.complex128]:
+        """Admittances (f, n, n) of the ports without loads [S]."""
+        return np.stack([result.admittance_s for result in self.results])
+
+    @property
+    def radiated_share(self) -> FloatArray:
+        """Total efficiency (f, n): radiated over available power [-]."""
+        return np.stack([result.radiated_share for result in self.results])
+
+    @property
+    def embedded_efficiency(self) -> FloatArray:
+        """Efficiency (f, n): radiated power over what each antenna's port takes [-]."""
+        taken = 1.0 - np.stack([result.reflected_share for result in self.results])
+        return self.radiated_share / taken
+
+    @cached_property
+    def gains_dbi(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Greatest realised gain, that towards the own azimuth [dBi], and margin [dB], (f, n)."""
+        azimuths = self.reader.body().element_azimuths_rad
+        theta = np.radians(np.arange(0.0, 180.1, GAIN_STEP_DEG))
+        greatest, own, margin = [], [], []
+        for result in self.results:
+            pattern = result.pattern_grid(theta, round(360.0 / GAIN_STEP_DEG))
+            greatest.append((np.abs(pattern) ** 2).sum(axis=-1).max(axis=(1, 2)))
+            ahead = result.far_field(np.full(len(azimuths), 0.5 * math.pi), azimuths)
+            towards = (np.abs(ahead) ** 2).sum(axis=-1)  # antenna, direction
+            mine = np.diagonal(towards).copy()
+            np.fill_diagonal(towards, 0.0)
+            own.append(mine)
+            margin.append(mine / np.maximum(towards.max(axis=0), 1e-30))
+        return decibels(np.array(greatest)), decibels(np.array(own)), decibels(np.array(margin))
+
+    def variables(self) -> "dict[str, xr.Variable]":
+        """Return what ``reader.nc`` holds over the band, with its coordinate ``band_frequency``."""
+        greatest, own, margin = self.gains_dbi
+        dims = ["band_frequency", "antenna"]
+        rows = (
+            ("band_impedance_ohm", self.impedance_ohm, "ohm", "input impedance, the others loaded"),
+            ("band_reflection_db", self.reflection_db, "dB", "reflection at the port"),
+            ("band_vswr", vswr(self.reflected_share), "1", "voltage standing wave ratio"),
+            ("band_radiated_share", self.radiated_share, "1", "radiated over available power"),
+            (
+                "band_embedded_efficiency",
+                self.embedded_efficiency,
+                "1",
+                "radiated power over what the port takes",
+            ),
+            ("band_greatest_gain_dbi", greatest, "dBi", "greatest realised gain"),
+            ("band_own_gain_dbi", own, "dBi", "realised gain towards the own azimuth"),
+            ("band_margin_db", margin, "dB", "own gain above the next antenna's there"),
+        )
+        return {
+            "band_frequency": variable(
+                ["band_frequency"], self.frequencies_hz, units="Hz", long_name="frequency"
+            ),
+            "band_s_matrix": variable(
+                ["band_frequency", "antenna", "antenna_2"],
+                self.s_matrices,
+                units="1",
+                long_name="wave out of antenna for a unit wave into antenna_2",
+            ),
+            **{
+                name: variable(dims, values, units=units, long_name=text)
+                for name, values, units, text in rows
+            },
+        }
 
     def to_touchstone(self, path: str | Path) -> None:
         """Write the S-matrices as Touchstone, a point a frequency.
@@ -87,7 +180,7 @@ class ReaderBand:
         )
 
     def to_csv(self, path: str | Path) -> None:
-        """Write a table of `BAND_COLUMNS` [Hz], [ohm], [dB].
+        """Write a table of `BAND_COLUMNS` [Hz], [ohm], [dB], [dBi].
 
         Parameters
         ----------
@@ -96,16 +189,19 @@ class ReaderBand:
         out = io.StringIO()
         writer = csv.writer(out, lineterminator="\n")
         writer.writerow(BAND_COLUMNS)
-        for result, reflection_db in zip(self.results, self.reflection_db, strict=True):
-            columns = (
-                result.input_impedance_ohm.real,
-                result.input_impedance_ohm.imag,
-                reflection_db,
-                result.radiated_share,
-                result.coupled_share,
-            )
-            for antenna, row in enumerate(zip(*columns, strict=True), start=1):
-                writer.writerow([result.frequency_hz, antenna, *(float(value) for value in row)])
+        columns = (
+            self.impedance_ohm.real,
+            self.impedance_ohm.imag,
+            self.reflection_db,
+            self.radiated_share,
+            np.stack([result.coupled_share for result in self.results]),
+            vswr(self.reflected_share),
+            self.embedded_efficiency,
+            *self.gains_dbi,
+        )
+        for i, frequency_hz in enumerate(self.frequencies_hz):
+            for antenna, row in enumerate(zip(*(c[i] for c in columns), strict=True), start=1):
+                writer.writerow([float(frequency_hz), antenna, *(float(value) for value in row)])
         write_text(Path(path), out.getvalue())
 
     def figure(self) -> "Figure":
@@ -115,6 +211,28 @@ class ReaderBand:
             self.impedance_ohm,
             -self.reflection_db,
             title=f"Return loss at {self.reader.load_ohm:g} ohm: {self.reader.label()}",
+        )
+
+    def figures(self) -> "Iterator[tuple[str, Figure]]":
+        """Yield name and figure of everything that is shown over the band."""
+        at, label = f" at {self.reader.load_ohm:g} ohm", self.reader.label()
+        yield "return_loss", self.figure()
+        yield (
+            "smith",
+            smith_figure(self.s_matrices, self.frequencies_hz, title=f"Reflection{at}: {label}"),
+        )
+        yield (
+            "isolation",
+            isolation_figure(self.s_matrices, self.frequencies_hz, title=f"Isolation{at}: {label}"),
+        )
+        yield (
+            "efficiency_and_gain",
+            band_gain_figure(
+                self.frequencies_hz,
+                (self.radiated_share, self.embedded_efficiency),
+                self.gains_dbi,
+                title=f"Efficiency, gain and margin{at}: {label}",
+            ),
         )
 
     def lines(self) -> Iterator[str]:
@@ -130,6 +248,12 @@ class ReaderBand:
                 f"{result.frequency_hz / 1e9:>15.6g}{f'{z.real:.1f}{z.imag:+.1f}j':>30}"
                 f"{over:>24}{100.0 * result.radiated_share[0]:>27.1f}"
             )
+        yield from matching_lines(
+            self.admittance_s,
+            self.frequencies_hz,
+            at_hz=self.carrier_hz,
+            load_ohm=self.reader.load_ohm,
+        )
 
 
 def band_of(study: Study, frequencies_hz: Sequence[float], *, progress: Progress) -> ReaderBand:
@@ -166,15 +290,20 @@ def band_of(study: Study, frequencies_hz: Sequence[float], *, progress: Progress
         surroundings=feed["surroundings"],
         cells_per_wavelength=design.cells_per_wavelength,
     )
-    nodes = solutions_of(wanted)
-    progress.say(f"band: {len(wanted)} frequencies from {nodes} solutions")
-    band = solve_band(mesh, wanted, nodes=nodes, load_ohm=load_ohm)
+    with progress.count(solutions_of(wanted), label="solutions of the band") as done:
+        band = solve_band_adaptively(mesh, wanted, load_ohm=load_ohm, progress=done)
+    if band.error is not None:
+        progress.say(
+            f"band: {len(wanted)} frequencies from {len(band.results)} solutions; the last one was "
+            f"predicted within {float(decibels(max(band.error**2, 1e-20))):.0f} dB in S."
+        )
     with progress.track(wanted, label="band") as tracked:
-        return ReaderBand(reader=design, results=tuple(band.at(f) for f in tracked))
+        results = tuple(band.at(f) for f in tracked)
+    return ReaderBand(reader=design, carrier_hz=carrier_hz, results=results, error=band.error)
 
 
 def solutions_of(frequencies_hz: Sequence[float]) -> int:
-    """Return how many solutions a band is interpolated from [-].
+    """Return how many solutions a band is expected to be interpolated from [-].
 
     Parameters
     ----------

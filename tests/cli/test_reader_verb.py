@@ -155,7 +155,44 @@ def test_a_band_has_the_ports_at_every_frequency(band):
     np.testing.assert_allclose(level, 20.0 * np.log10(np.abs(reflection)), atol=1e-6)
     shares = [float(r["radiated_share"]) + float(r["other_loads_share"]) for r in rows]
     np.testing.assert_allclose(shares, 1.0 - np.abs(reflection) ** 2, atol=2e-3)
-    assert (band / "figures" / "return_loss.png").is_file()
+    figures = {p.name for p in (band / "figures").iterdir()}
+    over_band = {"return_loss", "smith", "isolation", "efficiency_and_gain"}
+    assert {f"{name}.png" for name in over_band} <= figures
+
+
+@pytest.mark.slow
+def test_a_band_has_standing_waves_efficiency_and_gain(band):
+    with (band / "band.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    with xr.open_dataset(band / "reader.nc", engine="h5netcdf") as data:
+        data.load()
+    assert data["band_frequency"].to_numpy().tolist() == np.linspace(2.3e9, 2.5e9, 9).tolist()
+    s = complex_of(data["band_s_matrix"])
+    for number, row in enumerate(rows):
+        at, antenna = divmod(number, 4)
+        size = abs(s[at, antenna, antenna])
+        assert float(row["vswr"]) == pytest.approx((1 + size) / (1 - size))
+        total, taken = float(row["radiated_share"]), 1 - size**2
+        assert float(row["embedded_efficiency"]) == pytest.approx(total / taken)
+        assert float(row["greatest_gain_dbi"]) >= float(row["own_gain_dbi"]) - 0.05
+        for column, name in (("vswr", "band_vswr"), ("margin_db", "band_margin_db")):
+            assert float(row[column]) == float(data[name][at, antenna])
+    # At the carrier, 2.4 GHz, it is what the patterns of reader.nc say, solved on another mesh.
+    gain = (np.abs(complex_of(data["pattern"])) ** 2).sum(axis=1)[:, 2, :-1]  # horizon, by 45 deg
+    own = np.array([gain[i, 2 * i] for i in range(4)])
+    others = np.array([max(gain[j, 2 * i] for j in range(4) if j != i) for i in range(4)])
+    found = data.sel(band_frequency=2.4e9)
+    np.testing.assert_allclose(found["band_own_gain_dbi"], 10 * np.log10(own), atol=0.1)
+    np.testing.assert_allclose(found["band_margin_db"], 10 * np.log10(own / others), atol=0.1)
+
+
+def test_it_says_whether_it_is_matched_and_what_would_match(done, data):
+    s = complex_of(data["s_matrix"])
+    level = 20 * np.log10(np.abs(np.diagonal(s)).max())
+    assert level > -10.0
+    assert f"Not matched to 60 ohm: reflection up to {level:.1f} dB" in done
+    assert "The best real load at that frequency is" in done
+    assert "L-network" in done
 
 
 @pytest.mark.slow

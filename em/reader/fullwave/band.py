@@ -1,7 +1,8 @@
 """A band of frequencies from a handful of solutions, interpolated."""
 
 import math
-from collections.abc import Sequence
+import warnings
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +17,11 @@ from octant.geometries.errors import AntennaError
 
 NODES = 4
 """Default number of solutions across a band [-]; enough for a few per cent of bandwidth."""
+TOLERANCE, MOST_NODES = 1e-3, 40
+"""Difference of S at which adaptive sampling ends [-], -60 dB; solutions that it makes at most."""
+_LOOKED = 401
+"""Frequencies at which adaptive sampling compares two predictions [-]."""
+_AAA_RTOL, _SAME = 1e-9, 1e-12
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -25,9 +31,15 @@ class FullwaveBand:
     Parameters
     ----------
     results : Solutions in order of frequency, same mesh and loads; at least two.
+    weights : (k,) complex128 or None — Barycentric weights of a polynomial or a rational function
+        through them, 0 for those that it does not need; None: polynomials through all.
+    error : Greatest difference of S that was found between a solution and what the ones before it
+        had predicted at its frequency, the last time [-]; None: not looked for.
     """
 
     results: tuple[FullwaveResult, ...]
+    weights: npt.NDArray[np.complex128] | None = None
+    error: float | None = None
 
     def __post_init__(self) -> None:
         frequencies = self.frequencies_hz
@@ -58,8 +70,9 @@ class FullwaveBand:
 
         Notes
         -----
-        Polynomials through all solutions, of the scattering matrix and of the currents with all
-        ports loaded: loads damp the resonances that the bare admittances have.
+        Polynomials through all solutions, or rational functions with the poles that they have in
+        common, of the scattering matrix and of the currents with all ports loaded: loads damp the
+        resonances that the bare admittances have.
         """
         nodes = self.frequencies_hz
         if not nodes[0] * (1 - 1e-12) <= frequency_hz <= nodes[-1] * (1 + 1e-12):
@@ -68,7 +81,12 @@ class FullwaveBand:
                 f"{nodes[0]:g} to {nodes[-1]:g} Hz; solve a wider band."
             )
             raise AntennaError(msg)
-        weights = [math.prod((frequency_hz - o) / (n - o) for o in nodes if o != n) for n in nodes]
+        if self.weights is None:
+            weights = [
+                math.prod((frequency_hz - o) / (n - o) for o in nodes if o != n) for n in nodes
+            ]
+        else:
+            weights = list(_shares(nodes, self.weights, np.array([frequency_hz]))[0])
         first = self.results[0]
         load = first.load_ohm
         s_matrix = sum(w * r.s_matrix for w, r in zip(weights, self.results, strict=True))
@@ -90,6 +108,122 @@ class FullwaveBand:
             phase_centres_m=first.unloaded.phase_centres_m,
             doubts=first.unloaded.doubts,
         )
+
+
+def _shares(
+    nodes_hz: npt.NDArray[np.float64],
+    weights: npt.NDArray[np.complex128],
+    frequencies_hz: npt.NDArray[np.float64],
+) -> npt.NDArray[np.complex128]:
+    """Return (f, k) what each solution contributes at frequencies, by barycentric weights [-]."""
+    off = frequencies_hz[:, None] - nodes_hz
+    at = np.abs(off) <= _SAME * nodes_hz[-1]
+    parts = np.where(weights == 0.0, 0.0, weights / np.where(at, 1.0, off))
+    shares = parts / parts.sum(axis=1, keepdims=True)
+    on = at.any(axis=1)
+    shares[on] = at[on]
+    return shares
+
+
+def _rational_weights(
+    nodes_hz: npt.NDArray[np.float64], values: npt.NDArray[np.complex128]
+) -> npt.NDArray[np.complex128]:
+    """Return (k,) barycentric weights of the rational function that AAA finds through values.
+
+    The entries (k, ...) have their poles in common, so that a fixed mixture of them has them all.
+
+    Y. Nakatsukasa, O. Sete, L. N. Trefethen, SIAM J. Sci. Comput. 40 (2018) A1494.
+    """
+    from scipy.interpolate import AAA
+
+    flat = values.reshape(len(values), -1)
+    phases = np.random.default_rng(0).uniform(0.0, 2.0 * math.pi, flat.shape[1])
+    low, high = nodes_hz[0], nodes_hz[-1]
+    place = (2.0 * nodes_hz - low - high) / (high - low)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # it did not reach rtol: the error tells
+        found = AAA(
+            place, flat @ np.exp(1j * phases), rtol=_AAA_RTOL, max_terms=len(place) // 2 + 1
+        )
+    weights = np.zeros(len(place), dtype=np.complex128)
+    for point, weight in zip(found.support_points, found.weights, strict=True):
+        weights[int(np.abs(place - point).argmin())] = weight
+    return weights
+
+
+def _polynomial_weights(
+    nodes_hz: npt.NDArray[np.float64], values: npt.NDArray[np.complex128]
+) -> npt.NDArray[np.complex128]:
+    """Return (k,) barycentric weights of the polynomial through all values."""
+    del values
+    place = 4.0 * nodes_hz / (nodes_hz[-1] - nodes_hz[0])  # products near 1
+    apart = place[:, None] - place
+    np.fill_diagonal(apart, 1.0)
+    return np.asarray(1.0 / apart.prod(axis=1), dtype=np.complex128)
+
+
+_MODELS = (_polynomial_weights, _rational_weights)
+
+
+def solve_band_adaptively(
+    mesh: ReaderMesh,
+    frequencies_hz: Sequence[float],
+    *,
+    tolerance: float = TOLERANCE,
+    most: int = MOST_NODES,
+    load_ohm: npt.ArrayLike = 50.0,
+    progress: Callable[[int], object] = lambda _: None,
+) -> FullwaveBand:
+    """Return solutions from which those at all given frequencies follow by one function.
+
+    Each further solution is made where the polynomial and the rational function through those so
+    far differ most, until one of the two has predicted it; that one is used. Narrow bands want the
+    polynomial, wide ones with resonances the rational function.
+
+    Parameters
+    ----------
+    mesh, frequencies_hz, load_ohm : As for `solve_band` [Hz], [ohm].
+    tolerance : Greatest difference of S that is confirmed [-]; 1e-3 is -60 dB.
+    most : Solutions after which it ends all the same; ``error`` of the band then says how far off.
+    progress : Called with the number of solutions.
+    """
+    wanted = sorted({positive_number(f, name="frequencies_hz", unit="Hz") for f in frequencies_hz})
+    solved: dict[float, FullwaveResult] = {}
+
+    def solve(place: float) -> FullwaveResult:
+        solved[place] = solve_reader(mesh, frequency_hz=place, load_ohm=load_ohm)
+        progress(len(solved))
+        return solved[place]
+
+    def model(
+        weigh: Callable[..., npt.NDArray[np.complex128]],
+    ) -> Callable[[npt.NDArray[np.float64]], npt.NDArray[np.complex128]]:
+        nodes = np.array(sorted(solved))
+        values = np.stack([solved[f].s_matrix for f in nodes])
+        weights = weigh(nodes, values)
+        return lambda at: np.asarray(np.tensordot(_shares(nodes, weights, at), values, axes=(1, 0)))
+
+    if len(wanted) <= NODES:
+        return solve_band(mesh, wanted, nodes=len(wanted), load_ohm=load_ohm)
+    low, high = wanted[0], wanted[-1]
+    turn = np.cos(math.pi * np.arange(NODES) / (NODES - 1))
+    for place in 0.5 * (low + high) - 0.5 * (high - low) * turn:
+        solve(float(place))
+    looked = np.linspace(low, high, _LOOKED)
+    errors = [math.inf, math.inf]
+    while min(errors) > tolerance and len(solved) < most:
+        models = [model(weigh) for weigh in _MODELS]
+        apart = np.abs(models[0](looked) - models[1](looked)).max(axis=(1, 2))
+        near = np.abs(looked[:, None] - np.array(list(solved))).min(axis=1)
+        new = np.where(near > 0.5 * (high - low) / most, apart, -1.0)
+        place = float(looked[int(np.argmax(new))])
+        guesses = [one(np.array([place]))[0] for one in models]
+        found = solve(place).s_matrix
+        errors = [float(np.abs(guess - found).max()) for guess in guesses]
+    results = tuple(solved[f] for f in sorted(solved))
+    weigh = _MODELS[int(np.argmin(errors))]
+    weights = weigh(np.array(sorted(solved)), np.stack([r.s_matrix for r in results]))
+    return FullwaveBand(results=results, weights=weights, error=min(errors))
 
 
 def solve_band(

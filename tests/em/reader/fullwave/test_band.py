@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from octant.em.reader.fullwave.band import FullwaveBand, solve_band
+from octant.em.reader.fullwave.band import FullwaveBand, solve_band, solve_band_adaptively
 from octant.em.reader.fullwave.convergence import convergence_study, error_estimate
 from octant.em.reader.fullwave.mesh import reader_mesh
 from octant.em.reader.fullwave.single import dipole_mesh
@@ -57,6 +57,28 @@ def test_bands_that_cannot_be_are_refused(band, mesh):
         solve_band(mesh, [2.4e9])
     with pytest.raises(AntennaError, match="rising"):
         FullwaveBand(results=band.results[::-1])
+
+
+def test_a_wide_band_is_sampled_until_it_is_predicted_within_60_db():
+    # 201 frequencies over more than an octave; each tenth is solved by itself.
+    mesh = dipole_mesh(frequency_hz=3.5e9, cells_per_wavelength=6.0)
+    wanted = np.linspace(1.5e9, 3.5e9, 201)
+    calls = []
+    band = solve_band_adaptively(mesh, wanted.tolist(), progress=calls.append)
+    assert calls == list(range(1, len(band.results) + 1))
+    assert len(band.results) < 12
+    assert band.error < 1e-3
+    for frequency_hz in wanted[3::20]:
+        direct = solve_reader(mesh, frequency_hz=float(frequency_hz))
+        between = band.at(float(frequency_hz))
+        assert np.abs(between.s_matrix - direct.s_matrix).max() < 1e-3
+    assert np.abs(band.at(1.5e9).s_matrix - band.results[0].s_matrix).max() < 1e-12
+
+
+def test_a_band_of_few_frequencies_is_those():
+    mesh = dipole_mesh(frequency_hz=2.48e9, cells_per_wavelength=6.0)
+    band = solve_band_adaptively(mesh, [2.48e9, 2.402e9])
+    assert band.frequencies_hz.tolist() == [2.402e9, 2.48e9]
 
 
 @pytest.mark.slow
