@@ -32,7 +32,7 @@ class FullwaveBand:
     ----------
     results : Solutions in order of frequency, same mesh and loads; at least two.
     weights : (k,) complex128 or None — Barycentric weights of a polynomial or a rational function
-        through them, 0 for those that it does not need; None: polynomials through all.
+        through them, 0 for those that it does not need [-]; None: polynomials through all.
     error : Greatest difference of S that was found between a solution and what the ones before it
         had predicted at its frequency, the last time [-]; None: not looked for.
     """
