@@ -67,7 +67,7 @@ def score_text(name: str, value: float) -> str:
     if unit == "dB":
         return f"{value:+.1f} dB"
     if name.endswith("_share"):
-        return f"{value:.1%}"
+        return f"{100 * value:.1f} %"
     return f"{value:.1f} {unit}" if unit == "dBm" else f"{value:.3g}"
 
 
@@ -98,7 +98,7 @@ def criterion_sentence(criterion: Criterion) -> str:
     text = f"the {score_phrase(name)} ({scores}, {where})"
     best = "more" if higher_is_better(name) else "less"
     if criterion.relative:
-        equal = f"within {criterion.tolerance:.0%} of the best"
+        equal = f"within {100 * criterion.tolerance:.0f} % of the best"
     elif name.endswith("_share"):
         equal = f"within {100.0 * criterion.tolerance:.3g} percentage points of the best"
     else:
@@ -120,7 +120,8 @@ def rule_sentences(rules: Rules) -> tuple[str, ...]:
                 f"A reader may be at most {100.0 * limit_m:.4g} cm {name}; others rank last."
             )
     out.append(
-        f"A design must receive a usable signal in at least {rules.least_usable_share:.0%} of the "
+        "A design must receive a usable signal in at least "
+        f"{100 * rules.least_usable_share:.0f} % of the "
         "samples, in free space and in the room; others rank last."
     )
     for k, criterion in enumerate(rules.criteria):
@@ -134,7 +135,7 @@ def _numbers(free: Scores, room: Scores | None) -> str:
 
     def text(scores: Scores) -> str:
         return (
-            f"the strongest antenna is the right one in {scores.right_share:.0%} of the "
+            f"the strongest antenna is the right one in {100 * scores.right_share:.0f} % of the "
             f"directions, the vector sum is {math.degrees(scores.vector_rms_rad):.1f}° rms off"
         )
 
@@ -165,8 +166,8 @@ def chosen_sentence(best: "Candidate", merit: "Merit", rules: Rules) -> tuple[st
         )
     if merit.usable_share < rules.least_usable_share:
         out.append(
-            f"No design receives a usable signal in {rules.least_usable_share:.0%} of the samples; "
-            f"this one comes closest with {merit.usable_share:.0%}."
+            f"No design receives a usable signal in {100 * rules.least_usable_share:.0f} % of the "
+            f"samples; this one comes closest with {100 * merit.usable_share:.0f} %."
         )
     return tuple(out)
 
@@ -185,7 +186,9 @@ def comparison_sentence(
     if by == SIZE:
         numbers = f"{100 * better.excess_m:.3g} cm against {100 * worse.excess_m:.3g} cm too large"
     elif by == USABLE:
-        numbers = f"{better.usable_share:.0%} against {worse.usable_share:.0%} usable"
+        numbers = (
+            f"{100 * better.usable_share:.0f} % against {100 * worse.usable_share:.0f} % usable"
+        )
     for criterion, one, other in zip(rules.criteria, better.values, worse.values, strict=True):
         if by == criterion_name(criterion):
             name = criterion.free or criterion.room

@@ -75,7 +75,8 @@ SCORE_MEANINGS = (
     ),
     "usable, level: share of samples above the threshold, and the strongest antenna's RSS.",
     (
-        "captured: share of places at which a single path with bends brings more power than the "
+        "captured by a reflection: share of places at which a single path with bends brings "
+        "more power than the "
         "direct ray to the antenna that faces the tag."
     ),
     "as read: the same of readings with the receiver's noise, error and codes ([scoring]).",
@@ -156,7 +157,7 @@ def design_columns(
     ]
     usable = Column(
         heading="usable, least",
-        texts=tuple(f"{choice.merits[index].usable_share:.1%}" for index in choice.ranking),
+        texts=tuple(f"{100 * choice.merits[index].usable_share:.1f} %" for index in choice.ranking),
     )
     return (*missions[:1], *first, front, *missions[1:], sizes, heights, *criteria, usable, *rest)
 

@@ -116,7 +116,7 @@ class _Design:
         return float((power_dbm(rss[:, 0]) - power_dbm(rss[:, 1:].max(axis=1))).mean())
 
     def strongest_text(self) -> str:
-        return f"antenna 1 is the strongest over {self.apart:.0%} of the drive"
+        return f"antenna 1 is the strongest over {100 * self.apart:.0f} % of the drive"
 
     def lead_text(self) -> str:
         return f"{1e6 * self.lead_w:+.2f} µW ({self.lead_db:+.1f} dB)"
@@ -129,7 +129,7 @@ class _Design:
         if free is None:
             return "no scores"
         return (
-            f"right antenna in {free.right_share:.0%} of the directions, vector sum "
+            f"right antenna in {100 * free.right_share:.0f} % of the directions, vector sum "
             f"{math.degrees(free.vector_rms_rad):.0f}° rms off"
         )
 
@@ -218,11 +218,11 @@ def claim_table(claims: Sequence[Claim]) -> ReportTable:
         "GHz, 3 m above the reader's plane, nothing that reflects, antenna 1 towards the tag on a "
         f"drive away from it, from {100.0 * UNDER_TAG_M:.0f} cm to 5 m along the floor. The thesis "
         "gives no number for “discriminated” and “better”; here antennas are told apart where "
-        f"antenna 1 is the strongest over more than {APART_SHARE:.0%} of the drive, and the better "
-        "design is that in which it leads by more watts. Octant's measure beside it: this study's "
-        "heights, all azimuths, any antenna towards the tag, useless where the strongest antenna "
-        f"is the wrong one in more than {1.0 - APART_SHARE:.0%} of the directions or the vector "
-        f"sum more than {math.degrees(USELESS_RAD):.0f}° rms off.",
+        f"antenna 1 is the strongest over more than {100 * APART_SHARE:.0f} % of the drive, "
+        "and the better design is that in which it leads by more watts. Octant's measure beside "
+        "it: this study's heights, all azimuths, any antenna towards the tag, useless where the strongest "
+        f"antenna is the wrong one in more than {100 * (1.0 - APART_SHARE):.0f} % of the "
+        f"directions or the vector sum more than {math.degrees(USELESS_RAD):.0f}° rms off.",
         header=(
             "the thesis",
             "where",
@@ -316,9 +316,9 @@ def _monopole_claims(sweep: _Sweep) -> Iterator[Claim]:
             + " at 5 cm.",
             stricter_agrees=min(shares[0]) > max(shares[1]),
             stricter="Right antenna in "
-            + " and ".join(f"{s:.0%}" for s in shares[0])
+            + " and ".join(f"{100 * s:.0f} %" for s in shares[0])
             + " of the directions at 10 cm, "
-            + " and ".join(f"{s:.0%}" for s in shares[1])
+            + " and ".join(f"{100 * s:.0f} %" for s in shares[1])
             + " at 5 cm.",
         )
     dipoles, monopoles = sweep.all_of("dipole"), sweep.all_of("monopole")

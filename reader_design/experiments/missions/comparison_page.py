@@ -29,7 +29,7 @@ HEADER = (
     "of all runs [m]",
     "published [m]",
     "arrival [m], successes / all",
-    "captured",
+    "wrong place or held",
     "collided",
     "time [s]",
 )
@@ -128,7 +128,7 @@ def table_row(outcome: CellOutcome) -> tuple[str, ...]:
     return (
         *names,
         f"{outcome.successes} of {outcome.runs}",
-        f"{outcome.successes / outcome.runs:.0%} ({low:.0%} to {high:.0%})",
+        f"{100 * outcome.successes / outcome.runs:.0f} % ({100 * low:.0f} to {100 * high:.0f} %)",
         of_successes,
         f"{outcome.rmse_m:.3f}",
         published,

@@ -199,7 +199,7 @@ def localisation_lines(
         known = errors[np.isfinite(errors)]
         text = "nowhere" if not known.size else f"{np.median(known):.3f} m off in the median"
         share = known.size / errors.size
-        yield f"Localisation by {method}: {text}, found at {share:.0%} of the places."
+        yield f"Localisation by {method}: {text}, found at {100 * share:.0f} % of the places."
     driven = float(np.median([measure(result).rmse_m for result in results]))
     yield (
         f"The same runs kept to their way within {driven:.3f} m RMSE (thesis 5.4.3: localisation "

@@ -197,9 +197,9 @@ def shortlist_table(
                 f"{rank + 1}. {one.label}",
                 f"{100 * one.width_m:.3g} x {100 * one.height_m:.3g}",
                 _pair_deg(place.vector_median_rad, place.vector_p90_rad),
-                f"{place.vector_beyond_90_share:.1%}",
-                f"{place.captured_share:.1%}",
-                f"{place.read_right_share:.1%}",
+                f"{100 * place.vector_beyond_90_share:.1f} %",
+                f"{100 * place.captured_share:.1f} %",
+                f"{100 * place.read_right_share:.1f} %",
                 *(_driven_text(missions.get(index, ()), k) for k in range(len(names))),
                 choice.comparisons[rank],
             )
@@ -215,7 +215,7 @@ def shortlist_table(
             "width x height [cm]",
             "vector sum: median / 90 % [°]",
             "beyond 90°",
-            "captured",
+            "captured by a reflection",
             "right antenna as read",
             *(f"mission, {name}" for name in names),
             "why it stands here",
@@ -240,6 +240,7 @@ def _driven_text(missions: Sequence[RoomMission], number: int) -> str:
     success = data["success"].values
     interval = wilson(int(success.sum()), success.size)
     return (
-        f"{int(success.sum())} of {success.size} ({interval.low:.0%} to {interval.high:.0%}), "
+        f"{int(success.sum())} of {success.size} ({100 * interval.low:.0f} % to "
+        f"{100 * interval.high:.0f} %), "
         f"RMSE {_medians(data, 'rmse_m', 2)} m"
     )

@@ -100,7 +100,7 @@ def summary_lines(content: TrackingContent) -> Iterator[str]:
         yield (
             f"rss           fit of {_samples(content)}: {fit.alpha_dbm:.2f} dBm, "
             f"{fit.beta_per_m:.4f} 1/m (thesis: -35.5, 0.1071); the printed noisy fit (-60, 0.2) "
-            f"is as far away as {share:.1%} of the fits to noisy records"
+            f"is as far away as {100 * share:.1f} % of the fits to noisy records"
         )
     for sigma, record in content.slam:
         error = record.final_error_m
@@ -197,7 +197,8 @@ def _rss_section(content: TrackingContent, figures: FigureFiles) -> ReportSectio
             (
                 f"Fits to noisy records have the median ({alpha:.0f} dBm, {beta:.3f} 1/m). The "
                 "printed (-60, 0.2) lies so far from the mean of the noisy signal that only "
-                f"{fits.noisy_share:.1%} of the records give a fit that is as far away: it is due "
+                f"{100 * fits.noisy_share:.1f} % of the records give a fit that is as far "
+                "away: it is due "
                 "to an unlucky record, not to the signal. Chapters 6 and 7 use it nevertheless, "
                 "and so does this study."
             ),

@@ -147,7 +147,7 @@ def test_criteria_of_the_study_decide_in_their_order_and_direction():
     out = choose(pool, model="fullwave", rules=rules)
     assert out.ranking == (2, 1, 0)
     assert out.decided == ("level", "share of captured floor", "only one design")
-    assert "10.0% against 30.0%" in out.comparisons[1]
+    assert "10.0 % against 30.0 %" in out.comparisons[1]
     assert out.pareto == (True, True, True)
 
 
@@ -208,7 +208,7 @@ def test_reason_says_when_the_reader_model_cannot_be_trusted(model, word):
 def test_reason_gives_the_numbers_of_the_chosen_design():
     out = choose([candidate("my reader", right_share=0.875)], model="fullwave")
     assert out.reason[0].startswith("Chosen: my reader")
-    assert "88%" in out.reason[0]
+    assert "88 %" in out.reason[0]
     assert out.decided_by == "only one design"
 
 
@@ -237,7 +237,7 @@ def test_rules_are_said_in_words_with_their_tolerances():
     text = " ".join(rule_sentences(rules))
     assert "3 percentage points" in text
     assert "0.7 dB" in text
-    assert "within 5% of the best" in text
+    assert "within 5 % of the best" in text
     assert "at most 10 cm high" in text
     assert "in the room); more is better" in text
     assert "in free space); less is better" in text

@@ -105,7 +105,7 @@ def test_antennas_are_told_apart_by_the_thesis_drive_whatever_the_scores(share, 
     for words in ("Dipoles at r_a = 5 cm without plates", "Monopoles at r_a = 10 cm without"):
         assert found(claims, words).agrees is (share < 0.5)
         assert found(claims, words).stricter_agrees is useless
-        assert f"{share:.0%}" in found(claims, words).found
+        assert f"{100 * share:.0f} %" in found(claims, words).found
 
 
 @pytest.mark.parametrize(("share", "always"), [(0.99, False), (1.0, True)])

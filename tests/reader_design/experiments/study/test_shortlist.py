@@ -85,9 +85,9 @@ def test_short_list_shows_missions_beside_scores_and_says_why():
     assert all(len(row) == len(table.header) for row in table.rows)
     cells = dict(zip(table.header, table.rows[0], strict=True))
     assert cells["width x height [cm]"] == "20 x 8"
-    assert cells["captured"] == "12.5%"
+    assert cells["captured by a reflection"] == "12.5 %"
     # Wilson (1927) at z = 1.96: 3 of 4 is 30 % to 95 %
-    assert cells["mission, hall"] == "3 of 4 (30% to 95%), RMSE 0.10 / 0.10 m"
-    assert "95.0% against 75.0%" in cells["why it stands here"]
+    assert cells["mission, hall"] == "3 of 4 (30 % to 95 %), RMSE 0.10 / 0.10 m"
+    assert "95.0 % against 75.0 %" in cells["why it stands here"]
     assert table.rows[1][6] == "could not be driven"
     assert table.rows[2][6] == "not driven"
