@@ -220,8 +220,8 @@ def claim_table(claims: Sequence[Claim]) -> ReportTable:
         "gives no number for “discriminated” and “better”; here antennas are told apart where "
         f"antenna 1 is the strongest over more than {100 * APART_SHARE:.0f} % of the drive, "
         "and the better design is that in which it leads by more watts. Octant's measure beside "
-        "it: this study's heights, all azimuths, any antenna towards the tag, useless where the strongest "
-        f"antenna is the wrong one in more than {100 * (1.0 - APART_SHARE):.0f} % of the "
+        "it: this study's heights, all azimuths, any antenna towards the tag, useless where the "
+        f"strongest antenna is the wrong one in more than {100 * (1.0 - APART_SHARE):.0f} % of the "
         f"directions or the vector sum more than {math.degrees(USELESS_RAD):.0f}° rms off.",
         header=(
             "the thesis",
