@@ -53,10 +53,11 @@ function filter(rows) {
   input.placeholder = "Filter rows";
   input.setAttribute("aria-label", "Filter rows");
   input.addEventListener("input", () => {
-    const wanted = input.value.toLowerCase().split(/\s+/);
+    const wanted = input.value.trim().toLowerCase();
     for (const row of rows) {
-      const text = row.textContent.toLowerCase();
-      row.hidden = !wanted.every((word) => text.includes(word));
+      const [name, ...cells] = [...row.cells].map((cell) => cell.textContent.toLowerCase());
+      row.hidden = !wanted.split(/\s+/).every((word) => name.includes(word))
+        && !cells.some((cell) => cell.includes(wanted));
     }
   });
   return input;
