@@ -1,5 +1,6 @@
 """Closed-loop missions: navigator, sensor and robot, one sample period after another."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
@@ -11,7 +12,7 @@ from octant.geometries.errors import NavigationError
 from octant.navigation.angles import wrap_angle
 from octant.navigation.missions.batches import Mapper, run_seeded
 from octant.navigation.missions.records import Mission, MissionOutcome, MissionResult
-from octant.navigation.missions.starts import Starts
+from octant.navigation.missions.starts import Carried, Starts
 from octant.navigation.navigators.interface import STILL, Decision, Navigator, Odometry
 from octant.navigation.robot.drive import DifferentialDrive
 from octant.navigation.robot.floor import Blocked, Floor, check_start
@@ -29,6 +30,7 @@ def run_mission(
     *,
     blocked: Blocked | None = None,
     outside: Blocked | None = None,
+    carried: Carried | None = None,
 ) -> MissionResult:
     """Return the record of one closed-loop run; a run that fails is a result too.
 
@@ -44,10 +46,12 @@ def run_mission(
     rng : Source of every random number; wheels and navigator draw from two children of it.
     blocked, outside : (m, 2) points [m] -> (m,) bool: where the robot's centre cannot be; where it
         has left the room, whose field is known inside only.
+    carried : When somebody takes the robot elsewhere, unnoticed by its wheels; None: never.
     """
     _check_run(mission, sensor, robot)
     check_start(mission.start_m, blocked, outside)
     wheels_rng, navigator_rng = rng.spawn(2)
+    carry_at_s, elsewhere = _carrying(carried, rng)
     wheels = RollingWheels(mission.rolling, robot, wheels_rng)
     floor = Floor(robot=robot, step=mission.motion, contact=mission.contact, blocked=blocked)
     heading_rad = float(wrap_angle(mission.heading_rad))
@@ -59,18 +63,20 @@ def run_mission(
     period_s = mission.sample_time_s
     last = int(np.floor(mission.time_limit_s / period_s * (1.0 + 1e-12)))
     for k in range(last + 1):
-        rss_w = sensor.read(pose, mission.tag_ids[target], rng, motion=driven)
-        decision = navigator.decide(memory, rss_w, odometry, navigator_rng)
+        if k * period_s >= carry_at_s:
+            pose, driven, carry_at_s = elsewhere, AT_REST, math.inf
+        rss_w, told_w = _read(sensor, navigator, (pose, driven), mission.tag_ids[target], rng)
+        decision = navigator.decide(memory, told_w, odometry, navigator_rng)
         while decision.reached:
             log.arrive(k, pose, target)
             if target + 1 == len(mission.tag_ids):
                 log.row(k, pose, decision, target, rss_w)
                 return log.result("completed", "all tags were declared reached")
             target, silent, touched = target + 1, 0, 0
-            rss_w = sensor.read(pose, mission.tag_ids[target], rng)
+            rss_w, told_w = _read(sensor, navigator, (pose, AT_REST), mission.tag_ids[target], rng)
             memory = navigator.begin(target, decision.memory, heading_rad=heading_rad)
-            decision = navigator.decide(memory, rss_w, STILL, navigator_rng)
-        silent = 0 if float(rss_w.max()) > 0.0 else silent + 1
+            decision = navigator.decide(memory, told_w, STILL, navigator_rng)
+        silent = 0 if float(told_w.max()) > 0.0 else silent + 1
         touched += odometry.contact
         ended = _ended(mission, target, silent=silent, touched=touched, out_of_time=k == last)
         if ended is not None:
@@ -96,6 +102,35 @@ def run_mission(
         odometry = Odometry(distance_m=float(distance_m), turn_rad=float(turn_rad), contact=contact)
         memory = decision.memory
     raise AssertionError  # the last turn always ends the run
+
+
+def _carrying(
+    carried: Carried | None, rng: np.random.Generator
+) -> tuple[float, npt.NDArray[np.float64]]:
+    """Return when the robot is carried elsewhere [s], and the pose there [m], [rad]."""
+    if carried is None:
+        return math.inf, np.zeros(3)
+    return carried.at_s, carried.to.draw(rng.spawn(1)[0])
+
+
+def _read(
+    sensor: RssSensor,
+    navigator: Navigator[Any],
+    place: tuple[npt.NDArray[np.float64], Motion],
+    tag_id: str,
+    rng: np.random.Generator,
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Return the reading of the current tag, and what the navigator gets: of all tags, if it asks.
+
+    A navigator with ``hears``, ids of tags, gets their readings (t, n) in that order.
+    """
+    pose, motion = place
+    hears: tuple[str, ...] = getattr(navigator, "hears", ())
+    if not hears:
+        rss_w = sensor.read(pose, tag_id, rng, motion=motion)
+        return rss_w, rss_w
+    told_w = np.array([sensor.read(pose, one, rng, motion=motion) for one in hears])
+    return told_w[hears.index(tag_id)], told_w
 
 
 def _check_run(mission: Mission, sensor: RssSensor, robot: DifferentialDrive) -> None:
@@ -226,6 +261,7 @@ class MissionJob:
     Parameters
     ----------
     mission, sensor, navigator, robot, blocked, outside, starts : As for `run_missions`.
+    carried : As for `run_mission`.
     """
 
     mission: Mission
@@ -235,6 +271,7 @@ class MissionJob:
     blocked: Blocked | None = None
     outside: Blocked | None = None
     starts: Starts | None = None
+    carried: Carried | None = None
 
     def __call__(self, seed: np.random.SeedSequence) -> MissionResult:
         """Return the run of a seed, from which its start and all its noise come."""
@@ -250,4 +287,5 @@ class MissionJob:
             np.random.default_rng(seed),
             blocked=self.blocked,
             outside=self.outside,
+            carried=self.carried,
         )

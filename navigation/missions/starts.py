@@ -100,3 +100,17 @@ class RandomStarts:
             f"in {_DRAWS} draws: widen the area of the starts."
         )
         raise NavigationError(msg)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Carried:
+    """Somebody carries the robot elsewhere on its mission, unnoticed by its wheels.
+
+    Parameters
+    ----------
+    at_s : When [s].
+    to : Where it may be put down.
+    """
+
+    at_s: float
+    to: RandomStarts

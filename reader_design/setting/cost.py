@@ -43,7 +43,7 @@ APPROXIMATE_S = {"rays": 1.5, "isolated": 0.05, "files": 1.0}
 FREE_S, SAMPLE_S = 0.05, 4e-7
 """Time [s] of the scores in free space, and of one path to one place of the room."""
 
-STEP_S = {"thesis": 2e-3, "tracker": 2e-2}
+STEP_S = {"thesis": 2e-3, "tracker": 2e-2, "map": 1e-2, "counting": 2e-3}
 """Time [s] of one step of a navigator, besides the field."""
 LOOP_S = 2e-4
 """Time [s] of one step of a controller or of a filter."""

@@ -24,7 +24,7 @@ from octant.reader_design.study_file.quantities import (
 )
 from octant.reader_design.study_file.room import Table
 
-NAVIGATORS = ("thesis", "tracker")
+NAVIGATORS = ("thesis", "tracker", "map", "counting")
 """Octant's own navigators."""
 Corners = Annotated[tuple[Number, ...], Meta(min_length=3, max_length=4)]
 Terms = Annotated[dict[Name, Corners], Meta(min_length=1, max_length=100)]
@@ -68,6 +68,32 @@ class Tracker(Table, frozen=True, kw_only=True):
     reach_m: Annotated[float, Meta(ge=0.5, le=1000.0)] | None = None
 
 
+class MapKeys(Table, frozen=True, kw_only=True):
+    """What the navigator ``map`` is told of room and survey: table ``[mission.map]``.
+
+    Parameters
+    ----------
+    start : Whether it knows where it starts: ``known``, or ``unknown`` place and heading.
+    particles : Poses that it weighs, at least; more while the pose is open.
+    spacing_m : Distance of the places of its field maps [m]; None: a sixth of a wavelength.
+    tag_sd_m : How exactly the tags' places are surveyed, as a standard deviation along each axis
+        [m]. Half a wavelength over 2 pi (2 cm at 2.4 GHz) makes half of all fading unknown.
+    level_sd_db, gain_sd_db : How well tags' levels and antennas' gains are known, as standard
+        deviations [dB]; it finds them out while driving.
+    field_error : Power over the local mean of the field that the map does not know for other
+        reasons: materials, furniture, people [-]. It supposes at least this, and more where
+        readings say so.
+    """
+
+    start: Literal["known", "unknown"] = "known"
+    particles: Annotated[int, Meta(ge=100, le=100_000)] = 2000
+    spacing_m: Distance | None = None
+    tag_sd_m: DistanceOrZero = 0.01
+    level_sd_db: Annotated[float, Meta(ge=0.01, le=100.0)] = 2.0
+    gain_sd_db: Annotated[float, Meta(ge=0.01, le=100.0)] = 1.0
+    field_error: Share = 0.02
+
+
 class Mission(Table, frozen=True, kw_only=True):
     """The drive through the tags: table ``[mission]``.
 
@@ -78,10 +104,14 @@ class Mission(Table, frozen=True, kw_only=True):
     tags : Tags to visit, in this order.
     navigator : ``thesis``: rotation, then the controller, arrival by a null (thesis 5.2);
         ``tracker``: estimates the tag's place from all readings and drives there. Neither knows
-        where the tags are; the tracker knows how they hang. Or one of your own:
+        where the tags are; the tracker knows how they hang. ``map`` knows the room and all tags,
+        and finds its own pose by field maps; ``counting`` knows the tags' points and counts its
+        wheels' turns only. These two drive round what stands about.
+        Or one of your own:
         ``FILE.py:Class`` (beside the study file), ``package.module:Class``, or the name of an entry
         point of the group ``octant.navigators``; see `octant.Navigator`.
     tracker : What the tracker supposes of readings.
+    map : What the navigator ``map`` is told.
     controller : Of the thesis' navigator. ``fuzzy``: the five rules of thesis 5.2.2.2;
         ``vector_sum``: turn in proportion to the bearing of the RSS-weighted vector sum;
         ``pattern``: the same with the bearing that fits the reader's patterns best.
@@ -122,6 +152,7 @@ class Mission(Table, frozen=True, kw_only=True):
     tags: Annotated[tuple[Name, ...], Meta(min_length=1, max_length=10_000)]
     navigator: FileName = "tracker"
     tracker: Tracker = Tracker()
+    map: MapKeys = MapKeys()
     controller: Literal["fuzzy", "vector_sum", "pattern"] = "fuzzy"
     membership: Membership | None = None
     steering_input: Literal["normalised", "nanowatt"] = "normalised"

@@ -36,6 +36,7 @@ from octant.reader_design.study_file.room import Room, RoomObject, Table
 from octant.reader_design.study_file.sensor import Sensor
 from octant.reader_design.study_file.tolerance import Tolerance
 from octant.reader_design.study_file.track import Track
+from octant.reader_design.study_file.truth import Truth
 
 
 class Radio(Table, frozen=True, kw_only=True):
@@ -224,6 +225,7 @@ class Study(Table, frozen=True, kw_only=True):
     layouts : The tables ``[[layout]]``.
     rfid : How the reader wakes and inventories tags; None: all tags are active.
     report : What the report holds besides the results.
+    truth : How the world of missions differs from all this; None: not at all.
     """
 
     name: Name = "study"
@@ -247,3 +249,4 @@ class Study(Table, frozen=True, kw_only=True):
     layouts: tuple[Layout, ...] = msgspec.field(default=(), name="layout")
     rfid: Rfid | None = None
     report: Report = Report()
+    truth: Truth | None = None

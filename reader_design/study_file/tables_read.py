@@ -24,6 +24,7 @@ READ_BY: Mapping[str, tuple[str, ...]] = {
     "layout": ("study", "dock"),
     "report": ("study",),
     "rfid": ("study", "sweep", "navigate", "optimise", "tolerance", "dock", "map", "rss"),
+    "truth": ("study", "navigate"),
 }
 """The verbs that read a table, by its name; the other tables are read by all."""
 

@@ -32,6 +32,8 @@ from octant.navigation.robot.floor import RobotSpace
 from octant.navigation.sensing.bearing import FRONT_AZIMUTH_RAD
 from octant.navigation.sensing.pattern_match import PatternMatcher, PowerTable
 from octant.navigation.sensing.sensor import PowerLink
+from octant.reader_design.experiments.missions.field_maps import mapped_tags
+from octant.reader_design.experiments.missions.planned import MapStore, planned_navigator
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.keeping.seeded import count_seeded, map_seeded
 from octant.reader_design.keeping.workers import Crew, worker_map
@@ -41,6 +43,7 @@ from octant.reader_design.setting.receiver import study_sensor
 from octant.reader_design.setting.robot import free_place_m, study_robot
 from octant.reader_design.setting.robot import mission_space as study_space
 from octant.reader_design.setting.setting import Setting, build_setting
+from octant.reader_design.setting.truth import World, true_world
 from octant.reader_design.study_file.mission import NAVIGATORS
 from octant.reader_design.study_file.mission import Mission as MissionTable
 from octant.reader_design.study_file.room import RoomObject
@@ -138,7 +141,12 @@ def mission_starts(table: MissionTable, space: RobotSpace, points_m: FloatArray)
 
 
 def mission_job(
-    setting: Setting, *, noise_db: float | None = None, own: type | None = None
+    setting: Setting,
+    *,
+    noise_db: float | None = None,
+    own: type | None = None,
+    world: World | None = None,
+    maps: MapStore | None = None,
 ) -> MissionJob:
     """Return what makes one run of a study's mission from its seed, in one of its rooms.
 
@@ -147,28 +155,35 @@ def mission_job(
     setting : The reader in a room of a study with a mission [m].
     noise_db : Noise of each reading [dB]; None: the study's.
     own : A navigator's class in place of the one that the study names.
+    world : How the world differs from what the navigator is told; None: not at all.
+    maps : Where field maps are kept; None: they are computed anew.
     """
-    table = setting.mission
-    links = {tag_id: setting.link(setting.tag(tag_id)) for tag_id in dict.fromkeys(table.tags)}
+    told, table = setting, setting.mission
+    setting = told if world is None else world.setting
+    heard = mapped_tags(told) if table.navigator == "map" else ()
+    names = dict.fromkeys((*table.tags, *(tag.id for tag in heard)))
+    links = {tag_id: setting.link(setting.tag(tag_id)) for tag_id in names}
+    known = links if world is None else {n: told.link(told.tag(n)) for n in table.tags}
     robot = study_robot(setting.study, "mission").drive
-    mission = study_mission(setting, links)
+    mission = study_mission(setting, known)
     space = mission_space(setting)
     return MissionJob(
         mission=mission,
         sensor=study_sensor(
             setting.study.sensor,
-            links,
+            links if world is None else world.erring(links),
             setting.responses[0].azimuths_rad,
             noise_db=table.noise_db if noise_db is None else noise_db,
             inventory=study_inventory(
                 setting, links, key="mission.sample_time_s", period_s=table.sample_time_s
             ),
         ),
-        navigator=study_navigator(setting, mission, robot=robot, own=own),
+        navigator=study_navigator(told, mission, robot=robot, own=own, maps=maps),
         robot=robot,
         blocked=space.footprint,
         outside=space.outside,
         starts=mission_starts(table, space, mission.tag_points_m),
+        carried=None if world is None else world.carried(space),
     )
 
 
@@ -194,8 +209,9 @@ def mission_runs(
     runs: int | None = None,
     noise_db: float | None = None,
     own: type | None = None,
+    maps: MapStore | None = None,
 ) -> tuple[MissionRuns, ...]:
-    """Return the runs of a study's mission, shared evenly by the placements of its objects.
+    """Return the runs of a study's mission, shared evenly by placements of objects and by worlds.
 
     Parameters
     ----------
@@ -203,16 +219,22 @@ def mission_runs(
         are not placed at random.
     runs, noise_db : Number of runs in all and noise [dB]; None: the study's.
     own : As for `mission_job`.
+    maps : Where field maps are kept; None: they are computed anew.
     """
-    table, seed = setting.mission, setting.study.seed
+    table, seed, truth = setting.mission, setting.study.seed, setting.study.truth
     total = table.runs if runs is None else runs
-    if table.placement_m == 0.0:
-        job = mission_job(setting, noise_db=noise_db, own=own)
+    drawn = truth is not None and truth.draws > 1
+    if table.placement_m == 0.0 and not drawn:
+        world = None if truth is None else true_world(setting, np.random.default_rng(seed))
+        job = mission_job(setting, noise_db=noise_db, own=own, world=world, maps=maps)
         return (MissionRuns(job=job, setting=setting, runs=total, seed=seed),)
     found = []
-    for share, child in _shares(np.random.SeedSequence(seed), total, table.placements):
-        there = placed(setting, np.random.default_rng(child))
-        job = mission_job(there, noise_db=noise_db, own=own)
+    draws = max(table.placements if table.placement_m else 1, truth.draws if truth else 1)
+    for share, child in _shares(np.random.SeedSequence(seed), total, draws):
+        rng = np.random.default_rng(child)
+        there = placed(setting, rng) if table.placement_m else setting
+        world = None if truth is None else true_world(there, rng)
+        job = mission_job(there, noise_db=noise_db, own=own, world=world, maps=maps)
         own_seed = int(child.generate_state(1)[0])
         found.append(MissionRuns(job=job, setting=there, runs=share, seed=own_seed))
     return tuple(found)
@@ -311,7 +333,12 @@ def study_controller(table: MissionTable, pattern: PowerTable | None = None) -> 
 
 
 def study_navigator(
-    setting: Setting, mission: Mission, *, robot: DifferentialDrive, own: type | None = None
+    setting: Setting,
+    mission: Mission,
+    *,
+    robot: DifferentialDrive,
+    own: type | None = None,
+    maps: MapStore | None = None,
 ) -> Navigator[Any]:
     """Return the navigator that a study's mission names.
 
@@ -320,6 +347,7 @@ def study_navigator(
     setting : The reader in its room: how the tags hang is taken from it, and not where.
     mission, robot : From `study_mission` [m], [rad], [s]; the robot.
     own : As for `mission_job`.
+    maps : Where field maps are kept; None: they are computed anew.
     """
     table, method = setting.mission, study_robot(setting.study, "mission").odometry
     if own is not None or table.navigator not in NAVIGATORS:
@@ -337,6 +365,11 @@ def study_navigator(
                 tables=mission_tables(setting),
             ),
         )
+    if table.navigator in {"map", "counting"}:
+        return planned_navigator(
+            setting, mission, mission_space(setting), robot=robot, method=method or "exact",
+            maps=maps or MapStore(),
+        )  # fmt: skip
     if table.navigator == "tracker":
         return tracker_navigator(
             mission,

@@ -16,6 +16,7 @@ from octant.navigation.missions.records import MissionResult
 from octant.reader_design.experiments.missions.advice import Advice, advise
 from octant.reader_design.experiments.missions.compute import drive, mission_runs
 from octant.reader_design.experiments.missions.drive_figures import Drive
+from octant.reader_design.experiments.missions.planned import MapStore
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.keeping.seeded import runs_key
 from octant.reader_design.keeping.workers import Crew
@@ -31,6 +32,8 @@ if TYPE_CHECKING:
 
 RUNS = "runs"
 """Folder of the runs, a few to a file."""
+MAPS = "field_maps"
+"""Folder of the field maps."""
 TABLES = ("missions.csv", "trajectory.csv")
 """Tables of one room."""
 
@@ -120,7 +123,8 @@ def mission_stage(
     place = folder / f"mission-{slug}"
     with collected_warnings() as notes:
         try:
-            shares = mission_runs(setting, runs=runs)
+            maps = MapStore(folder=folder / MAPS, crew=crew, progress=progress)
+            shares = mission_runs(setting, runs=runs, maps=maps)
             label = f"missions in {name}"
             results = drive(shares, folder=folder / RUNS, crew=crew, progress=progress, label=label)
         except ConfigError:

@@ -80,11 +80,12 @@ def navigate(
     from octant.navigation.missions.metrics import measure
     from octant.navigation.missions.summary import summarise, summary_sentences
     from octant.reader_design.experiments.missions.advice import advise
-    from octant.reader_design.experiments.missions.compute import count_kept, drive, mission_runs
+    from octant.reader_design.experiments.missions.compute import drive, mission_runs
     from octant.reader_design.experiments.missions.localise import (
         localisation_lines,
         localise_runs,
     )
+    from octant.reader_design.experiments.missions.planned import MapStore
     from octant.reader_design.keeping.results import (
         STUDY_FILE,
         files_of,
@@ -117,12 +118,11 @@ def navigate(
         write_text(out / STUDY_FILE, text)
     for note in setting.notes:
         progress.say(note)
-    driven = mission_runs(solved(setting, progress))
+    setting = solved(setting, progress)
     if options.dry_run:
-        there = count_kept(driven, folder=folder)
-        return Ended(
-            lines=(f"{mission_table(loaded).runs} runs, of which {there} are driven already.",)
-        )
+        return _forecast(setting, folder)
+    store = MapStore(folder=out / "field_maps", progress=progress)
+    driven = mission_runs(setting, maps=store)
     with open_crew(workers=options.workers, cluster=options.cluster) as crew:
         results = drive(driven, folder=folder, crew=crew, progress=progress)
         found = localise_runs(
@@ -155,6 +155,18 @@ def navigate(
         tables=tuple(out / name for name in (*_FILES[:2], *more)),
         verdict=judged(sum(m.success for m in metrics) / len(metrics)),
     )
+
+
+def _forecast(setting: "Setting", folder: Path) -> Ended:
+    """Return what would be driven; field maps, which decide what is kept, are not made for it."""
+    from octant.reader_design.experiments.missions.compute import count_kept, mission_runs
+    from octant.reader_design.experiments.missions.field_maps import map_forecast
+
+    runs = setting.mission.runs
+    if setting.mission.navigator == "map":
+        return Ended(lines=(f"{map_forecast(setting)}.", f"{runs} runs, after their field maps."))
+    there = count_kept(mission_runs(setting), folder=folder)
+    return Ended(lines=(f"{runs} runs, of which {there} are driven already.",))
 
 
 def _write_animation(

@@ -39,6 +39,7 @@ TABLES = {
     "track": "[track]",
     "report": "[report]\nthesis = true",
     "rfid": '[[tag]]\nid = "p"\nposition_m = [1, 1, 2.9]\nkind = "passive"\n[rfid]\npower_w = 1.0',
+    "truth": "[truth]\ntag_sd_m = 0.01",
     "dock": '[dock]\ntag = "tag"\nlandmark_position_m = [0.5, 2.0, 0.5]',
 }
 READ_BY_ALL = {"name", "seed", "radio", "room", "tag", "reader", "solver"}
