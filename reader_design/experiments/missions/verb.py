@@ -113,16 +113,16 @@ def navigate(
     if not options.dry_run:
         refuse_overwrite(*([animate] if animate else []), force=options.force)
         refuse_another(out, text, force=options.force, outputs=(*_FILES, *_MORE, "figures/*.png"))
-        driving = mission_cost(loaded, mission_table(loaded).runs)
-        options.approve(reader_cost(loaded).and_then(driving))
+        options.approve(
+            reader_cost(loaded).and_then(mission_cost(loaded, mission_table(loaded).runs))
+        )
         write_text(out / STUDY_FILE, text)
     for note in setting.notes:
         progress.say(note)
     setting = solved(setting, progress)
     if options.dry_run:
         return _forecast(setting, folder)
-    store = MapStore(folder=out / "field_maps", progress=progress)
-    driven = mission_runs(setting, maps=store)
+    driven = mission_runs(setting, maps=MapStore(folder=out / "field_maps", progress=progress))
     with open_crew(workers=options.workers, cluster=options.cluster) as crew:
         results = drive(driven, folder=folder, crew=crew, progress=progress)
         found = localise_runs(
@@ -143,9 +143,9 @@ def navigate(
         *(advice.text().splitlines() if advice else ()),
         *(localisation_lines(found, results) if found else ()),
     ]
-    more = _MORE if found else ()
     if animate is not None:
         _write_animation(animate, setting, results[0], progress)
+    more = _MORE if found else ()
     return Ended(
         lines=tuple(lines),
         written=(
