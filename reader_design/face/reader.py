@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import msgspec
 import numpy as np
@@ -38,6 +38,7 @@ from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.keeping.versions import versions
 from octant.reader_design.setting.cost import reader_cost
 from octant.reader_design.setting.design import response_at
+from octant.reader_design.setting.scale import reader_preset, scale_note
 from octant.reader_design.setting.solving import SOLVING
 from octant.reader_design.showing.netcdf import variable, write_dataset
 from octant.reader_design.study_file.loading import to_toml
@@ -78,6 +79,16 @@ class Reader(StudyTable):
 
     def __init__(self, **keys: Any) -> None:  # noqa: ANN401  keys of the table
         self.table = study_from("Reader", {"reader": keys}).reader
+
+    @classmethod
+    def preset(cls, band: str | float) -> Self:
+        """Return a reader for a band: Octant's best for 2.4 GHz, scaled with the wavelength.
+
+        Parameters
+        ----------
+        band : ``868 MHz``, ``915 MHz``, ``2.4 GHz``, ``5.8 GHz``, or a frequency [Hz].
+        """
+        return cls.of(reader_preset(band))
 
     def solve(
         self,
@@ -156,6 +167,8 @@ def solve_reader_of(
     with progress.during(label, expected_s=expected_s):
         at = [_solved(study, design if f == first else cut, f) for f in frequencies_hz]
     notes = dict.fromkeys((*design.notes(), *(w for r, _ in at for w in r.warnings)))
+    if (outside := scale_note(design, first)) is not None:
+        notes[outside] = None
     for note in notes:
         warnings.warn(note, PhysicsWarning, stacklevel=2)
     return SolvedReader(

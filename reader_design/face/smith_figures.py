@@ -1,6 +1,6 @@
 """Figures of a reader over a band: Smith chart, isolation, efficiency and gain."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -55,7 +55,7 @@ def smith_figure(s_matrices: ComplexArray, frequencies_hz: FloatArray, *, title:
 def _draw_chart(ax: "Axes") -> None:
     """Draw circles of constant resistance and reactance, and the circle of -10 dB."""
     turn = np.exp(1j * np.linspace(0.0, 2.0 * np.pi, 361))
-    style = {"color": "#c4c4c4", "linewidth": 0.7, "zorder": 1.0}
+    style: dict[str, Any] = {"color": "#c4c4c4", "linewidth": 0.7, "zorder": 1.0}
     for r in _RESISTANCES:
         circle = r / (1.0 + r) + turn / (1.0 + r)
         ax.plot(circle.real, circle.imag, **style)

@@ -122,7 +122,7 @@ def _shares(
     shares = parts / parts.sum(axis=1, keepdims=True)
     on = at.any(axis=1)
     shares[on] = at[on]
-    return shares
+    return np.asarray(shares)
 
 
 def _rational_weights(
