@@ -45,6 +45,16 @@ _TOOLS: Mapping[str, str] = MappingProxyType(
 _PICTURES = ("png", "pgm", "jpg", "jpeg", "bmp", "tif", "tiff", "gif")
 
 
+def is_convertible(kind: str) -> bool:
+    """Return whether files of an extension may hold a room, once converted.
+
+    Parameters
+    ----------
+    kind : Extension, lower case, without dot.
+    """
+    return kind in _TOOLS or kind in _PICTURES
+
+
 def refuse_kind(file: Path, known: Sequence[str]) -> NoReturn:
     """Refuse a file that is no mesh, with the tool and the command that make one of it.
 

@@ -14,6 +14,8 @@ ROOM_HEIGHTS_M = (2.0, 6.0)
 """Heights of ordinary rooms [m]."""
 ROOM_LENGTHS_M = (2.0, 100.0)
 """Greatest horizontal extents of rooms and floors of buildings [m]."""
+HALL_HEIGHTS_M, HALL_LENGTHS_M = (1.5, 30.0), (2.0, 300.0)
+"""The same of halls and sites [m]."""
 LONGEST_SITE_M = 2000.0
 """Extent [m] up to which a mesh without a better unit is taken to be in metres: a site outdoors."""
 ODD_RATIO = 1.5
@@ -28,6 +30,7 @@ UNITS: Mapping[str, float] = MappingProxyType(
 
 _LEVEL = re.compile(r"floor(?!board|.?lamp)|ground|ceiling|slab|roof|boden|decke", re.IGNORECASE)
 _AXES = "xyz"
+_ROOM = (ROOM_LENGTHS_M, ROOM_HEIGHTS_M)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -184,15 +187,19 @@ def _unit_of(
 
 
 def _room_unit(size: FloatArray, candidates: Sequence[str]) -> tuple[str, str] | None:
-    """Return the first unit in which a mesh has the size of a room, and why."""
+    """Return the first unit in which a mesh has the size of a room, and why.
+
+    Metres may make a hall of it: a room drawn in feet would be one too, but is less usual.
+    """
     for unit, metres in UNITS.items():
+        lengths, heights = (HALL_LENGTHS_M, HALL_HEIGHTS_M) if unit == "m" else _ROOM
         for axis in candidates:
             height = metres * float(size[_AXES.index(axis)])
             across = metres * float(np.delete(size, _AXES.index(axis)).max())
             level = height < FLAT * across
-            if _within(across, ROOM_LENGTHS_M) and (level or _within(height, ROOM_HEIGHTS_M)):
+            if _within(across, lengths) and (level or _within(height, heights)):
                 high = "flat" if level else f"{height:.3g} m high"
-                return unit, f"in {unit} it is {across:.3g} m long and {high}, as rooms are"
+                return unit, f"in {unit} it is {across:.3g} m long and {high}, which fits a room"
     return None
 
 

@@ -180,6 +180,17 @@ def frame_of(path: str | Path, *, reading: Reading | None = None) -> FrameGuess:
     )
 
 
+def materials_of_file(path: str | Path, *, reading: Reading | None = None) -> dict[str, str]:
+    """Return the material that a mesh file itself gives each body, by name; none where it does not.
+
+    Parameters
+    ----------
+    path, reading : As for `load_bodies`.
+    """
+    file = Path(path)
+    return dict(_contents(file, _kind_of(file), reading or Reading()).own)
+
+
 def load_bodies(
     path: str | Path,
     *,

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from octant.em.constants import VACUUM_PERMITTIVITY_F_PER_M
 from octant.geometries.errors import MaterialRangeError, PhysicsWarning
+from octant.geometries.material_names import known_as
 from octant.geometries.names import nearest_name
 
 EXTRAPOLATION = 2.5
@@ -297,6 +298,6 @@ def _by_name(name: str) -> Material:
     key = name.strip().lower().removeprefix("itu_")
     if key in known:
         return known[key]
-    near = nearest_name(key, known)
+    near = known_as(key) or nearest_name(key, known)
     msg = f"material {name!r} is unknown; did you mean {near!r}? Known are {', '.join(known)}."
     raise MaterialRangeError(msg)

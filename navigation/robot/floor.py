@@ -1,8 +1,8 @@
 """The floor: where a robot can stand, how a period moves it, and what it touches."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Literal
+from dataclasses import dataclass, field
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -26,6 +26,10 @@ MotionStep = Literal["euler", "arc"]
 Contact = Literal["end", "slide"]
 """What follows when the robot touches something: the run ends, or it slides along and goes on."""
 
+MANY_EDGES = 2000
+"""Segments [-] above which a footprint looks only at those near a point."""
+
+_PAIRS = 1_000_000  # points and segments that are looked at together
 _ABOVE_FLOOR_M = 0.01
 _LEVELS = (0.1, 0.5, 0.9)
 _SPACING_M = 0.01
@@ -48,10 +52,13 @@ class Footprint:
 
     edges_m: FloatArray
     radius_m: float
+    _near: "_NearEdges | None" = field(init=False, repr=False, compare=False, default=None)
 
     def __post_init__(self) -> None:
         edges = frozen_array(self.edges_m, name="edges_m", shape=(None, 4), error=NavigationError)
         object.__setattr__(self, "edges_m", edges)
+        if len(edges) > MANY_EDGES:
+            object.__setattr__(self, "_near", _near_edges(edges))
         check_positive(self.radius_m, name="radius_m", unit="m")
 
     def clearance_m(self, points_m: npt.ArrayLike) -> FloatArray:
@@ -64,16 +71,70 @@ class Footprint:
         points = np.asarray(points_m, dtype=np.float64).reshape(-1, 2)
         if not len(self.edges_m):
             return np.full(len(points), np.inf)
-        start, along = self.edges_m[:, :2], self.edges_m[:, 2:] - self.edges_m[:, :2]
-        length2 = np.maximum(np.sum(along**2, axis=1), LENGTHS.same_m**2)
-        away = points[:, None] - start
-        share = np.clip(np.sum(away * along, axis=2) / length2, 0.0, 1.0)
-        gap = away - share[..., None] * along
-        return np.asarray(np.sqrt(np.sum(gap**2, axis=2).min(axis=1)) - self.radius_m)
+        if self._near is not None:
+            return self._near.distance_m(points) - self.radius_m
+        gap2 = _gap2(points[:, None], self.edges_m)
+        return np.asarray(np.sqrt(gap2.min(axis=1)) - self.radius_m)
 
     def __call__(self, points_m: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
         """Return at which centres, points (m, 2) [m], the robot overlaps an obstacle, (m,)."""
         return np.asarray(self.clearance_m(points_m) < 0.0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _NearEdges:
+    """Very many segments, of which only those near a point are looked at.
+
+    Parameters
+    ----------
+    long_m, short_m : (e, 4) float64 — Segments that are always looked at, and the others [m].
+    tree : k-d tree of the middles of the short ones.
+    reach_m : Greatest half length of a short one [m].
+    """
+
+    long_m: FloatArray
+    short_m: FloatArray
+    tree: Any
+    reach_m: float
+
+    def distance_m(self, points_m: FloatArray) -> FloatArray:
+        """Return the distance to the nearest segment of each point (m, 2), exactly [m]."""
+        best = np.full(len(points_m), np.inf)
+        size = max(1, _PAIRS // max(1, len(self.long_m)))
+        for i in range(0, len(points_m) if len(self.long_m) else 0, size):
+            here = points_m[i : i + size]
+            best[i : i + size] = _gap2(here[:, None], self.long_m).min(axis=1)
+        # The nearest middle is no nearer than the nearest segment, whose own middle is no farther
+        # than half its length more.
+        reach = self.tree.query(points_m)[0] + self.reach_m
+        found = self.tree.query_ball_point(points_m, reach, return_sorted=True)
+        for i, edges in enumerate(found):
+            best[i] = min(best[i], float(_gap2(points_m[i], self.short_m[edges]).min()))
+        return np.asarray(np.sqrt(best))
+
+
+def _near_edges(edges_m: FloatArray) -> _NearEdges:
+    from scipy.spatial import cKDTree
+
+    half = 0.5 * np.hypot(*(edges_m[:, 2:] - edges_m[:, :2]).T)
+    short = half <= 4.0 * np.median(half)
+    middles = 0.5 * (edges_m[short, :2] + edges_m[short, 2:])
+    return _NearEdges(
+        long_m=edges_m[~short],
+        short_m=edges_m[short],
+        tree=cKDTree(middles),
+        reach_m=float(half[short].max()) + LENGTHS.same_m,
+    )
+
+
+def _gap2(points_m: FloatArray, edges_m: FloatArray) -> FloatArray:
+    """Return the squared distances of points to segments (e, 4), broadcast against them [m²]."""
+    start, along = edges_m[:, :2], edges_m[:, 2:] - edges_m[:, :2]
+    length2 = np.maximum(np.sum(along**2, axis=1), LENGTHS.same_m**2)
+    away = points_m - start
+    share = np.clip(np.sum(away * along, axis=-1) / length2, 0.0, 1.0)
+    gap = away - share[..., None] * along
+    return np.asarray(np.sum(gap**2, axis=-1))
 
 
 def footprint(scene: Scene, *, radius_m: float, height_m: float) -> Footprint:
@@ -86,16 +147,18 @@ def footprint(scene: Scene, *, radius_m: float, height_m: float) -> Footprint:
     """
     check_positive(height_m, name="height_m", unit="m")
     low, high = scene.floor_height_m + _ABOVE_FLOOR_M, scene.floor_height_m + height_m
+    everything = [body.vertices_m[body.faces] for body in scene.bodies]
+    corners = np.concatenate(everything) if everything else np.zeros((0, 3, 3))
+    in_band = (corners[..., 2].max(axis=1) >= low) & (corners[..., 2].min(axis=1) <= high)
     edges: list[FloatArray] = []
-    for body in scene.bodies:
-        for corners in body.vertices_m[body.faces]:
-            polygon = _cut(_cut(corners, low, above=True), high, above=False)
-            plan = polygon[:, :2]
-            edges.extend(
-                np.concatenate([plan[i - 1], plan[i]])
-                for i in range(len(plan))
-                if np.hypot(*(plan[i] - plan[i - 1])) > LENGTHS.same_m
-            )
+    for triangle in corners[in_band]:
+        polygon = _cut(_cut(triangle, low, above=True), high, above=False)
+        plan = polygon[:, :2]
+        edges.extend(
+            np.concatenate([plan[i - 1], plan[i]])
+            for i in range(len(plan))
+            if np.hypot(*(plan[i] - plan[i - 1])) > LENGTHS.same_m
+        )
     found = np.unique(np.round(np.array(edges).reshape(-1, 4), 9), axis=0)
     return Footprint(edges_m=found, radius_m=radius_m)
 

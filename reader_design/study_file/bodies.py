@@ -99,9 +99,11 @@ def _object(item: RoomObject, *, name: str) -> tuple[Body, ...]:
             unit=item.unit,
             up=item.up,
             material=label,
+            materials_by_name=_labels(item),
             position_m=where,
             yaw_deg=yaw,
             name=name,
+            reading=_reading(item),
         )
     if isinstance(item, Cylinder):
         size = (item.radius_m, item.height_m)
@@ -119,12 +121,20 @@ def _loaded(mesh: RoomMesh, default: str | RoomMaterial | None) -> tuple[Body, .
         unit=mesh.unit,
         up=mesh.up,
         material=None if given is None else material_label(given),
-        materials_by_name={name: material_label(spec) for name, spec in mesh.materials.items()},
-        reading=Reading(
-            geometry=mesh.geometry or "visual",
-            height_m=mesh.height_m,
-            resource_path=mesh.resource_path,
-        ),
+        materials_by_name=_labels(mesh),
+        reading=_reading(mesh),
+    )
+
+
+def _labels(mesh: RoomMesh | MeshObject) -> dict[str, str]:
+    return {name: material_label(spec) for name, spec in mesh.materials.items()}
+
+
+def _reading(mesh: RoomMesh | MeshObject) -> Reading:
+    return Reading(
+        geometry=mesh.geometry or "visual",
+        height_m=mesh.height_m,
+        resource_path=mesh.resource_path,
     )
 
 

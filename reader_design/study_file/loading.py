@@ -141,11 +141,13 @@ def to_toml(study: Study, *, relative_to: Path | None = None) -> str:
     def named(file: str) -> str:
         return file if base is None else os.path.relpath(file, base)
 
-    tables = msgspec.to_builtins(_with_files(study, named, axes=False))
+    tables = msgspec.to_builtins(_with_files(study, named, named, axes=False))
     tables["sweep"] = {key: _named(values, named) for key, values in expanded(study.sweep).items()}
     for room in [tables["room"], *(e["room"] for e in tables["layout"] if e["room"])]:
         _tidy_room(room)
+    _tidy_objects(tables["reader"]["object"])
     for layout in tables["layout"]:
+        _tidy_objects(layout["object"])
         layout["values"] = layout["values"] or None
     tables["reader"]["object"] = tables["reader"]["object"] or None
     if tables["track"]:
@@ -167,15 +169,18 @@ def resolved(study: Study, *, directory: Path) -> Study:
     study : A checked study.
     directory : Where relative mesh files are looked for.
     """
-    rooms = [study.room, *(layout.room for layout in study.layouts if layout.room is not None)]
-    folders = {folder for room in rooms for folder in _resource_folders(room)}
 
     def absolute(file: str) -> str:
         full = Path(os.path.normpath(directory / file))
-        if full.is_dir() and file in folders:
-            return str(full)
         if not full.is_file():
             msg = f"the file {file!r} does not exist in {directory}; give an existing file."
+            raise ConfigError(msg)
+        return str(full)
+
+    def absolute_folder(folder: str) -> str:
+        full = Path(os.path.normpath(directory / folder))
+        if not full.is_dir():
+            msg = f"the folder {folder!r} does not exist in {directory}; give an existing folder."
             raise ConfigError(msg)
         return str(full)
 
@@ -184,7 +189,7 @@ def resolved(study: Study, *, directory: Path) -> Study:
     if not {"height_m", "reader.height_m", "reader"} & set(sweep):
         height_m = height_m or study.reader.height_m
     return replace(
-        _with_files(study, absolute, axes=not {"tag", "tag.antenna"} & set(sweep)),
+        _with_files(study, absolute, absolute_folder, axes=not {"tag", "tag.antenna"} & set(sweep)),
         sweep=dict(sweep),
         map=replace(study.map, height_m=height_m),
     )
@@ -261,11 +266,6 @@ def _tried(
     raise ConfigError(msg) from refusal
 
 
-def _resource_folders(room: Room) -> tuple[str, ...]:
-    meshes = room.mesh if isinstance(room.mesh, tuple) else ()
-    return (*room.resource_path, *(folder for m in meshes for folder in m.resource_path))
-
-
 def _refuse_infinite(value: Any, path: tuple[str | int, ...]) -> None:  # noqa: ANN401
     if isinstance(value, dict):
         for key, item in value.items():
@@ -282,12 +282,22 @@ def _refuse_infinite(value: Any, path: tuple[str | int, ...]) -> None:  # noqa: 
         raise ConfigError(msg)
 
 
-def _with_files(study: Study, convert: Any, *, axes: bool = True) -> Study:  # noqa: ANN401
-    """Return a study with every file's name converted, str to str, and tags' axes if wanted."""
+def _with_files(study: Study, convert: Any, folder: Any, *, axes: bool = True) -> Study:  # noqa: ANN401
+    """Return a study with names of files and folders converted, str to str, and tags' axes."""
+
+    def folders(names: tuple[str, ...]) -> tuple[str, ...]:
+        return tuple(folder(name) for name in names)
 
     def of_objects(objects: tuple[RoomObject, ...]) -> tuple[RoomObject, ...]:
         return tuple(
-            replace(o, file=convert(o.file)) if isinstance(o, MeshObject) else o for o in objects
+            replace(
+                o,
+                file=convert(o.file),
+                resource_path=folders(o.resource_path),
+            )
+            if isinstance(o, MeshObject)
+            else o
+            for o in objects
         )
 
     def of_room(room: Room) -> Room:
@@ -299,14 +309,14 @@ def _with_files(study: Study, convert: Any, *, axes: bool = True) -> Study:  # n
                 replace(
                     m,
                     file=convert(m.file),
-                    resource_path=tuple(convert(folder) for folder in m.resource_path),
+                    resource_path=folders(m.resource_path),
                 )
                 for m in mesh
             )
         return replace(
             room,
             mesh=mesh,
-            resource_path=tuple(convert(folder) for folder in room.resource_path),
+            resource_path=folders(room.resource_path),
             material=room_material(room),
             objects=of_objects(room.objects),
         )
@@ -364,10 +374,16 @@ def _named(value: Any, named: Any) -> Any:  # noqa: ANN401  named: str -> str
     return named(value) if isinstance(value, str) and Path(value).is_absolute() else value
 
 
+def _tidy_objects(items: Any) -> None:  # noqa: ANN401  a list of tables
+    for item in items or ():
+        for key in ("materials", "resource_path"):
+            if key in item:
+                item[key] = item[key] or None
+
+
 def _tidy_room(room: dict[str, Any]) -> None:
+    _tidy_objects(room["object"])
     for key in ("materials", "object", "doorway", "resource_path"):
         room[key] = room[key] or None
-    for mesh in room["mesh"] if isinstance(room["mesh"], list | tuple) else ():
-        for key in ("materials", "resource_path"):
-            mesh[key] = mesh[key] or None
+    _tidy_objects(room["mesh"] if isinstance(room["mesh"], list | tuple) else ())
     room["free_space"] = room["free_space"] or None

@@ -8,6 +8,7 @@ from octant.reader_design.study_file.room import (
     LayerTable,
     MaterialSpec,
     MaterialTable,
+    MeshObject,
     Room,
     RoomMaterial,
     RoomObject,
@@ -167,6 +168,9 @@ def _object_materials(
 ) -> Iterator[tuple[str, MaterialSpec]]:
     for i, item in enumerate(objects):
         yield f"{path}.object[{i}].material", item.material
+        if isinstance(item, MeshObject):
+            for name, spec in item.materials.items():
+                yield f"{path}.object[{i}].materials.{name}", spec
 
 
 def _as_table(material: RoomMaterial) -> MaterialTable:

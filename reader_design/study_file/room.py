@@ -175,7 +175,9 @@ class MeshObject(Placed, frozen=True, kw_only=True, tag_field="kind", tag="mesh"
     file : Mesh file, relative to the study file.
     unit : Length unit of the file, such as m, cm, mm, in; needed unless the format declares one.
     up : The file's vertical axis, ``y`` or ``z``; None: y for GLB and GLTF, z for the others.
-    material : Its material.
+    material : Material of every body that ``materials`` does not name.
+    materials : Material by the name of the body in the file.
+    geometry, height_m, resource_path : As in ``[[room.mesh]]`` ([m]).
     """
 
     placed_by: ClassVar[str] = "the origin of its file"
@@ -183,6 +185,10 @@ class MeshObject(Placed, frozen=True, kw_only=True, tag_field="kind", tag="mesh"
     unit: Word | None = None
     up: UpAxis | None = None
     material: MaterialSpec
+    materials: dict[Word, MaterialSpec] = {}
+    geometry: WorldGeometry | None = None
+    height_m: Extent | None = None
+    resource_path: Annotated[tuple[FileName, ...], Meta(max_length=100)] = ()
 
 
 RoomObject = Cabinet | Box | Cylinder | Sphere | MeshObject
@@ -250,8 +256,8 @@ class Room(Table, frozen=True, kw_only=True):
     free_space : True: no room at all, only the objects.
     origin_m : (3,) tuple of float — Where the lowest corner of ``box_m``, the origin of
         ``outline_m`` or of the meshes lies [m].
-    floor_m : Height coordinate of the floor of ``mesh``, above which ``reader.height_m`` and
-        ``map.height_m`` count [m]; None: the lowest point of the mesh.
+    floor_m : Height coordinate of the floor of ``mesh``, or in free space of the objects, above
+        which ``reader.height_m`` and ``map.height_m`` count [m]; None: the lowest point.
     material : Material of a parametric room, or of the bodies of ``mesh``.
     materials : Material by body name, where ``mesh`` is one file.
     doorways : Openings in the walls of a parametric room: the tables ``[[room.doorway]]``.

@@ -31,6 +31,8 @@ def check_rooms(study: Study, *, shapes: bool) -> None:
             _check_room(f"layout[{i}].room", layout.room, shapes=shapes)
     for path, unit in _units(study):
         _check_unit(path, unit)
+    for path, item in _mesh_objects(study):
+        _check_mesh_keys(path, item)
 
 
 def _units(study: Study) -> Iterator[tuple[str, str]]:
@@ -46,6 +48,18 @@ def _units(study: Study) -> Iterator[tuple[str, str]]:
         for i, item in enumerate(items):
             if isinstance(item, MeshObject) and item.unit is not None:
                 yield f"{path}.object[{i}].unit", item.unit
+
+
+def _mesh_objects(study: Study) -> Iterator[tuple[str, MeshObject]]:
+    tables = [("room", study.room.objects), ("reader", study.reader.objects)]
+    for i, layout in enumerate(study.layouts):
+        tables.append((f"layout[{i}]", layout.objects))
+        if layout.room is not None:
+            tables.append((f"layout[{i}].room", layout.room.objects))
+    for path, items in tables:
+        for i, item in enumerate(items):
+            if isinstance(item, MeshObject):
+                yield f"{path}.object[{i}]", item
 
 
 def _check_unit(path: str, unit: str) -> None:
@@ -93,7 +107,7 @@ def _check_belongs(path: str, room: Room, kind: str) -> None:
         "unit": (room.unit is not None, one_file, "mesh = FILE"),
         "up": (room.up is not None, one_file, "mesh = FILE"),
         "materials": (bool(room.materials), one_file, "mesh = FILE"),
-        "floor_m": (room.floor_m is not None, kind == "mesh", "mesh"),
+        "floor_m": (room.floor_m is not None, kind in {"mesh", "free_space"}, "mesh or free_space"),
         "doorway": (bool(room.doorways), kind in {"box_m", "outline_m"}, "box_m or outline_m"),
         "material": (room.material is not None, kind != "free_space", "a room with walls"),
     }
@@ -115,7 +129,7 @@ def _check_belongs(path: str, room: Room, kind: str) -> None:
         _check_own_materials(path, room.mesh)
 
 
-def _check_mesh_keys(path: str, mesh: RoomMesh) -> None:
+def _check_mesh_keys(path: str, mesh: RoomMesh | MeshObject) -> None:
     kind = _suffix(mesh.file)
     keys = {
         "height_m": (mesh.height_m is not None, PLANS),

@@ -16,6 +16,8 @@ def toml_file_text(path: str | Path, *, what: str) -> str:
     path : The file.
     what : What it is, for messages, for example ``study``.
     """
+    if what == "study" and Path(path).suffix.lower() not in {".toml", ""}:
+        _refuse_mesh(Path(path))
     try:
         return Path(path).read_text("utf-8")
     except FileNotFoundError as exc:
@@ -28,6 +30,17 @@ def toml_file_text(path: str | Path, *, what: str) -> str:
         reason = exc.strerror
         msg = f"The {what} file {str(path)!r} cannot be read ({reason}); give a readable file."
         raise ConfigError(msg) from exc
+
+
+def _refuse_mesh(file: Path) -> None:
+    """Refuse a room's mesh where a study is due, and say what writes one for it."""
+    from octant.geometries.conversions import is_convertible
+    from octant.geometries.mesh_files import readable_extensions
+
+    kind = file.suffix.lower().removeprefix(".")
+    if kind in readable_extensions() or is_convertible(kind):
+        msg = f"{file} is no study, but a room; write a study for it: octant init {file}"
+        raise ConfigError(msg)
 
 
 def toml_tables(text: str, *, source: str) -> dict[str, Any]:

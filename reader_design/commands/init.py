@@ -1,0 +1,81 @@
+"""``octant init``: a first study of a room from its mesh file."""
+
+from pathlib import Path
+from typing import Literal
+
+import click
+
+from octant.reader_design.keeping.progress import Progress
+from octant.reader_design.options import common_options, number
+from octant.reader_design.study_file.quantities import Extent
+
+
+@click.command(name="init")
+@click.argument("mesh", type=click.Path(path_type=Path))
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path),
+    help="The study file to write; by default NAME.toml of MESH in the current folder.",
+)
+@click.option(
+    "--geometry",
+    type=click.Choice(["visual", "collision"]),
+    default="visual",
+    show_default=True,
+    help="Of SDF and URDF: what is seen, or what robots collide with.",
+)
+@click.option(
+    "--height-m", type=number(Extent), help="Height of the walls of a floor plan [m]; default 2.5."
+)
+@click.option(
+    "--resource-path",
+    type=click.Path(path_type=Path),
+    multiple=True,
+    help="A folder in which SDF and URDF find their models; repeatable.",
+)
+@common_options
+def init(
+    *,
+    mesh: Path,
+    out: Path | None,
+    geometry: Literal["visual", "collision"],
+    height_m: float | None,
+    resource_path: tuple[Path, ...],
+    force: bool,
+    quiet: bool,
+) -> None:
+    """Write a first study of the room in MESH, and draw it.
+
+    MESH is a GLB, STL, OBJ, PLY, DAE ... file, a Sionna or Mitsuba XML, an SDF world, a URDF, the
+    YAML of a ROS map or a DXF floor plan. Unit and vertical axis are guessed with reasons; every
+    body gets a material from its name; tags and start are put on free floor. What is guessed is
+    marked so in the file. Writes NAME.toml and NAME.png.
+    """
+    from octant.geometries.files import refuse_overwrite, write_text
+    from octant.geometries.mesh_files import Reading
+    from octant.reader_design.drafting.draft import draft_study
+    from octant.reader_design.face.room import scene_picture
+    from octant.reader_design.showing.style import save_figure
+
+    study = out if out is not None else Path(f"{mesh.stem}.toml")
+    if study.suffix.lower() != ".toml":
+        msg = f"--out is {study}, but a study is a .toml file; name it so."
+        raise click.UsageError(msg)
+    picture = study.with_suffix(".png")
+    refuse_overwrite(study, picture, force=force)
+    reading = Reading(
+        geometry=geometry,
+        height_m=height_m,
+        resource_path=tuple(str(folder) for folder in resource_path),
+    )
+    draft = draft_study(mesh, study, reading=reading)
+    write_text(study, draft.text)
+    progress = Progress(quiet=quiet)
+    for line in draft.said:
+        progress.say(line)
+    save_figure(scene_picture(draft.setting), picture)
+    click.echo(f"written: {study} and {picture}")
+    progress.say(
+        f"next: octant map {study} --out {study.stem}-map.nc, "
+        f"octant navigate {study} --out {study.stem}-drive"
+    )

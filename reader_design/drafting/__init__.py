@@ -1,0 +1,1 @@
+"""A first study of a room from its mesh file: what `octant init` writes."""
