@@ -14,6 +14,7 @@ left them; a run that was interrupted goes on in the same folder WORK.
 
 import ast
 import csv
+import io
 import json
 import math
 import re
@@ -92,7 +93,9 @@ def read(reading: Mapping[str, Any], folder: Path) -> float | str:
     elif path.suffix == ".html":
         import pandas as pd
 
-        tables = pd.read_html(path, converters=dict.fromkeys((*wanted, column), str))
+        # set as in print: narrow spaces before units, true minus before digits
+        plain = re.sub("−(?=[.0-9])", "-", path.read_text("utf-8").replace("\u202f", " "))
+        tables = pd.read_html(io.StringIO(plain), converters=dict.fromkeys((*wanted, column), str))
         table = [
             line
             for one in tables

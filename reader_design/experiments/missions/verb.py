@@ -20,7 +20,26 @@ if TYPE_CHECKING:
 
 
 _FILES = ("missions.csv", "missions_summary.csv", "trajectory.csv")
+_REPORT = "report.html"
 _MORE = ("localisation.csv", "orientation.csv")
+_WHAT = {
+    "missions.csv": "a row for each run",
+    "missions_summary.csv": "shares and medians with their intervals",
+    "trajectory.csv": "run 0, step by step",
+    "localisation.csv": "errors of the robot's place",
+    "orientation.csv": "errors of run 0's heading",
+}
+_FIGURES = {
+    "trajectory": ("Way of the robot", "Run 0: desired way dashed, tags as crosses."),
+    "percentiles": (
+        "Errors by percentile",
+        "Distance to the desired way and heading error that run 0 kept for a share of the time.",
+    ),
+    "rss": ("RSS over time", "What every antenna read in run 0."),
+    "membership": ("Fuzzy controller", "Terms of its input and output, and the speeds it gives."),
+    "localisation": ("Place of the robot", "Errors of the place by map and by bearings."),
+    "orientation_error": ("Heading of the robot", "Errors of the heading propagated back."),
+}
 
 
 @click.command()
@@ -112,7 +131,8 @@ def navigate(
     setting = build_setting(loaded)
     if not options.dry_run:
         refuse_overwrite(*([animate] if animate else []), force=options.force)
-        refuse_another(out, text, force=options.force, outputs=(*_FILES, *_MORE, "figures/*.png"))
+        outputs = (*_FILES, *_MORE, _REPORT, "figures/*.png")
+        refuse_another(out, text, force=options.force, outputs=outputs)
         options.approve(
             reader_cost(loaded).and_then(mission_cost(loaded, mission_table(loaded).runs))
         )
@@ -149,7 +169,7 @@ def navigate(
     return Ended(
         lines=tuple(lines),
         written=(
-            *files_of(out, (*_FILES, *more, "figures/*.png")),
+            *files_of(out, (*_FILES, *more, _REPORT, "figures/*.png")),
             *([animate] if animate else ()),
         ),
         tables=tuple(out / name for name in (*_FILES[:2], *more)),
@@ -197,9 +217,11 @@ def _publish(
     progress: Progress,
 ) -> list[Path]:
     """Return the files of a mission, once written."""
+    from octant.geometries.files import write_text
     from octant.navigation.missions.files import write_missions_csv, write_trajectory_csv
     from octant.navigation.missions.metrics import measure
     from octant.navigation.missions.summary import summarise, write_summary_csv
+    from octant.reader_design.experiments.missions.advice import advise
     from octant.reader_design.experiments.missions.drive_figures import (
         drive_of,
         percentile_figure,
@@ -212,8 +234,11 @@ def _publish(
         orientation_figure,
         write_localisation,
     )
+    from octant.reader_design.experiments.missions.page import mission_report
+    from octant.reader_design.showing.pages import ReportLink, render_report
     from octant.reader_design.showing.plan import plan_of
     from octant.reader_design.showing.style import save_figure
+    from octant.reader_design.study_file.loading import to_toml
 
     missions, summary, trajectory = (out / name for name in _FILES)
     write_missions_csv(missions, results)
@@ -240,7 +265,19 @@ def _publish(
     with progress.track(figures.items(), label="figures") as drawn:
         for name, figure in drawn:
             save_figure(figure, paths[name])
-    return [*tables, *paths.values()]
+    report = out / _REPORT
+    files = [ReportLink(file=table.name, what=_WHAT[table.name]) for table in tables]
+    entries = [(*_FIGURES[name], path) for name, path in paths.items()]
+    page = mission_report(
+        setting,
+        results,
+        advise(setting, results),
+        {"mission": entries},
+        files=[ReportLink(file="study.toml", what="the resolved study"), *files],
+        study_toml=to_toml(setting.study, relative_to=out),
+    )
+    write_text(report, render_report(page))
+    return [*tables, *paths.values(), report]
 
 
 def _compare(
