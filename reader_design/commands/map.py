@@ -220,7 +220,13 @@ class _MapFiles:
     def written(self) -> list[Path]:
         """Files and folders that hold the map."""
         files = [file for _, file, _, _ in self.exports]
-        return [self.out, *files, *([] if self.figures is None else [self.figures])]
+        pages = [] if self.figures is None else [self.figures, self.report]
+        return [self.out, *files, *pages]
+
+    @property
+    def report(self) -> Path:
+        """The page to look at, which is written where figures are."""
+        return self.out.with_name("report.html")
 
     @property
     def stamp(self) -> str:
@@ -253,6 +259,7 @@ class _MapFiles:
 
         pages = [] if self.figures is None else [self.figures / name for name in PAGES]
         files = [file for _, file, _, _ in self.exports]
+        pages += [] if self.figures is None else [self.report]
         refuse_overwrite(self.out, *pages, *files, force=force)
 
     def finish(self, data: "xr.Dataset", setting: "Setting", progress: Progress) -> "xr.Dataset":
@@ -262,14 +269,19 @@ class _MapFiles:
         ----------
         data, setting, progress : The map, its room; shows that figures are drawn.
         """
+        from octant.geometries.files import write_text
         from octant.reader_design.face.map_figures import save_pages
         from octant.reader_design.face.map_files import write_exports
+        from octant.reader_design.face.map_page import map_report
         from octant.reader_design.showing.netcdf import write_dataset
+        from octant.reader_design.showing.pages import render_report
 
         pages: list[Path] = []
         if self.figures is not None:
             with progress.during("figures"):
                 pages = save_pages(data, setting, self.figures, threshold_dbm=self.threshold_dbm)
+                page = map_report(data, setting, pages, self.out)
+                write_text(self.report, render_report(page))
         write_exports(data, self.exports, threshold_dbm=self.threshold_dbm)
         data = data.assign_attrs(drawn=self.stamp, pages=" ".join(page.name for page in pages))
         write_dataset(data, self.out, force=True)

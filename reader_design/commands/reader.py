@@ -113,7 +113,7 @@ def reader(
     inputs = digest([loaded, step_deg, band_hz, convergence, versions()])
     known = inputs_of(files[0]) == inputs
     progress = Progress(quiet=quiet)
-    written = [*files, out / "figures"]
+    written = [*files, out / "figures", out / "report.html"]
     if known and not force and all(place.exists() for place in written):
         data = read_dataset(files[0])
         if "summary" in data.attrs:  # else the run ended before its figures did
@@ -148,6 +148,8 @@ def _write_rest(
     """Return what is worth saying, and what reader.nc has of the band; write all the rest."""
     from octant.geometries.files import write_text
     from octant.reader_design.face.reader_band import band_of
+    from octant.reader_design.face.reader_page import reader_report
+    from octant.reader_design.showing.pages import render_report
     from octant.reader_design.showing.style import save_figure
     from octant.reader_design.study_file.loading import to_toml
 
@@ -168,6 +170,7 @@ def _write_rest(
     # Over a band the sentences on matching tell more than those at one frequency.
     own = solved.lines(matching=band is None)
     lines = [*solved.alone_lines(), *own, *(band.lines() if band else ())]
+    write_text(out / "report.html", render_report(reader_report(solved, out, lines)))
     return lines, band.variables() if band else {}
 
 

@@ -1,6 +1,7 @@
 """The antennas' patterns for a page: solids that turn, with cuts."""
 
 import numpy as np
+import numpy.typing as npt
 
 from octant.em.antennas.embedded import ReaderResponse
 from octant.em.decibels import decibels
@@ -9,6 +10,23 @@ from octant.reader_design.showing.pages import ReportFigure, ReportWidget
 
 THETA_STEPS, PHI_STEPS = 46, 90
 """Points of a pattern [-]: every 4°."""
+
+
+def peak_dbi(response: ReaderResponse) -> float:
+    """Return the greatest realised gain of any antenna [dBi].
+
+    Parameters
+    ----------
+    response : The reader's.
+    """
+    return float(_gain_dbi(response).max())
+
+
+def _gain_dbi(response: ReaderResponse) -> npt.NDArray[np.float64]:
+    theta = np.linspace(0.0, np.pi, THETA_STEPS)
+    phi = np.arange(PHI_STEPS) * 2.0 * np.pi / PHI_STEPS
+    field = response.far_field(theta[:, None], phi[None, :])
+    return decibels(np.maximum((np.abs(field) ** 2).sum(axis=-1), 1e-10))
 
 
 def pattern_widget(
@@ -23,8 +41,7 @@ def pattern_widget(
     """
     theta = np.linspace(0.0, np.pi, THETA_STEPS)
     phi = np.arange(PHI_STEPS) * 2.0 * np.pi / PHI_STEPS
-    field = response.far_field(theta[:, None], phi[None, :])
-    gain = decibels(np.maximum((np.abs(field) ** 2).sum(axis=-1), 1e-10))
+    gain = _gain_dbi(response)
     top = float(gain.max())
     first = gain[0]
     best = np.unravel_index(int(first.argmax()), first.shape)

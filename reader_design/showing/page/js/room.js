@@ -7,6 +7,9 @@ import { ENDS } from "./ends.js";
 import { choice, fixed, make, TAG } from "./plan.js";
 import { themed, View3d } from "./view3d.js";
 
+// On a floor that is as light by day as by night.
+const WAYS = { "--good": "#17734a", "--fair": "#8a5200", "--poor": "#ad2318" };
+
 const geometry = (values) => {
   const made = new BufferGeometry();
   made.setAttribute("position", new Float32BufferAttribute(values, 3));
@@ -47,13 +50,12 @@ export function room(live, data) {
     for (let k = 0; k < way.points.shape[0]; k += 1)
       points.push(way.points.values[2 * k], way.points.values[2 * k + 1], data.way_z);
     const line = new Line(geometry(points), new LineBasicMaterial({ transparent: true, opacity: index ? 0.4 : 1 }));
-    line.userData.end = index ? ENDS[way.end].colour : "--accent";
+    line.material.color = new Color(index ? WAYS[ENDS[way.end].colour] : "#1d5aa6");
     ways.add(line);
   });
   view.scene.add(ways);
   view.before = () => {
     edges.material.color = themed("--wall");
-    for (const line of ways.children) line.material.color = themed(line.userData.end);
   };
 
   const paths = new Group();
