@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 _FILES = ("missions.csv", "missions_summary.csv", "trajectory.csv")
 _REPORT = "report.html"
 _MORE = ("localisation.csv", "orientation.csv")
+_OUTPUTS = (*_FILES, *_MORE, _REPORT, "figures/*.png")
 _WHAT = {
     "missions.csv": "a row for each run",
     "missions_summary.csv": "shares and medians with their intervals",
@@ -131,8 +132,7 @@ def navigate(
     setting = build_setting(loaded)
     if not options.dry_run:
         refuse_overwrite(*([animate] if animate else []), force=options.force)
-        outputs = (*_FILES, *_MORE, _REPORT, "figures/*.png")
-        refuse_another(out, text, force=options.force, outputs=outputs)
+        refuse_another(out, text, force=options.force, outputs=_OUTPUTS)
         options.approve(
             reader_cost(loaded).and_then(mission_cost(loaded, mission_table(loaded).runs))
         )
