@@ -166,19 +166,27 @@ def _medians(summary: MissionSummary, which: str, over: str) -> str:
     )
     half = len(summary.arrivals) // 2
     arrivals = summary.arrivals[half:] if which else summary.arrivals[:half]
+    off, low, high, within = (
+        length_text(value) for value in (rmse.value, rmse.low, rmse.high, place.value)
+    )
     text = (
-        f"Medians over {over}: {_cm(rmse.value)} (rms) from the straight way (95 % confidence: "
-        f"{_cm(rmse.low)} to {_cm(rmse.high)}), 90 % of the time within {_cm(place.value)} and "
-        f"{heading.value:.0f}°; {time.value:.0f} s for {path.value:.1f} m"
+        f"Medians over {over}: {off} (rms) from the straight way (95 % confidence: {low} to "
+        f"{high}), 90 % of the time within {within} and {heading.value:.0f}°; "
+        f"{time.value:.0f} s for {path.value:.1f} m"
     )
     if all(math.isnan(a.value) for a in arrivals):
         return f"{text}; no tag was declared reached"
-    places = ", ".join("–" if math.isnan(a.value) else _cm(a.value) for a in arrivals)
+    places = ", ".join("–" if math.isnan(a.value) else length_text(a.value) for a in arrivals)
     return f"{text}; from the tags' points on arrival {places}"
 
 
-def _cm(length_m: float) -> str:
-    """Return a length as a person would say it: centimetres, from a metre on metres."""
+def length_text(length_m: float) -> str:
+    """Return a length as a person would say it: in centimetres, from a metre on in metres.
+
+    Parameters
+    ----------
+    length_m : The length [m].
+    """
     if length_m >= 1.0:
         return f"{length_m:.2f} m"
     return f"{100.0 * length_m:.2g} cm" if length_m < 0.1 else f"{100.0 * length_m:.0f} cm"

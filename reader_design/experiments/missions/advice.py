@@ -304,17 +304,21 @@ def _arriving(result: MissionResult) -> bool:
 def _wrong_place(case: _Case) -> Advice | None:
     if case.share([m.captured for m in case.metrics]) < 0.5:
         return None
-    errors = [m.arrival_errors_m for m in case.metrics]
-    worst = np.array([np.nanmax(e) if np.isfinite(e).any() else np.nan for e in errors])
-    where = ""
-    if np.isfinite(worst).any():
-        where = f", in the median {np.nanmedian(worst):.1f} m from the tag's point"
+    off_m = [_off_m(r, m) for r, m in zip(case.results, case.metrics, strict=True) if m.captured]
     return Advice(
         cause="wrong place",
-        sentence=f"{case.head}: the robot took a wrong place for tag {case.missed}{where}"
-        f"{_weakness(case)}.",
+        sentence=f"{case.head}: the robot took a wrong place for tag {case.missed}, in "
+        f"the median {np.median(off_m):.1f} m from the tag's point{_weakness(case)}.",
         changes=tuple(_better_link(case)),
     )
+
+
+def _off_m(result: MissionResult, metrics: MissionMetrics) -> float:
+    """Return how far from a tag's point a run took it for reached, or was held [m]."""
+    if result.outcome == "completed":
+        return float(np.nanmax(metrics.arrival_errors_m))
+    point = result.mission.tag_points_m[int(result.targets[-1])]
+    return float(np.hypot(*(result.poses[-1, :2] - point)))
 
 
 def _obstacle(case: _Case) -> Advice | None:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from octant.navigation.missions.summary import length_text
 from octant.navigation.statistics import wilson
 from octant.reader_design.experiments.missions.stage import RoomMission
 from octant.reader_design.experiments.study.shortlist import DrivenDesign
@@ -40,16 +41,20 @@ def mission_sentence(mission: RoomMission) -> str:
         return f"Mission in {mission.name}: it could not be driven: {mission.reason}"
     data = mission.data
     success = data["success"].values.astype(bool)
-    text = (
-        f"Mission in {mission.name}: {int(success.sum())} of {success.size} runs reached every "
-        f"tag; RMSE to the straight segments {_medians(data, 'rmse_m', 2)} m, 90 % of the time "
-        f"within {_medians(data, 'p90_position_m', 2)} m (medians over these runs / over all)"
-    )
-    if success.all():
+    text = f"Mission in {mission.name}: "
+    if success.any():
+        rmse_m, within_m = (
+            float(np.median(data[name].values[success])) for name in ("rmse_m", "p90_position_m")
+        )
+        text += (
+            f"{int(success.sum())} of {success.size} runs reached every tag, "
+            f"{length_text(rmse_m)} (rms) from the straight way and 90 % of the time within "
+            f"{length_text(within_m)} (medians over these runs)"
+        )
+    if mission.advice is None:
         return f"{text}."
-    ends = data["ended_because"].values.astype(str)[~success]
-    common = max(dict.fromkeys(ends), key=lambda reason: int((ends == reason).sum()))
-    return f"{text}; most failed because {common}."
+    said = mission.advice.sentence
+    return f"{text}. {said}" if success.any() else f"{text}{said[0].lower()}{said[1:]}"
 
 
 def _medians(data: "xr.Dataset", name: str, digits: int) -> str:
