@@ -386,7 +386,7 @@ def draw_all(folder: Path) -> None:
             with figure_style(), mpl.rc_context(_look(colours)):
                 figure = draw(colours)
                 file = folder / f"{draw.__name__}.{name}.svg"
-                figure.savefig(file, format="svg", metadata={"Date": None})
+                figure.savefig(file, format="svg", metadata={"Date": None}, bbox_inches="tight")
     stamp.write_text(now, "utf-8")
 
 

@@ -20,7 +20,7 @@ DOCS = Path(__file__).resolve().parent
 VARIABLES = DOCS / "variables.json"
 HEAD = """# Files and columns
 
-What each verb leaves in its folder, column by column and variable by variable. Every folder also has
+What each verb leaves in its folder, column by column and variable by variable. Each has also
 `study.toml`, the study with all defaults written out, most a `report.html` and `figures/`.
 
 A column's unit stands at the end of its name: `_m`, `_s`, `_deg`, `_rad`, `_db`, `_dbm`, `_w`,
@@ -64,7 +64,7 @@ BY_STUDY = """### Tables that follow from the study
 |---|---|---|
 | rss | --csv FILE | those of the poses, then `rss_1_w`, `rss_2_w`, ...: antenna by antenna [W] |
 | sweep, study | sweep.csv, designs.csv | a row a design: parameters, then [every score](SCORES) |
-| optimise | optimise.csv, pareto.csv | a row a design: keys of `[reader]`, goals, constraints, scores |
+| optimise | optimise.csv, pareto.csv | a row a design: keys of `[reader]`, goals, limits, scores |
 | map --export csv | NAME.csv | a row a place: `x_m`, `y_m`, then every layer in W and dBm |
 
 ## netCDF
@@ -175,7 +175,7 @@ def page() -> str:
     """Return the page."""
     lines, meanings = [HEAD, "## Tables (CSV)", ""], known_meanings()
     for verb, file, place in CSV_FILES:
-        lines += [f"### {file} of {verb}", "", "| column | unit | meaning |", "|---|---|---|"]
+        lines += [f"### `{file}` of octant {verb}", "", "| column | unit | meaning |", "|---|---|---|"]
         for column in columns(place):
             unit = unit_and_stem(column)[0]
             lines.append(f"| `{column}` | {unit} | {meaning(column, meanings) or ''} |")
@@ -183,7 +183,7 @@ def page() -> str:
     lines.append(BY_STUDY)
     for verb, files in json.loads(VARIABLES.read_text("utf-8")).items():
         for file, variables in files.items():
-            lines += [f"### {file} of {verb}", "", VARIABLES_HEAD, "|---|---|---|---|"]
+            lines += [f"### `{file}` of octant {verb}", "", VARIABLES_HEAD, "|---|---|---|---|"]
             lines += [
                 f"| `{name}` | {', '.join(dims)} | {units} | {text} |"
                 for name, (dims, units, text) in variables.items()

@@ -4,6 +4,7 @@
 so that a build does again only what it must.
 """
 
+import inspect
 import re
 import tomllib
 from collections.abc import Iterator
@@ -80,7 +81,7 @@ def verb_lines(name: str, command: click.Command, root: click.Context) -> Iterat
     """
     context = click.Context(command, info_name=name, parent=root)
     usage = " ".join(command.collect_usage_pieces(context))
-    text = re.sub(r"\n\s*\n", "\n\n", (command.help or "").replace("\b", "").strip())
+    text = inspect.cleandoc((command.help or "").replace("\b", ""))
     text = re.sub(r"(?<![\w`-])(--[a-z][\w-]*)", r"`\1`", text)
     yield from (f"## octant {name}", "", text.replace("|", "\\|"), "")
     yield from ("```text", f"octant {name} {usage}", "```", "")
@@ -107,11 +108,11 @@ def value_text(option: click.Option, context: click.Context) -> str:
     kind = option.type
     if isinstance(kind, click.Choice):
         return " or ".join(f"`{choice}`" for choice in kind.choices)
-    text = option.make_metavar(context).strip("[]").lower()
+    text = option.make_metavar(context).strip("[]")
     if isinstance(kind, click.IntRange | click.FloatRange):
         words = {"INTEGER RANGE": "whole number", "FLOAT RANGE": "number"}
         text = words.get(option.make_metavar(context).strip("[]"), text)
-        if kind.min is not None and kind.max is not None:
+        if kind.min is not None and kind.max is not None and kind.max < 1e15:
             text += f", {kind.min:g} to {kind.max:g}"
         elif kind.min is not None:
             text += f", at least {kind.min:g}"
