@@ -78,6 +78,7 @@ UNITS = {
     "_deg": "°",
     "_rad": "rad",
     "_dbm": "dBm",
+    "_dbi": "dBi",
     "_db": "dB",
     "_hz": "Hz",
     "_ohm": "ohm",
@@ -175,7 +176,12 @@ def page() -> str:
     """Return the page."""
     lines, meanings = [HEAD, "## Tables (CSV)", ""], known_meanings()
     for verb, file, place in CSV_FILES:
-        lines += [f"### `{file}` of octant {verb}", "", "| column | unit | meaning |", "|---|---|---|"]
+        lines += [
+            f"### `{file}` of octant {verb}",
+            "",
+            "| column | unit | meaning |",
+            "|---|---|---|",
+        ]
         for column in columns(place):
             unit = unit_and_stem(column)[0]
             lines.append(f"| `{column}` | {unit} | {meaning(column, meanings) or ''} |")

@@ -1,4 +1,4 @@
-"""Write ``docs/reference/study_file.md``: every key, its default, range and meaning.
+"""Write ``docs/reference/study_file.md``: every key, its unit, default, range and meaning.
 
 ``python tools/list_keys.py`` writes it anew from the classes in ``reader_design/study_file``;
 ``--check`` only says whether it is up to date (exit code 1 if not).
@@ -25,7 +25,8 @@ HEAD = """# Every key of a study file
 
 Written by `python tools/list_keys.py` from the classes in `reader_design/study_file`. A value
 outside its range is refused with a sentence that names both ends. The ranges are wide: they keep
-out what no model here means, not what is rare.
+out what no model here means, not what is rare. Where the default is `-` the key is left out: the
+meaning says what holds then. A dash for the unit: a number without one, a name, or a table.
 """
 
 
@@ -98,11 +99,13 @@ def page() -> str:
             (inspect.getdoc(table) or "").split("\n", 1)[0].replace("``", "`"),
             "",
         ]
-        lines += ["| key | default | allowed | meaning |", "|---|---|---|---|"]
+        lines += ["| key | unit | default | allowed | meaning |", "|---|---|---|---|---|"]
         for field in msgspec.structs.fields(table):
-            words = allowed(field.type, unit_of((field.encode_name,)))
+            unit = unit_of((field.encode_name,))
+            words = allowed(field.type, unit)
             meaning = meanings.get(field.name) or inherited(table, field.name)
-            lines.append(f"| `{field.encode_name}` | {default_text(field)} | {words} | {meaning} |")
+            cells = (f"`{field.encode_name}`", unit or "–", default_text(field), words, meaning)
+            lines.append(f"| {' | '.join(cells)} |")
         lines.append("")
     return "\n".join(lines)
 

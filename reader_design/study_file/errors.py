@@ -24,6 +24,7 @@ _UNITS = {
     "_per_s": "1/s",
     "_m": "m",
     "_hz": "Hz",
+    "_nw": "nW",
     "_w": "W",
     "_deg": "degrees",
     "_db": "dB",

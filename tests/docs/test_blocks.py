@@ -106,6 +106,7 @@ PAGES = [
 def test_a_page_followed_word_by_word(page, tmp_path, monkeypatch):
     shutil.copytree(ROOT / "examples", tmp_path / "examples")
     monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
     doc_blocks.carried_out(page, tmp_path)
 
 

@@ -13,7 +13,7 @@ from octant.reader_design.options import Ended, RunOptions, experiment
 def study(*, study: Path | None, options: RunOptions, quick: bool) -> Ended:
     """Sweep the reader's design over STUDY, choose one, map the room, drive the missions.
 
-    Without STUDY the built-in study of the thesis' reader runs. Leaves results.nc, figures,
+    Without STUDY the built-in study of a furnished office runs. Leaves results.nc, figures,
     study.toml and report.html in --out; the same command again goes on where the last one stopped.
     """
     from octant.reader_design.experiments.study.run import OUTPUTS, plan_lines, run_study
