@@ -76,6 +76,12 @@ VERBS = {
 CONTEXT = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
 
 
+STUDY_TEXT = (
+    "STUDY is a study file (TOML), or the name of a built-in study: office, thesis, track or dock. "
+    "Without it: {}."
+)
+
+
 class InterruptedRunError(Exception):
     """A run that Ctrl-C ended; its text says what is kept."""
 
@@ -113,6 +119,10 @@ class VerbGroup(click.Group):
         module, name = VERBS[cmd_name][0].split(":")
         command = getattr(importlib.import_module(f"{__package__}.{module}"), name)
         assert isinstance(command, click.Command)  # noqa: S101  the table above names commands only
+        if any(parameter.name == "study" for parameter in command.params):
+            command.epilog = STUDY_TEXT.format(
+                cmd_name if cmd_name in {"track", "dock"} else "office"
+            )
         return command
 
     def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:

@@ -211,6 +211,20 @@ quick_option = click.option(
     "--quick", is_flag=True, help="A quick look: coarse sampling and few runs."
 )
 
+QUICK_RUNS, QUICK_SAMPLES = 3, 8
+"""Runs of each drive, and readers built with errors, in a quick look [-]."""
+
+
+def runs_wanted(runs: int | None, *, quick: bool) -> int | None:
+    """Return the number of runs that was asked for; None: the study's.
+
+    Parameters
+    ----------
+    runs, quick : Given number, which counts; whether a quick look is enough.
+    """
+    return QUICK_RUNS if runs is None and quick else runs
+
+
 STUDY_ARGUMENT = click.argument(
     "study",
     type=click.Path(path_type=Path),

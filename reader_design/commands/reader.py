@@ -126,7 +126,7 @@ def reader(
     cost = reader_cost(replace(loaded, radio=highest))
     cost = cost.times(solutions, "solutions", "--frequencies")
     if dry_run:
-        print_plan(f"{solutions} solutions of the reader: {cost.text()}.", as_json=as_json)
+        print_plan(f"{cost.text()}.", as_json=as_json)
         return
     approve(cost, progress)
     solved = solve_reader_of(

@@ -1,6 +1,7 @@
 """The folder of an experiment's results: whose it is, and whether everything is there already."""
 
 import json
+import os
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
@@ -81,9 +82,23 @@ def write_once(
         progress.say(complete_line(folder))
         return False
     stamp.unlink(missing_ok=True)
-    names = [file.relative_to(folder).as_posix() for file in write()]
+    names = [Path(os.path.relpath(file, folder)).as_posix() for file in write()]
     write_text(stamp, json.dumps({"key": key, "files": names}, indent=1) + "\n")
     return True
+
+
+def wrote(stamp: Path, file: Path) -> bool:
+    """Return whether `write_once` wrote a file, as its stamp says.
+
+    Parameters
+    ----------
+    stamp, file : As there.
+    """
+    try:
+        names = json.loads(stamp.read_text("utf-8"))["files"]
+    except (OSError, ValueError, KeyError, TypeError):
+        return False
+    return Path(os.path.relpath(file, stamp.parents[1])).as_posix() in names
 
 
 def complete_line(*places: Path) -> str:

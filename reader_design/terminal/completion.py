@@ -12,8 +12,6 @@ MESH_FILES = (".glb", ".gltf", ".obj", ".stl", ".ply", ".off", ".3mf", ".dae", "
 """Endings of files that hold a room."""
 PATTERN_FILES = (".ffe", ".ffd", ".ffs", ".nec", ".out", ".msi", ".pln", ".csv")
 """Endings of files that hold an antenna's pattern."""
-ENDING = "_study.toml"
-"""How the file of a built-in study ends, after its name."""
 
 
 def files(*suffixes: str, names: Callable[[], Iterable[str]] = tuple) -> Completer:
@@ -46,11 +44,9 @@ def files(*suffixes: str, names: Callable[[], Iterable[str]] = tuple) -> Complet
 
 def built_in_studies() -> list[str]:
     """Return the names of the built-in studies."""
-    from importlib import resources
+    from octant.reader_design.study_file.loading import BUILT_IN
 
-    files_there = resources.files("octant.reader_design.study_file").iterdir()
-    names = (file.name for file in files_there)
-    return sorted(name.removesuffix(ENDING) for name in names if name.endswith(ENDING))
+    return list(BUILT_IN)
 
 
 def built_in_antennas() -> list[str]:

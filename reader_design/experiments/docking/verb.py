@@ -4,22 +4,29 @@ from pathlib import Path
 
 import click
 
-from octant.reader_design.options import Ended, RunOptions, experiment, number
+from octant.reader_design.options import (
+    Ended,
+    RunOptions,
+    experiment,
+    number,
+    quick_option,
+    runs_wanted,
+)
 from octant.reader_design.study_file.quantities import Count
 from octant.reader_design.terminal.colour import judged
 
 
 @click.command()
 @click.option("--runs", type=number(Count), help="Runs in each room; default: the study's.")
+@quick_option
 @experiment()
-def dock(*, study: Path | None, options: RunOptions, runs: int | None) -> Ended:
+def dock(*, study: Path | None, options: RunOptions, runs: int | None, quick: bool) -> Ended:
     """Dock at the station of STUDY from random starts, in its room and in every layout.
 
     The bearing-sensitive reader brings the robot to the staging place under the station's tag, the
-    landmark filter and the docking law finish. Without STUDY a built-in station in a concrete room
-    is used. Writes docking.csv (one row a run), trajectory.csv (run 0), study.toml, figures of the
-    missions and of the docking paper's experiments, and report.html; the same command again goes on
-    where the last one stopped.
+    landmark filter and the docking law finish. Writes docking.csv (one row a run), trajectory.csv
+    (run 0), study.toml, figures of the missions and of the docking paper's experiments, and
+    report.html; the same command again goes on where the last one stopped.
     """
     from octant.reader_design.experiments.docking.compute import dock_table
     from octant.reader_design.experiments.docking.page import (
@@ -35,6 +42,7 @@ def dock(*, study: Path | None, options: RunOptions, runs: int | None) -> Ended:
     loaded, out = options.seeded(load_study(study, built_in="dock_study")), options.out
     check_tables(loaded, "dock")
     dock_table(loaded)
+    runs = runs_wanted(runs, quick=quick)
     if runs is not None:
         loaded = replace(vary(loaded, {"dock.runs": runs}), sweep=loaded.sweep)
     if options.dry_run:

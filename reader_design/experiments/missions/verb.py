@@ -8,7 +8,14 @@ import click
 
 from octant.geometries.errors import ConfigError
 from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.options import Ended, RunOptions, experiment, number
+from octant.reader_design.options import (
+    Ended,
+    RunOptions,
+    experiment,
+    number,
+    quick_option,
+    runs_wanted,
+)
 from octant.reader_design.study_file.quantities import Count, Deviation
 from octant.reader_design.terminal.colour import judged
 from octant.reader_design.terminal.tables import text_table
@@ -21,6 +28,7 @@ if TYPE_CHECKING:
 
 _FILES = ("missions.csv", "missions_summary.csv", "trajectory.csv")
 _REPORT = "report.html"
+ANIMATION = "animation.json"
 _MORE = ("localisation.csv", "orientation.csv")
 _OUTPUTS = (*_FILES, *_MORE, _REPORT, "figures/*.png")
 _WHAT = {
@@ -65,6 +73,7 @@ _FIGURES = {
     is_flag=True,
     help="Also find the robot's place and earlier headings by a distance-RSS map.",
 )
+@quick_option
 @experiment()
 def navigate(
     *,
@@ -75,6 +84,7 @@ def navigate(
     compare: bool,
     animate: Path | None,
     localise: bool,
+    quick: bool,
 ) -> Ended:
     """Drive the robot through the tags of STUDY with the reader of its table [reader].
 
@@ -95,8 +105,8 @@ def navigate(
             if given:
                 msg = f"{option} is for one study, but --compare drives many; give one of them."
                 raise ConfigError(msg)
-        return _compare(study, options, runs=runs, noise_db=noise_db)
-    from octant.geometries.files import refuse_overwrite, write_text
+        return _compare(study, options, runs=runs_wanted(runs, quick=quick), noise_db=noise_db)
+    from octant.geometries.files import write_text
     from octant.navigation.missions.metrics import measure
     from octant.navigation.missions.summary import summarise, summary_sentences
     from octant.reader_design.experiments.missions.advice import advise
@@ -121,17 +131,14 @@ def navigate(
 
     loaded, out, progress = load_study(study), options.out, options.progress
     check_tables(loaded, "navigate")
-    if animate is not None and animate.suffix.lower() != ".gif":
-        msg = f"--animate is {animate}, but an animation is a GIF; name a file that ends in .gif."
-        raise ConfigError(msg)
+    _refuse_animation(animate, out, options)
     check_navigator(loaded)
-    wanted = {"mission.runs": runs, "mission.noise_db": noise_db}
-    values = {key: value for key, value in wanted.items() if value is not None}
-    loaded = options.seeded(replace(vary(loaded, values), sweep=loaded.sweep))
+    wanted = {"mission.runs": runs_wanted(runs, quick=quick), "mission.noise_db": noise_db}
+    changed = vary(loaded, {key: value for key, value in wanted.items() if value is not None})
+    loaded = options.seeded(replace(changed, sweep=loaded.sweep))
     text, folder = to_toml(loaded, relative_to=out), out / "runs"
     setting = build_setting(loaded)
     if not options.dry_run:
-        refuse_overwrite(*([animate] if animate else []), force=options.force)
         refuse_another(out, text, force=options.force, outputs=_OUTPUTS)
         options.approve(
             reader_cost(loaded).and_then(mission_cost(loaded, mission_table(loaded).runs))
@@ -164,7 +171,13 @@ def navigate(
         *(localisation_lines(found, results) if found else ()),
     ]
     if animate is not None:
-        _write_animation(animate, setting, results[0], progress)
+        write_once(
+            folder / ANIMATION,
+            [loaded, results[0], str(animate)],
+            lambda: [_write_animation(animate, setting, results[0], progress)],
+            force=options.force,
+            progress=Progress(),
+        )
     more = _MORE if found else ()
     return Ended(
         lines=tuple(lines),
@@ -175,6 +188,20 @@ def navigate(
         tables=tuple(out / name for name in (*_FILES[:2], *more)),
         verdict=judged(sum(m.success for m in metrics) / len(metrics)),
     )
+
+
+def _refuse_animation(animate: Path | None, out: Path, options: RunOptions) -> None:
+    """Refuse a file that is no GIF, or is there and was not written by these runs."""
+    from octant.geometries.files import refuse_overwrite
+    from octant.reader_design.keeping.results import wrote
+
+    if animate is None:
+        return
+    if animate.suffix.lower() != ".gif":
+        msg = f"--animate is {animate}, but an animation is a GIF; name a file that ends in .gif."
+        raise ConfigError(msg)
+    if not options.dry_run and not wrote(out / "runs" / ANIMATION, animate):
+        refuse_overwrite(animate, force=options.force)
 
 
 def _forecast(setting: "Setting", folder: Path) -> Ended:
@@ -191,8 +218,8 @@ def _forecast(setting: "Setting", folder: Path) -> Ended:
 
 def _write_animation(
     path: Path, setting: "Setting", result: "MissionResult", progress: Progress
-) -> None:
-    """Write run 0 as an animation."""
+) -> Path:
+    """Return the animation of run 0, once written."""
     from octant.reader_design.experiments.missions.animation import (
         drive_frames,
         frame_samples,
@@ -207,6 +234,7 @@ def _write_animation(
     count = len(frame_samples(len(drive.time_s)))
     with progress.track(frames, total=count, label="frames of the animation") as drawn:
         write_gif(path, drawn)
+    return path
 
 
 def _publish(

@@ -166,7 +166,11 @@ def table_of(study: Study) -> Optimise:
     study : The study.
     """
     if study.optimise is None:
-        msg = "the study has no table [optimise], but a search needs one; add it."
+        msg = (
+            "the study has no table [optimise], but a search needs one; add it, with what is "
+            "varied, such as parameters = {plate_height_m = [0.05, 0.10]}, and a goal: "
+            '[[optimise.goal]] with score = "margin_db" and value = 2.6.'
+        )
         raise ConfigError(msg)
     return study.optimise
 

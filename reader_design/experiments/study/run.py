@@ -44,6 +44,7 @@ from octant.reader_design.keeping.results import refuse_another
 from octant.reader_design.keeping.workers import open_crew
 from octant.reader_design.setting.cost import (
     Cost,
+    counted,
     field_cost,
     floor_m2,
     mission_cost,
@@ -130,8 +131,8 @@ def plan_lines(
     return (
         *sweep_lines(plan, rows, workers=workers),
         f"then, with the chosen reader: maps of {len(study.tags)} tags",
-        f"missions: {runs} runs in each of {rooms} rooms, with {study.choice.missions} designs",
-        f"readers built with errors: {built} of each of 2 designs",
+        f"missions: {counted(runs * study.choice.missions, 'run')} in {counted(rooms, 'room')}",
+        *([f"readers built with errors: {built} of each of 2 designs"] if built else ()),
     )
 
 

@@ -4,17 +4,17 @@ from pathlib import Path
 
 import click
 
-from octant.reader_design.options import Ended, RunOptions, experiment
+from octant.reader_design.options import Ended, RunOptions, experiment, quick_option
 
 
 @click.command()
-@click.option("--quick", is_flag=True, help="Coarse sampling, a coarse map, few runs.")
+@quick_option
 @experiment()
 def study(*, study: Path | None, options: RunOptions, quick: bool) -> Ended:
     """Sweep the reader's design over STUDY, choose one, map the room, drive the missions.
 
-    Without STUDY the built-in study of a furnished office runs. Leaves results.nc, figures,
-    study.toml and report.html in --out; the same command again goes on where the last one stopped.
+    Leaves results.nc, figures, study.toml and report.html in --out; the same command again goes on
+    where the last one stopped.
     """
     from octant.reader_design.experiments.study.run import OUTPUTS, plan_lines, run_study
     from octant.reader_design.keeping.results import files_of

@@ -4,14 +4,24 @@ from pathlib import Path
 
 import click
 
-from octant.reader_design.options import Ended, RunOptions, experiment, number
+from octant.reader_design.options import (
+    QUICK_SAMPLES,
+    Ended,
+    RunOptions,
+    experiment,
+    number,
+    quick_option,
+)
 from octant.reader_design.study_file.quantities import Count
 
 
 @click.command()
 @click.option("--samples", type=number(Count), help="Readers built; default: the study's.")
+@quick_option
 @experiment()
-def tolerance(*, study: Path | None, options: RunOptions, samples: int | None) -> Ended:
+def tolerance(
+    *, study: Path | None, options: RunOptions, samples: int | None, quick: bool
+) -> Ended:
     """Build the reader of STUDY many times with the errors of its table [tolerance].
 
     Every reader is solved by full wave and scored as the study's [tolerance] says, as is every
@@ -31,6 +41,7 @@ def tolerance(*, study: Path | None, options: RunOptions, samples: int | None) -
 
     loaded = options.seeded(load_study(study))
     check_tables(loaded, "tolerance")
+    samples = QUICK_SAMPLES if samples is None and quick else samples
     if options.dry_run:
         return Ended(lines=plan_lines(loaded, options.out, samples=samples))
     options.progress.say(plan_lines(loaded, options.out, samples=samples)[0])

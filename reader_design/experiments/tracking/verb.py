@@ -4,7 +4,14 @@ from pathlib import Path
 
 import click
 
-from octant.reader_design.options import Ended, RunOptions, experiment, number
+from octant.reader_design.options import (
+    Ended,
+    RunOptions,
+    experiment,
+    number,
+    quick_option,
+    runs_wanted,
+)
 from octant.reader_design.study_file.quantities import Count
 
 
@@ -14,15 +21,15 @@ from octant.reader_design.study_file.quantities import Count
     type=number(Count),
     help="Repetitions of every drive, of SLAM too; default: the study's.",
 )
+@quick_option
 @experiment()
-def track(*, study: Path | None, options: RunOptions, runs: int | None) -> Ended:
+def track(*, study: Path | None, options: RunOptions, runs: int | None, quick: bool) -> Ended:
     """Follow trajectories from the RSS of tags, by every controller and estimator.
 
-    Without STUDY the built-in study of thesis chapters 6 and 7 runs: measurement feedback, nominal
-    and neighbouring optimal control, EKF SLAM, and the same with RSS from the room solver; further
-    chapters are computed where track.chapters names them. Writes results.nc, tracking.csv,
-    costs.csv, slam.csv, a table of each further chapter, figures, study.toml and report.html to
-    --out; the same command again goes on where the last one stopped.
+    Measurement feedback, nominal and neighbouring optimal control, EKF SLAM, and the same with RSS
+    from the room solver; track.chapters of STUDY names which, and further ones. Writes results.nc,
+    tracking.csv, costs.csv, slam.csv, a table of each further chapter, figures, study.toml and
+    report.html to --out; the same command again goes on where the last one stopped.
     """
     from octant.reader_design.experiments.tracking.compute import (
         plan_line,
@@ -36,7 +43,7 @@ def track(*, study: Path | None, options: RunOptions, runs: int | None) -> Ended
 
     loaded = load_study(study, built_in="track_study")
     check_tables(loaded, "track")
-    loaded = with_repetitions(loaded, runs=runs, seed=options.seed)
+    loaded = with_repetitions(loaded, runs=runs_wanted(runs, quick=quick), seed=options.seed)
     if options.dry_run:
         return Ended(lines=(plan_line(loaded, options.out),))
     content = run_tracking(
