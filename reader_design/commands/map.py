@@ -158,7 +158,7 @@ def radio_map(
     from octant.reader_design.face.rss_map import MapWanted
     from octant.reader_design.study_file.loading import load_study
 
-    if out.suffix.lower() != ".nc":
+    if out.suffix.lower() != ".nc" and not out.is_file():
         out, figures = out / "map.nc", figures or out / "figures"
     given = load_study(study)
     if quick and spacing_m is None:

@@ -63,7 +63,7 @@ def refusal(octant, study_file, tmp_path):
         (ROOM + CABINET + TAG + MISSION.replace("[0, 0]", "[2, 2.1]"), "inside an object"),
         (ROOM + TAG + MISSION + "[reader]\nheight_m = 3.5\n", "reader.height_m"),
         ('[room]\nmesh = "none.stl"\nmaterial = "metal"\n' + TAG + MISSION, "none.stl"),
-        (ROOM + TAG + "position_m = [1, 1, 1]\n", "study.toml:9"),
+        (ROOM + TAG + "position_m = [1, 1, 1]\n", "study.toml:10"),
     ],
     ids=[
         "unknown key",

@@ -44,8 +44,8 @@ def tolerance(
     samples = QUICK_SAMPLES if samples is None and quick else samples
     if options.dry_run:
         return Ended(lines=plan_lines(loaded, options.out, samples=samples))
-    options.progress.say(plan_lines(loaded, options.out, samples=samples)[0])
     options.approve(tolerance_cost(loaded, samples=samples))
+    options.progress.say(plan_lines(loaded, options.out, samples=samples)[0])
     lines = run_tolerance(
         loaded,
         options.out,
