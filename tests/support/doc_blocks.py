@@ -91,8 +91,8 @@ def all_blocks(*languages: str) -> list[Block]:
 def commands(text: str) -> Iterator[list[str]]:
     """Yield the commands of a block for the shell, each as its words; comments are left out."""
     for line in text.replace("\\\n", " ").splitlines():
-        for part in re.split(r"&&|;", line):
-            words = shlex.split(part, comments=True)
+        for part in re.split(r"&&|;", re.sub(r"(^|\s)#.*", "", line)):
+            words = shlex.split(part)
             if words:
                 yield words[: words.index(">")] if ">" in words else words
 
