@@ -29,6 +29,8 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
+    from octant.reader_design.experiments.study.verdict import Verdict
+
 DATA_FILES = ("results.nc", "sweep.nc", "tolerance.nc", "reader.nc", "map.nc")
 """The datasets that a folder of results may hold, the main one first."""
 
@@ -477,6 +479,17 @@ class Results:
                 return read_dataset(self.folder / name)
         msg = f"{self.folder} holds no netCDF file; read one of its tables: {self._names()}."
         raise ConfigError(msg)
+
+    @property
+    def verdict(self) -> "Verdict":
+        """What a study came to: a sentence, judged numbers, and what to try where it failed."""
+        from octant.reader_design.experiments.study.verdict import Verdict
+
+        text = self.data.attrs.get("verdict")
+        if text is None:
+            msg = f"{self.folder} holds no verdict, which only a study leaves (octant study)."
+            raise ConfigError(msg)
+        return msgspec.json.decode(text, type=Verdict)
 
     @property
     def study(self) -> Study:

@@ -4,6 +4,7 @@ import json
 from dataclasses import asdict
 from typing import TYPE_CHECKING
 
+import msgspec
 import numpy as np
 import numpy.typing as npt
 
@@ -86,6 +87,7 @@ def study_dataset(content: StudyContent, room_map: "xr.Dataset") -> "xr.Dataset"
         title=f"Octant study {content.setting.study.name}",
         attributes={
             "chosen_design": content.chosen.label,
+            "verdict": msgspec.json.encode(content.verdict).decode(),
             "reason": json.dumps(content.choice.reason),
             "notes": json.dumps(content.notes),
             "map_heading_deg": float(maps.attrs["heading_deg"]),

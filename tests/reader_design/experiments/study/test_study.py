@@ -14,6 +14,7 @@ from octant.reader_design.experiments.study import publish
 from octant.reader_design.experiments.study import run as study
 from octant.reader_design.experiments.study.run import run_study
 from octant.reader_design.experiments.sweep import plan as sweep
+from octant.reader_design.face.study import open_results
 from octant.reader_design.showing.netcdf import read_dataset
 from octant.reader_design.study_file.loading import load_study, parse_study
 from octant.reader_design.study_file.scores import SCORE_NAMES
@@ -364,3 +365,9 @@ def test_design_of_another_height_and_number_of_antennas_is_driven_as_it_was_sco
     assert known.tolist() == [c.design.antennas == chosen.antennas for c in outcome.content.cells]
     assert np.isfinite(data["right_share"].values).all()
     assert "antennas = 6 height = 20 cm" in data["design"].values[0]
+
+
+def test_the_verdict_is_kept_with_the_results(done):
+    kept = open_results(done.folder).verdict
+    assert (kept.sentence, kept.numbers) == (done.lines()[0], done.content.verdict.numbers)
+    assert kept.advice.text() == done.content.verdict.advice.text()
