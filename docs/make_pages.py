@@ -14,6 +14,7 @@ from typing import Any
 import click
 
 from octant.reader_design import cli
+from octant.reader_design.terminal.schemas import SCHEMAS
 
 DOCS = Path(__file__).resolve().parent
 ROOT = DOCS.parent
@@ -24,6 +25,12 @@ VERBS_HEAD = """# Every verb
 What `octant VERB --help` says, with the type and range of each value. Data goes to stdout,
 progress and messages to stderr; [exit codes](../reference/exit_codes.md) are the same for all. `-h`
 or `--help` works everywhere.
+"""
+JSON_HEAD = """# JSON on stdout
+
+With `--json` a verb prints one document and nothing else on stdout; messages stay on stderr. `[]`
+stands for each entry of a list, `*` for keys that the run decides, such as a table's columns. A
+number that is infinite or undefined is `null`, a complex one is `{"re": ..., "im": ...}`.
 """
 GLOSSARY_HEAD = """# Glossary
 
@@ -44,6 +51,7 @@ def write_all() -> None:
 
     write(GENERATED / "verbs.md", verbs_page())
     write(GENERATED / "files.md", make_files.page())
+    write(GENERATED / "json.md", json_page())
     write(GENERATED / "glossary.md", glossary_page())
     write(GENERATED / "face.rst.txt", face_page())
     drawings.draw_all(GENERATED)
@@ -69,6 +77,16 @@ def verbs_page() -> str:
         command = cli.octant.get_command(root, name)
         assert command is not None  # noqa: S101  the table of verbs names commands only
         lines += verb_lines(name, command, root)
+    return "\n".join(lines)
+
+
+def json_page() -> str:
+    """Return the page of what each verb prints with ``--json``, from its schema."""
+    lines = [JSON_HEAD]
+    for verb, keys in SCHEMAS.items():
+        lines += [f"## octant {verb} --json", "", "| key | meaning |", "|---|---|"]
+        lines += [f"| `{key}` | {text.replace('|', chr(92) + '|')} |" for key, text in keys.items()]
+        lines.append("")
     return "\n".join(lines)
 
 

@@ -190,7 +190,7 @@ def _print_result(
         "verb": "reader",
         "study": study,
         "model": data.attrs["model"],
-        "frequency_hz": data.attrs["frequency_hz"],
+        "frequency_hz": float(data["frequency_hz"]),
         **{name: _complex(data[name]) if name in data else None for name in named},
         "radiated_share": data["radiated_share"].to_numpy() if "radiated_share" in data else None,
         "band": [row for file in written if file.name == "band.csv" for row in csv_rows(file)],
