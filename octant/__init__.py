@@ -1,8 +1,9 @@
 """Octant: design bearing-sensitive RFID readers, and drive robots with them.
 
 ``Room``, ``Tag``, ``Reader``, ``Mission`` and ``Study`` hold what a study file says; `sweep` varies
-it; `Navigator` is the base of a navigator of one's own; `open_results`, `audit` and `materials`
-read what lies on disk. They are imported when they are first used.
+it, and `optimise` searches by a function of one's own; `Navigator` is the base of a navigator of
+one's own; `open_results`, `audit` and `materials` read what lies on disk. They are imported when
+they are first used.
 """
 
 from importlib import import_module
@@ -13,6 +14,7 @@ if TYPE_CHECKING:
     from octant.reader_design.face.materials import audit, materials
     from octant.reader_design.face.mission import Mission
     from octant.reader_design.face.navigators import Command, Navigator, Odometry, Reading
+    from octant.reader_design.face.optimise import optimise
     from octant.reader_design.face.reader import Reader
     from octant.reader_design.face.room import Room
     from octant.reader_design.face.study import Study, open_results
@@ -32,6 +34,7 @@ __all__ = [
     "audit",
     "materials",
     "open_results",
+    "optimise",
     "sweep",
 ]
 
@@ -48,6 +51,7 @@ _HOMES = {
     "audit": "materials",
     "materials": "materials",
     "open_results": "study",
+    "optimise": "optimise",
     "sweep": "sweep",
 }
 """Module of `octant.reader_design.face` that holds each name."""

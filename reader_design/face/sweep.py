@@ -147,7 +147,7 @@ def sweep(
         kept = map_cases(
             scored_case,
             cases,
-            context=Scorer(study=study, code=_code(score), function=score),
+            context=Scorer(study=study, code=code_of(score), function=score),
             folder=folder,
             codec=RecordCodec(Scored),
             leave_out=("Scorer.function", "Study.sweep", "Study.name"),
@@ -158,13 +158,19 @@ def sweep(
     return _scores(kept, study)
 
 
-def _code(score: Score) -> str:
+def code_of(function: Callable[..., Any]) -> str:
+    """Return what tells a function of the user's from another one: its source, or its code.
+
+    Parameters
+    ----------
+    function : Any function.
+    """
     try:
-        return inspect.getsource(score)
+        return inspect.getsource(function)
     except (OSError, TypeError):
-        code = getattr(score, "__code__", None)
+        code = getattr(function, "__code__", None)
         if code is None:
-            return repr(type(score))
+            return repr(type(function))
         return repr((code.co_code, code.co_consts, code.co_names))
 
 

@@ -93,7 +93,7 @@ class _Log:
     """What the search has tried so far; grows while it runs."""
 
     evaluate: Callable[[Reader], Evaluation]
-    targets: Targets
+    attainment: Callable[[Any], float]
     trials: list[Trial] = field(default_factory=list)
     by_design: dict[Reader, Trial] = field(default_factory=dict)
 
@@ -105,7 +105,7 @@ class _Log:
                 number=len(self.trials),
                 stage=stage,
                 evaluation=evaluation,
-                attainment=self.targets.attainment(evaluation),
+                attainment=self.attainment(evaluation),
             )
             self.trials.append(trial)
             self.by_design[design] = trial
@@ -129,6 +129,7 @@ def search(
     table: Optimise,
     evaluate: Callable[[Reader], Evaluation],
     prepare: Callable[[Sequence[Reader]], object] | None = None,
+    attainment: Callable[[Any], float] | None = None,
 ) -> Search:
     """Return every design that the search of a study's ``[optimise]`` tries, judged by its goals.
 
@@ -143,17 +144,23 @@ def search(
     evaluate : Returns a design's `Evaluation`; called once for each design.
     prepare : Receives all designs of the survey before they are evaluated, so that workers can
         compute them at the same time.
+    attainment : Judges what ``evaluate`` returned in place of the goals: more is better, minus
+        infinity is infeasible [-].
     """
     reader = evaluate(study.reader)
     reference = reader if reader.feasible else None
-    if reference is None and any(goal.score == "gain_db" for goal in table.goals):
+    by_goals = attainment is None
+    if by_goals and reference is None and any(g.score == "gain_db" for g in table.goals):
         msg = (
             "optimise.goal asks for gain_db, the gain over [reader], but the reader has no scores: "
             f"{reader.reason} Give a [reader] within the limits, or level_dbm instead."
         )
         raise ConfigError(msg)
     targets = Targets(goals=table.goals, distances_m=table.distances_m, reference=reference)
-    log = _Log(evaluate=lambda design: _known_or(reader, design, evaluate), targets=targets)
+    log = _Log(
+        evaluate=lambda design: _known_or(reader, design, evaluate),
+        attainment=attainment or targets.attainment,
+    )
     log.tried(reader.design, "reader")
     generator = np.random.default_rng(study.seed)
     frequency = study.radio.frequency_hz
