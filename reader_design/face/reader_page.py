@@ -35,6 +35,8 @@ FIGURES = {
     "smith": ("Smith chart", "Reflection of every antenna over the frequency."),
 }
 """Title and caption of each figure, by its file."""
+MODELS = {"fullwave": "full wave", "rays": "by rays", "isolated": "antennas without its body"}
+"""What the models are called."""
 STANDS_FOR = {"pattern": ("cuts", "gain_antenna_1")}
 """Figures in whose place something stands to play with."""
 BAND_AND_CURRENTS = ("return_loss", "smith", "currents_antenna_1")
@@ -57,7 +59,7 @@ def reader_report(solved: SolvedReader, folder: Path, lines: Sequence[str]) -> R
     )
     return Report(
         title=f"{study.name}: {design.label()}",
-        subtitle=f"The reader by itself at {carrier}, model {response.model}",
+        subtitle=f"The reader by itself at {carrier}, {MODELS.get(response.model, response.model)}",
         summary=(),
         warnings=tuple(response.warnings),
         facts=(),
@@ -123,7 +125,7 @@ def _verdict(solved: SolvedReader) -> Verdict:
             Judgement(
                 name="radiated",
                 value=f"{100.0 * radiated:.0f} %",
-                said=f"{100.0 * float(result.coupled_share.mean()):.0f} % ends in the other "
+                said=f"{100.0 * float(result.coupled_share.mean()):.2g} % ends in the other "
                 "antennas' loads",
             ),
             *judged,

@@ -47,7 +47,7 @@ def pattern_widget(
     best = np.unravel_index(int(first.argmax()), first.shape)
     return ReportWidget(
         kind="pattern",
-        title="Patterns",
+        title="Pattern of each antenna",
         caption="The realised gain of one antenna with all others in place, as a solid whose "
         "radius falls by 30 dB to its centre. Choose the antenna; the cut beside it shows all.",
         alt=f"Antenna 1 has its greatest gain, {first.max():.1f} dBi, "

@@ -1,15 +1,14 @@
-"""All designs side by side in a report: one table with every score, and the plots beside it."""
+"""All designs side by side in a report: every score as a column, those that matter most first."""
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 from octant.reader_design.setting.ranking import Candidate, Choice
 from octant.reader_design.setting.reasons import (
     criterion_name,
     score_text,
 )
-from octant.reader_design.showing.pages import ReportFigure, ReportTable, ReportWidget
+from octant.reader_design.showing.designs_view import Column
 
 DEGREE = math.degrees(1.0)
 
@@ -87,22 +86,6 @@ FIRST = ("right_share", "vector_rms_rad", "vector_beyond_90_share")
 """Scores that the table of designs shows at first."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Column:
-    """One quality of all designs.
-
-    Attributes
-    ----------
-    heading : With its unit.
-    texts : One cell each.
-    values : The same as numbers, in the heading's unit; empty: it is no number.
-    """
-
-    heading: str
-    texts: tuple[str, ...]
-    values: tuple[float, ...] = ()
-
-
 def design_columns(
     candidates: Sequence[Candidate], choice: Choice, driven: Mapping[str, Sequence[str]]
 ) -> tuple[Column, ...]:
@@ -160,72 +143,3 @@ def design_columns(
         texts=tuple(f"{100 * choice.merits[index].usable_share:.1f} %" for index in choice.ranking),
     )
     return (*missions[:1], *first, front, *missions[1:], sizes, heights, *criteria, usable, *rest)
-
-
-def design_table(
-    candidates: Sequence[Candidate], choice: Choice, columns: Sequence[Column]
-) -> ReportTable:
-    """Return the one table of designs, best first, six columns of it shown at first.
-
-    Parameters
-    ----------
-    candidates, choice, columns : Scored designs, their ranking, and from `design_columns`.
-    """
-    labels = [f"{r + 1}. {candidates[index].label}" for r, index in enumerate(choice.ranking)]
-    return ReportTable(
-        caption="All designs, best first. Click a heading to sort; “Columns” has all other scores, "
-        "in the room and in free space.",
-        header=("design", *(column.heading for column in columns)),
-        rows=tuple(
-            (label, *(column.texts[row] for column in columns)) for row, label in enumerate(labels)
-        ),
-        best=0,
-        first=6,
-    )
-
-
-def design_widget(
-    candidates: Sequence[Candidate],
-    choice: Choice,
-    columns: Sequence[Column],
-    fallback: tuple[ReportFigure, ...] = (),
-) -> ReportWidget | None:
-    """Return plots of any two qualities, and of several in parallel; None for a single design.
-
-    Parameters
-    ----------
-    candidates, choice, columns : As for `design_table`.
-    fallback : What stands there without scripts and on paper.
-    """
-    if len(candidates) < 2:
-        return None
-    numbers = [column for column in columns if column.values]
-    varied = [k for k, c in enumerate(numbers) if len({f"{v:.4g}" for v in c.values}) > 1]
-    axes = (varied or list(range(len(numbers))))[:7]
-    front = [candidates[i].label for i in choice.ranking if choice.pareto[i]]
-    return ReportWidget(
-        kind="designs",
-        title="Designs compared",
-        caption="Any two qualities against each other, and several in parallel. Designs on the "
-        "Pareto front are diamonds. Click a design, here or in the table, to set it off.",
-        alt=f"{len(front)} of {len(candidates)} designs are on the Pareto front: "
-        f"{'; '.join(front[:6])}.",
-        data={
-            "columns": [column.heading for column in numbers],
-            "rows": [
-                {
-                    "label": candidates[index].label,
-                    "front": bool(choice.pareto[index]),
-                    "values": [
-                        float(f"{c.values[row]:.5g}") if math.isfinite(c.values[row]) else None
-                        for c in numbers
-                    ],
-                }
-                for row, index in enumerate(choice.ranking)
-            ],
-            "x": axes[0],
-            "y": axes[1] if len(axes) > 1 else axes[0],
-            "axes": axes,
-        },
-        fallback=fallback,
-    )

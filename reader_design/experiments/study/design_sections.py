@@ -3,14 +3,13 @@
 from octant.reader_design.experiments.choice.score_tables import (
     SCORE_MEANINGS,
     design_columns,
-    design_table,
-    design_widget,
 )
 from octant.reader_design.experiments.choice.thesis_claims import claim_sentence, claim_table
 from octant.reader_design.experiments.study.content import StudyContent
 from octant.reader_design.experiments.study.mission_sections import driven_texts, shortlist_table
 from octant.reader_design.setting.design import FULLWAVE, solutions
 from octant.reader_design.setting.reasons import rule_sentences
+from octant.reader_design.showing.designs_view import designs_table, designs_widget
 from octant.reader_design.showing.pages import (
     FigureFiles,
     ReportSection,
@@ -34,13 +33,22 @@ def designs_section(content: StudyContent, figures: FigureFiles) -> ReportSectio
     columns = design_columns(
         content.candidates, content.choice, driven_texts(content.candidates, content.driven)
     )
-    widget = design_widget(
-        content.candidates,
-        content.choice,
+    ranked = [content.candidates[index].label for index in content.choice.ranking]
+    widget = designs_widget(
+        ranked,
         columns,
-        embedded_figures(figures, "sweep", only=COMPARED),
+        front=[bool(content.choice.pareto[index]) for index in content.choice.ranking],
+        fallback=embedded_figures(figures, "sweep", only=COMPARED),
     )
-    tables = [design_table(content.candidates, content.choice, columns)]
+    tables = [
+        designs_table(
+            [f"{rank + 1}. {label}" for rank, label in enumerate(ranked)],
+            columns,
+            caption="All designs, best first. Click a heading to sort; “Columns” has all other "
+            "scores, in the room and in free space.",
+            best=0,
+        )
+    ]
     if len(content.candidates) > 1:
         tables.append(shortlist_table(content.candidates, content.choice, content.driven))
     failed = tuple((c.label, c.reason) for c in content.cells if c.reason)

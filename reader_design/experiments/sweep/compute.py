@@ -59,6 +59,11 @@ class SweepOutcome:
         tried = ((cell.label, self.rows.get(cell.key)) for cell in self.plan.cells)
         return tuple((label, row.reason) for label, row in tried if row is not None and row.reason)
 
+    @property
+    def scored_count(self) -> int:
+        """Number of cells with scores [-]."""
+        return sum(row.free is not None for row in self.rows.values())
+
     def lines(self) -> tuple[str, ...]:
         """Return what a person wants to read at the end, counts without unit."""
         ends = Counter(

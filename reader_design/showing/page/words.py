@@ -14,7 +14,7 @@ _SHOWING = "octant.reader_design.showing"
 _NARROW = "\u202f"
 _UNITS = "dBm|dBi|dB|mm|cm|m|km|ms|s|min|GHz|MHz|kHz|Hz|Ω|ohm|nW|µW|mW|W|ns|µs"
 _SYMBOL = re.compile(r"\b([rh])_([ap])\b")
-_POWER_OF_TEN = re.compile(r"(\d(?:\.\d+)?)e([+-])0*(\d+)\b")
+_POWER_OF_TEN = re.compile(r"(\d(?:\.\d+)?)e([+-])0*(\d*)\b")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -95,8 +95,10 @@ def _symbols(escaped: str) -> str:
 
 
 def _power(found: "re.Match[str]") -> str:
-    sign = "−" if found[2] == "-" else ""
-    return found[1] if found[3] == "0" else f"{found[1]} × 10<sup>{sign}{found[3]}</sup>"
+    power = int(found[3] or 0) * (-1 if found[2] == "-" else 1)
+    if -4 < power < 7:
+        return f"{float(found[1]) * 10.0**power:.{max(0, 2 - power)}f}"
+    return f"{found[1]} × 10<sup>{str(power).replace('-', '−')}</sup>"
 
 
 @cache

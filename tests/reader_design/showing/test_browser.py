@@ -214,7 +214,7 @@ CONTROLS = {
     "map": ("Map explorer", "canvas"),
     "drive": ("Playback", "canvas"),
     "designs": ("Designs compared", None),
-    "pattern": ("Patterns", "canvas"),
+    "pattern": ("Pattern of each antenna", "canvas"),
 }
 
 

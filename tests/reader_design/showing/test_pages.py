@@ -194,9 +194,9 @@ def test_numbers_are_set_as_in_print(given, set_):
 
 
 def test_powers_of_ten_are_no_programmers_numbers():
-    section = ReportSection(heading="h", paragraphs=("from 1.43e+04 to 1e-06",))
+    section = ReportSection(heading="h", paragraphs=("from 1.43e+04 to 1e-06 and 2e+09",))
     page = render_report(report(sections=(section,)))
-    assert "from 1.43 × 10<sup>4</sup> to 1 × 10<sup>−6</sup>" in page
+    assert "from 14300 to 1 × 10<sup>−6</sup> and 2 × 10<sup>9</sup>" in page
 
 
 def test_terms_are_explained_where_they_stand_first_and_at_the_end():

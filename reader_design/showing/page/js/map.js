@@ -116,7 +116,7 @@ export function map(live, data) {
     }
     const text = fixed(limit(), 0, unit());
     share.textContent = `${fixed(100 * good / Math.max(fit, 1), 0, "%")} of the floor where the reader fits has ${
-      isRss() ? `at least ${text}` : `no more than ${text}`}; the rest is pale.`;
+      isRss() ? `at least ${text}` : `no more than ${text}`}; the rest is faded.`;
     const [low, high] = range();
     bar.style.background = gradient(isRss() ? "viridis" : unit() === "°" ? "error" : "share");
     ends.firstChild.textContent = fixed(low, 0, unit());
