@@ -208,8 +208,13 @@ def room_figures(
             file="map_rss_tags.png",
             section="room",
             title="RSS maps of all tags",
-            caption="The same coherent RSS for every tag (cross): weak right under it, where two "
-            "vertical antennas do not see each other.",
+            caption="The same coherent RSS for every tag (cross)"
+            + (
+                ": weak right under it, since vertical wires neither send nor receive along "
+                "themselves."
+                if {tag.antenna for tag in setting.study.tags} <= {"dipole", "monopole"}
+                else "."
+            ),
             figure=map_figure(
                 x,
                 y,
@@ -324,7 +329,7 @@ def mission_figures(
         section="mission",
         title="Way of the robot",
         caption="Run 0 in each room: desired straight segments dashed, tags as crosses, the "
-        "robot's path as a line (thesis Fig. 5.12 a).",
+        "robot's path as a line.",
         figure=trajectory_figure(
             [(name, drive, plan) for name, drive, plan, _ in shown],
             points,
@@ -336,7 +341,7 @@ def mission_figures(
         section="mission",
         title="Errors by percentile",
         caption="Distance to the desired segment and heading error that run 0 kept for a given "
-        "share of the time; the dotted line marks 90 % (thesis Fig. 5.12 b).",
+        "share of the time; the dotted line marks 90 %.",
         figure=percentile_figure(
             [(name, drive) for name, drive, _, _ in shown], title="Errors by percentile, run 0"
         ),
@@ -347,7 +352,7 @@ def mission_figures(
             section="mission",
             title=f"RSS over time, {name}",
             caption="What every antenna read in run 0, with the noise of the reader; dotted lines "
-            "mark where the next tag became the target (thesis Fig. 5.12 c).",
+            "mark where the next tag became the target.",
             figure=rss_time_figure(drive, table.tags, title=f"RSS over time, {name}, run 0"),
         )
     rules = controller_figure(table, name=setting.study.name)
@@ -356,7 +361,7 @@ def mission_figures(
             file="membership.png",
             section="mission",
             title="Fuzzy controller",
-            caption="Terms of the steering input and of a wheel's speed (thesis Fig. 5.5), and the "
-            "speeds that the rules of Table 5.1 give.",
+            caption="Terms of the steering input and of a wheel's speed, and the speeds that its "
+            "rules give.",
             figure=rules,
         )

@@ -173,10 +173,6 @@ def parameter_axes(designs: Sequence[Reader]) -> list[ParallelAxis]:
     return axes
 
 
-THESIS_FIGURES = {"dipole": ("5.8", "5.9"), "monopole": ("5.10", "5.11")}
-"""Numbers of the thesis' figures of one antenna and of RSS against distance [-]."""
-
-
 def _element_figure(kind: str, element: Antenna) -> NamedFigure:
     """Return the pattern of one antenna of a kind."""
     cm = f"{100.0 * element.length_m:.3g} cm"
@@ -184,9 +180,8 @@ def _element_figure(kind: str, element: Antenna) -> NamedFigure:
         file=f"pattern_{kind}.png",
         section="sweep",
         title=f"Pattern of one {kind}",
-        caption=f"Gain of one {kind} of {cm} alone at {element.frequency_hz / 1e9:g} GHz (thesis "
-        f"Fig. {THESIS_FIGURES[kind][0]}): nothing along its axis, so a reader right under a tag "
-        "hears almost nothing"
+        caption=f"Gain of one {kind} of {cm} alone at {element.frequency_hz / 1e9:g} GHz: nothing "
+        "along its axis, so that a reader right under a tag hears little"
         + (
             "; below its ground plane there is none."
             if kind == "monopole"
@@ -200,15 +195,14 @@ def _distance_figure(kind: str, shown: Sequence[Cell]) -> NamedFigure:
     """Return the RSS of the designs of one kind of antenna against distance."""
     heights = len({c.design.plate_height_m for c in shown})
     panels = [DistancePanel(title="\n".join(_panel_title(c)), rss_w=c.travel_rss_w) for c in shown]
-    thesis = f" (thesis Fig. {THESIS_FIGURES[kind][1]})" if kind in THESIS_FIGURES else ""
     designs = "designs from files" if kind == "files" else f"{kind} designs"
     return NamedFigure(
         file=f"rss_distance_{kind}.png",
         section="sweep",
         title=f"RSS against distance, {'readers from files' if kind == 'files' else kind + 's'}",
         caption="What each antenna receives in free space while the robot moves away from the "
-        f"point under the tag with antenna 1 facing the tag{thesis}; a good "
-        "design keeps antenna 1 on top and the curves apart.",
+        "point under the tag with antenna 1 facing the tag; a good design keeps antenna 1 on top "
+        "and the curves apart.",
         figure=rss_distance_figure(
             shown[0].travel_m,
             panels,

@@ -97,7 +97,8 @@ def _symbols(escaped: str) -> str:
 def _power(found: "re.Match[str]") -> str:
     power = int(found[3] or 0) * (-1 if found[2] == "-" else 1)
     if -4 < power < 7:
-        return f"{float(found[1]) * 10.0**power:.{max(0, 2 - power)}f}"
+        decimals = max(0, len(found[1].partition(".")[2]) - power)
+        return f"{float(found[1]) * 10.0**power:.{decimals}f}"
     return f"{found[1]} × 10<sup>{str(power).replace('-', '−')}</sup>"
 
 
