@@ -16,7 +16,7 @@ release = make_pages.version()
 version = release
 
 extensions = ["myst_nb", "sphinx.ext.autodoc"]
-exclude_patterns = ["_build", "README.md", "**/.ipynb_checkpoints"]
+exclude_patterns = ["_build", "extra", "README.md", "**/.ipynb_checkpoints"]
 
 myst_enable_extensions = ["attrs_block", "colon_fence", "deflist"]
 myst_heading_anchors = 3
@@ -39,6 +39,7 @@ html_title = "Octant"
 html_static_path = ["static"]
 html_css_files = ["octant.css"]
 html_js_files = ["copy.js"]
+html_extra_path = ["extra"]
 html_copy_source = False
 html_show_sourcelink = False
 html_show_sphinx = False

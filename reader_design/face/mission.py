@@ -378,4 +378,4 @@ class Animation:
         return f"<Animation: {self.frames} frames, {len(self.content) / 1e3:.0f} kB GIF>"
 
     def _repr_html_(self) -> str:
-        return image_html(self.content, kind="gif")
+        return image_html(self.content, kind="gif", text=repr(self))

@@ -40,15 +40,16 @@ def figure_html(figure: "Figure") -> str:
     """
     picture = io.BytesIO()
     figure.savefig(picture, format="png", dpi=100)
-    return image_html(picture.getvalue(), kind="png")
+    titles = [figure.get_suptitle(), *(axes.get_title(loc="left") for axes in figure.axes)]
+    return image_html(picture.getvalue(), kind="png", text=next(filter(None, titles), "figure"))
 
 
-def image_html(content: bytes, *, kind: str) -> str:
+def image_html(content: bytes, *, kind: str, text: str) -> str:
     """Return the bytes of a picture as an HTML picture that needs no other file.
 
     Parameters
     ----------
-    content, kind : The file, and whether it is ``png`` or ``gif``.
+    content, kind, text : The file, whether it is ``png`` or ``gif``, and what is to be seen.
     """
-    code = base64.b64encode(content).decode("ascii")
-    return f'<img style="max-width: 100%" src="data:image/{kind};base64,{code}">'
+    code, alt = base64.b64encode(content).decode("ascii"), html.escape(text)
+    return f'<img style="max-width: 100%" alt="{alt}" src="data:image/{kind};base64,{code}">'

@@ -535,7 +535,7 @@ class Results:
 
     def _repr_html_(self) -> str:
         first = self.figures[:1]
-        shown = "".join(image_html(path.read_bytes(), kind="png") for path in first)
+        shown = "".join(image_html(path.read_bytes(), kind="png", text=path.stem) for path in first)
         return text_html(repr(self)) + shown
 
 
