@@ -156,7 +156,9 @@ def _ended(
     if silent >= mission.silent_limit:
         return "no signal", f"no antenna received tag {tag_id} in {silent} readings in a row"
     if out_of_time:
-        return "time-out", f"tag {tag_id} was not reached within {mission.time_limit_s:g} s"
+        limit_s = mission.time_limit_s
+        shown = f"{limit_s:g}" if limit_s < 100.0 else f"{limit_s:.0f}"
+        return "time-out", f"tag {tag_id} was not reached within {shown} s"
     return None
 
 
