@@ -51,7 +51,13 @@ class DrawnPaths:
     of: int
 
 
-def _short(label: str) -> str:
+def short_material(label: str) -> str:
+    """Return the label of a material as a person would say it, such as "glass 6 mm".
+
+    Parameters
+    ----------
+    label : Of a body.
+    """
     named = re.fullmatch(r"(?:name = )?([^,=]+?)(?:, thickness_m = ([\d.e-]+))?", label)
     if named is None:
         return label
@@ -190,7 +196,7 @@ class SceneDrawing:
                 facecolor=looks_of(name).colour,
                 edgecolor="#555555",
                 linewidth=0.6,
-                label=_short(name),
+                label=short_material(name),
             )
             for name in names
         ]

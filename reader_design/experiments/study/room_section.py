@@ -16,6 +16,7 @@ from octant.reader_design.showing.pages import (
 )
 from octant.reader_design.showing.plan import plan_of
 from octant.reader_design.showing.room_view import Way, room_widget
+from octant.reader_design.showing.scene_picture import short_material
 from octant.reader_design.study_file.schema import Solver
 
 if TYPE_CHECKING:
@@ -108,7 +109,7 @@ def _room_points(setting: Setting) -> tuple[str, ...]:
         (
             f"{size[0]:.3g} m by {size[1]:.3g} m, {size[2]:.3g} m high; {len(scene.bodies)} bodies "
             f"({names}{', ...' if len(scene.bodies) > 12 else ''}) of "
-            f"{', '.join(scene.material_names)}"
+            f"{', '.join(dict.fromkeys(map(short_material, scene.material_names)))}"
         ),
         _paths_point(study.solver),
     )
