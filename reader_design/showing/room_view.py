@@ -64,7 +64,8 @@ def room_widget(
     faces = scene_faces(scene, _UP)
     triangles = [_inward(face) for face in faces]
     size = high - low
-    count = len({face.material for face in faces})
+    looks = {_name(face.material): _hex(face.material) for face in faces}
+    count = len(looks)
     return ReportWidget(
         kind="room",
         title="The room",
@@ -78,7 +79,7 @@ def room_widget(
             "bounds": scene.bounds_m.round(3).tolist(),
             "parts": _parts(faces, triangles),
             "edges": packed(_edges(faces), step=_MM, most=65535),
-            "materials": [[_name(m), _hex(m)] for m in dict.fromkeys(f.material for f in faces)],
+            "materials": [[name, colour] for name, colour in looks.items()],
             "tags": [
                 {"id": t.id, **dict(zip("xyz", t.position_m.round(4).tolist(), strict=True))}
                 for t in setting.tags

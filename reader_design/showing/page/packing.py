@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-FIGURE_WIDTH = 1180
+FIGURE_WIDTH = 1080
 """Greatest width of an image in a page [pixels]; the file beside it keeps its own."""
-_COLOURS = 192
+_COLOURS = 128
 
 
 def packed(values: npt.ArrayLike, *, step: float, most: int = 255) -> dict[str, Any]:

@@ -4,7 +4,7 @@ import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { css, make } from "./plan.js";
 
 export class View3d {
-  constructor(centre, reach, { azimuth = -60, elevation = 35, shape = 0.62, far = 3.15 } = {}) {
+  constructor(centre, reach, { azimuth = -60, elevation = 35, shape = 0.62, far = 3.4 } = {}) {
     this.scene = new Scene();
     this.camera = new PerspectiveCamera(32, 1, reach / 50, reach * 30);
     this.camera.up.set(0, 0, 1);
