@@ -21,6 +21,7 @@ from octant.reader_design.compilation import HOW_TO_GIVE_A_PLACE, NO_PLACE_FOR_K
 from octant.reader_design.terminal.colour import Kind, painted
 
 VERBS = {
+    "demo": ("commands.demo:demo", "The whole chain within a minute: room, map, drive, report."),
     "init": ("commands.init:init", "A first study of your room, from its mesh file."),
     "study": (
         "experiments.study.verb:study",

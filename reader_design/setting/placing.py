@@ -1,6 +1,7 @@
 """Where tags and robots stand in a room: inside it, off its surfaces, in no solid."""
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
@@ -12,12 +13,14 @@ from octant.geometries.scene import Scene
 from octant.geometries.tolerances import LENGTHS
 from octant.reader_design.setting.antennas import named_antenna
 from octant.reader_design.setting.robot import free_place_m, mission_space
+from octant.reader_design.study_file.room import Room
 from octant.reader_design.study_file.schema import Radio, Study, Tag
 
 FloatArray = npt.NDArray[np.float64]
 
 CLEAR_M = 0.2
 """Room around the robot [m] at a start that is proposed."""
+_Y_UP = (".glb", ".gltf")
 ROUND = ("dipole", "monopole", "isotropic_theta")
 """Antennas that are alike all around their axis [-]."""
 
@@ -77,6 +80,7 @@ def place_tags(study: Study, scene: Scene) -> tuple[tuple[PlacedTag, ...], tuple
             study.solver.standoff_m,
             name=f"tag {tag.id!r}",
             key=f"tag[{i}].position_m",
+            remark=turned_remark(study.room),
         )
         if moved:
             notes.append(moved)
@@ -91,8 +95,29 @@ def place_tags(study: Study, scene: Scene) -> tuple[tuple[PlacedTag, ...], tuple
     return tuple(placed), tuple(notes)
 
 
+def turned_remark(room: Room) -> str:
+    """Return that the room's file was turned, and how to keep it as it is, or "".
+
+    Parameters
+    ----------
+    room : The table ``[room]``.
+    """
+    if not isinstance(room.mesh, str):
+        return ""
+    turned = room.up == "y" or (room.up is None and Path(room.mesh).suffix.lower() in _Y_UP)
+    if not turned:
+        return ""
+    return ' (its file was turned from y up to z up; give room.up = "z" if it stands upright as is)'
+
+
 def place_antenna(
-    scene: Scene, point_m: npt.ArrayLike, standoff_m: float, *, name: str, key: str
+    scene: Scene,
+    point_m: npt.ArrayLike,
+    standoff_m: float,
+    *,
+    name: str,
+    key: str,
+    remark: str = "",
 ) -> tuple[FloatArray, str]:
     """Return where an antenna is put, and a line that says so when that is not where it was given.
 
@@ -104,6 +129,7 @@ def place_antenna(
     point_m : (3,) array_like — Given place [m].
     standoff_m : How far it is moved off a surface that it lies on [m].
     name, key : Name in the line, and key path or option that gave the place, for errors.
+    remark : What is added where the place is outside.
     """
     given = np.asarray(point_m, dtype=np.float64)
     text = _point_text(given)
@@ -111,8 +137,8 @@ def place_antenna(
     if not scene.inside_room(points)[0]:
         low, high = (_point_text(corner) for corner in scene.bounds_m)
         msg = (
-            f"{key} is {text} m, which is outside the room that spans {low} to {high} m; "
-            "move it inside."
+            f"{key} is {text} m, which is outside the room that spans {low} to {high} m"
+            f"{remark}; move it inside."
         )
         raise ConfigError(msg)
     if scene.inside_solid(points)[0]:
@@ -163,7 +189,8 @@ def _check_start(
     shown = f"{key} is {list(place_m)} m"
     if not scene.inside_room(start[None, :])[0]:
         low, high = scene.bounds_m[:, :2].tolist()
-        msg = f"{shown}, which is outside the room that spans {low} to {high} m; start inside it"
+        where = f"outside the room that spans {low} to {high} m{turned_remark(study.room)}"
+        msg = f"{shown}, which is {where}; start inside it"
         raise ConfigError(msg + _such_as(study, scene, place_m))
     heights = np.linspace(scene.floor_height_m + LENGTHS.step_m, reader_z_m, 5)
     column = np.column_stack([np.tile(start[:2], (5, 1)), heights])

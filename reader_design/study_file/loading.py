@@ -30,7 +30,7 @@ from octant.reader_design.study_file.toml_files import toml_file_text, toml_tabl
 
 replace = msgspec.structs.replace
 
-BUILT_IN = ("office", "thesis", "track", "dock")
+BUILT_IN = ("office", "thesis", "track", "dock", "demo")
 """Names of the studies that come with Octant; a verb takes one where it takes a file."""
 LAYOUT_TABLES = ("radio", "tag", "mission", "robot", "sensor", "solver", "rfid")
 """Tables of which a layout may change keys."""

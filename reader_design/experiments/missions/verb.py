@@ -174,7 +174,7 @@ def navigate(
         write_once(
             folder / ANIMATION,
             [loaded, results[0], str(animate)],
-            lambda: [_write_animation(animate, setting, results[0], progress)],
+            lambda: [write_animation(animate, setting, results[0], progress)],
             force=options.force,
             progress=Progress(),
         )
@@ -216,10 +216,16 @@ def _forecast(setting: "Setting", folder: Path) -> Ended:
     return Ended(lines=(f"{runs} runs, of which {there} are driven already.",))
 
 
-def _write_animation(
+def write_animation(
     path: Path, setting: "Setting", result: "MissionResult", progress: Progress
 ) -> Path:
-    """Return the animation of run 0, once written."""
+    """Return the animation of a run, once written.
+
+    Parameters
+    ----------
+    path, setting, result : A ``.gif``; the room with its reader; the run ([s], [m], [W]).
+    progress : Shows the frames.
+    """
     from octant.reader_design.experiments.missions.animation import (
         drive_frames,
         frame_samples,
