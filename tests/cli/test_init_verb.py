@@ -51,14 +51,15 @@ def test_what_init_writes_is_mapped_and_driven_as_it_stands(octant, mesh, tmp_pa
 
 
 @pytest.mark.parametrize("verb", ["map", "study", "scene", "navigate"])
-def test_a_mesh_where_a_study_is_due_leads_to_init(octant, mesh, verb):
+@pytest.mark.usefixtures("mesh")
+def test_a_mesh_where_a_study_is_due_leads_to_init(octant, verb):
     options = ["--picture", "a.png"] if verb == "scene" else []
     said = octant(verb, "office.glb", *options).refused()
     assert said.endswith("write a study for it: octant init office.glb")
 
 
-def test_places_outside_a_turned_room_say_that_it_was_turned(octant, mesh, study_file):
-    del mesh
+@pytest.mark.usefixtures("mesh")
+def test_places_outside_a_turned_room_say_that_it_was_turned(octant, study_file):
     text = (
         '[room]\nmesh = "office.glb"\nmaterial = "concrete"\n[[tag]]\nid = "a"\n'
         "position_m = [2.0, 2.0, 9.0]\n"
