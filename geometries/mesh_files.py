@@ -288,7 +288,8 @@ def _contents(file: Path, kind: str, reading: Reading) -> _Contents:
         parts = read_plan(file, reading.height_m or DEFAULT_HEIGHT_M)
         says = "the floor plan"
         return _Contents(parts=parts, says=says, metres=1.0, up="z", fixed_unit=True)
-    own, stored = {}, {}
+    own: dict[str, str] = {}
+    stored: dict[str, float] = {}
     parts, declared = read_with_trimesh(file, kind, own, stored)
     return _Contents(
         parts=parts,
