@@ -57,7 +57,7 @@ VERBS = {
     ),
     "track": (
         "experiments.tracking.verb:track",
-        "Trajectory tracking from RSS: thesis chapters 6 and 7.",
+        "Follow a trajectory in a room from the RSS of tags.",
     ),
     "dock": (
         "experiments.docking.verb:dock",

@@ -52,7 +52,7 @@ def summary_lines(rooms: Mapping[str, Sequence[DockingResult]]) -> tuple[str, ..
     ----------
     rooms : Runs by room.
     """
-    lines = [_tolerances(rooms)]
+    lines = []
     for name, runs in rooms.items():
         docked = [result for result in runs if result.success]
         line = f"{name}: {len(docked)} of {len(runs)} runs docked"
@@ -72,7 +72,7 @@ def summary_lines(rooms: Mapping[str, Sequence[DockingResult]]) -> tuple[str, ..
             reasons = list(dict.fromkeys(alike))
             first = "" if len(reasons) == 1 else "the first because "
             lines.append(f"{len(alike)} x {outcome}: {first}{reasons[0]}.")
-    return tuple(lines)
+    return (*lines, _tolerances(rooms))
 
 
 def _tolerances(rooms: Mapping[str, Sequence[DockingResult]]) -> str:

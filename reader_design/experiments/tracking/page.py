@@ -28,6 +28,11 @@ FigureFiles = Mapping[str, Sequence[tuple[str, str, Path]]]
 
 Key = tuple[str, str, str]
 
+THESIS = (
+    "S. Miah, Design and Implementation of Control Techniques for Differential Drive Mobile "
+    "Robots: An RFID Approach, PhD thesis, University of Ottawa."
+)
+"""The source of the published figures, in full."""
 _NOT = "not in the thesis"
 _PUBLISHED: dict[Key, tuple[tuple[str, str, str], ...]] = {
     ("feedback", "line", REPLAY): (("average_m", "line, replayed noise", "0.07 m"),),
@@ -79,14 +84,19 @@ def _published_rows(content: TrackingContent) -> Iterator[tuple[str, str, str, s
 
 
 def summary_lines(content: TrackingContent) -> Iterator[str]:
-    """Yield lines with the figures of merit, beside what the thesis prints [m, °].
+    """Yield lines with the figures of merit: the study's room first, then what a thesis prints too.
 
     Parameters
     ----------
     content : What was computed; two numbers are the median and the 90 % quantile over the runs.
     """
-    for chapter, words, published, text in _published_rows(content):
-        yield f"{chapter:<13} {words:<44} {text:<18} thesis: {published}"
+    study, runs = content.settings.study, content.settings.track.runs
+    yield f"Errors in {study.name}, median / 90 % over {runs} run{'' if runs == 1 else 's'}:"
+    published_rows = sorted(_published_rows(content), key=lambda row: row[0] != "room")
+    for chapter, words, published, text in published_rows:
+        there = any(c.isdigit() for c in published)
+        line = f"{chapter:<13} {words:<44} {text:<18}"
+        yield f"{line} thesis: {published}" if there else line.rstrip()
     for outcome in content.outcomes:
         own = outcome.chapter == "neighbouring" and outcome.task not in RESERVED_NAMES
         key = (outcome.chapter, outcome.task, outcome.method)
@@ -116,6 +126,8 @@ def summary_lines(content: TrackingContent) -> Iterator[str]:
             f"cost          {row.method}: {row.step_us:.0f} µs a control step, {offline} offline, "
             f"{row.claimed}"
         )
+    if any(any(c.isdigit() for c in published) for _, _, published, _ in published_rows):
+        yield f"thesis: {THESIS}"
 
 
 def tracking_report(content: TrackingContent, figures: FigureFiles) -> Report:
