@@ -78,8 +78,8 @@ CONTEXT = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
 
 
 STUDY_TEXT = (
-    "STUDY is a study file (TOML), or the name of a built-in study: office, thesis, track or dock. "
-    "Without it: {}."
+    "STUDY is a study file (TOML), or the name of a built-in study: office, thesis, track or dock "
+    "(a file of such a name is meant by ./NAME). Without it: {}."
 )
 
 
