@@ -110,6 +110,11 @@ def test_a_page_followed_word_by_word(page, tmp_path, monkeypatch):
     doc_blocks.carried_out(page, tmp_path)
 
 
+def test_every_name_of_python_is_in_its_table():
+    text = (ROOT / "docs" / "reference" / "python.md").read_text("utf-8").split("```", 1)[0]
+    assert [name for name in octant.__all__ if f"`{name}`" not in text] == []
+
+
 def test_the_readme_is_one_page():
     text = (ROOT / "README.md").read_text("utf-8")
     assert len(text.split()) <= 500
