@@ -48,6 +48,8 @@ E24 = (
 )
 """Steps of a decade of the E24 series, IEC 60063 [-]."""
 _LEAST_OHM, _MOST_OHM = 1.0, 1e4
+_LEAST_SHARE = 1e-3
+"""Resistance over impedance [-] below which no coils and capacitors match: they have losses."""
 _ROUNDS, _DAMPING, _SETTLED = 500, 0.5, 1e-10
 
 
@@ -298,7 +300,7 @@ def conjugate_match_ohm(admittance_s: ComplexArray) -> ComplexArray | None:
     Returns
     -------
     (n,) complex128 or None
-        None where the loads do not settle, as of ports that only react.
+        None where the loads do not settle, or of ports that hardly do more than react.
     """
     ended = np.conj(1.0 / np.diagonal(admittance_s))
     ended = np.maximum(ended.real, _LEAST_OHM) + 1j * ended.imag
@@ -310,7 +312,7 @@ def conjugate_match_ohm(admittance_s: ComplexArray) -> ComplexArray | None:
             return None
         off = np.conj(seen) - ended
         if float(np.abs(off / seen).max()) < _SETTLED:
-            return np.asarray(seen)
+            return None if (seen.real < _LEAST_SHARE * np.abs(seen)).any() else np.asarray(seen)
         ended = ended + _DAMPING * off
     return None
 

@@ -23,7 +23,6 @@ from octant.em.reader.fullwave.single import dipole_mesh, monopole_mesh
 from octant.em.reader.fullwave.solve import solve_reader
 from octant.em.reader.reader_netcdf import reader_dataset
 from octant.geometries.errors import ConfigError, PhysicsWarning
-from octant.reader_design.face.matching_lines import matching_lines
 from octant.reader_design.face.reader_figures import (
     current_figure,
     cuts_figure,
@@ -40,6 +39,7 @@ from octant.reader_design.setting.cost import reader_cost
 from octant.reader_design.setting.design import response_at
 from octant.reader_design.setting.scale import reader_preset, scale_note
 from octant.reader_design.setting.solving import SOLVING
+from octant.reader_design.showing.matching_lines import matching_lines
 from octant.reader_design.showing.netcdf import variable, write_dataset
 from octant.reader_design.study_file.loading import to_toml
 from octant.reader_design.study_file.reader import Reader as ReaderTable

@@ -20,10 +20,10 @@ from octant.em.reader.fullwave.result import FullwaveResult
 from octant.em.reader.matching import vswr
 from octant.geometries.errors import ConfigError
 from octant.geometries.files import write_text
-from octant.reader_design.face.matching_lines import matching_lines
 from octant.reader_design.face.reader_figures import return_loss_figure
 from octant.reader_design.face.smith_figures import band_gain_figure, isolation_figure, smith_figure
 from octant.reader_design.keeping.progress import Progress
+from octant.reader_design.showing.matching_lines import matching_lines
 from octant.reader_design.showing.netcdf import variable
 from octant.reader_design.study_file.reader import Reader
 from octant.reader_design.study_file.schema import Study

@@ -9,7 +9,9 @@ from octant.reader_design.experiments.study.content import StudyContent
 from octant.reader_design.experiments.study.mission_sections import driven_texts, shortlist_table
 from octant.reader_design.setting.design import FULLWAVE, solutions
 from octant.reader_design.setting.reasons import rule_sentences
+from octant.reader_design.setting.scale import scale_note
 from octant.reader_design.showing.designs_view import designs_table, designs_widget
+from octant.reader_design.showing.matching_lines import matching_lines
 from octant.reader_design.showing.pages import (
     FigureFiles,
     ReportSection,
@@ -91,11 +93,20 @@ def reader_section(content: StudyContent, figures: FigureFiles) -> ReportSection
     setting, design = content.setting, content.chosen_cell.design
     carrier_hz = setting.study.radio.frequency_hz
     tables: tuple[ReportTable, ...] = ()
+    matched: tuple[str, ...] = ()
     if design.response == FULLWAVE:
-        tables = port_tables(solutions(design, (carrier_hz,))[0].ports)
+        ports = solutions(design, (carrier_hz,))[0].ports
+        tables = port_tables(ports)
+        matched = tuple(
+            matching_lines(
+                ports.admittance_s[None], carrier_hz, at_hz=carrier_hz, load_ohm=design.load_ohm
+            )
+        )
+    outside = scale_note(design, carrier_hz)
     return ReportSection(
         heading="The reader",
-        points=_design_points(content),
+        warnings=(f"{outside[:1].upper()}{outside[1:]}.",) if outside else (),
+        points=(*_design_points(content), *matched),
         widgets=(
             pattern_widget(
                 setting.responses[0],
