@@ -245,7 +245,7 @@ def _straightened(way: FloatArray) -> FloatArray:
     turns = (way[:, 0] - before[:, 0]) * (after[:, 1] - way[:, 1]) - (way[:, 1] - before[:, 1]) * (
         after[:, 0] - way[:, 0]
     )
-    corners = way[turns != 0.0]
+    corners: FloatArray = way[turns != 0.0]
     if len(corners) <= 4:
         return corners
     start = int(np.argmin(corners.sum(axis=1)))

@@ -49,11 +49,12 @@ def init(
     MESH is a GLB, STL, OBJ, PLY, DAE ... file, a Sionna or Mitsuba XML, an SDF world, a URDF, the
     YAML of a ROS map or a DXF floor plan. Unit and vertical axis are guessed with reasons; every
     body gets a material from its name; tags and start are put on free floor. What is guessed is
-    marked so in the file. Writes NAME.toml and NAME.png.
+    marked so in the file. Writes NAME.toml and NAME.png (a plan where the mesh is dense).
     """
     from octant.geometries.files import refuse_overwrite, write_text
     from octant.geometries.mesh_files import Reading
     from octant.reader_design.drafting.draft import draft_study
+    from octant.reader_design.drafting.picture import MOST_DRAWN, plan_picture
     from octant.reader_design.face.room import scene_picture
     from octant.reader_design.showing.style import save_figure
 
@@ -73,7 +74,9 @@ def init(
     progress = Progress(quiet=quiet)
     for line in draft.said:
         progress.say(line)
-    save_figure(scene_picture(draft.setting), picture)
+    triangles = sum(len(body.faces) for body in draft.setting.scene.bodies)
+    dense = triangles > MOST_DRAWN
+    save_figure((plan_picture if dense else scene_picture)(draft.setting), picture)
     click.echo(f"written: {study} and {picture}")
     progress.say(
         f"next: octant map {study} --out {study.stem}-map.nc, "

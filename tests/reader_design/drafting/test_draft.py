@@ -15,6 +15,7 @@ from octant.geometries.mesh_files import frame_of, save_bodies
 from octant.geometries.rooms import box_room
 from octant.reader_design.drafting.draft import draft_study
 from octant.reader_design.drafting.floor import floor_level_m
+from octant.reader_design.drafting.picture import plan_picture
 from octant.reader_design.setting.robot import mission_space
 
 SIZE = (6.0, 4.0, 2.8)
@@ -171,6 +172,14 @@ def test_very_many_faces_are_searched_by_rays_and_that_is_said(tmp_path, monkeyp
     draft = draft_study(tmp_path / open_above(tmp_path), tmp_path / "room.toml")
     assert draft.setting.solver.search == "rays"
     assert any("too many to search every path" in line for line in draft.said)
+
+
+def test_a_dense_room_is_drawn_from_above_with_tags_and_start(tmp_path):
+    draft = draft_study(tmp_path / open_above(tmp_path), tmp_path / "room.toml")
+    (axes,) = plan_picture(draft.setting).axes
+    assert axes.get_xlabel()
+    assert [text.get_text().strip() for text in axes.texts][:2] == ["1", "2"]
+    assert axes.get_legend() is not None
 
 
 def test_a_mesh_without_a_floor_is_refused_with_what_to_do(tmp_path):
