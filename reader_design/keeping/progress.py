@@ -6,13 +6,13 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from threading import Event, Thread
-from typing import TextIO, TypeVar
+from typing import Any, TextIO, TypeVar
 
 Item = TypeVar("Item")
 
 FIRST_SHOWN_S = 1.0
 """Time [s] after which something that cannot be counted is shown."""
-TICK_S, PIPE_TICK_S = 0.5, 10.0
+TICK_S, PIPE_TICK_S = 1.0, 10.0
 """Time [s] between two of its pictures in a terminal, and in a file or a pipe."""
 
 
@@ -59,16 +59,18 @@ class Progress:
         """
         from tqdm.auto import tqdm
 
+        file = self.stream or sys.stderr
         with (
             tqdm(
                 items,
                 total=total,
                 desc=label or None,
                 disable=self.quiet or not self.bars,
-                file=self.stream or sys.stderr,
+                file=file,
                 dynamic_ncols=True,
                 mininterval=0.5,
             ) as bar,
+            _beating(bar, bar.refresh, every_s=TICK_S if file.isatty() else None),
             closing(iter(bar)) as tracked,
         ):
             yield tracked
@@ -95,26 +97,18 @@ class Progress:
             delay=FIRST_SHOWN_S,
             bar_format=shape if expected_s else "{desc}: {elapsed}",
         ) as bar:
-            ended, began = Event(), time.monotonic()
+            began = time.monotonic()
 
-            def watch() -> None:
-                while not ended.wait(TICK_S if file.isatty() else PIPE_TICK_S):
-                    spent_s = time.monotonic() - began
-                    if expected_s:
-                        bar.n = min(spent_s, 0.99 * expected_s)
-                    if spent_s >= FIRST_SHOWN_S:
-                        bar.refresh()
+            def tick() -> None:
+                spent_s = time.monotonic() - began
+                if expected_s:
+                    bar.n = min(spent_s, 0.99 * expected_s)
+                if spent_s >= FIRST_SHOWN_S:
+                    bar.refresh()
 
-            watcher = Thread(target=watch, daemon=True)
-            if not bar.disable:
-                watcher.start()
-            try:
+            with _beating(bar, tick, every_s=TICK_S if file.isatty() else PIPE_TICK_S):
                 yield
-            finally:
-                ended.set()
-                if not bar.disable:
-                    watcher.join()
-                    bar.n = expected_s or bar.n
+            bar.n = expected_s or bar.n
 
     @contextmanager
     def count(self, total: int, *, label: str) -> Iterator[Callable[[int], None]]:
@@ -126,19 +120,48 @@ class Progress:
         """
         from tqdm.auto import tqdm
 
+        file = self.stream or sys.stderr
         with tqdm(
             total=total,
             desc=label,
             disable=self.quiet or not self.bars,
-            file=self.stream or sys.stderr,
+            file=file,
             dynamic_ncols=True,
         ) as bar:
 
             def done_so_far(done: int) -> None:
                 bar.update(done - bar.n)
 
-            yield done_so_far
+            with _beating(bar, bar.refresh, every_s=TICK_S if file.isatty() else None):
+                yield done_so_far
 
 
 def _seconds(duration_s: float | None) -> str:
     return "" if duration_s is None else f"{max(1.0, duration_s):.0f} s"
+
+
+@contextmanager
+def _beating(bar: Any, tick: Callable[[], object], *, every_s: float | None) -> Iterator[None]:  # noqa: ANN401  tqdm carries no types
+    """Draw a bar again and again while the block runs, since nothing else does between two items.
+
+    Parameters
+    ----------
+    bar, tick : The bar, and what draws it.
+    every_s : Time between two pictures [s]; None: never.
+    """
+    if bar.disable or every_s is None:
+        yield
+        return
+    ended = Event()
+
+    def watch() -> None:
+        while not ended.wait(every_s):
+            tick()
+
+    watcher = Thread(target=watch, daemon=True)
+    watcher.start()
+    try:
+        yield
+    finally:
+        ended.set()
+        watcher.join()

@@ -2,9 +2,11 @@
 
 import gc
 import io
+import time
 
 import pytest
 
+from octant.reader_design.keeping import progress as progress_module
 from octant.reader_design.keeping.progress import Progress
 
 
@@ -61,3 +63,36 @@ def test_after_ctrl_c_a_bar_draws_nothing_below_the_last_message():
     gc.collect()
     assert "cells" in stream.getvalue()
     assert stream.getvalue().endswith("interrupted")
+
+
+class Terminal(io.StringIO):
+    """What a terminal would get."""
+
+    def isatty(self):
+        return True
+
+
+@pytest.mark.parametrize("expected_s", [None, 2.0])
+def test_a_bar_is_drawn_while_nothing_is_counted(monkeypatch, expected_s):
+    monkeypatch.setattr(progress_module, "TICK_S", 0.05)
+    monkeypatch.setattr(progress_module, "FIRST_SHOWN_S", 0.1)
+    shown = Terminal()
+    progress = Progress(quiet=False, stream=shown)
+    with progress.during("solving", expected_s=expected_s):
+        time.sleep(0.5)
+    drawn = shown.getvalue()
+    assert drawn.count("solving: ") >= 4
+    assert ("of about 2 s" in drawn) == (expected_s is not None)
+    with progress.count(2, label="runs") as done:
+        before = len(shown.getvalue())
+        time.sleep(0.3)
+        assert len(shown.getvalue()) > before
+        done(2)
+    assert "2/2" in shown.getvalue()
+
+
+def test_what_ends_at_once_is_not_shown():
+    shown = Terminal()
+    with Progress(quiet=False, stream=shown).during("solving", expected_s=1.0):
+        pass
+    assert "solving" not in shown.getvalue()
