@@ -180,15 +180,17 @@ class MapError:
     Parameters
     ----------
     rms_db, p95_db : Root mean square and 95th percentile of the errors in decibels [dB].
-    share : Power of the error field over the local mean [-], from which errors in decibels follow,
-        larger in fades: of RSS P and local mean M, with f = share M/(P + share M), about
-        5.57² f(2 - f) [dB²].
+    share : Power of the error field over the local mean [-].
+    floor_w : Power of the error field that is the same everywhere, also in shadows [W]. Errors in
+        decibels follow from both, larger in fades: of RSS P and error field D = share * mean +
+        floor, with f = D/(P + D), their variance is about 5.57² f(2 - f) [dB²].
     places : Number of random places [-].
     """
 
     rms_db: float
     p95_db: float
     share: float
+    floor_w: float
     places: int
 
 
@@ -202,7 +204,7 @@ def map_error(
 ) -> MapError:
     """Return how far a field map is from RSS that the solver gives at random poses.
 
-    The share is where the likelihood of the errors, normal in decibels, is greatest.
+    Share and floor are where the likelihood of the errors, normal in decibels, is greatest.
 
     Parameters
     ----------
@@ -212,22 +214,28 @@ def map_error(
     fading_db : Deviation of a fading signal's level [dB]: 5.57 of an exponential power.
     """
     found, mean = field_map.rss_w(poses, tag=tag), field_map.local_mean_w(poses, tag=tag)
-    sound = (true_w > 0.0) & (found > 0.0) & (mean > 0.0)
-    error = 10.0 * np.log10(true_w[sound] / found[sound])
-    shares = 10.0 ** np.arange(-4.0, 0.01, 0.05)
-    best, least = 1.0, math.inf
-    for share in shares:
-        diffuse = share * mean[sound]
-        part = diffuse / (found[sound] + diffuse)
-        variance = fading_db**2 * part * (2.0 - part) + CODE_DB**2 / 12.0
-        cost = float(np.sum(error**2 / variance + np.log(variance)))
-        if cost < least:
-            best, least = float(share), cost
+    sound = true_w > 0.0
+    least_w = field_map.powers_w[tag, 1]
+    found, mean, true = (np.maximum(power[sound], least_w) for power in (found, mean, true_w))
+    error = 10.0 * np.log10(true / found)
+    shares = 10.0 ** np.arange(-4.0, 0.01, 0.1)
+    best, least = (1.0, 0.0), math.inf
+    for floor_w in float(np.mean(mean)) * np.append(0.0, 10.0 ** np.arange(-4.0, 0.01, 0.1)):
+        for share in shares:
+            diffuse = share * mean + floor_w
+            part = diffuse / (found + diffuse)
+            part *= 2.0 - part
+            variance = fading_db**2 * part + CODE_DB**2 / 12.0
+            off = 10.0 * np.log10(true / (found + diffuse)) + 2.51 / 5.57 * fading_db * part
+            cost = float(np.sum(off**2 / variance + np.log(variance)))
+            if cost < least:
+                best, least = (float(share), float(floor_w)), cost
     size = np.abs(error)
     return MapError(
         rms_db=float(np.sqrt(np.mean(error**2))) if size.size else math.inf,
         p95_db=float(np.percentile(size, 95.0)) if size.size else math.inf,
-        share=best,
+        share=best[0],
+        floor_w=best[1],
         places=len(poses),
     )
 

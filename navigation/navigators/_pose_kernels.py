@@ -11,7 +11,7 @@ from octant.geometries.kernels import kernel
 @kernel(nogil=True)
 def pose_log_likelihood(
     poses, grid, levels, node_grid, means, powers, ring, shift, rss_db, level_db, level_variance,
-    gain_db, shares, noise_db, fading_db, outlier_db, trust, trusted, logs,
+    gain_db, shares, floors, noise_db, fading_db, outlier_db, trust, trusted, logs,
     parts, misfit,
 ):  # fmt: skip
     """Write log-likelihoods (m,) of all tags' readings, probabilities (m, t, s + 1), and misfits.
@@ -20,9 +20,10 @@ def pose_log_likelihood(
     (t, nx, ny, r, h) and means (t, cx, cy, r, h), codes that powers (t, 256) translate; rss_db
     (t, n), -inf where nothing was received: that tells nothing here. level_db, level_variance (t,),
     gain_db (n,): what is known of the tags' and antennas' levels. shares (s,): power of the error
-    field over the local mean. The probabilities are those of each share after the reading, before
-    it trusted (t, s + 1); the last one is an outlier's. misfit (m, t): mean square of
-    the errors over their variance, under the share that explains them best [-].
+    field over the local mean; floors (t,) [W]: what is added to it everywhere. The probabilities
+    are those of each share after the reading, before it trusted (t, s + 1); the last one is an
+    outlier's. misfit (m, t): mean square of the errors over their variance, under the share that
+    explains them best [-].
     """
     per_rad = levels.shape[4] / (2.0 * math.pi)
     headings, hypotheses = levels.shape[4], shares.size
@@ -74,7 +75,7 @@ def pose_log_likelihood(
                 mean = max(mean, table[1])
                 known = rss_db[t, c] - level_db[t] - gain_db[c]
                 for s in range(hypotheses - 1):
-                    diffuse = shares[s] * mean
+                    diffuse = shares[s] * mean + floors[t]
                     total = here + diffuse
                     part = diffuse / total
                     part *= 2.0 - part
@@ -85,7 +86,7 @@ def pose_log_likelihood(
                     first[s] += error * accuracy
                     second[s] += error * error * accuracy
                     spread[s] *= variance
-                error = known - 4.342944819032518 * math.log(mean) + lower
+                error = known - 4.342944819032518 * math.log(mean + floors[t]) + lower
                 sums += error
                 squares += error * error
             misfit[k, t] = 0.0

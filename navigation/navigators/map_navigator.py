@@ -27,7 +27,9 @@ _ON_SPOT_RAD = 0.5
 _TURN_SHARE = 0.8
 _THERE_M = 0.02
 _LEAST_SHARE = 0.9
-_SEARCH_STEPS = 4
+_SEARCH_STEPS = 12
+_SEARCH_M = (0.25, 0.15)
+_SEARCH_SIDES = 8
 _BACK_STEPS = 2
 _ALONG_STEPS = 3
 
@@ -156,13 +158,17 @@ class MapMemory:
     ----------
     target : Index of the current tag in the mission's list.
     belief : The robot's pose; None before the first reading.
-    plan : Ways [m] and turns [rad] of the next periods, when it backs off or searches.
+    plan : Ways [m] and turns [rad] of the next periods, when it backs off.
+    aside_m : (2,) float64 or None — Where it drives for readings from other places [m].
+    aside_left : For how many periods at most it still does so.
     searches : How often it stood at the tag and was not sure, on this leg.
     """
 
     target: int
     belief: PoseBelief | None = None
     plan: tuple[tuple[float, float], ...] = ()
+    aside_m: FloatArray | None = None
+    aside_left: int = 0
     searches: int = 0
 
 
@@ -174,8 +180,8 @@ class MapNavigator:
     on it, readings do not contradict it, and the 95 % circle of the estimate, the survey's error of
     the tag included, lies within the arrival radius. The particles' spread already contains what
     the map is known not to know, since that is part of their likelihood. There but not sure, the
-    robot drives a small loop: readings from new places decide. Where the pose is open it drives on
-    from the likeliest one, and where it touches something it backs off.
+    robot drives aside and back: readings from new places decide. Where the pose is open it drives
+    on from the likeliest one, and where it touches something it backs off.
 
     Parameters
     ----------
@@ -206,7 +212,7 @@ class MapNavigator:
         self.follower.check_target(target)
         if before is None:
             return MapMemory(target=target)
-        return replace(before, target=target, plan=(), searches=0)
+        return replace(before, target=target, plan=(), aside_m=None, searches=0)
 
     def decide(
         self,
@@ -231,29 +237,39 @@ class MapNavigator:
         memory = replace(memory, belief=belief)
         pose, target = estimate.pose, memory.target
         place_m = _seen_from(pose, self.follower.plan.goals_m[target])
-        lost = self.filter.doubts(belief, rss_w)
+        lost = self.filter.lost(belief)
         if self.follower.left_m(pose, target) <= _THERE_M:
             if self._sure(estimate, lost=lost):
                 return Decision(
                     rates=np.zeros(2), memory=memory, reached=True, mode="stopped", place_m=place_m
                 )
-            if not memory.plan:
+            if not memory.plan and memory.aside_m is None:
                 memory = replace(
-                    memory, plan=self._loop(memory.searches), searches=memory.searches + 1
+                    memory,
+                    aside_m=self._aside(pose, memory.searches, rng),
+                    aside_left=_SEARCH_STEPS,
+                    searches=memory.searches + 1,
                 )
         if odometry.contact and not memory.plan:
             memory = replace(memory, plan=backing_off(self.follower, rng))
         if memory.plan:
             (way, turn), *later = memory.plan
-            mode: Mode = "evade" if odometry.contact else "search"
+            mode: Mode = "evade"
             memory = replace(memory, plan=tuple(later))
+        elif memory.aside_m is not None:
+            way, turn, _ = self.follower.to_point(pose, memory.aside_m)
+            mode = "search"
+            near = math.dist(pose[:2], memory.aside_m) <= self.follower.cruise_step_m
+            if near or memory.aside_left <= 1:
+                memory = replace(memory, aside_m=None)
+            memory = replace(memory, aside_left=memory.aside_left - 1)
         else:
             way, turn, mode = self.follower.step(pose, target)
         return Decision(
             rates=self.follower.rates(way, turn),
             memory=memory,
             reached=False,
-            mode=mode,
+            mode="search" if lost and mode == "navigation" else mode,
             place_m=place_m,
         )
 
@@ -270,11 +286,15 @@ class MapNavigator:
         near = self.protection_m(estimate) <= self.arrival_radius_m
         return near and estimate.share >= _LEAST_SHARE and not lost
 
-    def _loop(self, number: int) -> tuple[tuple[float, float], ...]:
-        """Return a small loop that leads back, each time to another side."""
-        step = self.follower.cruise_step_m * (1.0 + 0.5 * min(number, 4))
-        turn = 2.0 * math.pi / _SEARCH_STEPS * (1.0 if number % 2 else -1.0)
-        return ((step, turn),) * _SEARCH_STEPS
+    def _aside(self, pose: FloatArray, number: int, rng: np.random.Generator) -> FloatArray:
+        """Return a free place beside the tag, each time farther, (2,) [m]."""
+        first, further = _SEARCH_M
+        radius = first + further * min(number, 5)
+        for side in rng.uniform(-np.pi, np.pi, _SEARCH_SIDES):
+            point: FloatArray = pose[:2] + radius * np.array([math.cos(side), math.sin(side)])
+            if self.follower.plan.sees(pose[:2], point):
+                return point
+        return pose[:2]
 
 
 def _seen_from(pose: FloatArray, point_m: FloatArray) -> FloatArray:

@@ -40,6 +40,9 @@ _SCOUTS = 2000
 _DRAWS = 50
 _DOUBT_SDS = 4.0
 _EXPLORED = 0.2
+_FRESH_WEIGHT = 0.01
+_LOST_WEIGHT = 0.2
+_RIVALS = 0.5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -81,6 +84,7 @@ class PoseBelief:
         and [dB²].
     misfit : Mean square of errors over their variance, under the share of error that explains them
         best, averaged over the last readings [-].
+    rivals : Share of the last readings that were explained better by poses drawn anywhere [-].
     estimate : The pose after the last reading, before particles are drawn anew; None: of another
         moment.
     """
@@ -93,6 +97,7 @@ class PoseBelief:
     gain_db: FloatArray
     gain_variance: FloatArray
     misfit: float = 1.0
+    rivals: float = 0.0
     estimate: PoseEstimate | None = None
 
 
@@ -111,6 +116,7 @@ class PoseFilter:
     maps : Field maps of all tags.
     shares : (t,) float64 — Power over the local mean of the error field that is expected of map and
         survey [-].
+    floors_w : (t,) float64 — Power of it that is the same everywhere, also in shadows [W].
     low_m, high_m : (2,) float64 — Rectangle of the floor [m].
     blocked : Where the robot's centre cannot be; None: nowhere.
     noise_db : Deviation of a reading's noise [dB].
@@ -127,6 +133,7 @@ class PoseFilter:
 
     maps: FieldMap
     shares: FloatArray
+    floors_w: FloatArray
     low_m: FloatArray
     high_m: FloatArray
     blocked: Blocked | None
@@ -145,7 +152,7 @@ class PoseFilter:
     method: Integration = "exact"
 
     def __post_init__(self) -> None:
-        for name in ("low_m", "high_m", "fading_db", "shares"):
+        for name in ("low_m", "high_m", "fading_db", "shares", "floors_w"):
             array = frozen_array(getattr(self, name), name=name, shape=(None,))
             object.__setattr__(self, name, array)
         for name, unit in (
@@ -268,25 +275,41 @@ class PoseFilter:
         weighed = replace(weighed, estimate=self._agreed(weighed))
         weighed = self._learned(weighed, rss_db)
         count = self._wanted(weighed)
-        doubt = self.doubts(weighed, rss_w)
+        scouts, won = None, False
+        if weighed.misfit > self._limit(heard):
+            scouts = self._anywhere(_SCOUTS, rng)
+            rival_logs, _, _ = self._explained(scouts, rss_db, belief)
+            won = bool(rival_logs.max() > logs.max())
+            chosen = np.exp(rival_logs - rival_logs.max())
+            scouts = scouts[:, _systematic(chosen, max(1, count // 5), rng)]
+        rivals = (1.0 - _MISFIT_SHARE) * belief.rivals + _MISFIT_SHARE * won
+        weighed = replace(weighed, rivals=rivals)
         effective = 1.0 / float(np.sum(weights**2))
-        if doubt or len(weights) > 1.5 * count or effective < 0.5 * len(weights):
-            return self._drawn_anew(weighed, count, rss_db, rng, doubt=doubt)
+        few = effective < 0.5 * len(weights) or len(weights) > 1.5 * count
+        if few or scouts is not None:
+            return self._drawn_anew(weighed, count, rng, scouts=scouts)
         return weighed
 
-    def doubts(self, belief: PoseBelief, rss_w: FloatArray) -> bool:
-        """Return whether readings fit worse than those of a right pose ever do.
+    def _limit(self, heard: npt.NDArray[np.bool_]) -> float:
+        """Return the misfit from which a right pose is improbable [-].
 
         The mean square of k independent errors over their variance is 1 with a deviation of
         sqrt(2/k); the antennas of a reading count half, and readings fade from the mean.
+        """
+        kept = 0.5 * max(int(heard.sum()), 1) * (2.0 - _MISFIT_SHARE) / _MISFIT_SHARE
+        return 1.0 + _DOUBT_SDS * math.sqrt(2.0 / kept)
+
+    def lost(self, belief: PoseBelief) -> bool:
+        """Return whether poses drawn anywhere explain most of the last readings better.
+
+        A misfit alone says that the map is wrong here, or the pose. At a wrong pose, the best of
+        many others is better; at the right one it is not, be the map as wrong as it may.
 
         Parameters
         ----------
-        belief, rss_w : The belief; the readings (t, n) [W].
+        belief : The belief.
         """
-        heard = max(int((rss_w > 0.0).sum()), 1)
-        kept = 0.5 * heard * (2.0 - _MISFIT_SHARE) / _MISFIT_SHARE
-        return belief.misfit > 1.0 + _DOUBT_SDS * math.sqrt(2.0 / kept)
+        return belief.rivals > _RIVALS
 
     def estimate(self, belief: PoseBelief) -> PoseEstimate:
         """Return mean and covariance of the particles around the heaviest cell.
@@ -328,8 +351,8 @@ class PoseFilter:
             np.ascontiguousarray(poses), _grid(maps.x_m, maps.y_m), maps.levels,
             _grid(maps.node_x_m, maps.node_y_m), maps.means, maps.powers_w, maps.ring,
             maps.shift_rad * maps.levels.shape[4] / (2.0 * math.pi), rss_db, belief.level_db,
-            belief.level_variance, belief.gain_db, shares, max(self.noise_db, 0.1), self.fading_db,
-            self.outlier_db, self.trust, belief.trusted, logs, parts, misfit,
+            belief.level_variance, belief.gain_db, shares, self.floors_w, max(self.noise_db, 0.1),
+            self.fading_db, self.outlier_db, self.trust, belief.trusted, logs, parts, misfit,
         )  # fmt: skip
         return logs, parts, misfit
 
@@ -348,7 +371,7 @@ class PoseFilter:
             sound = (rss_db[t] > -np.inf) & (mean > 0.0)
             if not sound.any():
                 continue
-            diffuse = expected[t] * mean[sound]
+            diffuse = expected[t] * mean[sound] + self.floors_w[t]
             part = diffuse / (here[sound] + diffuse)
             part *= 2.0 - part
             variance = (self.noise_db**2 + self.fading_db[t] ** 2 * part) / self.trust
@@ -387,29 +410,28 @@ class PoseFilter:
         self,
         belief: PoseBelief,
         count: int,
-        rss_db: FloatArray,
         rng: np.random.Generator,
         *,
-        doubt: bool,
+        scouts: FloatArray | None,
     ) -> PoseBelief:
-        """Return equally heavy particles: systematic resampling, blurred, with some fresh ones.
+        """Return particles of like weight: systematic resampling, blurred, with some fresh ones.
 
-        In doubt a fifth of them is fresh, drawn from many more poses by how well these explain the
-        reading.
+        Fresh ones, or scouts that explain the reading best, weigh little unless the pose is lost:
+        the best of very many explain one reading by chance.
         """
-        fresh = max(1, round((0.2 if doubt else self.fresh_share) * count))
+        if scouts is None:
+            scouts = self._anywhere(max(1, round(self.fresh_share * count)), rng)
+        fresh = scouts.shape[1]
         kept = count - fresh
         chosen = _systematic(belief.weights, kept, rng)
         poses = belief.poses[:, chosen]
         poses[:2] += _BLUR_M * rng.standard_normal((2, kept))
         poses[2] += _BLUR_RAD * rng.standard_normal(kept)
-        scouts = self._anywhere(_SCOUTS if doubt else fresh, rng)
-        if doubt:
-            logs, _, _ = self._explained(scouts, rss_db, belief)
-            scouts = scouts[:, _systematic(np.exp(logs - logs.max()), fresh, rng)]
-        return replace(
-            belief, poses=np.hstack([poses, scouts]), weights=np.full(count, 1.0 / count)
+        share = _LOST_WEIGHT if self.lost(belief) else _FRESH_WEIGHT
+        weights = np.concatenate(
+            [np.full(kept, (1.0 - share) / kept), np.full(fresh, share / fresh)]
         )
+        return replace(belief, poses=np.hstack([poses, scouts]), weights=weights)
 
     def _anywhere(self, count: int, rng: np.random.Generator) -> FloatArray:
         """Return poses anywhere on the free floor."""

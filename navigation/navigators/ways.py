@@ -135,7 +135,7 @@ class FloorPlan:
         goal : Which goal.
         """
         end: FloatArray = self.ends_m[goal]
-        if self._sees(place_m, end):
+        if self.sees(place_m, end):
             return end
         to_go = self.to_go_m[goal]
         i, j = self._nearest(place_m, np.isfinite(to_go))
@@ -146,7 +146,7 @@ class FloorPlan:
                 return found
             i, j = divmod(number, len(self.y_m))
             point = np.array([self.x_m[i], self.y_m[j]])
-            if math.dist(point, place_m) > _SIGHT_M or not self._sees(place_m, point):
+            if math.dist(point, place_m) > _SIGHT_M or not self.sees(place_m, point):
                 return found if math.dist(found, place_m) > _STEP_M else point
             found = point
 
@@ -166,7 +166,13 @@ class FloorPlan:
         number = int(np.argmin(np.where(allowed, away, np.inf)))
         return number // len(self.y_m), number % len(self.y_m)
 
-    def _sees(self, start_m: FloatArray, end_m: FloatArray) -> bool:
+    def sees(self, start_m: FloatArray, end_m: FloatArray) -> bool:
+        """Return whether the robot can drive straight from a place to another.
+
+        Parameters
+        ----------
+        start_m, end_m : (2,) float64 — The places [m].
+        """
         if self.blocked is None:
             return True
         parts = max(1, math.ceil(math.dist(start_m, end_m) / _SIGHT_STEP_M))

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import msgspec
 import numpy as np
 import numpy.typing as npt
 
@@ -28,15 +29,15 @@ from octant.navigation.robot.floor import RobotSpace
 from octant.reader_design.keeping.small_netcdf import netcdf_bytes, read_netcdf
 from octant.reader_design.setting.placing import PlacedTag
 from octant.reader_design.setting.rfid import is_woken
-from octant.reader_design.setting.setting import Setting
+from octant.reader_design.setting.setting import Setting, build_setting
 
 if TYPE_CHECKING:
     from octant.reader_design.keeping.small_netcdf import Stored
 
 FloatArray = npt.NDArray[np.float64]
 
-ERROR_PLACES = 300
-"""Random places [-] at which a map is compared with the solver."""
+ERROR_PLACES, EXACT_PLACES = 300, 100
+"""Random places [-] at which a map is compared with the solver, and with a more exact one."""
 PATH_S, PLACE_S = 6e-6, 3e-5
 """Time [s] of a traced path, and of a fine place and channel for each row of antennas."""
 
@@ -170,15 +171,40 @@ def compute_map(context: MapContext, tag: MappedTag) -> FieldMap:
     )
 
 
+def exacter(setting: Setting) -> Setting:
+    """Return a room with what its maps leave out: one more reflection, and edges that diffract.
+
+    Parameters
+    ----------
+    setting : The reader in a room of a study with a mission.
+    """
+    solver = setting.study.solver
+    study = msgspec.structs.replace(
+        setting.study,
+        solver=msgspec.structs.replace(
+            solver, max_reflections=solver.max_reflections + 1, diffraction=True
+        ),
+    )
+    return build_setting(study, setting.layout, sampling=setting.sampling).with_responses(
+        setting.responses
+    )
+
+
 def error_of(
-    setting: Setting, found: FieldMap, tags: Sequence[PlacedTag], space: RobotSpace
+    setting: Setting,
+    found: FieldMap,
+    tags: Sequence[PlacedTag],
+    space: RobotSpace,
+    *,
+    places: int = ERROR_PLACES,
 ) -> tuple[MapError, ...]:
     """Return how far each tag's map is from the study's solver at random free places.
 
     Parameters
     ----------
-    setting, found, tags : The room; the maps of tags, in order.
+    setting, found, tags : The room as it is solved; the maps of tags, in order.
     space : Where the robot can stand.
+    places : Number of places [-].
     """
     rng = np.random.default_rng((setting.study.seed, _ERROR_STREAM))
     low, high = (
@@ -186,7 +212,7 @@ def error_of(
         for x, y in ((found.x_m, found.y_m), (found.x_m[::-1], found.y_m[::-1]))
     )
     points = rng.uniform(low, high, (20 * ERROR_PLACES, 2))
-    points = points[space(points)][:ERROR_PLACES]
+    points = points[space(points)][:places]
     poses = np.column_stack([points, rng.uniform(-math.pi, math.pi, len(points))])
     return tuple(
         map_error(found, setting.link(tag).rss_w(poses), poses, tag=number)
@@ -194,17 +220,17 @@ def error_of(
     )
 
 
-def error_sentence(errors: Sequence[MapError]) -> str:
+def error_sentence(errors: Sequence[MapError], what: str) -> str:
     """Return in words how far maps are from the solver.
 
     Parameters
     ----------
-    errors : Of every tag.
+    errors, what : Of every tag; what the solver includes.
     """
     rms, p95 = (float(np.mean([getattr(e, name) for e in errors])) for name in ("rms_db", "p95_db"))
     share = float(np.mean([e.share for e in errors]))
     return (
-        f"field maps against the solver at {errors[0].places} random places: {rms:.1f} dB rms, "
+        f"field maps against {what} at {errors[0].places} random places: {rms:.1f} dB rms, "
         f"95 % within {p95:.1f} dB, deep fades included; error field "
         f"{-10.0 * math.log10(share):.0f} dB under the local mean."
     )

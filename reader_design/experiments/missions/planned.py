@@ -19,11 +19,13 @@ from octant.navigation.robot.drive import DifferentialDrive
 from octant.navigation.robot.floor import RobotSpace
 from octant.navigation.robot.motion import Integration
 from octant.reader_design.experiments.missions.field_maps import (
+    EXACT_PLACES,
     FieldMapCodec,
     MappedTag,
     compute_map,
     error_of,
     error_sentence,
+    exacter,
     map_context,
     map_forecast,
     mapped_tags,
@@ -57,7 +59,7 @@ class MapStore:
 def study_maps(
     setting: Setting, space: RobotSpace, store: MapStore
 ) -> tuple[FieldMap, tuple[MapError, ...]]:
-    """Return the field maps of all tags of a room, and how far they are from the solver.
+    """Return the field maps of all tags of a room, and how far they are from a more exact field.
 
     Parameters
     ----------
@@ -82,8 +84,9 @@ def study_maps(
             label="field maps",
         )
     found = joined([one.value for one in kept])
-    errors = error_of(setting, found, tags, space)
-    say(error_sentence(errors))
+    say(error_sentence(error_of(setting, found, tags, space), "the solver"))
+    errors = error_of(exacter(setting), found, tags, space, places=EXACT_PLACES)
+    say(error_sentence(errors, "one more reflection and diffraction"))
     return found, errors
 
 
@@ -148,6 +151,7 @@ def planned_navigator(
             filter=PoseFilter(
                 maps=found,
                 shares=np.minimum(shares, 1.0),
+                floors_w=np.array([error.floor_w for error in errors]),
                 low_m=low,
                 high_m=high,
                 blocked=blocked,
