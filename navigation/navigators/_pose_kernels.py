@@ -12,9 +12,9 @@ from octant.geometries.kernels import kernel
 def pose_log_likelihood(
     poses, grid, levels, node_grid, means, powers, ring, shift, rss_db, level_db, level_variance,
     gain_db, shares, floors, noise_db, fading_db, outlier_db, trust, trusted, logs,
-    parts, misfit,
+    parts,
 ):  # fmt: skip
-    """Write log-likelihoods (m,) of all tags' readings, probabilities (m, t, s + 1), and misfits.
+    """Write log-likelihoods (m,) of all tags' readings, and probabilities (m, t, s + 1).
 
     poses (3, m): x, y [m], heading [rad]; grid, node_grid (4,): lowest x, y and cells [m] of levels
     (t, nx, ny, r, h) and means (t, cx, cy, r, h), codes that powers (t, 256) translate; rss_db
@@ -22,8 +22,7 @@ def pose_log_likelihood(
     gain_db (n,): what is known of the tags' and antennas' levels. shares (s,): power of the error
     field over the local mean; floors (t,) [W]: what is added to it everywhere. The probabilities
     are those of each share after the reading, before it trusted (t, s + 1); the last one is an
-    outlier's. misfit (m, t): mean square of the errors over their variance, under the share that
-    explains them best [-].
+    outlier's.
     """
     per_rad = levels.shape[4] / (2.0 * math.pi)
     headings, hypotheses = levels.shape[4], shares.size
@@ -89,7 +88,6 @@ def pose_log_likelihood(
                 error = known - 4.342944819032518 * math.log(mean + floors[t]) + lower
                 sums += error
                 squares += error * error
-            misfit[k, t] = 0.0
             # Where all fading is unknown, and for an outlier, the variance is one for all antennas.
             for s in range(hypotheses - 1, hypotheses + 1):
                 variance = outlier_db * outlier_db
@@ -105,8 +103,6 @@ def pose_log_likelihood(
                     parts[k, t, s] = (
                         -0.5 * trust * (square + math.log(spread[s] * common * level_variance[t]))
                     )
-                    if s == 0 or (s < hypotheses and square / heard < misfit[k, t]):
-                        misfit[k, t] = square / heard
             most, total = -np.inf, 0.0
             for s in range(hypotheses + 1):
                 most = max(most, parts[k, t, s])

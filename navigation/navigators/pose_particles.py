@@ -30,19 +30,18 @@ _NEAR_M = 0.5
 _NEAR_RAD = 0.6
 _FORGET = 0.05
 _LEAST_WEIGHT = 0.02
-_MISFIT_SHARE = 0.15
+_RIVAL_SHARE = 0.15
 _BLUR_M = 0.006
 _BLUR_RAD = 0.01
 _PER_M2 = 500.0
 _MOST = 40_000
-_PER_CELL = 15
-_SCOUTS = 2000
+_PER_CELL = 60
+_SCOUTS, _MANY_SCOUTS = 500, 2000
 _DRAWS = 50
-_DOUBT_SDS = 4.0
 _EXPLORED = 0.2
 _FRESH_WEIGHT = 0.01
-_LOST_WEIGHT = 0.2
-_RIVALS = 0.5
+_RIVALS = 0.35
+_KEPT = 0.7
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -82,8 +81,6 @@ class PoseBelief:
         the variance of that [dB²].
     gain_db, gain_variance : (n,) float64 — The same of an antenna against the others, [dB]
         and [dB²].
-    misfit : Mean square of errors over their variance, under the share of error that explains them
-        best, averaged over the last readings [-].
     rivals : Share of the last readings that were explained better by poses drawn anywhere [-].
     estimate : The pose after the last reading, before particles are drawn anew; None: of another
         moment.
@@ -96,7 +93,6 @@ class PoseBelief:
     level_variance: FloatArray
     gain_db: FloatArray
     gain_variance: FloatArray
-    misfit: float = 1.0
     rivals: float = 0.0
     estimate: PoseEstimate | None = None
 
@@ -119,6 +115,7 @@ class PoseFilter:
     floors_w : (t,) float64 — Power of it that is the same everywhere, also in shadows [W].
     low_m, high_m : (2,) float64 — Rectangle of the floor [m].
     blocked : Where the robot's centre cannot be; None: nowhere.
+    wavelength_m, radius_m : Shortest wavelength [m]; distance of the antennas from the axis [m].
     noise_db : Deviation of a reading's noise [dB].
     fading_db : (t,) float64 — Deviation of the coherent level around the local mean [dB].
     level_db, gain_db : Deviations of tags' levels and of antennas' gains from the map's [dB].
@@ -137,8 +134,10 @@ class PoseFilter:
     low_m: FloatArray
     high_m: FloatArray
     blocked: Blocked | None
+    wavelength_m: float
     noise_db: float
     fading_db: FloatArray
+    radius_m: float = 0.1
     level_db: float = 2.0
     gain_db: float = 1.0
     particles: int = 2000
@@ -170,10 +169,33 @@ class PoseFilter:
             )
             raise NavigationError(msg)
 
-    def _shares(self) -> FloatArray:
-        """Return the supposed shares of the error field: expected, in between, everything."""
-        least = float(np.clip(np.mean(self.shares), 1e-3, 0.5))
+    def _shares(self, belief: PoseBelief | None = None) -> FloatArray:
+        """Return the supposed shares of the error field: expected, in between, everything.
+
+        The poses between particles are not looked at: their distance counts as an error of the map.
+        """
+        least = float(np.mean(self.shares))
+        if belief is not None:
+            least += misplaced_share(self._gap_m(belief), wavelength_m=self.wavelength_m)
+        least = float(np.clip(least, 1e-3, 0.9))
         return np.array([least, math.sqrt(least), 1.0])
+
+    def _gap_m(self, belief: PoseBelief) -> float:
+        """Return about how far neighbouring particles are apart, turns as the antennas move [m].
+
+        The volume of a normal distribution is (2 pi)^(3/2) times its deviations; particles in
+        several cells share them.
+        """
+        number = _cells(belief.poses)
+        shares = np.bincount(number, weights=belief.weights)
+        inside = number == int(np.argmax(shares))
+        place, heading = belief.poses[:2, inside], belief.poses[2, inside]
+        turn = wrap_angle(heading - heading[0])
+        spread = np.array([*place.std(axis=1), self.radius_m * float(np.std(turn))])
+        volume = (2.0 * math.pi) ** 1.5 * float(np.prod(np.maximum(spread, 1e-4)))
+        shares = shares[shares > 0.0]
+        cells = math.exp(-float(np.sum(shares * np.log(shares))))
+        return float((cells * volume / len(belief.weights)) ** (1.0 / 3.0))
 
     def start(
         self,
@@ -256,11 +278,10 @@ class PoseFilter:
         if self.blocked is not None:
             there = self.blocked(np.ascontiguousarray(belief.poses[:2].T))
             weights = np.where(there, 1e-3 * weights, weights)
-        logs, parts, misfit = self._explained(belief.poses, rss_db, belief)
+        logs, parts = self._explained(belief.poses, rss_db, belief)
         weights = weights * np.exp(logs - logs.max())
         weights /= weights.sum()
         tags = np.asarray(heard.any(axis=1))
-        fits = float(weights @ misfit[:, tags].mean(axis=1))
         shared = np.tensordot(weights, parts, axes=1)
         trusted = np.where(
             tags[:, None], (1.0 - _FORGET) * belief.trusted + _FORGET * shared, belief.trusted
@@ -270,40 +291,42 @@ class PoseFilter:
             belief,
             weights=weights,
             trusted=trusted / trusted.sum(axis=1, keepdims=True),
-            misfit=(1.0 - _MISFIT_SHARE) * belief.misfit + _MISFIT_SHARE * fits,
         )
         weighed = replace(weighed, estimate=self._agreed(weighed))
         weighed = self._learned(weighed, rss_db)
-        count = self._wanted(weighed)
-        scouts, won = None, False
-        if weighed.misfit > self._limit(heard):
-            scouts = self._anywhere(_SCOUTS, rng)
-            rival_logs, _, _ = self._explained(scouts, rss_db, belief)
-            won = bool(rival_logs.max() > logs.max())
-            chosen = np.exp(rival_logs - rival_logs.max())
-            scouts = scouts[:, _systematic(chosen, max(1, count // 5), rng)]
-        rivals = (1.0 - _MISFIT_SHARE) * belief.rivals + _MISFIT_SHARE * won
-        weighed = replace(weighed, rivals=rivals)
-        effective = 1.0 / float(np.sum(weights**2))
-        few = effective < 0.5 * len(weights) or len(weights) > 1.5 * count
-        if few or scouts is not None:
-            return self._drawn_anew(weighed, count, rng, scouts=scouts)
-        return weighed
+        count = max(self._wanted(weighed), round(_KEPT * len(weights)))
+        if len(weights) > 1.2 * self.particles:  # the pose is open: particles are everywhere
+            weighed = replace(weighed, rivals=(1.0 - _RIVAL_SHARE) * belief.rivals)
+            return self._drawn_anew(weighed, count, rng, scouts=None)
+        scouts = self._anywhere(_MANY_SCOUTS if belief.rivals > 0.5 * _RIVALS else _SCOUTS, rng)
+        rival_logs, _ = self._explained(scouts, rss_db, belief)
+        won = bool(rival_logs.max() > logs.max())
+        weighed = replace(weighed, rivals=(1.0 - _RIVAL_SHARE) * belief.rivals + _RIVAL_SHARE * won)
+        if self.lost(weighed):
+            return self._anew(weighed, rng)
+        if not won and 1.0 / float(np.sum(weights**2)) >= 0.5 * len(weights):
+            return weighed
+        chosen = np.exp(self.trust * (rival_logs - rival_logs.max()))
+        fresh = max(1, round((0.2 if won else self.fresh_share) * count))
+        scouts = scouts[:, _systematic(chosen, fresh, rng)]
+        return self._drawn_anew(weighed, count, rng, scouts=scouts)
 
-    def _limit(self, heard: npt.NDArray[np.bool_]) -> float:
-        """Return the misfit from which a right pose is improbable [-].
-
-        The mean square of k independent errors over their variance is 1 with a deviation of
-        sqrt(2/k); the antennas of a reading count half, and readings fade from the mean.
-        """
-        kept = 0.5 * max(int(heard.sum()), 1) * (2.0 - _MISFIT_SHARE) / _MISFIT_SHARE
-        return 1.0 + _DOUBT_SDS * math.sqrt(2.0 / kept)
+    def _anew(self, belief: PoseBelief, rng: np.random.Generator) -> PoseBelief:
+        """Return a belief that the robot may be anywhere; levels and gains stay known."""
+        fresh = self.start(rng, pose=None)
+        return replace(
+            belief,
+            poses=fresh.poses,
+            weights=fresh.weights,
+            trusted=fresh.trusted,
+            estimate=None,
+        )
 
     def lost(self, belief: PoseBelief) -> bool:
         """Return whether poses drawn anywhere explain most of the last readings better.
 
-        A misfit alone says that the map is wrong here, or the pose. At a wrong pose, the best of
-        many others is better; at the right one it is not, be the map as wrong as it may.
+        That readings do not fit says that the map is wrong here, or the pose. At a wrong pose the
+        best of many others is better; at the right one it is not, be the map as wrong as it may.
 
         Parameters
         ----------
@@ -342,19 +365,18 @@ class PoseFilter:
 
     def _explained(
         self, poses: FloatArray, rss_db: FloatArray, belief: PoseBelief
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        maps, shares, tags = self.maps, self._shares(), self.maps.tags
+    ) -> tuple[FloatArray, FloatArray]:
+        maps, shares, tags = self.maps, self._shares(belief), self.maps.tags
         logs = np.empty(poses.shape[1])
         parts = np.empty((poses.shape[1], tags, len(shares) + 1))
-        misfit = np.empty((poses.shape[1], tags))
         pose_log_likelihood(
             np.ascontiguousarray(poses), _grid(maps.x_m, maps.y_m), maps.levels,
             _grid(maps.node_x_m, maps.node_y_m), maps.means, maps.powers_w, maps.ring,
             maps.shift_rad * maps.levels.shape[4] / (2.0 * math.pi), rss_db, belief.level_db,
             belief.level_variance, belief.gain_db, shares, self.floors_w, max(self.noise_db, 0.1),
-            self.fading_db, self.outlier_db, self.trust, belief.trusted, logs, parts, misfit,
+            self.fading_db, self.outlier_db, self.trust, belief.trusted, logs, parts,
         )  # fmt: skip
-        return logs, parts, misfit
+        return logs, parts
 
     def _learned(self, belief: PoseBelief, rss_db: FloatArray) -> PoseBelief:
         """Return the belief with levels and gains moved by the errors at the estimate."""
@@ -416,8 +438,7 @@ class PoseFilter:
     ) -> PoseBelief:
         """Return particles of like weight: systematic resampling, blurred, with some fresh ones.
 
-        Fresh ones, or scouts that explain the reading best, weigh little unless the pose is lost:
-        the best of very many explain one reading by chance.
+        Scouts weigh little: the best of very many explain one reading by chance.
         """
         if scouts is None:
             scouts = self._anywhere(max(1, round(self.fresh_share * count)), rng)
@@ -427,9 +448,8 @@ class PoseFilter:
         poses = belief.poses[:, chosen]
         poses[:2] += _BLUR_M * rng.standard_normal((2, kept))
         poses[2] += _BLUR_RAD * rng.standard_normal(kept)
-        share = _LOST_WEIGHT if self.lost(belief) else _FRESH_WEIGHT
         weights = np.concatenate(
-            [np.full(kept, (1.0 - share) / kept), np.full(fresh, share / fresh)]
+            [np.full(kept, (1.0 - _FRESH_WEIGHT) / kept), np.full(fresh, _FRESH_WEIGHT / fresh)]
         )
         return replace(belief, poses=np.hstack([poses, scouts]), weights=weights)
 
@@ -451,6 +471,22 @@ class PoseFilter:
             raise NavigationError(msg)
         points = points[np.arange(count) % len(points)]
         return np.vstack([points.T, rng.uniform(-np.pi, np.pi, count)])
+
+
+def misplaced_share(sd_m: float, *, wavelength_m: float) -> float:
+    """Return the power over the local mean of what a place that is off adds to the field [-].
+
+    Waves of a tag, or at a robot, that is off by d in a random direction have phases k d.u off, u
+    being the direction of each. Of directions all around, and without the phase that all share, the
+    mean square of that is 2/3 k² sd²; the error field is 1 - exp(-that).
+
+    Parameters
+    ----------
+    sd_m : Deviation of the place along each axis [m].
+    wavelength_m : Wavelength [m].
+    """
+    phase = 2.0 * math.pi / wavelength_m * sd_m
+    return 1.0 - math.exp(-2.0 / 3.0 * phase**2)
 
 
 def _systematic(weights: FloatArray, count: int, rng: np.random.Generator) -> npt.NDArray[np.int64]:

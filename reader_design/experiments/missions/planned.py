@@ -13,7 +13,7 @@ from octant.em.power.field_maps import FieldMap, MapError, joined
 from octant.geometries.errors import ConfigError, NavigationError
 from octant.navigation.missions.records import Mission
 from octant.navigation.navigators.map_navigator import CountingNavigator, Follower, MapNavigator
-from octant.navigation.navigators.pose_particles import PoseFilter
+from octant.navigation.navigators.pose_particles import PoseFilter, misplaced_share
 from octant.navigation.navigators.ways import SPACING_M, floor_plan, occupancy
 from octant.navigation.robot.drive import DifferentialDrive
 from octant.navigation.robot.floor import RobotSpace
@@ -142,7 +142,7 @@ def planned_navigator(
         return CountingNavigator(follower=follower, start_pose=start, method=method)
     found, errors = study_maps(setting, space, maps)
     wavelength_m = SPEED_OF_LIGHT_M_PER_S / max(r.frequency_hz for r in setting.radios)
-    survey = survey_share(table.map.tag_sd_m, wavelength_m=wavelength_m)
+    survey = misplaced_share(table.map.tag_sd_m, wavelength_m=wavelength_m)
     shares = np.array([error.share + survey + table.map.field_error for error in errors])
     radius_m = min(test.radius_m for test in mission.arrivals)
     try:
@@ -155,6 +155,8 @@ def planned_navigator(
                 low_m=low,
                 high_m=high,
                 blocked=blocked,
+                wavelength_m=wavelength_m,
+                radius_m=setting.reader.antenna_radius_m,
                 noise_db=max(table.noise_db, 0.5),
                 fading_db=fading_of(found),
                 level_db=table.map.level_sd_db,
@@ -169,22 +171,6 @@ def planned_navigator(
         )
     except NavigationError as exc:
         raise ConfigError(str(exc)) from exc
-
-
-def survey_share(tag_sd_m: float, *, wavelength_m: float) -> float:
-    """Return the power over the local mean of what a misplaced tag adds to the field [-].
-
-    Waves from a tag that is off by d in a random direction have phases k d.u off, u being the
-    direction in which each left. Of directions all around, and without the phase that all share,
-    the mean square of that is 2/3 k² sd²; the error field is 1 - exp(-that).
-
-    Parameters
-    ----------
-    tag_sd_m : Deviation of the tag's place along each axis [m].
-    wavelength_m : Wavelength [m].
-    """
-    phase = 2.0 * math.pi / wavelength_m * tag_sd_m
-    return 1.0 - math.exp(-2.0 / 3.0 * phase**2)
 
 
 def fading_of(maps: FieldMap) -> FloatArray:
