@@ -115,7 +115,7 @@ def _columns(
                 continue
             where = PLACES.get(str(places[k]), str(places[k]))
             unit = "share" if str(name).endswith("_share") else str(item.attrs.get("units", "1"))
-            first = str(name) in FIRST and places[k] == places.max()
+            first = str(name) in FIRST and places[k] == max(places)
             number += 1
             rank = FIRST.index(str(name)) if first else number
             yield (
