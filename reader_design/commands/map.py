@@ -220,13 +220,15 @@ class _MapFiles:
     def written(self) -> list[Path]:
         """Files and folders that hold the map."""
         files = [file for _, file, _, _ in self.exports]
-        pages = [] if self.figures is None else [self.figures, self.report]
+        pages = [] if self.figures is None else [self.figures]
+        pages += [] if self.report is None else [self.report]
         return [self.out, *files, *pages]
 
     @property
-    def report(self) -> Path:
-        """The page to look at, which is written where figures are."""
-        return self.out.with_name("report.html")
+    def report(self) -> Path | None:
+        """The page to look at; None where the map has no folder to itself."""
+        own = self.figures is not None and self.figures == self.out.parent / "figures"
+        return self.out.with_name("report.html") if own else None
 
     @property
     def stamp(self) -> str:
@@ -259,7 +261,7 @@ class _MapFiles:
 
         pages = [] if self.figures is None else [self.figures / name for name in PAGES]
         files = [file for _, file, _, _ in self.exports]
-        pages += [] if self.figures is None else [self.report]
+        pages += [] if self.report is None else [self.report]
         refuse_overwrite(self.out, *pages, *files, force=force)
 
     def finish(self, data: "xr.Dataset", setting: "Setting", progress: Progress) -> "xr.Dataset":
@@ -280,8 +282,9 @@ class _MapFiles:
         if self.figures is not None:
             with progress.during("figures"):
                 pages = save_pages(data, setting, self.figures, threshold_dbm=self.threshold_dbm)
-                page = map_report(data, setting, pages, self.out)
-                write_text(self.report, render_report(page))
+                if self.report is not None:
+                    page = map_report(data, setting, pages, self.out)
+                    write_text(self.report, render_report(page))
         write_exports(data, self.exports, threshold_dbm=self.threshold_dbm)
         data = data.assign_attrs(drawn=self.stamp, pages=" ".join(page.name for page in pages))
         write_dataset(data, self.out, force=True)

@@ -137,7 +137,7 @@ def _parts(faces: Sequence[Face], triangles: Sequence[FloatArray]) -> list[dict[
 
 def _areas(triangles_m: FloatArray) -> FloatArray:
     a, b, c = np.moveaxis(triangles_m, 1, 0)
-    return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=-1)
+    return np.asarray(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=-1))
 
 
 def _edges(faces: Sequence[Face]) -> FloatArray:

@@ -99,7 +99,8 @@ def design_columns(
     ranked = [candidates[index] for index in choice.ranking]
     in_room = ranked[0].room is not None
     places = (("room", "in the room"), ("free", "in free space")) if in_room else (("free", ""),)
-    first, rest = [], []
+    first: list[Column] = []
+    rest: list[Column] = []
     for place, where in places:
         for name, heading, scale, form in SCORE_COLUMNS:
             values = tuple(scale * float(getattr(getattr(c, place), name)) for c in ranked)

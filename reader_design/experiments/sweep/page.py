@@ -105,7 +105,8 @@ def _columns(
         column = _column(_heading(name), item.values, str(item.attrs.get("units", "1")))
         yield (2, number), column
     number = 0
-    for name, item in table.data_vars.items():
+    for key, item in table.data_vars.items():
+        name = str(key)
         if "surrounding" not in item.dims or item.dtype.kind != "f" or len(item.dims) != 2:
             continue
         places = table["surrounding"].values.astype(str)
@@ -114,13 +115,13 @@ def _columns(
             if not np.isfinite(values).any():
                 continue
             where = PLACES.get(str(places[k]), str(places[k]))
-            unit = "share" if str(name).endswith("_share") else str(item.attrs.get("units", "1"))
-            first = str(name) in FIRST and places[k] == max(places)
+            unit = "share" if name.endswith("_share") else str(item.attrs.get("units", "1"))
+            first = name in FIRST and places[k] == max(places)
             number += 1
-            rank = FIRST.index(str(name)) if first else number
+            rank = FIRST.index(name) if first else number
             yield (
                 (1 if first else 3, rank),
-                _column(f"{_heading(str(name))}, {where}", values, unit),
+                _column(f"{_heading(name)}, {where}", values, unit),
             )
 
 
