@@ -3,7 +3,7 @@
 import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
@@ -75,10 +75,15 @@ class Scene:
     facet_part: IntArray
     facet_outer_side: IntArray
     floor_m: float | None = None
+    _solid_bounds_m: tuple[tuple[FloatArray, FloatArray], ...] = field(
+        init=False, repr=False, compare=False
+    )
 
     def __post_init__(self) -> None:
         bounds = frozen_array(self.bounds_m, name="bounds_m", shape=(2, 3))
         object.__setattr__(self, "bounds_m", bounds)
+        boxes = tuple((s.min(axis=(0, 1)), s.max(axis=(0, 1))) for s in self.solids)
+        object.__setattr__(self, "_solid_bounds_m", boxes)
         f, t = len(self.facets.facet_plane), len(self.facets.triangle_facet)
         for name, size in (("triangle_part", t), ("facet_part", f), ("facet_outer_side", f)):
             value = frozen_array(getattr(self, name), name=name, shape=(size,), dtype=np.int64)
@@ -111,8 +116,7 @@ class Scene:
         axis = int(np.argmax(np.ptp(points, axis=0))) if len(points) else 0
         order = np.argsort(points[:, axis], kind="stable")
         places = points[order, axis]
-        for corners in self.solids:
-            low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
+        for corners, (low, high) in zip(self.solids, self._solid_bounds_m, strict=True):
             near = order[slice(*np.searchsorted(places, (low[axis], high[axis])))]
             near = near[((points[near] > low) & (points[near] < high)).all(axis=1)]
             inside[near] |= np.abs(winding_numbers(points[near], corners)) > 0.5

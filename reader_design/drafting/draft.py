@@ -100,8 +100,7 @@ def draft_study(mesh: Path, out: Path, *, reading: Reading | None = None) -> Dra
     )
     labels = {one.body: one.name or one.why for one in materials}
     bodies = tuple(replace(body, material=labels[body.name]) for body in bodies)
-    scene, is_room, level_m = _room(mesh, bodies)
-    floor = open_floor(scene, level_m)
+    scene, is_room, floor = _room(mesh, bodies)
     found = _Found(
         mesh=os.path.relpath(mesh, out.parent),
         guess=guess,
@@ -118,8 +117,8 @@ def draft_study(mesh: Path, out: Path, *, reading: Reading | None = None) -> Dra
     return Draft(text=text, setting=build_setting(study), said=tuple(_said(found)))
 
 
-def _room(mesh: Path, bodies: Sequence[Body]) -> tuple[Scene, bool, float]:
-    """Return the scene, whether it is a room or objects in the open, and its floor [m]."""
+def _room(mesh: Path, bodies: Sequence[Body]) -> tuple[Scene, bool, OpenFloor]:
+    """Return the scene, whether it is a room (not only objects), and where a robot can stand."""
     scene = build_scene(bodies)
     level_m = floor_level_m(scene)
     if level_m is None:
@@ -130,10 +129,12 @@ def _room(mesh: Path, bodies: Sequence[Body]) -> tuple[Scene, bool, float]:
         )
         raise ConfigError(msg)
     scene = replace(scene, floor_m=level_m)
-    if open_floor(scene, level_m).places_m.size:
-        return scene, True, level_m
+    floor = open_floor(scene, level_m)
+    if floor.places_m.size:
+        return scene, True, floor
     # A floor or a site without walls around is no room: everything is then an object in the open.
-    return build_scene((), objects=bodies, floor_m=level_m), False, level_m
+    scene = build_scene((), objects=bodies, floor_m=level_m)
+    return scene, False, open_floor(scene, level_m)
 
 
 def _chosen(mesh: Path, scene: Scene, floor: OpenFloor) -> DraftPlaces:
