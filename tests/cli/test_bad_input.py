@@ -6,7 +6,7 @@ import pytest
 
 ROOM = '[room]\nbox_m = [7.0, 7.0, 3.0]\norigin_m = [-1, -1, 0]\nmaterial = "concrete"\n'
 TAG = '[[tag]]\nid = "a"\nposition_m = [2.0, 0.5, 3.0]\nantenna = "dipole"\n'
-MISSION = '[mission]\nnavigator = "thesis"\nstart_m = [0, 0]\ntags = ["a"]\n'
+MISSION = '[mission]\nstart_m = [0, 0]\ntags = ["a"]\n'
 CABINET = (
     '[[room.object]]\nkind = "cabinet"\nsize_m = [1.5, 0.35, 1.0]\nposition_m = [1.0, 2.0, 0.0]\n'
 )

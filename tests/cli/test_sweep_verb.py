@@ -231,7 +231,7 @@ def test_missing_dask_names_the_extra(octant, study_file, tmp_path, monkeypatch)
     [("gapm = [1]", "'gap_m'"), ("gap_m = []", "empty list"), ("gap_m = [-1]", "a number from")],
 )
 def test_wrong_sweeps_are_refused(octant, study_file, tmp_path, sweep, part):
-    text = STUDY[: STUDY.index("antenna = ")] + sweep
+    text = STUDY[: STUDY.index("antenna = [")] + sweep
     assert part in octant("sweep", study_file(text), "--out", tmp_path / "out").refused()
 
 
