@@ -274,9 +274,9 @@ def _contents(file: Path, kind: str, reading: Reading) -> _Contents:
         return _Contents(parts=read_obj(file), says="OBJ")
     if kind == _SCENE:
         shapes = read_mitsuba(file, load_bodies)
-        own = {s.name: s.material for s in shapes if s.material}
+        given = {s.name: s.material for s in shapes if s.material}
         parts = [(s.name, s.vertices, s.faces) for s in shapes]
-        return _Contents(parts=parts, says="Mitsuba", metres=1.0, up="z", own=own)
+        return _Contents(parts=parts, says="Mitsuba", metres=1.0, up="z", own=given)
     if kind == _COLLADA:
         parts, metres, up = read_collada(file)
         return _Contents(parts=parts, says="the DAE file", metres=metres, up=up)

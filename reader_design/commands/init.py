@@ -78,7 +78,4 @@ def init(
     dense = triangles > MOST_DRAWN
     save_figure((plan_picture if dense else scene_picture)(draft.setting), picture)
     click.echo(f"written: {study} and {picture}")
-    progress.say(
-        f"next: octant map {study} --out {study.stem}-map.nc, "
-        f"octant navigate {study} --out {study.stem}-drive"
-    )
+    progress.say(f"next: octant map {study}, octant navigate {study}")
