@@ -75,7 +75,7 @@ def test_sweep_leaves_a_table_and_computes_nothing_twice(octant, study_file, tmp
     assert call.code == 0, call.err
     assert call.out.splitlines()[0] == "8 cells: 8 done."
     before = {path.name: path.read_bytes() for path in out.rglob("*.*") if path.is_file()}
-    assert len(before) == 8 + 3
+    assert len(before) == 8 + 4
     never()
     again = octant("sweep", study, "--out", out)
     assert (again.code, again.out) == (0, call.out)
