@@ -20,7 +20,9 @@ FIRST = ("right_share", "vector_rms_rad", "margin_worst_db", "level_median_dbm")
 """Scores that come first, in the room where there is one."""
 MOST_DESIGNS = 400
 """Designs that a page holds [-]."""
-PLACES = {"free": "in free space", "room": "in the room"}
+ROUNDING = 1e-9
+"""Numbers that are nothing but rounding, in the unit in which they are shown [any]."""
+PLACES = {"free_space": "in free space", "room": "in the room"}
 
 
 def sweep_report(results: SweepResults, study_toml: str) -> Report:
@@ -137,6 +139,7 @@ def _column(heading: str, values: object, unit: str) -> Column:
         return Column(heading=heading, texts=tuple(str(value) for value in array.tolist()))
     factor, shown = FACTORS.get(unit, (100.0, "%") if unit == "share" else (1.0, unit))
     scaled = factor * array.astype(np.float64)
+    scaled = np.where(np.abs(scaled) < ROUNDING, 0.0, scaled)
     return Column(
         heading=heading if shown == "1" else f"{heading} [{shown}]",
         texts=tuple(f"{v:.4g}" if math.isfinite(v) else "–" for v in scaled.tolist()),
