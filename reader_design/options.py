@@ -103,23 +103,25 @@ MOST_FREQUENCIES = 1001
 """Frequencies that one call takes at most [-]."""
 
 
-def frequencies(text: str) -> tuple[float, ...]:
+def frequencies(text: str, *, gigahertz: bool = False) -> tuple[float, ...]:
     """Return the frequencies of the command line, rising [Hz].
 
     Parameters
     ----------
-    text : FROM:TO:COUNT with both ends, or numbers with commas between them [Hz].
+    text : FROM:TO:COUNT with both ends, or numbers with commas between them.
+    gigahertz : Whether they are in [GHz] instead of [Hz].
     """
+    unit_hz = 1e9 if gigahertz else 1.0
     numbers: list[float] = []
     try:
         if ":" in text:
             first, last, count = text.split(":")
-            low, high, steps = float(first), float(last), int(count) - 1
+            low, high, steps = unit_hz * float(first), unit_hz * float(last), int(count) - 1
             if low < high and 0 < steps < MOST_FREQUENCIES:
                 share = [k / steps for k in range(steps + 1)]
                 numbers = [(1.0 - t) * low + t * high for t in share]
         else:
-            numbers = sorted({float(part) for part in text.split(",")})
+            numbers = sorted({unit_hz * float(part) for part in text.split(",")})
     except ValueError:
         numbers = []
     if not 2 <= len(numbers) <= MOST_FREQUENCIES or not all(
@@ -127,14 +129,16 @@ def frequencies(text: str) -> tuple[float, ...]:
     ):
         msg = (
             f"{text[:60]!r} is no band; write FROM:TO:COUNT or frequencies with commas between "
-            f"them, 2 to {MOST_FREQUENCIES} of them, in Hz, such as 865e6:928e6:22."
+            f"them, 2 to {MOST_FREQUENCIES} of them, "
+            f"{'in GHz, such as 2.3:2.5:41' if gigahertz else 'in Hz, such as 865e6:928e6:22'}."
         )
         raise click.BadParameter(msg)
     return tuple(numbers)
 
 
 FREQUENCIES = click.types.FuncParamType(frequencies)
-FREQUENCIES.name = "FROM:TO:COUNT"
+BAND_GHZ = click.types.FuncParamType(lambda text: frequencies(text, gigahertz=True))
+FREQUENCIES.name = BAND_GHZ.name = "FROM:TO:COUNT"
 
 
 def approve(cost: "Cost", progress: Progress) -> None:

@@ -9,6 +9,7 @@ from msgspec import Meta
 from octant.geometries.errors import ConfigError
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.options import (
+    BAND_GHZ,
     FREQUENCIES,
     approve,
     common_options,
@@ -54,6 +55,7 @@ if TYPE_CHECKING:
     help="Band over which the ports are solved [Hz], or frequencies with commas; default: the "
     "study's radio.channels_hz.",
 )
+@click.option("--band", "band_ghz", type=BAND_GHZ, help="The same in GHz, such as 2.3:2.5:41.")
 @click.option(
     "--convergence", is_flag=True, help="Solve with 8, 10 and 14 cells per wavelength too."
 )
@@ -67,6 +69,7 @@ def reader(
     step_deg: float,
     model: str | None,
     frequencies: tuple[float, ...] | None,
+    band_ghz: tuple[float, ...] | None,
     convergence: bool,
     dry_run: bool,
     as_json: bool,
@@ -103,7 +106,7 @@ def reader(
             "out, or give --model fullwave."
         )
         raise ConfigError(msg)
-    band_hz = _band_hz(loaded, frequencies)
+    band_hz = _band_hz(loaded, frequencies, band_ghz)
     ports = loaded.reader.antennas
     names = ["reader.nc", "study.toml", *(f"antenna_{i + 1}.ffe" for i in range(ports))]
     if chosen == "fullwave":
@@ -216,14 +219,20 @@ def _with_model(study: "Study", model: str | None) -> "Study":
     return replace(study, reader=design)
 
 
-def _band_hz(study: "Study", frequencies: tuple[float, ...] | None) -> tuple[float, ...]:
+def _band_hz(
+    study: "Study", frequencies: tuple[float, ...] | None, band: tuple[float, ...] | None
+) -> tuple[float, ...]:
     """Return the band over which the ports are solved [Hz]; nothing where there is none."""
     response = study.reader.response
-    if frequencies and response != "fullwave":
+    if frequencies and band:
+        msg = "--frequencies and --band are both given, but there is one band; give one."
+        raise ConfigError(msg)
+    asked = frequencies or band
+    if asked and response != "fullwave":
         msg = (
-            f"--frequencies is given, but the model is {response!r}, which gives patterns only; "
-            "leave it out, or give --model fullwave."
+            f"{'--frequencies' if frequencies else '--band'} is given, but the model is "
+            f"{response!r}, which gives patterns only; leave it out, or give --model fullwave."
         )
         raise ConfigError(msg)
-    band = frequencies or tuple(sorted(set(study.radio.channels_hz)))
-    return band if response == "fullwave" and len(band) > 1 else ()
+    found = asked or tuple(sorted(set(study.radio.channels_hz)))
+    return found if response == "fullwave" and len(found) > 1 else ()

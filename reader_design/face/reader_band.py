@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 FloatArray = npt.NDArray[np.float64]
 
-GAIN_STEP_DEG = 3.0
+GAIN_STEP_DEG = 5.0
 """Step of the directions among which the greatest gain is looked for [deg]."""
 NODES_PER_WIDTH = 25.0
 """Solutions beyond `NODES` that are expected for each unit of relative bandwidth [-]."""
@@ -75,42 +75,42 @@ class ReaderBand:
     results: tuple[FullwaveResult, ...]
     error: float | None = None
 
-    @property
+    @cached_property
     def frequencies_hz(self) -> FloatArray:
         """Frequencies, (f,) [Hz]."""
         return np.array([result.frequency_hz for result in self.results])
 
-    @property
+    @cached_property
     def s_matrices(self) -> npt.NDArray[np.complex128]:
         """S-matrices (f, n, n) [-], ports referred to their loads."""
         return np.stack([result.s_matrix for result in self.results])
 
-    @property
+    @cached_property
     def impedance_ohm(self) -> npt.NDArray[np.complex128]:
         """Input impedance (f, n) of each antenna, the others loaded [ohm]."""
         return np.stack([result.input_impedance_ohm for result in self.results])
 
-    @property
+    @cached_property
     def reflection_db(self) -> FloatArray:
         """Reflection (f, n) at each antenna's port [dB]; the return loss with a minus sign."""
         return decibels(np.maximum(self.reflected_share, 1e-10))
 
-    @property
+    @cached_property
     def reflected_share(self) -> FloatArray:
         """Reflected over available power (f, n) of each antenna [-]."""
         return np.stack([result.reflected_share for result in self.results])
 
-    @property
+    @cached_property
     def admittance_s(self) -> npt.NDArray[np.complex128]:
         """Admittances (f, n, n) of the ports without loads [S]."""
         return np.stack([result.admittance_s for result in self.results])
 
-    @property
+    @cached_property
     def radiated_share(self) -> FloatArray:
         """Total efficiency (f, n): radiated over available power [-]."""
         return np.stack([result.radiated_share for result in self.results])
 
-    @property
+    @cached_property
     def embedded_efficiency(self) -> FloatArray:
         """Efficiency (f, n): radiated power over what each antenna's port takes [-]."""
         taken = 1.0 - np.stack([result.reflected_share for result in self.results])
@@ -241,12 +241,18 @@ class ReaderBand:
             "frequency [GHz]  impedance of antenna 1 [ohm]  reflection of all [dB]  "
             "radiated by antenna 1 [%]"
         )
-        for result, level_db in zip(self.results, self.reflection_db, strict=True):
-            z = result.input_impedance_ohm[0]
+        rows = zip(
+            self.frequencies_hz,
+            self.impedance_ohm[:, 0],
+            self.reflection_db,
+            self.radiated_share[:, 0],
+            strict=True,
+        )
+        for frequency_hz, z, level_db, radiated in rows:
             over = f"{level_db.min():.2f} to {level_db.max():.2f}"
             yield (
-                f"{result.frequency_hz / 1e9:>15.6g}{f'{z.real:.1f}{z.imag:+.1f}j':>30}"
-                f"{over:>24}{100.0 * result.radiated_share[0]:>27.1f}"
+                f"{frequency_hz / 1e9:>15.6g}{f'{z.real:.1f}{z.imag:+.1f}j':>30}"
+                f"{over:>24}{100.0 * radiated:>27.1f}"
             )
         yield from matching_lines(
             self.admittance_s,
