@@ -136,8 +136,12 @@ def frequencies(text: str, *, gigahertz: bool = False) -> tuple[float, ...]:
     return tuple(numbers)
 
 
+def _band_ghz(text: str) -> tuple[float, ...]:
+    return frequencies(text, gigahertz=True)
+
+
 FREQUENCIES = click.types.FuncParamType(frequencies)
-BAND_GHZ = click.types.FuncParamType(lambda text: frequencies(text, gigahertz=True))
+BAND_GHZ = click.types.FuncParamType(_band_ghz)
 FREQUENCIES.name = BAND_GHZ.name = "FROM:TO:COUNT"
 
 
