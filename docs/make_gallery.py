@@ -4,6 +4,7 @@ Pictures go to ``docs/gallery``, reports to ``docs/extra/reports``, README's pic
 ``docs/figures``; all of them are less than two megabytes.
 """
 
+import re
 import shutil
 import sys
 from pathlib import Path
@@ -43,6 +44,10 @@ def main(folder: Path) -> None:
     installed = f"{Path(study_file.__file__).parent}/"  # no report names a folder of this machine
     for left, name in REPORTS.items():
         text = (folder / left).read_text("utf-8").replace(installed, "")
+        for table in re.findall(r'<a href="([\w-]+\.(?:toml|csv))"', text):
+            data = (folder / left).with_name(table).read_text("utf-8").replace(installed, "")
+            (reports / table).write_text(data, "utf-8")
+        text = re.sub(r'<a href="[\w-]+\.nc">(.*?)</a>', r"\1", text)  # too large to be shown here
         (reports / name).write_text(text, "utf-8")
     for left in PICTURES:
         small(Image.open(folder / left), 1200).save(
