@@ -31,6 +31,7 @@ from octant.reader_design.study_file.schema import Map, Study
 from octant.reader_design.study_file.tables_read import check_tables
 from octant.reader_design.study_file.toml import toml_text
 from octant.reader_design.study_file.toml_files import toml_file_text, toml_tables
+from octant.reader_design.study_file.truth import Truth
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -98,6 +99,18 @@ class LinkEntry(Table, frozen=True, kw_only=True):
     tag: Keys = msgspec.field(default_factory=dict)
 
 
+class WorldEntry(Table, frozen=True, kw_only=True):
+    """How the world differs from what navigators are told: ``[[world]]``.
+
+    Parameters
+    ----------
+    name, truth : Name in the results, and the keys of the table ``[truth]`` that it sets.
+    """
+
+    name: Name = OWN
+    truth: Keys = msgspec.field(default_factory=dict)
+
+
 class Comparison(Table, frozen=True, kw_only=True):
     """The root of a comparison file; every combination of its entries is one cell.
 
@@ -105,7 +118,8 @@ class Comparison(Table, frozen=True, kw_only=True):
     ----------
     name, seed, runs : Name in the report; seed and number of runs of each cell.
     layouts, controllers : The tables ``[[layout]]`` and ``[[controller]]``.
-    links, readers : The tables ``[[link]]`` and ``[[reader]]``; none: as in each study.
+    links, readers, worlds : The tables ``[[link]]``, ``[[reader]]`` and ``[[world]]``; none: as in
+        each study.
     """
 
     name: Name = "comparison"
@@ -114,6 +128,7 @@ class Comparison(Table, frozen=True, kw_only=True):
     layouts: Annotated[tuple[LayoutEntry, ...], Meta(min_length=1)] = msgspec.field(name="layout")
     links: tuple[LinkEntry, ...] = msgspec.field(default=(LinkEntry(),), name="link")
     readers: tuple[ReaderEntry, ...] = msgspec.field(default=(ReaderEntry(),), name="reader")
+    worlds: tuple[WorldEntry, ...] = msgspec.field(default=(WorldEntry(),), name="world")
     controllers: Annotated[tuple[ControllerEntry, ...], Meta(min_length=1)] = msgspec.field(
         name="controller"
     )
@@ -136,6 +151,7 @@ def load_comparison(path: str | Path) -> Comparison:
         ("controller", given.controllers),
         ("reader", given.readers),
         ("link", given.links),
+        ("world", given.worlds),
     ):
         names = [entry.name for entry in entries]
         for name in names:
@@ -168,8 +184,8 @@ class ComparisonCell:
 
     Attributes
     ----------
-    layout, link, reader, controller : Names.
-    study : What is driven: the layout's study with the keys of the other three.
+    layout, link, reader, controller, world : Names.
+    study : What is driven: the layout's study with the keys of the other four.
     published_rmse_m : Published RMSE of the layout [m].
     """
 
@@ -179,11 +195,12 @@ class ComparisonCell:
     controller: str
     study: Study
     published_rmse_m: float | None
+    world: str = OWN
 
     @property
     def label(self) -> str:
         """What distinguishes the cell from the others of its layout."""
-        names = (self.link, self.reader)
+        names = (self.link, self.reader, self.world)
         return "; ".join((self.controller, *(name for name in names if name != OWN)))
 
 
@@ -211,29 +228,35 @@ def _cells_of(comparison: Comparison, layout: LayoutEntry) -> Iterator[Compariso
     study = load_study(layout.study)
     check_tables(study, "navigate")
     check_navigator(study)
-    for link in comparison.links:
-        for reader in comparison.readers:
-            for controller in comparison.controllers:
-                source = (
-                    f"{Path(layout.study).name} with link {link.name!r}, reader {reader.name!r} "
-                    f"and controller {controller.name!r}"
-                )
-                mission = {**controller.mission, "runs": comparison.runs}
-                cell = ComparisonCell(
-                    layout=study.name,
-                    link=link.name,
-                    reader=reader.name,
-                    controller=controller.name,
-                    study=_combined(
-                        msgspec.structs.replace(study, seed=comparison.seed),
-                        link,
-                        {"reader": reader.reader, "mission": mission, "robot": controller.robot},
-                        source=source,
-                    ),
-                    published_rmse_m=layout.published_rmse_m,
-                )
-                check_navigator(cell.study)
-                yield cell
+    entries = itertools.product(
+        comparison.links, comparison.readers, comparison.controllers, comparison.worlds
+    )
+    for link, reader, controller, world in entries:
+        source = (
+            f"{Path(layout.study).name} with link {link.name!r}, reader {reader.name!r}, "
+            f"controller {controller.name!r} and world {world.name!r}"
+        )
+        cell = ComparisonCell(
+            layout=study.name,
+            link=link.name,
+            reader=reader.name,
+            controller=controller.name,
+            study=_combined(
+                msgspec.structs.replace(study, seed=comparison.seed),
+                link,
+                {
+                    "reader": reader.reader,
+                    "mission": {**controller.mission, "runs": comparison.runs},
+                    "robot": controller.robot,
+                    "truth": world.truth,
+                },
+                source=source,
+            ),
+            published_rmse_m=layout.published_rmse_m,
+            world=world.name,
+        )
+        check_navigator(cell.study)
+        yield cell
 
 
 def _combined(
@@ -242,6 +265,8 @@ def _combined(
     """Return a study with keys of its tables replaced."""
     # What no mission looks at goes, for it may contradict the new keys.
     plain = msgspec.structs.replace(study, map=Map(), layouts=(), track=None, dock=None)
+    if others["truth"] and plain.truth is None:
+        plain = msgspec.structs.replace(plain, truth=Truth())
     tables = {"radio": link.radio, "sensor": link.sensor, "tag": link.tag, **others}
     values: dict[str, Any] = {"tag.axis": None} if "antenna" in link.tag else {}
     for table, keys in tables.items():
@@ -280,6 +305,7 @@ COLUMNS = (
     "arrival_success_median_m",
     "p90_position_median_m",
     "p90_heading_median_deg",
+    "world",
 )
 """Columns of compare.csv: 95 % intervals after Wilson (shares) and by the bootstrap (medians)."""
 
@@ -348,6 +374,7 @@ class CellOutcome:
             self.success_arrival_m,
             self.p90_position_m,
             self.p90_heading_deg,
+            cell.world,
         )
         return tuple("" if isinstance(v, float) and math.isnan(v) else v for v in values)
 

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from octant.reader_design.experiments.missions.comparison import (
+    OWN,
     CellOutcome,
     Comparison,
     layouts_of,
@@ -111,7 +112,8 @@ def table_row(outcome: CellOutcome) -> tuple[str, ...]:
     outcome : The cell.
     """
     cell = outcome.cell
-    names = (cell.layout, cell.controller, cell.link, cell.reader)
+    driven = cell.controller if cell.world == OWN else f"{cell.controller}; {cell.world}"
+    names = (cell.layout, driven, cell.link, cell.reader)
     published = "" if cell.published_rmse_m is None else f"{cell.published_rmse_m:.2f}"
     if outcome.runs == 0:
         return (*names, "not driven", "–", "–", "–", published, "–", "–", "–", "–")
