@@ -80,6 +80,8 @@ def test_a_class_that_fails_ends_the_command_with_its_line(study, octant, tmp_pa
     study.write_text(STUDY.replace("Towards", "Toward"))
     said = octant("navigate", study, "-q", "--out", tmp_path / "out").refused()
     assert "own_navigator.py has no class 'Toward'; did you mean 'Towards'?" in said
+    said = octant("study", study, "-q", "--out", tmp_path / "out").refused()
+    assert "no class 'Toward'" in said
     study.write_text(STUDY.replace("own_navigator.py:Towards", "trackr"))
     said = octant("navigate", study, "-q", "--out", tmp_path / "out").refused()
     assert "did you mean 'tracker'" in said

@@ -52,7 +52,12 @@ from octant.reader_design.setting.cost import (
 )
 from octant.reader_design.setting.evaluation import Cell
 from octant.reader_design.setting.ranking import choose
-from octant.reader_design.setting.setting import Sampling, Setting, build_setting
+from octant.reader_design.setting.setting import (
+    Sampling,
+    Setting,
+    build_setting,
+    check_navigator,
+)
 from octant.reader_design.study_file.loading import layout_study, to_toml
 from octant.reader_design.study_file.schema import Layout, Study
 
@@ -188,6 +193,8 @@ def run_study(
         rooms = list(_rooms(first))
         for note in dict.fromkeys(note for _, _, there in rooms for note in there.notes):
             progress.say(note)
+        if study.mission is not None:
+            check_navigator(study)
         if approve is not None:
             approve(study_cost(study, quick=quick))
         write_text(out_dir / "study.toml", text)
