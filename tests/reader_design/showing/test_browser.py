@@ -332,6 +332,36 @@ def test_table_sorts_filters_and_chooses_columns(opened):
     assert box.locator(".scroll thead th:visible").count() == 6
 
 
+def test_a_range_of_a_parallel_axis_and_a_click_reach_the_table(opened):
+    page = opened[0]
+    box = page.locator(".widget[data-kind=designs]")
+    rows = page.locator("section:has(.widget[data-kind=designs]) .scroll").last.locator("tbody tr")
+    before = rows.evaluate_all("all => all.filter((row) => row.hidden).length")
+    assert before == 0
+    chart = box.locator(".chart").nth(1)
+    chart.scroll_into_view_if_needed()
+    place = chart.bounding_box()
+    x, top = place["x"] + 64, place["y"] + 66
+    height = place["height"] - 66 - 24
+    page.mouse.move(x, top + 0.05 * height)
+    page.mouse.down()
+    page.mouse.move(x, top + 0.2 * height, steps=3)
+    page.mouse.move(x, top + 0.45 * height, steps=3)
+    page.mouse.up()
+    page.wait_for_timeout(200)
+    hidden = rows.evaluate_all("all => all.filter((row) => row.hidden).length")
+    assert 3 <= hidden <= 8
+    page.mouse.click(x, top + 0.9 * height)  # takes the range away
+    page.wait_for_timeout(200)
+    assert rows.evaluate_all("all => all.filter((row) => row.hidden).length") == 0
+    box.get_by_text("Clear choice").click()
+    for number in (0, 1):
+        rows.nth(number).click()
+    assert box.locator("table.compared thead th").count() == 3
+    box.get_by_text("Clear choice").click()
+    assert box.locator("table.compared").count() == 0
+
+
 def test_terms_are_explained_at_the_keyboard(opened):
     page = opened[0]
     term = page.locator("dfn.term").first
