@@ -21,7 +21,6 @@ from octant.reader_design.study_file.truth import Truth
 FloatArray = npt.NDArray[np.float64]
 
 _DRAWS = 100
-_PATCHES_DOWN = ("patch", "conical_patch")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -153,8 +152,7 @@ def _true_tag(tag: Tag, truth: Truth, rng: np.random.Generator) -> Tag:
 
 def _leaning(tag: Tag, angle_rad: float, side_rad: float) -> tuple[float, float, float]:
     """Return the axis of a tag, leant by an angle to a side [-]."""
-    usual = (0.0, 0.0, -1.0 if tag.antenna in _PATCHES_DOWN else 1.0)
-    axis = np.array(tag.axis or usual)
+    axis = np.array(tag.axis or (0.0, 0.0, -1.0))
     axis /= np.linalg.norm(axis)
     across = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
     across /= np.linalg.norm(across)
