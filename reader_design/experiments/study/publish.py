@@ -43,7 +43,8 @@ def publish(
         figures = _figures(content, room_map, rooms, out_dir, progress)
         written += [path for entries in figures.values() for _, _, path in entries]
         report = out_dir / "report.html"
-        write_text(report, render_report(study_report(content, room_map, figures)))
+        with progress.during("report"):
+            write_text(report, render_report(study_report(content, room_map, figures)))
         return [*written, report]
 
     write_once(

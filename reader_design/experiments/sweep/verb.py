@@ -53,7 +53,9 @@ def sweep(*, study: Path | None, options: RunOptions, merge: bool) -> Ended:
     if outcome.scored_count:
         text = to_toml(loaded, relative_to=options.out)
         page = render_report(sweep_report(open_sweep(options.out), text))
-        write_text(options.out / "report.html", page)
+        report = options.out / "report.html"
+        if not report.is_file() or report.read_text("utf-8") != page:
+            write_text(report, page)
     return Ended(
         lines=outcome.lines(),
         failed=bool(outcome.failed),
