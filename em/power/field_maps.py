@@ -184,6 +184,7 @@ class MapError:
     floor_w : Power of the error field that is the same everywhere, also in shadows [W]. Errors in
         decibels follow from both, larger in fades: of RSS P and error field D = share * mean +
         floor, with f = D/(P + D), their variance is about 5.57² f(2 - f) [dB²].
+    under_db : By how much its mean power is below that of the local mean [dB].
     places : Number of random places [-].
     """
 
@@ -191,6 +192,7 @@ class MapError:
     p95_db: float
     share: float
     floor_w: float
+    under_db: float
     places: int
 
 
@@ -236,6 +238,7 @@ def map_error(
         p95_db=float(np.percentile(size, 95.0)) if size.size else math.inf,
         share=best[0],
         floor_w=best[1],
+        under_db=-10.0 * math.log10(best[0] + best[1] / float(np.mean(mean))),
         places=len(poses),
     )
 

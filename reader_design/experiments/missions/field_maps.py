@@ -228,11 +228,11 @@ def error_sentence(errors: Sequence[MapError], what: str) -> str:
     errors, what : Of every tag; what the solver includes.
     """
     rms, p95 = (float(np.mean([getattr(e, name) for e in errors])) for name in ("rms_db", "p95_db"))
-    share = float(np.mean([e.share for e in errors]))
+    under_db = float(np.mean([e.under_db for e in errors]))
     return (
         f"field maps against {what} at {errors[0].places} random places: {rms:.1f} dB rms, "
         f"95 % within {p95:.1f} dB, deep fades included; error field "
-        f"{-10.0 * math.log10(share):.0f} dB under the local mean."
+        f"{under_db:.0f} dB under the local mean."
     )
 
 
