@@ -327,6 +327,10 @@ def diffract_twice(
     """
     ax, ay, az = _axis(frames, first)
     bx, by, bz = _axis(frames, second)
+    _, _, _, sine_1 = edge_angles(frames, first, ix, iy, iz, mx, my, mz)
+    _, _, _, sine_2 = edge_angles(frames, second, ox, oy, oz, ox, oy, oz)
+    if min(sine_1, sine_2) < _ALONG_THE_EDGE:
+        return 0j, 0j, 0j
     soft, hard = to_edge(frames, first, ix, iy, iz, ex, ey, ez)
     vx, vy, vz = ox, oy, oz
     total = before + between + after

@@ -186,15 +186,16 @@ def find_edge_paths(
             lit_from, lit_to = node_reach[node, 0], node_reach[node, 1]
             one = node_first[node]
             if one < 0:
-                if beside + distance <= tolerance:
-                    continue
-                t = place + (along - place) * beside / (beside + distance)
+                t = 0.5 * (place + along)  # of both ends on the line, seen from anywhere near it
+                if beside + distance > tolerance:
+                    t = place + (along - place) * beside / (beside + distance)
+                elif -tolerance <= t <= wedge_frame[wedge, 13] + tolerance:
+                    continue  # a ray along the edge is bent by it nowhere in particular
                 one = wedge
                 length = wedge_frame[wedge, 13]
                 if t < -tolerance or t > length + tolerance:
                     end = 0 if t < 0.0 else 1
-                    # A ray along the line itself carries nothing on, and has no end on one side.
-                    if wedge_frame[wedge, 14 + end] == 0.0 or min(beside, distance) <= tolerance:
+                    if wedge_frame[wedge, 14 + end] == 0.0:
                         continue
                     t = end * length
                     detour = np.sqrt(beside * beside + (t - place) ** 2)

@@ -17,6 +17,9 @@ ROUNDING = 1e-14
 MEETING = 1e-9
 """Share of a path's length [-] below which edges meet, or an end stands on the line of an edge."""
 
+BESIDE = 100.0
+"""Distance from where edges meet [shares `MEETING`] at which the way's slope is looked at."""
+
 STEPS = 80
 """Steps [-] after which the two points of a double diffraction count as not found."""
 
@@ -109,49 +112,71 @@ def kept_on_edges(
 
 
 @kernel
+def _shortest_from(wedge_frame, first, last, s, distance_s, along_s, distance_r, along_r):
+    """Return what the shortest way over the point s of the first edge is like.
+
+    Its place on the last edge, its length, how far the edges are apart there, and how that length
+    rises along s, once and twice [m, -, 1/m].
+    """
+    a0, a1, a2 = wedge_frame[first, 3], wedge_frame[first, 4], wedge_frame[first, 5]
+    b0, b1, b2 = wedge_frame[last, 3], wedge_frame[last, 4], wedge_frame[last, 5]
+    t, _ = best_place(wedge_frame, first, last, s, distance_r, along_r)
+    vx = wedge_frame[last, 0] - wedge_frame[first, 0] + t * b0 - s * a0
+    vy = wedge_frame[last, 1] - wedge_frame[first, 1] + t * b1 - s * a1
+    vz = wedge_frame[last, 2] - wedge_frame[first, 2] + t * b2 - s * a2
+    r = np.sqrt(vx * vx + vy * vy + vz * vz)
+    r1 = np.sqrt(distance_s * distance_s + (s - along_s) ** 2)
+    r3 = np.sqrt(distance_r * distance_r + (t - along_r) ** 2)
+    if r == 0.0:
+        return t, r1 + r3, r, 0.0, 0.0
+    va, vb = (vx * a0 + vy * a1 + vz * a2) / r, (vx * b0 + vy * b1 + vz * b2) / r
+    hst = (va * vb - (a0 * b0 + a1 * b1 + a2 * b2)) / r
+    htt = distance_r * distance_r / r3**3 + (1.0 - vb * vb) / r
+    curve = distance_s * distance_s / r1**3 + (1.0 - va * va) / r
+    if htt > 0.0:
+        curve -= hst * hst / htt
+    return t, r1 + r + r3, r, (s - along_s) / r1 - va, curve
+
+
+@kernel
 def two_points(wedge_frame, first, last, distance_s, along_s, distance_r, along_r):
     """Return where the shortest path meets two edges, as lengths along them, and if it was found.
 
     The source stands ``distance_s`` off the first edge's line at ``along_s``, the receiver likewise
     off the last. For each place on the first the best one on the last is that of a single edge;
-    what is left is a convex function of one place: Newton's method, kept in a bracket. Where both
-    edges meet, the length has a kink, at which no ray is diffracted by either, nor is one that runs
-    along an edge: not found.
+    what is left is a convex function of one place: Newton's method, kept in a bracket. An end on
+    the line of an edge is its own place there. Where both edges meet, the length has a kink; if
+    the shortest way is there, no ray is diffracted by either: not found.
     """
-    ax, ay, az = wedge_frame[first, 3], wedge_frame[first, 4], wedge_frame[first, 5]
-    bx, by, bz = wedge_frame[last, 3], wedge_frame[last, 4], wedge_frame[last, 5]
-    ox = wedge_frame[last, 0] - wedge_frame[first, 0]
-    oy = wedge_frame[last, 1] - wedge_frame[first, 1]
-    oz = wedge_frame[last, 2] - wedge_frame[first, 2]
-    ab = ax * bx + ay * by + az * bz
+    size = distance_s + abs(along_s) + distance_r + abs(along_r)
+    for a in range(3):
+        size += abs(wedge_frame[last, a] - wedge_frame[first, a])
     s, t = along_s, along_r
+    if distance_r <= MEETING * size:
+        if distance_s > MEETING * size:
+            s, _ = best_place(wedge_frame, last, first, t, distance_s, along_s)
+        return s, t, True
+    if distance_s <= MEETING * size:
+        t, _ = best_place(wedge_frame, first, last, s, distance_r, along_r)
+        return s, t, True
+    given = wedge_frame, first, last
+    ends = distance_s, along_s, distance_r, along_r
     low, high, slope = -np.inf, np.inf, np.inf
-    if distance_s == 0.0 or distance_r == 0.0:
-        return s, t, False
     for i in range(STEPS):
-        px, py, pz = s * ax - ox, s * ay - oy, s * az - oz
-        place = px * bx + py * by + pz * bz
-        px, py, pz = px - place * bx, py - place * by, pz - place * bz
-        beside = np.sqrt(px * px + py * py + pz * pz)
-        t = place + (along_r - place) * beside / (beside + distance_r)
-        vx, vy, vz = ox + t * bx - s * ax, oy + t * by - s * ay, oz + t * bz - s * az
-        r = np.sqrt(vx * vx + vy * vy + vz * vz)
-        r1 = np.sqrt(distance_s * distance_s + (s - along_s) ** 2)
-        r3 = np.sqrt(distance_r * distance_r + (t - along_r) ** 2)
-        length = r1 + r + r3
-        if min(r, distance_s, distance_r) <= MEETING * length:
-            return s, t, False
-        va, vb = (vx * ax + vy * ay + vz * az) / r, (vx * bx + vy * by + vz * bz) / r
-        slope = (s - along_s) / r1 - va
+        t, length, r, slope, curve = _shortest_from(*given, s, *ends)
+        if r <= MEETING * length:
+            aside = BESIDE * MEETING * length
+            if _shortest_from(*given, s + aside, *ends)[3] < 0.0:
+                low, s = s, s + aside
+            elif _shortest_from(*given, s - aside, *ends)[3] > 0.0:
+                high, s = s, s - aside
+            else:
+                return s, t, False
+            continue
         if slope > 0.0:
             high = s
         else:
             low = s
-        hst = (va * vb - ab) / r
-        htt = distance_r * distance_r / r3**3 + (1.0 - vb * vb) / r
-        curve = distance_s * distance_s / r1**3 + (1.0 - va * va) / r
-        if htt > 0.0:
-            curve -= hst * hst / htt
         to = s - slope / curve if curve > 0.0 else np.inf
         halve = i >= NEWTON_STEPS and i % 2 == 0 and high - low < np.inf
         if abs(to - s) > ROUNDING * length and (halve or not low < to < high):

@@ -27,8 +27,12 @@ TOUCHING = 8.0
 MOVE = 200.0
 """Distance [margins of the hierarchy] by which the ends are moved, about 1e-6 m in a room."""
 
-STRICT = 0.01
-"""Share of the margins [-] within which hits at the ends of a neighbour's legs are ignored."""
+STRICT = 1e-4
+"""Share of the margins [-] within which hits at the ends of a neighbour's legs are ignored.
+
+Some hundred times the rounding; with much more, a neighbour would by chance slip through the foot
+of a partition.
+"""
 
 # Six fractions evenly spread in six dimensions: multiples of the powers of 1 / g, g^7 = g + 1.
 _STEPS = 1.0 / 1.1127756842787053 ** np.arange(1.0, 7.0)

@@ -182,21 +182,22 @@ def light_edges(
             across = sx * wedge_frame[w, 6] + sy * wedge_frame[w, 7] + sz * wedge_frame[w, 8]
             up = sx * wedge_frame[w, 9] + sy * wedge_frame[w, 10] + sz * wedge_frame[w, 11]
             beside = np.sqrt(across * across + up * up)
+            place = sx * wedge_frame[w, 3] + sy * wedge_frame[w, 4] + sz * wedge_frame[w, 5]
             if beside <= slack:
-                continue
-            # An image stands in one direction of an edge, wherever along it the ray arrives.
-            angle = np.arctan2(up, across)
-            if angle < 0.0:
-                angle += 2.0 * np.pi
-            tolerance = 1e-7 + slack / beside
-            if wedge_frame[w, 12] + tolerance < angle < 2.0 * np.pi - tolerance:
-                continue
+                if -slack <= place <= wedge_frame[w, 13] + slack:
+                    continue  # the image stands on the edge itself
+            else:
+                # An image stands in one direction of an edge, wherever along it the ray arrives.
+                angle = np.arctan2(up, across)
+                if angle < 0.0:
+                    angle += 2.0 * np.pi
+                tolerance = 1e-7 + slack / beside
+                if wedge_frame[w, 12] + tolerance < angle < 2.0 * np.pi - tolerance:
+                    continue
             pairs, found = grown(pairs, count + 1), grown(found, count + 1)
             pairs[count, 0], pairs[count, 1] = i, w
-            found[count, 0], found[count, 1], found[count, 2] = lo, hi, beside
-            found[count, 3] = (
-                sx * wedge_frame[w, 3] + sy * wedge_frame[w, 4] + sz * wedge_frame[w, 5]
-            )
+            found[count, 0], found[count, 1] = lo, hi
+            found[count, 2], found[count, 3] = beside, place
             count += 1
     return pairs[:count].copy(), found[:count].copy()
 

@@ -231,13 +231,27 @@ def faults_of_case(case, *, jitters=12):
         turn, shift = generic_move()
         moved = case.moved(turn, shift)
         there = Solved(moved, moved.ends[0], [moved.ends[1]], axis=turn @ AXIS)
+        off = abs(there.total() - here.total()) > DB * max(abs(here.total()), 0.01 * here.scale())
         if not np.isfinite(there.gain).all():
             found.append("not finite when moved")
-        elif len(there.paths) != own.sum():
-            found.append(f"{own.sum()} paths, {len(there.paths)} when moved")
-        elif abs(there.total() - here.total()) > DB * max(abs(here.total()), 0.01 * here.scale()):
-            found.append(f"gain {here.total()}, {there.total()} when moved")
+        elif (off or len(there.paths) != own.sum()) and _is_sharp(case, here):
+            found.append(
+                f"{own.sum()} paths and {here.total()}, {len(there.paths)} and {there.total()} "
+                "when moved"
+            )
     return found
+
+
+def _is_sharp(case, here, count=12):
+    """Return whether all has the same paths and field where both ends are moved a little."""
+    a, b = case.ends
+    for place in neighbours(a, count)[1:]:
+        near = Solved(case, place, neighbours(b, count))
+        for i in range(1, count + 1):
+            same = (near.paths.receiver == i).sum() == (here.paths.receiver == 0).sum()
+            if not same or abs(near.total(i) - here.total()) > STEP**2 * here.scale():
+                return False
+    return True
 
 
 def _nowhere_near(case, odd, sources, receivers):
