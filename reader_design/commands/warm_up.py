@@ -55,8 +55,8 @@ faces = "as_stored"
 }
 """Further settings of the solver by name of the study, whose reader is ``isolated``."""
 
-NAVIGATORS = {"tracker": 'navigator = "tracker"\n'}
-"""What such a study adds to its last table, ``[mission]``, by its name."""
+NAVIGATORS = {"tracker": "tracker"}
+"""Navigator of such a study in place of ``thesis``, by the study's name."""
 
 POSES = "x_m,y_m,heading_deg\n0.5,0.5,0.0\n"
 
@@ -107,7 +107,8 @@ def _write_inputs(folder: Path) -> None:
     for name in {name for name, _ in CALLS}:
         own = name in SOLVERS or name in NAVIGATORS
         text = STUDY.replace("RESPONSE", "isolated" if own else name)
-        text = text.replace("SOLVER", SOLVERS.get(name, "")) + NAVIGATORS.get(name, "")
+        text = text.replace("SOLVER", SOLVERS.get(name, ""))
+        text = text.replace('"thesis"', f'"{NAVIGATORS.get(name, "thesis")}"')
         (folder / f"{name}.toml").write_text(text, encoding="utf-8")
     (folder / "poses.csv").write_text(POSES, encoding="utf-8")
 

@@ -99,7 +99,8 @@ def test_after_warm_up_no_command_compiles(tmp_path):
     for name, solver in SOLVERS.items():
         text = STUDY.format(model="isolated", solver=solver) + OBJECT
         (tmp_path / f"{name}.toml").write_text(text)
-    text = STUDY.format(model="isolated", solver="") + 'navigator = "tracker"\nmax_time_s = 5.0\n'
+    text = STUDY.format(model="isolated", solver="").replace('"thesis"', '"tracker"')
+    text += "max_time_s = 5.0\n"
     (tmp_path / "tracker.toml").write_text(text)
     (tmp_path / "poses.csv").write_text("x_m,y_m,heading_deg\n1.0,1.0,0.0\n2.0,1.5,90.0\n")
     environment = os.environ | {
