@@ -37,8 +37,10 @@ def _split_place(lo, hi, order, begin, end, axis, low, width):
     """Return the number of bins left of the cheapest surface-area split, 0 if there is none."""
     counts = np.zeros(BINS, dtype=np.int64)
     box = np.empty((BINS, 6))
-    box[:, :3] = np.inf
-    box[:, 3:] = -np.inf
+    for b in range(BINS):
+        for a in range(3):
+            box[b, a], box[b, 3 + a] = np.inf, -np.inf
+    x = np.empty(6)
     for i in range(begin, end):
         tri = order[i]
         b = min(BINS - 1, int(BINS * (0.5 * (lo[tri, axis] + hi[tri, axis]) - low) / width))
@@ -52,7 +54,8 @@ def _split_place(lo, hi, order, begin, end, axis, low, width):
         cost = 0.0
         for part in range(2):
             n = 0
-            x = np.array([np.inf, np.inf, np.inf, -np.inf, -np.inf, -np.inf])
+            for a in range(3):
+                x[a], x[3 + a] = np.inf, -np.inf
             for b in range(0 if part == 0 else cut, cut if part == 0 else BINS):
                 n += counts[b]
                 for a in range(3):
@@ -73,21 +76,25 @@ def _split_place(lo, hi, order, begin, end, axis, low, width):
 def build(lo, hi):
     """Return order, boxes and links of a hierarchy over the boxes (t, 3) lo to hi [m]."""
     t = len(lo)
-    order = np.arange(t)
+    order = np.empty(t, dtype=np.int64)
+    for i in range(t):
+        order[i] = i
     bounds = np.empty((2 * t + 1, 6))
     links = np.zeros((2 * t + 1, 3), dtype=np.int64)
     # Depth-first work list: begin, end, depth. A node's skip link is where the list continues once
     # its subtree is done, which is known when the next entry of the same list level is taken.
     work = np.empty((2 * MAX_DEPTH + 4, 3), dtype=np.int64)
-    open_node = np.full(MAX_DEPTH + 2, -1, dtype=np.int64)
+    open_node = np.empty(MAX_DEPTH + 2, dtype=np.int64)
+    open_node[:] = -1
+    centre_lo, centre_hi, width = np.empty(3), np.empty(3), np.empty(3)
     top = 0
     nodes = 0
     if t > 0:
-        work[0] = (0, t, 0)
+        work[0, 0], work[0, 1], work[0, 2] = 0, t, 0
         top = 1
     while top > 0:
         top -= 1
-        begin, end, depth = work[top]
+        begin, end, depth = work[top, 0], work[top, 1], work[top, 2]
         for d in range(depth, MAX_DEPTH + 2):
             if open_node[d] >= 0:
                 links[open_node[d], 0] = nodes
@@ -98,8 +105,7 @@ def build(lo, hi):
         for a in range(3):
             bounds[node, a] = np.inf
             bounds[node, 3 + a] = -np.inf
-        centre_lo = np.full(3, np.inf)
-        centre_hi = np.full(3, -np.inf)
+        centre_lo[:], centre_hi[:] = np.inf, -np.inf
         for i in range(begin, end):
             for a in range(3):
                 bounds[node, a] = min(bounds[node, a], lo[order[i], a])
@@ -107,8 +113,11 @@ def build(lo, hi):
                 c = 0.5 * (lo[order[i], a] + hi[order[i], a])
                 centre_lo[a] = min(centre_lo[a], c)
                 centre_hi[a] = max(centre_hi[a], c)
-        width = centre_hi - centre_lo
-        axis = int(np.argmax(width))
+        axis = 0
+        for a in range(3):
+            width[a] = centre_hi[a] - centre_lo[a]
+            if width[a] > width[axis]:
+                axis = a
         middle = begin
         if end - begin > LEAF_SIZE and depth < MAX_DEPTH and width[axis] > 0.0:
             cut = _split_place(lo, hi, order, begin, end, axis, centre_lo[axis], width[axis])
@@ -123,8 +132,8 @@ def build(lo, hi):
             links[node, 1] = begin
             links[node, 2] = end - begin
         else:
-            work[top] = (middle, end, depth + 1)
-            work[top + 1] = (begin, middle, depth + 1)
+            work[top, 0], work[top, 1], work[top, 2] = middle, end, depth + 1
+            work[top + 1, 0], work[top + 1, 1], work[top + 1, 2] = begin, middle, depth + 1
             top += 2
     for d in range(MAX_DEPTH + 2):
         if open_node[d] >= 0:

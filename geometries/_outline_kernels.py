@@ -3,6 +3,7 @@
 
 import numpy as np
 
+from octant.geometries._array_kernels import fill_order, first_not_below, grown
 from octant.geometries._plane_kernels import join, roots
 from octant.geometries.kernels import kernel
 
@@ -19,7 +20,7 @@ def _corners_between(vertices, corners, places, axis, a, b, tolerance, hits, alo
     least = min(vertices[a, axis], vertices[b, axis]) - tolerance
     most = max(vertices[a, axis], vertices[b, axis]) + tolerance
     count = 0
-    for i in range(np.searchsorted(places, least), len(corners)):
+    for i in range(first_not_below(places, least), len(corners)):
         if places[i] > most:
             break
         c = corners[i]
@@ -51,30 +52,49 @@ def split_edges(group_start, starts, ends, vertices, tolerance):
     """
     pieces = np.empty((2 * len(starts) + 16, 3), dtype=np.int64)
     count = 0
+    longest = 0
+    for g in range(len(group_start) - 1):
+        longest = max(longest, 2 * (group_start[g + 1] - group_start[g]))
+    keys, order = np.empty(longest), np.empty(longest, dtype=np.int64)
+    all_corners, all_places = np.empty(longest, dtype=np.int64), np.empty(longest)
+    hits, along = np.empty(longest, dtype=np.int64), np.empty(longest)
     for g in range(len(group_start) - 1):
         begin, end = group_start[g], group_start[g + 1]
         alone = end - begin <= 3  # a triangle: nothing can stand on its sides
-        corners = np.unique(np.concatenate((starts[begin:end], ends[begin:end])))
         axis = np.int64(0)  # typed: what takes it is not compiled for a literal 0 too
+        n = 0
         if not alone:
+            both = 2 * (end - begin)
+            for i in range(begin, end):
+                keys[2 * (i - begin)], keys[2 * (i - begin) + 1] = starts[i], ends[i]
+            fill_order(keys[:both], order[:both])
+            for i in range(both):
+                c = np.int64(keys[order[i]])
+                if n == 0 or c != all_corners[n - 1]:
+                    all_corners[n] = c
+                    n += 1
             widest = -1.0
             for a in range(3):
-                width = vertices[corners, a].max() - vertices[corners, a].min()
-                if width > widest:
-                    widest, axis = width, np.int64(a)
-            corners = corners[np.argsort(vertices[corners, axis])]
-        places = vertices[corners, axis]
-        hits, along = np.empty(len(corners), np.int64), np.empty(len(corners))
+                low, high = np.inf, -np.inf
+                for i in range(n):
+                    low = min(low, vertices[all_corners[i], a])
+                    high = max(high, vertices[all_corners[i], a])
+                if high - low > widest:
+                    widest, axis = high - low, np.int64(a)
+            for i in range(n):
+                keys[i] = vertices[all_corners[i], axis]
+            fill_order(keys[:n], order[:n])
+            for i in range(n):
+                all_places[i] = keys[order[i]]
+                order[i] = all_corners[order[i]]
+        corners, places = order[:n], all_places[:n]
         for i in range(begin, end):
             found = 0
             if not alone:
                 found = _corners_between(
                     vertices, corners, places, axis, starts[i], ends[i], tolerance, hits, along
                 )
-            if count + found + 1 > len(pieces):
-                larger = np.empty((2 * len(pieces) + found, 3), dtype=np.int64)
-                larger[:count] = pieces[:count]
-                pieces = larger
+            pieces = grown(pieces, count + found + 1)
             here = starts[i]
             for k in range(found + 1):
                 following = hits[k] if k < found else ends[i]

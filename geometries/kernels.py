@@ -1,36 +1,39 @@
-"""`kernel`: numba's ``njit`` whose machine code is kept on disk, and never outlives its source.
+# ruff: noqa: ANN401  numba's objects carry no types
+"""`kernel`: numba's ``njit`` for programs of many small functions: compiled once, kept on disk.
 
-Numba's own cache looks only at the file in which a function stands. After an upgrade or an edit, a
-function whose file is unchanged still holds the old code of what it calls in another file, and its
-numbers are wrong without a word. Here machine code counts only as long as the module and all that
-it imports from its package, directly or not, say what they said when it was compiled.
+Numba makes machine code of each function together with all that it calls, and a wrapper for Python,
+so that what stands below n callers is written n times. Here a kernel that another one calls is only
+translated; it becomes machine code within the kernel that Python calls. A kernel whose result's
+type is declared (``returns``) is called through a pointer instead: it is machine code of its own,
+one for all callers, and is compiled, or read from the disk, when it is first called; a branch that
+no study takes costs nothing.
+
+Whether arrays may be written to makes no difference: one machine code serves both.
 """
 
-import ast
-import contextlib
-import functools
+import ctypes
 import hashlib
-import pickle
-import sys
-from collections.abc import Callable, Iterator
-from pathlib import Path
-from typing import Any
+import importlib
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
-import llvmlite
+import llvmlite.binding
 import numba
-import numpy as np
-from numba.core.caching import FunctionCache
-from numba.core.serialize import dumps
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils, compiler, event, sigutils, typing
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler_lock import global_compiler_lock
+from numba.core.imputils import user_function
+from numba.core.registry import CPUDispatcher
 
-from octant.geometries.errors import ConfigError
-from octant.geometries.files import whole_file
-
-VERSIONS = repr((numba.__version__, llvmlite.__version__, np.__version__))
+from octant.geometries.kept_code import KeptCode
 
 
 def kernel(
     function: Callable[..., Any] | None = None,
     *,
+    returns: str | None = None,
     nogil: bool = False,
     forceinline: bool = False,
     inline: str = "never",
@@ -40,104 +43,288 @@ def kernel(
     Parameters
     ----------
     function : The function; None: return the decorator.
+    returns : Numba's type of the result of a kernel that is machine code of its own also for other
+        kernels; None: it becomes part of the kernels that call it.
     nogil, forceinline, inline : As numba's ``njit`` has them.
     """
     if function is None:
         return lambda function: kernel(
-            function, nogil=nogil, forceinline=forceinline, inline=inline
+            function, returns=returns, nogil=nogil, forceinline=forceinline, inline=inline
         )
-    compiled: Callable[..., Any] = numba.njit(
-        error_model="numpy", nogil=nogil, forceinline=forceinline, inline=inline
-    )(function)
-    vars(compiled)["_cache"] = _KeptCode(function)  # numba has no public way to give a cache
-    return compiled
+    if numba.config.DISABLE_JIT:
+        return function
+    options = {
+        "nopython": True,
+        "boundscheck": None,
+        "error_model": "numpy",
+        "nogil": nogil,
+        "forceinline": forceinline,
+        "inline": inline,
+        "no_cfunc_wrapper": True,
+    }
+    return Kernel(function, options, returns)
 
 
-class _KeptCode(FunctionCache):  # type: ignore[misc]  # numba carries no types
-    """Numba's cache of one function, in numba's folder, but with files that know their source."""
-
-    def __init__(self, function: Callable[..., Any]) -> None:
-        super().__init__(function)
-        self._cache_file = _Files(
-            Path(self.cache_path) / self._impl.filename_base, source_digest(function.__module__)
-        )
-
-
-class _Files:
-    """The machine code of one function: a file for each signature, which says what it is made from.
-
-    Numba's own index of signatures can name a file with another signature's code, when two
-    processes compile at the same time.
-    """
-
-    def __init__(self, base: Path, source: bytes) -> None:
-        self._base = base
-        self._source = source
-
-    def load(self, key: object) -> object:
-        """Return what was kept under a key; None where nothing is, or not all, or of old source."""
-        try:
-            content = self._file(key).read_bytes()
-        except OSError:
-            return None
-        seal, code = content[:_SEAL_BYTES], content[_SEAL_BYTES:]
-        return pickle.loads(code) if seal == self._seal(key, code) else None  # noqa: S301  sealed
-
-    def save(self, key: object, compiled: object) -> None:
-        """Keep code under a key, in place of an older one; on a full disk it is not kept."""
-        code = dumps(compiled)
-        with contextlib.suppress(OSError, ConfigError), whole_file(self._file(key)) as part:
-            part.write_bytes(self._seal(key, code) + code)
-
-    def _file(self, key: object) -> Path:
-        digest = hashlib.sha256(repr(key).encode()).hexdigest()
-        return self._base.with_name(f"{self._base.name}.{digest[:12]}.nbc")
-
-    def _seal(self, key: object, code: bytes) -> bytes:
-        return hashlib.sha256(self._source + repr(key).encode() + code).digest()
-
-
-_SEAL_BYTES = hashlib.sha256().digest_size
-
-
-@functools.cache
-def source_digest(name: str) -> bytes:
-    """Return the SHA-256 of a module, of what it imports from its package, and of the compiler.
+class Kernel(CPUDispatcher):  # type: ignore[misc]  # numba carries no types
+    """A compiled function; see :func:`kernel`.
 
     Parameters
     ----------
-    name : Full name of the module.
+    function : The function.
+    options : As numba takes them.
+    returns : Numba's type of its result, or None.
     """
-    digest = hashlib.sha256(VERSIONS.encode())
-    found: set[str] = set()
-    waiting = [name]
-    while waiting:
-        module = waiting.pop()
-        if module not in found:
-            found.add(module)
-            waiting += _imported(module)
-    for module in sorted(found):
-        digest.update(f"{module}\n{_source(module)}".encode())
-    return digest.digest()
+
+    def __init__(
+        self,
+        function: Callable[..., Any],
+        options: dict[str, Any],
+        returns: str | None,
+    ) -> None:
+        super().__init__(function, locals={}, targetoptions=options)
+        self._returns = sigutils.normalize_signature(f"{returns}()")[1] if returns else None
+        self._cache = KeptCode(function, _doors_of)
+        self._key = object()  # under which numba finds the code of a call
+        self._results: dict[tuple[Any, ...], Any] = {}  # type of the result, by given types
+        self._parts: dict[tuple[Any, ...], Any] = {}
+        self._doors: dict[tuple[Any, ...], _Door] = {}
+        self._behind: list[Any] = []
+
+    def compile(self, sig: Any) -> Any:
+        """Return the machine code that Python calls, compiled for these types of arguments.
+
+        Parameters
+        ----------
+        sig : Types of the arguments, or a signature.
+        """
+        given, _ = sigutils.normalize_signature(sig)
+        plain = tuple(_plain(each, self.targetctx) for each in given)
+        entry = super().compile(plain)
+        if given not in self.overloads:
+            self._insert([each._code for each in given], entry, False)  # noqa: SLF001
+            self.overloads[given] = self.overloads[plain]
+        return entry
+
+    def get_call_template(self, args: Any, kws: Any) -> Any:
+        """Return what numba asks for the signature of a call by another kernel.
+
+        Parameters
+        ----------
+        args, kws : Types of the arguments.
+        """
+        pysig, args = self._compiler.fold_argument_types(args, kws)
+        given = tuple(types.unliteral(each) for each in args)
+        if given not in self._results:
+            plain = tuple(_plain(each, self.targetctx) for each in given)
+            if self._returns is None:
+                descriptor, library = self.part(plain)
+                made, result = user_function(descriptor, [library]), descriptor.restype
+            else:
+                made, result = self.door(plain).call, self._returns
+            self.targetctx._defns[self._key].append(made, given)  # noqa: SLF001
+            self._results[given] = result
+        signature = typing.signature(self._results[given], *given)
+        return (lambda _context: _Known(signature)), pysig, args, {}
+
+    def get_overload(self, sig: Any) -> Any:  # noqa: ARG002
+        """Return the key under which numba finds the code of a call.
+
+        Parameters
+        ----------
+        sig : Signature of the call.
+        """
+        return self._key
+
+    def part(self, plain: tuple[Any, ...]) -> Any:
+        """Return descriptor and translated code for the kernels that call this one.
+
+        Parameters
+        ----------
+        plain : Types of the arguments.
+        """
+        if plain not in self._parts:
+            library = _Part(self.targetctx.codegen(), self.py_func.__qualname__)
+            done = self._translated(plain, None, library, no_compile=True)
+            self._parts[plain] = done.fndesc, library
+        return self._parts[plain]
+
+    def door(self, plain: tuple[Any, ...]) -> "_Door":
+        """Return the pointer through which other kernels call this one.
+
+        Parameters
+        ----------
+        plain : Types of the arguments.
+        """
+        if plain not in self._doors:
+            self._doors[plain] = _Door(self, plain)
+        return self._doors[plain]
+
+    def address(self, plain: tuple[Any, ...]) -> int:
+        """Return where the machine code that other kernels call lies in memory.
+
+        Parameters
+        ----------
+        plain : Types of the arguments.
+        """
+        signature = typing.signature(self._returns, *plain)
+        done = self._cache.load_overload(signature, self.targetctx)
+        if done is None:
+            done = self._translated(plain, self._returns, None, no_compile=False)
+            self._cache.save_overload(signature, done)
+        self._behind.append(done)  # its memory stays as long as the process
+        where: int = done.library.get_pointer_to_function(done.fndesc.llvm_func_name)
+        return where
+
+    def _translated(
+        self,
+        args: tuple[Any, ...],
+        result: Any,
+        library: Any,
+        *,
+        no_compile: bool,
+    ) -> Any:
+        flags = compiler.Flags()
+        self.targetdescr.options.parse_as_flags(flags, self.targetoptions)
+        flags.no_cpython_wrapper = True
+        flags.no_cfunc_wrapper = True
+        flags.no_compile = no_compile
+        about = {"dispatcher": self, "args": args, "return_type": result}
+        with self._compiling_counter, event.trigger_event("numba:compile", data=about):
+            return compiler.compile_extra(
+                self.typingctx,
+                self.targetctx,
+                self.py_func,
+                args=args,
+                return_type=result,
+                flags=flags,
+                locals={},
+                library=library,
+            )
+
+    def __reduce__(self) -> Any:
+        return _named, (self.py_func.__module__, self.py_func.__qualname__)
 
 
-@functools.cache
-def _source(name: str) -> str:
-    loader: Any = sys.modules[name].__loader__
-    return loader.get_source(name) or ""
+class _Known(NamedTuple):
+    """The one signature of a call."""
+
+    signature: Any
+
+    def apply(self, args: Any, kws: Any) -> Any:  # noqa: ARG002
+        return self.signature
 
 
-@functools.cache
-def _imported(name: str) -> tuple[str, ...]:
-    """Return the modules of its own package that a module imports when it is itself imported."""
+class _Part(JITCodeLibrary):  # type: ignore[misc]  # numba carries no types
+    """The optimised code of a kernel and of what it calls; never machine code by itself."""
 
-    def names() -> Iterator[str]:
-        for node in ast.parse(_source(name)).body:
-            if isinstance(node, ast.Import):
-                yield from (alias.name for alias in node.names)
-            elif isinstance(node, ast.ImportFrom) and node.module:
-                yield node.module
-                yield from (f"{node.module}.{alias.name}" for alias in node.names)
+    def finalize(self) -> None:
+        self._raise_if_finalized()
+        for library in dict.fromkeys(self._linking_libraries):
+            self._reload_init.update(library._reload_init)  # noqa: SLF001  as numba does
+            self._final_module.link_in(library._get_module_for_linking(), preserve=True)  # noqa: SLF001
+        self._optimize_final_module()  # here it still sees which counts of arrays cancel
+        self._finalize_dynamic_globals()
+        self._finalized = True
 
-    package = name.partition(".")[0] + "."
-    return tuple(each for each in names() if each.startswith(package) and each in sys.modules)
+
+class _Door:
+    """A pointer to machine code that is compiled, or read from the disk, when it is first used."""
+
+    def __init__(self, of: Kernel, plain: tuple[Any, ...]) -> None:
+        function = of.py_func
+        digest = hashlib.sha256(repr(plain).encode()).hexdigest()[:16]
+        self.name = f"{_DOOR}{function.__module__}.{function.__qualname__}.{digest}"
+        self.kernel, self.plain = of, plain
+        self.result = of._returns  # noqa: SLF001
+        self._pointer = ctypes.c_void_p()
+        where = ctypes.addressof(self._pointer)
+        llvmlite.binding.add_symbol(self.name, where)
+        _OPENED[where] = _NAMED[self.name] = self
+
+    def open(self) -> None:
+        """Make the pointer lead to the machine code."""
+        with global_compiler_lock:
+            if not self._pointer.value:
+                self._pointer.value = self.kernel.address(self.plain)
+
+    def call(self, context: Any, builder: Any, sig: Any, args: Any) -> Any:  # noqa: ARG002
+        """Write a call through the pointer, as numba writes code.
+
+        Parameters
+        ----------
+        context, builder, sig, args : Numba's.
+        """
+        pointer, module = ir.IntType(8).as_pointer(), builder.module
+        cell = module.globals.get(self.name) or ir.GlobalVariable(module, pointer, self.name)
+        cell.linkage = "external"
+        with cgutils.if_unlikely(builder, cgutils.is_null(builder, builder.load(cell))):
+            asked = ir.FunctionType(ir.IntType(32), [pointer])
+            opener = cgutils.get_or_insert_function(module, asked, _OPENER)
+            told = builder.call(opener, [builder.bitcast(cell, pointer)])
+            with cgutils.if_unlikely(builder, builder.icmp_signed("!=", told, told.type(0))):
+                context.call_conv.return_user_exc(builder, KeyboardInterrupt, ())
+            with cgutils.if_unlikely(builder, cgutils.is_null(builder, builder.load(cell))):
+                message = f"kernel {self.name} could not be compiled"
+                context.call_conv.return_user_exc(builder, RuntimeError, (message,))
+        kind = context.call_conv.get_function_type(self.result, self.plain)
+        function = builder.bitcast(builder.load(cell), kind.as_pointer())
+        status, value = context.call_conv.call_function(
+            builder, function, self.result, self.plain, args
+        )
+        with cgutils.if_unlikely(builder, status.is_error):
+            context.call_conv.return_status_propagate(builder, status)
+        return value
+
+    def __reduce__(self) -> Any:
+        function = self.kernel.py_func
+        return _door, (function.__module__, function.__qualname__, self.plain)
+
+
+def _named(module: str, name: str) -> Kernel:
+    found: Kernel = getattr(importlib.import_module(module), name)
+    return found
+
+
+def _door(module: str, name: str, plain: tuple[Any, ...]) -> _Door:
+    return _named(module, name).door(plain)
+
+
+@ctypes.CFUNCTYPE(ctypes.c_int32, ctypes.c_void_p)
+def _open(where: int) -> int:
+    """Make the code behind a pointer ready; return 1 on Ctrl-C."""
+    try:
+        _OPENED[where].open()
+    except KeyboardInterrupt:
+        return 1
+    return 0
+
+
+_DOOR, _OPENER = "octant.kernel.", "octant.open_kernel"
+_OPENED: dict[int, _Door] = {}
+_NAMED: dict[str, _Door] = {}
+llvmlite.binding.add_symbol(_OPENER, ctypes.cast(_open, ctypes.c_void_p).value)
+
+
+def _plain(kind: Any, context: Any) -> Any:
+    """Return a type of argument that stands for all that look the same in memory."""
+    kind = types.unliteral(kind)
+    if isinstance(kind, types.Array):
+        return kind.copy(readonly=False)
+    if isinstance(kind, types.BaseNamedTuple):
+        fields = [_plain(each, context) for each in kind.types]
+        plain = types.BaseTuple.from_types(fields, kind.instance_class)
+    elif isinstance(kind, types.BaseTuple):
+        plain = types.BaseTuple.from_types([_plain(each, context) for each in kind.types])
+    else:
+        return kind
+    same = context.get_value_type(plain) == context.get_value_type(kind)
+    return plain if same else kind
+
+
+def _doors_of(library: Any) -> list[_Door]:
+    """Return the pointers through which machine code calls other kernels."""
+    return [
+        _NAMED[each.name]
+        for each in library._final_module.global_variables  # noqa: SLF001
+        if each.name in _NAMED
+    ]

@@ -139,7 +139,7 @@ def _cut(frames, edge, middle, wavenumber, before, after, cosine, sine, corner):
     return whole, ends[:count]
 
 
-@kernel
+@kernel(returns="UniTuple(complex128, 3)")
 def diffract(
     frames,
     faces,
@@ -288,7 +288,7 @@ def _over_lines(ax, ay, az, bx, by, bz, before, between, after, ix, iy, iz, mx, 
     return s, t, found, one, two, _leg(rx - px, ry - py, rz - pz)
 
 
-@kernel
+@kernel(returns="UniTuple(complex128, 3)")
 def diffract_twice(
     frames,
     faces,

@@ -35,7 +35,7 @@ SHORT = 1e3
 """Length [tolerances of the scene] up to which a leg is too short to have a direction."""
 
 
-@kernel
+@kernel(returns="none")
 def path_fields(
     antenna,
     planes,
@@ -198,7 +198,7 @@ def _edge_lengths(wedge_utd, points, facets, p, order):
     return before, between, length - before - between, edges
 
 
-@kernel
+@kernel(returns="int64")
 def _bend(
     planes,
     facet_plane,

@@ -130,7 +130,7 @@ def gather_walls(
     return simple
 
 
-@kernel
+@kernel(returns="none")
 def reflect_any_walls(
     facet_layers, facet_front, permittivity, thickness, facets, first, leg, count, state
 ):

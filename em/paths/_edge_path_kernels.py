@@ -440,7 +440,7 @@ def find_edge_paths(
     return found, last
 
 
-@kernel
+@kernel(returns="UniTuple(int64, 2)")
 def search_edges(scene, tree, edges, x, y, z, first, before, met, whole):
     """Return the number of paths over some edge images from ``first`` on, and where to go on."""
     points, facets, orders, near, touching = whole[1:]

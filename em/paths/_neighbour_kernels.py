@@ -349,7 +349,7 @@ def _edge_points(
     return True
 
 
-@kernel
+@kernel(returns="boolean")
 def neighbour_has(
     planes,
     plane_facet_start,
@@ -472,7 +472,7 @@ def neighbour_has(
     return False
 
 
-@kernel
+@kernel(returns="boolean")
 def read_otherwise(
     planes,
     plane_facet_start,

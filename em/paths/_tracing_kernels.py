@@ -24,8 +24,11 @@ def tracing_scratch(scene, tree, edges):
     rows, longest = edges.ways + 1, max(tree.max_order, edges.max_order)
     # Image i of the chain has i reflections, and its only branch has the number i.
     chain_branches = np.empty((longest + 2, 2), dtype=np.int64)
-    chain_branches[:, 1] = np.arange(longest + 2) - 1
-    chain_order = np.arange(longest + 3)
+    chain_order = np.empty(longest + 3, dtype=np.int64)
+    for i in range(longest + 3):
+        chain_order[i] = i
+    for i in range(longest + 2):
+        chain_branches[i, 1] = i - 1
     before = (
         np.empty((longest + 3, 4), dtype=np.int64),
         np.empty((longest + 2, 3)),

@@ -138,7 +138,7 @@ def _planes_of(code, facet_plane, wedge_facets):
     return facet_plane[wedge_facets[-1 - code, 0]], facet_plane[wedge_facets[-1 - code, 1]]
 
 
-@kernel
+@kernel(returns="int64")
 def insert_crossings(scene, found, points, facets, orders, near, touching):
     """Return how many of ``found`` paths are left, with the sheets they pass through among theirs.
 

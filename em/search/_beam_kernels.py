@@ -3,6 +3,7 @@
 
 import numpy as np
 
+from octant.geometries._array_kernels import fill_order
 from octant.geometries.kernels import kernel
 
 MAX_CORNERS = 24
@@ -25,15 +26,25 @@ def _convex_hull(points, hull):
 
     Andrew's monotone chain (1979).
     """
-    order = np.argsort(points[:, 1], kind="mergesort")
-    order = order[np.argsort(points[order, 0], kind="mergesort")]
+    keys, by_second = np.empty(len(points)), np.empty(len(points), dtype=np.int64)
+    order = np.empty(len(points), dtype=np.int64)
+    for i in range(len(points)):
+        keys[i] = points[i, 1]
+    fill_order(keys, by_second)
+    for i in range(len(points)):
+        keys[i] = points[by_second[i], 0]
+    fill_order(keys, order)
+    for i in range(len(points)):
+        order[i] = by_second[order[i]]
     size = 0
     for sweep in range(2):
         floor = size
         for k in range(len(order)):
             row = order[k] if sweep == 0 else order[len(order) - 1 - k]
-            if size > floor and (points[hull[size - 1]] == points[row]).all():
-                continue
+            if size > floor:
+                last = hull[size - 1]
+                if points[last, 0] == points[row, 0] and points[last, 1] == points[row, 1]:
+                    continue
             while size > floor + 1 and _turn(points, hull[size - 2], hull[size - 1], row) <= 0.0:
                 size -= 1
             hull[size] = row
@@ -55,26 +66,33 @@ def facet_hulls(outline_start, outline, fills):
     count = 0
     for f in range(facets):
         begin, end = outline_start[f], outline_start[f + 1]
-        points = outline[begin:end].copy().reshape(2 * (end - begin), 2)
+        points = np.empty((2 * (end - begin), 2))
+        for i in range(begin, end):
+            for a in range(2):
+                points[2 * (i - begin), a] = outline[i, a]
+                points[2 * (i - begin) + 1, a] = outline[i, 2 + a]
         hull = np.empty(2 * len(points) + 2, dtype=np.int64)
         size = _convex_hull(points, hull)
         area, own = 0.0, 0.0
         for i in range(size):
-            a, b = points[hull[i]], points[hull[(i + 1) % size]]
-            area += 0.5 * (a[0] * b[1] - b[0] * a[1])
+            a, b = hull[i], hull[(i + 1) % size]
+            area += 0.5 * (points[a, 0] * points[b, 1] - points[b, 0] * points[a, 1])
         for i in range(begin, end):
             own += 0.5 * (outline[i, 0] * outline[i, 3] - outline[i, 2] * outline[i, 1])
         fills[f] = size <= MAX_CORNERS // 2 and abs(area - own) <= 1e-9 * area
         if size > MAX_CORNERS // 2:
-            u0, v0 = points[:, 0].min(), points[:, 1].min()
-            u1, v1 = points[:, 0].max(), points[:, 1].max()
+            u0, v0, u1, v1 = np.inf, np.inf, -np.inf, -np.inf
+            for i in range(len(points)):
+                u0, v0 = min(u0, points[i, 0]), min(v0, points[i, 1])
+                u1, v1 = max(u1, points[i, 0]), max(v1, points[i, 1])
             for i in range(4):
                 corners[count + i, 0] = u1 if i in (1, 2) else u0
                 corners[count + i, 1] = v1 if i > 1 else v0
             size = 4
         else:
             for i in range(size):
-                corners[count + i] = points[hull[i]]
+                for a in range(2):
+                    corners[count + i, a] = points[hull[i], a]
         count += size
         start[f + 1] = count
     return start, corners[:count].copy()

@@ -12,7 +12,7 @@ from octant.em.search._beam_kernels import (
     hides,
     make_beam,
 )
-from octant.geometries._array_kernels import grown
+from octant.geometries._array_kernels import fill_order, grown
 from octant.geometries.kernels import kernel
 
 
@@ -188,7 +188,10 @@ def expand(
                         hits[seen, k] = hits[h, k]
                     seen += 1
             n_hits = seen
-        order = np.argsort(hits[:n_hits, 0], kind="mergesort")
+        keys, order = np.empty(n_hits), np.empty(n_hits, dtype=np.int64)
+        for h in range(n_hits):
+            keys[h] = hits[h, 0]
+        fill_order(keys, order)
         plane_done = -1
         h = 0
         while h < n_hits:
