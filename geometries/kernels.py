@@ -100,9 +100,8 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]  # numba carries no types
         given, _ = sigutils.normalize_signature(sig)
         plain = tuple(_plain(each, self.targetctx) for each in given)
         entry = super().compile(plain)
-        if given not in self.overloads:
+        if given != plain:
             self._insert([each._code for each in given], entry, False)  # noqa: SLF001
-            self.overloads[given] = self.overloads[plain]
         return entry
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
@@ -241,6 +240,11 @@ class _Door:
         llvmlite.binding.add_symbol(self.name, where)
         _OPENED[where] = _NAMED[self.name] = self
 
+    @property
+    def is_closed(self) -> bool:
+        """Whether nothing has been called through the pointer yet."""
+        return not self._pointer.value
+
     def open(self) -> None:
         """Make the pointer lead to the machine code."""
         with global_compiler_lock:
@@ -278,6 +282,15 @@ class _Door:
     def __reduce__(self) -> Any:
         function = self.kernel.py_func
         return _door, (function.__module__, function.__qualname__, self.plain)
+
+
+def open_all() -> None:
+    """Compile, or read from the disk, all that the kernels in use may call through pointers."""
+    closed = list(_OPENED.values())
+    while closed:
+        for door in closed:
+            door.open()
+        closed = [door for door in _OPENED.values() if door not in closed and door.is_closed]
 
 
 def _named(module: str, name: str) -> Kernel:

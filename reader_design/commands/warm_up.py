@@ -88,6 +88,7 @@ def warm_up(*, quiet: bool) -> None:
     They stay beside the installed package, or in the user's cache folder where the package's cannot
     be written, or in the folder that the environment variable NUMBA_CACHE_DIR names.
     """
+    from octant.geometries.kernels import open_all
     from octant.reader_design.compilation import recorded_compilation
 
     with tempfile.TemporaryDirectory() as name, recorded_compilation() as record:
@@ -96,6 +97,7 @@ def warm_up(*, quiet: bool) -> None:
         with Progress(quiet=quiet).track(CALLS, label="warm-up") as calls:
             for model, call in calls:
                 _run(model, call, folder)
+        open_all()
     if record.kernels:
         where = os.path.commonpath([str(kept) for kept in record.folders])
         click.echo(f"compiled {len(record.kernels)} kernels in {record.seconds:.0f} s: {where}")
