@@ -71,7 +71,7 @@ def write(path: Path, text: str) -> None:
 
 def verbs_page() -> str:
     """Return the page of all verbs, from click."""
-    root = click.Context(cli.octant, info_name="octant")
+    root = click.Context(cli.octant, info_name="octant", **cli.CONTEXT)
     lines = [VERBS_HEAD]
     for name in cli.VERBS:
         command = cli.octant.get_command(root, name)

@@ -171,6 +171,10 @@ def frame_of(path: str | Path, *, reading: Reading | None = None) -> FrameGuess:
     """
     file = Path(path)
     contents = _contents(file, _kind_of(file), reading or Reading())
+    _refuse_nothing(file, contents)
+    if not any(np.isfinite(vertices).all(axis=1).any() for _, vertices, _ in contents.parts):
+        msg = f"{file} has no corner whose coordinates are all finite; export it anew."
+        raise GeometryError(msg)
     return guess_frame(
         [(name, vertices) for name, vertices, _ in contents.parts],
         declared_m=contents.metres,
@@ -230,12 +234,7 @@ def load_bodies(
     kind = _kind_of(file)
     contents = _contents(file, kind, reading or Reading())
     parts, stored = contents.parts, contents.stored
-    if not parts:
-        msg = (
-            f"{file} holds no triangles; it is empty, or not a {kind.upper()} mesh, or holds only "
-            "points and lines."
-        )
-        raise GeometryError(msg)
+    _refuse_nothing(file, contents)
     scale = _metres_per_file_unit(file, contents, unit=unit)
     labels = _materials(file, [p[0] for p in parts], material, materials_by_name, contents.own)
     vertical = up or contents.up or "z"
@@ -266,6 +265,16 @@ def load_bodies(
             raise GeometryError(msg) from exc
         bodies.append(body)
     return tuple(bodies)
+
+
+def _refuse_nothing(file: Path, contents: _Contents) -> None:
+    if not contents.parts:
+        kind = _kind_of(file).upper()
+        msg = (
+            f"{file} holds no triangles; it is empty, or not a {kind} mesh, or holds only points "
+            "and lines."
+        )
+        raise GeometryError(msg)
 
 
 def _contents(file: Path, kind: str, reading: Reading) -> _Contents:

@@ -27,12 +27,12 @@ TOUCHING = 8.0
 MOVE = 200.0
 """Distance [margins of the hierarchy] by which the ends are moved, about 1e-6 m in a room."""
 
-STRICT = 1e-4
-"""Share of the margins [-] within which hits at the ends of a neighbour's legs are ignored.
+STRICT = 0.01
+"""Share of the margins [-] within which hits at the ends of a neighbour's legs are ignored."""
 
-Some hundred times the rounding; with much more, a neighbour would by chance slip through the foot
-of a partition.
-"""
+NUDGE = 0.002
+"""Share of a move [-] by which a neighbour that has a path is moved once more, and must have it
+still: else one slips by chance, within `STRICT`, through the foot of a partition."""
 
 # Six fractions evenly spread in six dimensions: multiples of the powers of 1 / g, g^7 = g + 1.
 _STEPS = 1.0 / 1.1127756842787053 ** np.arange(1.0, 7.0)
@@ -391,11 +391,19 @@ def neighbour_has(
                 if leg <= reach:
                     return False  # nothing reflects in a tip
     at_receiver = 0 if comes_first(*_ends(points, row, order)) else 3
-    for k in range(len(MOVES)):
+    good = False
+    for k in range(2 * len(MOVES)):
+        # Each move first by itself, then, if the path is there, nudged towards the next.
+        move, again = k // 2, k % 2
+        if again and not good:
+            continue
+        after, nudge = (move + 1) % len(MOVES), NUDGE * again
         for a in range(3):
-            near[0, a] = points[row, 0, a] + MOVE * margin * MOVES[k, at_receiver + a]
-            near[ends, a] = points[row, ends, a] + MOVE * margin * MOVES[k, 3 - at_receiver + a]
-        if last > 0 and not _edge_points(
+            here = MOVES[move, at_receiver + a] + nudge * MOVES[after, at_receiver + a]
+            there = MOVES[move, 3 - at_receiver + a] + nudge * MOVES[after, 3 - at_receiver + a]
+            near[0, a] = points[row, 0, a] + MOVE * margin * here
+            near[ends, a] = points[row, ends, a] + MOVE * margin * there
+        good = last == 0 or _edge_points(
             planes,
             facet_plane,
             wedge_frame,
@@ -408,10 +416,8 @@ def neighbour_has(
             reach,
             images,
             near,
-        ):
-            continue
+        )
         begin = 0
-        good = True
         for end in (last, first, ends):
             if good and end > begin:
                 good = _reflections(
@@ -467,7 +473,7 @@ def neighbour_has(
                 own[0],
                 own[1],
             )
-        if good:
+        if good and again:
             return True
     return False
 

@@ -54,7 +54,8 @@ def test_a_study_may_be_left_out_and_results_have_a_folder(verb):
 @pytest.mark.parametrize("verb", list(VERBS))
 def test_help_fits_80_columns_and_explains_every_option(verb):
     command = command_of(verb)
-    context = click.Context(command, info_name=f"octant {verb}", terminal_width=80)
+    root = click.Context(program, **program.context_settings)
+    context = click.Context(command, info_name=f"octant {verb}", parent=root, terminal_width=80)
     assert max(map(len, command.get_help(context).splitlines())) <= 80
     for parameter in command.params:
         if isinstance(parameter, click.Option):

@@ -113,7 +113,7 @@ def checked(words: list[str]) -> None:
 
 def check_call(arguments: list[str]) -> None:
     """Refuse a call of ``octant`` with an unknown verb, option or value, by click itself."""
-    root = click.Context(cli.octant, info_name="octant")
+    root = click.Context(cli.octant, info_name="octant", **cli.CONTEXT)
     if not arguments or arguments[0].startswith("-"):
         cli.octant.make_context("octant", list(arguments), resilient_parsing=True)
         return
@@ -134,7 +134,7 @@ def known_options(verb: str) -> set[str]:
     """Return the options of a verb."""
     command = cli.octant.get_command(click.Context(cli.octant), verb)
     assert command is not None
-    context = click.Context(command, info_name=verb)
+    context = click.Context(command, info_name=verb, **cli.CONTEXT)
     return {flag for p in command.get_params(context) for flag in (*p.opts, *p.secondary_opts)}
 
 

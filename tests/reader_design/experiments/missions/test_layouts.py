@@ -99,6 +99,7 @@ def test_every_cell_of_the_comparisons_is_a_study(path):
             comparison.links,
             comparison.readers,
             comparison.controllers,
+            comparison.worlds,
         )
     ]
     assert len(cells) == np.prod(sizes)
