@@ -261,6 +261,7 @@ def test_failed_design_is_told_and_does_not_stop_the_study(tmp_path):
     assert "0.2 cm" in label
     assert "monopole_plane_m" in reason
     page = outcome.report.read_text("utf-8").replace("<i>r</i><sub>a</sub>", "r_a")
+    page = page.replace("\u202f", " ")
     assert label.split(" h_p")[0] in page
     data = read_dataset(tmp_path / "results.nc")
     assert np.isnan(data["right_share"].values[0]).all()
