@@ -7,6 +7,8 @@ import click
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.options import common_options, out_option
 
+_FRAMES = 30  # the whole is to take a minute, compilation included
+
 
 @click.command()
 @out_option("octant-demo")
@@ -32,7 +34,7 @@ def demo(*, out: Path, force: bool, quiet: bool) -> None:
     movie, picture = out / "drive.gif", out / "room.png"
     if force or not movie.is_file():
         assert mission.setting is not None  # noqa: S101  the built-in mission can be driven
-        write_animation(movie, mission.setting, mission.results[0], progress)
+        write_animation(movie, mission.setting, mission.results[0], progress, most_frames=_FRAMES)
         save_figure(scene_picture(mission.setting), picture)
     for line in outcome.lines()[:2]:
         click.echo(line)

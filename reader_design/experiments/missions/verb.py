@@ -217,7 +217,12 @@ def _forecast(setting: "Setting", folder: Path) -> Ended:
 
 
 def write_animation(
-    path: Path, setting: "Setting", result: "MissionResult", progress: Progress
+    path: Path,
+    setting: "Setting",
+    result: "MissionResult",
+    progress: Progress,
+    *,
+    most_frames: int | None = None,
 ) -> Path:
     """Return the animation of a run, once written.
 
@@ -225,8 +230,10 @@ def write_animation(
     ----------
     path, setting, result : A ``.gif``; the room with its reader; the run ([s], [m], [W]).
     progress : Shows the frames.
+    most_frames : Number of frames at most; None: that of `frame_samples`.
     """
     from octant.reader_design.experiments.missions.animation import (
+        MOST_FRAMES,
         drive_frames,
         frame_samples,
         run_scenery,
@@ -236,9 +243,9 @@ def write_animation(
 
     scenery = run_scenery(setting, result)
     drive = drive_of(result)
-    frames = drive_frames(drive, scenery, title=setting.study.name)
-    count = len(frame_samples(len(drive.time_s)))
-    with progress.track(frames, total=count, label="frames of the animation") as drawn:
+    samples = frame_samples(len(drive.time_s), most=most_frames or MOST_FRAMES).tolist()
+    frames = drive_frames(drive, scenery, title=setting.study.name, samples=samples)
+    with progress.track(frames, total=len(samples), label="frames of the animation") as drawn:
         write_gif(path, drawn)
     return path
 
