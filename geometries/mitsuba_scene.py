@@ -11,13 +11,13 @@ from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
-from lxml import etree
 from lxml.etree import _Element as Element
 
 from octant.geometries.bodies import Body
 from octant.geometries.errors import GeometryError
 from octant.geometries.furniture import box
 from octant.geometries.names import unused_name
+from octant.geometries.xml_files import xml_root
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -141,22 +141,8 @@ def read_mitsuba(path: Path, load_mesh: MeshReader) -> list[MitsubaShape]:
 
 
 def _parsed(path: Path, load_mesh: MeshReader) -> _Document:
-    """Return the document, parsed without entities, without DTD and without network."""
-    parser = etree.XMLParser(
-        resolve_entities=False, no_network=True, load_dtd=False, remove_comments=True,
-        remove_pis=True,
-    )  # fmt: skip
-    try:
-        tree = etree.parse(str(path), parser)
-    except (etree.XMLSyntaxError, OSError) as exc:
-        reason = str(exc).splitlines()[0].rstrip(".")
-        msg = f"{path} cannot be read as an XML scene ({reason}); check the file."
-        raise GeometryError(msg) from exc
-    root = tree.getroot()
-    if tree.docinfo.doctype or root.tag != "scene":
-        what = "declares a DOCTYPE" if tree.docinfo.doctype else f"starts with <{root.tag}>"
-        msg = f"{path} {what}, but a Mitsuba scene is a plain <scene> file; export it again."
-        raise GeometryError(msg)
+    """Return the document."""
+    root = xml_root(path, what="a Mitsuba scene", roots=("scene",))
     defaults = {
         str(e.get("name")): str(e.get("value")) for e in root.iter("default") if e.get("name")
     }

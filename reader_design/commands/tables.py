@@ -35,6 +35,7 @@ def materials(*, names: tuple[str, ...], frequency_ghz: float, as_json: bool, qu
     to, up to a factor of 2.5 and floorboard down to 0.4 GHz, it is extrapolated; a dash stands
     where a study cannot use it.
     """
+    from octant.em.medium.materials import material
     from octant.reader_design.face.materials import materials as table
     from octant.reader_design.study_file.errors import unknown_name
     from octant.reader_design.terminal.documents import json_text, rows_of
@@ -44,6 +45,7 @@ def materials(*, names: tuple[str, ...], frequency_ghz: float, as_json: bool, qu
     known = data["material"].to_numpy().tolist()
     for name in names:
         if name not in known:
+            material(name)  # refuses a word that is none, with the material that is meant
             raise ConfigError(unknown_name("MATERIAL", name, known, what="material"))
     if names:
         data = data.sel(material=list(dict.fromkeys(names)))

@@ -4,6 +4,7 @@ import json
 import math
 
 import pytest
+from small_study import SMALL
 
 from octant.geometries.furniture import box
 from octant.geometries.mesh_files import save_bodies
@@ -11,27 +12,7 @@ from octant.reader_design.cli import VERBS
 from octant.reader_design.terminal.documents import csv_rows, json_text
 from octant.reader_design.terminal.schemas import SCHEMAS
 
-STUDY = """
-name = "small"
-[room]
-box_m = [4.0, 4.0, 3.0]
-material = "concrete"
-[[tag]]
-id = "A"
-position_m = [1.0, 3.0, 2.9]
-[reader]
-response = "isolated"
-antennas = 4
-[solver]
-max_reflections = 1
-[map]
-spacing_m = 1.0
-[mission]
-start_m = [3.0, 1.0]
-tags = ["A"]
-runs = 2
-max_time_s = 10.0
-"""
+STUDY = SMALL + "runs = 2\nmax_time_s = 10.0\n"
 CALLS = {
     "paths": ("STUDY", "--tx", "A", "--rx", "1,1,1", "--rx", "9,9,9"),
     "explain": ("STUDY", "--tx", "A", "--rx", "1,1,1", "--strongest"),

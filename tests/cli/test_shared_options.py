@@ -2,6 +2,7 @@
 
 import click
 import pytest
+from small_study import SMALL
 
 from octant.reader_design.cli import VERBS
 from octant.reader_design.cli import octant as program
@@ -62,29 +63,7 @@ def test_help_fits_80_columns_and_explains_every_option(verb):
             assert parameter.help, parameter.name
 
 
-STUDY = """
-name = "small"
-[room]
-box_m = [4.0, 4.0, 3.0]
-material = "concrete"
-[[tag]]
-id = "A"
-position_m = [1.0, 3.0, 2.9]
-[reader]
-response = "isolated"
-antennas = 4
-[solver]
-max_reflections = 1
-[map]
-spacing_m = 1.0
-[mission]
-start_m = [3.0, 1.0]
-tags = ["A"]
-runs = 1
-max_time_s = 5.0
-[sweep]
-plate_height_m = [0.0, 0.08]
-"""
+STUDY = SMALL + "runs = 1\nmax_time_s = 5.0\n[sweep]\nplate_height_m = [0.0, 0.08]\n"
 TWICE = {
     "map": (),
     "scene": (),

@@ -89,3 +89,7 @@ def test_completion_prints_a_script_of_the_shell(octant, shell):
     assert (call.code, call.err) == (0, "")
     assert "_OCTANT_COMPLETE" in call.out
     assert f"{shell}_complete" in call.out
+
+
+def test_a_material_by_another_word_leads_to_the_table_s_name(octant):
+    assert "did you mean 'plasterboard'?" in octant("materials", "gypsum").refused()

@@ -284,7 +284,7 @@ def test_a_scene_may_be_drawn_in_another_unit(scene):
         ),
         ('<shape type="sphere"><float name="radius" value="-1"/></shape>', "must be positive"),
         ("", "holds no triangles"),
-        ("<shape", "cannot be read as an XML scene"),
+        ("<shape", "cannot be read as a Mitsuba scene"),
     ],
 )
 def test_what_cannot_be_read_is_refused_in_one_sentence(scene, content, says):
