@@ -2,13 +2,14 @@
 
 Run from a checkout with ``octant`` installed::
 
-    python benchmarks/bench_fullwave.py [--sweep] [--ratios] [--cells 10 14 20]
+    python benchmarks/bench_fullwave.py [--sweep | --ratios | --robot] [--cells 10 14 20]
 
 Each line is one design of the thesis at one mesh density, warm (a small run goes first), with and
 without the reader's rotational symmetry; the exponents say how each step grows with the unknowns.
 ``--ratios`` sets side by side, each pair one after the other on the same machine: the far field in
-every direction against few directions and interpolation, and four loads by four solutions against
-one.
+every direction against few directions and interpolation, four loads by four solutions against one,
+and factors in double precision against those in single precision, refined. ``--robot`` solves the
+reader on a robot's body of 30 x 30 x 20 cm, on the axis and 2 cm beside it.
 """
 
 import argparse
@@ -21,10 +22,15 @@ from dataclasses import replace
 import numpy as np
 
 from octant.em.antennas.embedded import GRID_SHAPE
+from octant.em.blocks import one_blas_thread
 from octant.em.directions import angle_grid
+from octant.em.reader.fullwave import linear_solve
+from octant.em.reader.fullwave.basis import surface_basis
 from octant.em.reader.fullwave.far_field import band_limited
 from octant.em.reader.fullwave.mesh import reader_mesh
+from octant.em.reader.fullwave.rwg import impedance_matrix
 from octant.em.reader.fullwave.solve import solve_reader
+from octant.geometries.furniture import box
 from octant.geometries.reader_body import reader_body
 
 FREQUENCY_HZ = 2.4e9
@@ -124,6 +130,45 @@ def ratios():
         )
 
 
+def precisions():
+    """Print what factors in single precision save where no symmetry helps, in processor time."""
+    for cells in (10.0, 14.0):
+        mesh = reader_mesh(reader_body(), frequency_hz=FREQUENCY_HZ, cells_per_wavelength=cells)
+        basis = surface_basis(mesh.vertices_m, mesh.faces)
+        matrix = impedance_matrix(basis, frequency_hz=FREQUENCY_HZ)
+        right = np.random.default_rng(1).normal(size=(8, 1, len(matrix)))
+        found, times = [], []
+        with one_blas_thread():
+            for single_from in (len(matrix) + 1, 0):
+                linear_solve.SINGLE_FROM = single_from
+                copy = matrix.copy()
+                start = time.process_time()
+                found.append(linear_solve.solve_currents(basis, copy, right))
+                times.append(time.process_time() - start)
+        off = float(np.abs(found[1] - found[0]).max() / np.abs(found[0]).max())
+        print(
+            f"  {len(matrix)} functions: {times[0]:.2f} s in double precision, {times[1]:.2f} s in "
+            f"single and refined, {times[0] / times[1]:.1f} times; off by {off:.0e}"
+        )
+
+
+def robot():
+    """Print time and memory of the reader on a robot's body, on the axis and beside it."""
+    for beside_m in (0.0, 0.02):
+        corner_m = (beside_m - 0.15, -0.15, -0.25)
+        body = box((0.3, 0.3, 0.2), material="metal", position_m=corner_m)
+        mesh = reader_mesh(reader_body(), frequency_hz=FREQUENCY_HZ, surroundings=(body,))
+        start = time.process_time()
+        result = solve_reader(mesh)
+        spent = time.process_time() - start
+        peak_gib = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
+        print(
+            f"  {100 * beside_m:g} cm beside the axis: {result.unknowns} unknowns in "
+            f"{result.basis.sectors} sectors, {spent:.1f} s of processor time, greatest memory so "
+            f"far {peak_gib:.2f} GiB, power balance {result.balance_error:.0e}"
+        )
+
+
 def sweep():
     """Print the time of the thesis' twelve designs at the default density."""
     start = time.perf_counter()
@@ -151,11 +196,16 @@ def main():
     parser.add_argument("--cells", type=float, nargs="+", default=[7.0, 10.0, 14.0])
     parser.add_argument("--sweep", action="store_true", help="the thesis' twelve designs")
     parser.add_argument("--ratios", action="store_true", help="what was slow against what is fast")
+    parser.add_argument("--robot", action="store_true", help="the reader on a robot's body")
     arguments = parser.parse_args()
     run(5.0, symmetry=True)
     run(5.0, symmetry=False)
     if arguments.ratios:
         ratios()
+        precisions()
+        return
+    if arguments.robot:
+        robot()
         return
     densities(arguments.cells)
     if arguments.sweep:

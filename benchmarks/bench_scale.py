@@ -121,13 +121,13 @@ def searches(meshes):
 
 def rays():
     """Print what launched rays find in dense meshes."""
-    print("\nrays, order 2        triangles  seconds  sequences  at least  new per ray")
+    print("\nrays, order 2        triangles  seconds  sequences   missing    at most")
     for cells in (224, 707):
         scene = build_scene(box_room((10.0, 10.0, 3.0)), objects=[terrain(cells)])
         seconds, found = timed(lambda s=scene: ray_search(s, SOURCE_M, 2))
         print(
             f"{found.rays:12,}{2 * cells**2:18,}{seconds:9.2f}{found.found.sum():11,}"
-            f"{found.estimated_total.sum():10,.0f}{found.unseen_share.sum():13.3f}"
+            f"{found.tree.rays.missing:10.4%}{found.tree.rays.at_most:11.4%}"
         )
     # The system counts in units of 1024 bytes.
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20

@@ -3,9 +3,8 @@
 import contextlib
 import math
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ThreadPoolExecutor, as_completed
-from contextlib import AbstractContextManager
 from pathlib import Path
 
 BLOCK_SIZE = 256
@@ -13,6 +12,9 @@ BLOCK_SIZE = 256
 
 THREADS_VARIABLE = "OCTANT_THREADS"
 """Environment variable of the number of threads of a process; else one for each processor."""
+
+MOST_SHARE = 0.7
+"""Greatest share of the machine's memory that a computation may ask for [-]."""
 
 Progress = Callable[[int, int], None]
 """Called with (receivers done, receivers in all) after every block."""
@@ -89,8 +91,9 @@ def run_blocks(
             pool.shutdown(wait=True, cancel_futures=True)
 
 
-def one_blas_thread() -> AbstractContextManager[object]:
-    """Return a context in which linear algebra uses one thread.
+@contextlib.contextmanager
+def one_blas_thread() -> Iterator[None]:
+    """Return a context, or a decorator, in which linear algebra uses one thread.
 
     Products and factors of matrices depend on the number of threads in their last bits; what is
     kept or compared must not depend on who computed it.
@@ -98,5 +101,5 @@ def one_blas_thread() -> AbstractContextManager[object]:
     import scipy.linalg  # noqa: F401  its BLAS must be loaded to be limited
     from threadpoolctl import threadpool_limits
 
-    limits: AbstractContextManager[object] = threadpool_limits(limits=1, user_api="blas")
-    return limits
+    with threadpool_limits(limits=1, user_api="blas"):
+        yield

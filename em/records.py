@@ -64,6 +64,7 @@ class TreeArrays(NamedTuple):
     order: np.ndarray  # (n,) int64
     branch_start: np.ndarray  # (n + 1,) int64
     branches: np.ndarray  # (b, 2) int64: plane, parent image
+    leaves: np.ndarray  # (k,) int64: images whose paths are searched, rising
     ways: int  # greatest number of sequences that lead to one image
     max_order: int
 
@@ -145,12 +146,12 @@ class ResponseArrays(NamedTuple):
     parts are weighed apart, without complex products.
     """
 
-    table: np.ndarray  # (T + 2 PAD, P + 2 PAD, c n 4): real and imaginary parts of F_theta, F_phi,
-    # phase at each antenna's own centre
+    table: np.ndarray  # (T + 2 PAD, P + 2 PAD, 4 c n): real and imaginary parts of F_theta, F_phi,
+    # each of all antennas at all frequencies, phase at each antenna's own centre
     linear: np.ndarray  # (T - 1, P) bool: cells of straight lines, at steps
     step_theta: float  # [rad]
     step_phi: float  # [rad]
-    centre_rad: np.ndarray  # (c, n, 3): wavenumber times phase centre, reader frame
+    centre_rad: np.ndarray  # (3, c n): wavenumber times phase centre, reader frame
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

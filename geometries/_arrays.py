@@ -14,8 +14,7 @@ Value = TypeVar("Value")
 def read_only(value: Value) -> Value:
     """Return an array as a read-only view, or a tuple of arrays, also a named one, as such views.
 
-    Kernels are compiled for read-only arrays apart. Whatever is handed to one goes through here, so
-    that arrays which unpickling in a worker has made writable need no second compilation.
+    A record that is frozen hands these out, so that nobody changes what it holds.
     """
     result: Any = value
     if isinstance(value, np.ndarray):

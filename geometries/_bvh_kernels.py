@@ -256,13 +256,21 @@ def winding_numbers(points, corners, winding):
     The solid angle of each triangle is that of Van Oosterom and Strackee (1983), equation 8.
     """
     for i in range(len(points)):
+        x, y, z = points[i, 0], points[i, 1], points[i, 2]
         total = 0.0
         for t in range(len(corners)):
-            a = corners[t, 0] - points[i]
-            b = corners[t, 1] - points[i]
-            c = corners[t, 2] - points[i]
-            la, lb, lc = np.sqrt(np.dot(a, a)), np.sqrt(np.dot(b, b)), np.sqrt(np.dot(c, c))
-            volume = np.dot(a, np.cross(b, c))
-            scale = la * lb * lc + np.dot(a, b) * lc + np.dot(b, c) * la + np.dot(c, a) * lb
+            ax, ay, az = corners[t, 0, 0] - x, corners[t, 0, 1] - y, corners[t, 0, 2] - z
+            bx, by, bz = corners[t, 1, 0] - x, corners[t, 1, 1] - y, corners[t, 1, 2] - z
+            cx, cy, cz = corners[t, 2, 0] - x, corners[t, 2, 1] - y, corners[t, 2, 2] - z
+            la = np.sqrt(ax * ax + ay * ay + az * az)
+            lb = np.sqrt(bx * bx + by * by + bz * bz)
+            lc = np.sqrt(cx * cx + cy * cy + cz * cz)
+            volume = ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
+            scale = (
+                la * lb * lc
+                + (ax * bx + ay * by + az * bz) * lc
+                + (bx * cx + by * cy + bz * cz) * la
+                + (cx * ax + cy * ay + cz * az) * lb
+            )
             total += 2.0 * np.arctan2(volume, scale)
         winding[i] = total / (4.0 * np.pi)

@@ -3,6 +3,7 @@
 
 import numpy as np
 
+from octant.geometries._array_kernels import grown
 from octant.geometries.kernels import kernel
 
 
@@ -26,10 +27,7 @@ def crossings(ends, tolerance):
             s, t = (ox * by - oy * bx) / det * a, (ox * ay - oy * ax) / det * b
             if not (tolerance < s < a - tolerance and tolerance < t < b - tolerance):
                 continue
-            if count == len(pairs):
-                more, further = np.empty((2 * count, 2), dtype=np.int64), np.empty((2 * count, 2))
-                more[:count], further[:count] = pairs, along
-                pairs, along = more, further
+            pairs, along = grown(pairs, count + 1), grown(along, count + 1)
             pairs[count, 0], pairs[count, 1] = i, j
             along[count, 0], along[count, 1] = s, t
             count += 1

@@ -5,6 +5,7 @@ A rim is (k, 2): its corners, counter-clockwise around the centre [m]. Azimuths 
 """
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -72,17 +73,22 @@ def plate_triangles(
     reaches_m: FloatArray,
     plates_rad: FloatArray,
     *,
-    rim_heights_m: FloatArray,
-    axis_height_m: float,
+    heights_m: Sequence[FloatArray],
 ) -> list[FloatArray]:
-    """Return the plates' (3, 3) triangles, each plate from the axis out [m]."""
+    """Return the plates' (3, 3) triangles, each plate from the axis out [m].
+
+    ``heights_m`` holds each plate's heights at even distances from the axis to its outer end. The
+    triangles fan out from the axis' foot, which must see all of the upper edge.
+    """
     triangles: list[FloatArray] = []
-    for azimuth, reach_m, rim_height_m in zip(plates_rad, reaches_m, rim_heights_m, strict=True):
-        x, y = _polar(float(reach_m), float(azimuth))
-        axis, foot = (0.0, 0.0, 0.0), (x, y, 0.0)
-        top_out, top_axis = (x, y, rim_height_m), (0.0, 0.0, axis_height_m)
-        if rim_height_m > 0.0:
-            triangles.append(np.array((axis, foot, top_out)))
-        if axis_height_m > 0.0:
-            triangles.append(np.array((axis, top_out, top_axis)))
+    for azimuth, reach_m, heights in zip(plates_rad, reaches_m, heights_m, strict=True):
+        axis = (0.0, 0.0, 0.0)
+        away = np.linspace(0.0, float(reach_m), len(heights))
+        tops = [(*_polar(r, float(azimuth)), h) for r, h in zip(away, heights, strict=True)]
+        if heights[-1] > 0.0:
+            triangles.append(np.array((axis, (*tops[-1][:2], 0.0), tops[-1])))
+        inner = [(tops[j], tops[j - 1]) for j in range(len(tops) - 1, 1, -1)]
+        triangles += [np.array((axis, out, within)) for out, within in inner]
+        if heights[0] > 0.0:
+            triangles.append(np.array((axis, tops[1], tops[0])))
     return triangles

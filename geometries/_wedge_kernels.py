@@ -65,7 +65,8 @@ def cut_at_corners(places, ends, corners, boxes, links, order, tolerance):
                     continue
                 if found == len(hits):
                     more, further = np.empty(2 * found, dtype=np.int64), np.empty(2 * found)
-                    more[:found], further[:found] = hits, along
+                    for k in range(found):
+                        more[k], further[k] = hits[k], along[k]
                     hits, along = more, further
                 place = found
                 while place > 0 and along[place - 1] > t:

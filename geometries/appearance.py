@@ -56,6 +56,12 @@ _DRAWN: Mapping[str, Looks] = MappingProxyType(
     {
         "transmitter": _of("0b7a75"),
         "receiver": _of("1f4e9c"),
+        "tag": _of("d9331a"),
+        "antenna": _of("b5333f", metallic=0.6, rough=0.4),
+        "trajectory": _of("332288"),
+        "axis x": _of("cc2222"),
+        "axis y": _of("22aa22"),
+        "axis z": _of("2222cc"),
         **{
             f"path of order {n}": _of(c)
             for n, c in enumerate(("332288", "cc6677", "117733", "ddaa33", "88ccee", "aa4499"))

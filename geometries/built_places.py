@@ -26,6 +26,8 @@ class BuiltPlaces:
     plate_reaches_m, plate_rim_heights_m : (n,) or (0,) float64 — Each plate's outer end: distance
         from the axis, height [m].
     plate_axis_height_m : Height of all plates at the axis [m].
+    plate_profiles_m : (n, k) float64 — Each plate's heights at even distances between axis and
+        outer end [m].
     rim_scale : Size of the ground plane over the drawn one [-].
     """
 
@@ -35,6 +37,7 @@ class BuiltPlaces:
     plate_reaches_m: FloatArray
     plate_rim_heights_m: FloatArray
     plate_axis_height_m: float
+    plate_profiles_m: FloatArray
     rim_scale: float = 1.0
 
     def __post_init__(self) -> None:
@@ -48,6 +51,20 @@ class BuiltPlaces:
         ):
             value = frozen_array(getattr(self, name), name=name, shape=(count,))
             object.__setattr__(self, name, value)
+        profiles = frozen_array(
+            self.plate_profiles_m, name="plate_profiles_m", shape=(plates, None)
+        )
+        object.__setattr__(self, "plate_profiles_m", profiles)
+
+    def plate_heights_m(self, plate: int) -> FloatArray:
+        """Return (k + 2,) a plate's heights at even distances from the axis to its outer end [m].
+
+        Parameters
+        ----------
+        plate : Which one, from 0.
+        """
+        ends = [self.plate_axis_height_m], [self.plate_rim_heights_m[plate]]
+        return np.concatenate((ends[0], self.plate_profiles_m[plate], ends[1]))
 
 
 def built_places(
@@ -100,6 +117,9 @@ def built_places(
     rim_heights = _heights(drawn.plate_rim_heights_m, errors.plate_height_m)
     mean = np.array([errors.plate_height_m.mean()])
     axis_height = float(_heights(np.array([drawn.plate_axis_height_m]), mean)[0])
+    inner = drawn.plate_profiles_m.shape[1]
+    share = np.arange(1, inner + 1) / (inner + 1)
+    between = mean * (1.0 - share) + errors.plate_height_m[:, None] * share
     _refuse_disorder(elements, plates)
     return BuiltPlaces(
         element_azimuths_rad=elements,
@@ -108,6 +128,7 @@ def built_places(
         plate_reaches_m=reaches,
         plate_rim_heights_m=rim_heights,
         plate_axis_height_m=axis_height,
+        plate_profiles_m=_heights(drawn.plate_profiles_m, between),
         rim_scale=scale,
     )
 

@@ -10,10 +10,6 @@ from octant.geometries.names import nearest_name
 
 _GMSH = "gmsh {file} -2 -o {stem}.stl (pip install gmsh; the STL is in mm)"
 _BLENDER = "open it in Blender and export glTF 2.0 (.glb)"
-_IMAGE = (
-    "is a picture without a scale; write {stem}.yaml beside it with the lines 'image: {file}', "
-    "'resolution: 0.05' (metres a pixel) and 'origin: [0, 0, 0]', and name that"
-)
 _TOOLS: Mapping[str, str] = MappingProxyType(
     {
         "step": _GMSH,
@@ -35,6 +31,7 @@ _TOOLS: Mapping[str, str] = MappingProxyType(
         "x3d": _BLENDER,
         "usd": _BLENDER,
         "usdz": _BLENDER,
+        "gif": "save it as PNG, for a floor plan",
         "zae": "unzip it and name the .dae file in it",
         "xacro": "ros2 run xacro xacro {file} > {stem}.urdf",
         "las": "a point cloud has no surfaces; mesh it first, for example in CloudCompare",
@@ -42,7 +39,6 @@ _TOOLS: Mapping[str, str] = MappingProxyType(
         "pcd": "a point cloud has no surfaces; mesh it first, for example in CloudCompare",
     }
 )
-_PICTURES = ("png", "pgm", "jpg", "jpeg", "bmp", "tif", "tiff", "gif")
 
 
 def is_convertible(kind: str) -> bool:
@@ -52,7 +48,7 @@ def is_convertible(kind: str) -> bool:
     ----------
     kind : Extension, lower case, without dot.
     """
-    return kind in _TOOLS or kind in _PICTURES
+    return kind in _TOOLS
 
 
 def refuse_kind(file: Path, known: Sequence[str]) -> NoReturn:
@@ -64,8 +60,6 @@ def refuse_kind(file: Path, known: Sequence[str]) -> NoReturn:
     known : Extensions that are read.
     """
     kind = file.suffix.lower().removeprefix(".")
-    if kind in _PICTURES:
-        raise GeometryError(f"{file} {_IMAGE.format(file=file.name, stem=file.stem)}.")
     if kind in _TOOLS:
         how = _TOOLS[kind].format(file=file.name, stem=file.stem)
         msg = f"mesh file {file} ends in '.{kind}', which is not read here; convert it: {how}."

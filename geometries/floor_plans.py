@@ -1,4 +1,4 @@
-"""Floor plans as rooms: maps of ROS' map_server (YAML and image) and DXF drawings, extruded.
+"""Floor plans as rooms: ROS' map_server maps (YAML and image), pictures, DXF drawings, extruded.
 
 Source: ROS 2 Navigation, ``nav2_map_server`` (map_io.cpp: trinary, scale and raw modes).
 """
@@ -22,8 +22,12 @@ IntArray = npt.NDArray[np.int64]
 BoolArray = npt.NDArray[np.bool_]
 PlanPart = tuple[str, FloatArray, IntArray]
 
-PLANS = ("yaml", "yml", "dxf")
+PICTURES = ("png", "jpg", "jpeg", "pgm", "bmp", "tif", "tiff")
+"""Extensions of pictures, which are floor plans where their scale is given."""
+PLANS = ("yaml", "yml", "dxf", *PICTURES)
 """Extensions of floor plans."""
+DARK = 0.5
+"""Share of black above which a pixel of a picture is wall [-]."""
 DEFAULT_HEIGHT_M = 2.5
 """Height of walls of which nothing is said [m]."""
 STRAIGHTENED_CELLS = 0.75
@@ -35,27 +39,36 @@ ARC_STEP_M = 0.25
 MARGIN_M = 0.05
 """How far the floor of a drawing reaches beyond its lines [m]."""
 
+OPENINGS_M = {"door": (0.0, 2.0), "opening": (0.0, 2.0), "window": (0.9, 2.1)}
+"""Heights between which lines of a drawing are open [m], by what the name of their layer holds."""
 _DXF_METRES = {1: 0.0254, 2: 0.3048, 4: 0.001, 5: 0.01, 6: 1.0, 10: 0.9144, 14: 0.1}
 _KEYS = ("image", "resolution", "origin", "negate", "occupied_thresh", "free_thresh", "mode")
 
 
-def read_plan(path: Path, height_m: float) -> list[PlanPart]:
+def read_plan(path: Path, height_m: float, metres_per_pixel: float | None = None) -> list[PlanPart]:
     """Return walls and floor of a floor plan [m].
 
     Of a map the outlines of occupied cells stand as walls, straight within `STRAIGHTENED_CELLS`,
     and its free cells are the floor; unknown cells are neither, so that they are outside the room.
-    Of a DXF drawing every line and arc is a wall without a thickness, on a rectangular floor.
-    There is no ceiling.
+    Of a DXF drawing every line and arc is a wall without a thickness, on a rectangular floor; on a
+    layer whose name holds door, opening or window (`OPENINGS_M`) a line is an opening, of which
+    what is above and below it stands, and an arc, a leaf's swing, is nothing. A picture by
+    itself is a map whose dark pixels (`DARK`) are wall; light ones are floor, but for the margin
+    around the outer walls where these are closed. There is no ceiling.
 
     Parameters
     ----------
-    path : YAML of a map, or DXF.
+    path : YAML of a map, DXF, or a picture.
     height_m : Height of the walls [m].
+    metres_per_pixel : Scale of a picture, which it needs [m].
     """
-    if path.suffix.lower() == ".dxf":
+    kind = path.suffix.lower().removeprefix(".")
+    if kind == "dxf":
         return _drawing(path, height_m)
-    header = _map_header(path)
+    header = _picture(path, metres_per_pixel) if kind in PICTURES else _map_header(path)
     occupied, free = _cells(path, header)
+    if kind in PICTURES:
+        free = _inside(free)
     if not occupied.any():
         msg = (
             f"{path}: no cell of {header.image.name} is occupied, so there is no wall; check "
@@ -77,13 +90,13 @@ def read_plan(path: Path, height_m: float) -> list[PlanPart]:
 
 
 def plan_files(path: Path) -> tuple[Path, ...]:
-    """Return the image of a map, if it can be found; of a drawing nothing.
+    """Return the image of a map, if it can be found; of a drawing or a picture nothing.
 
     Parameters
     ----------
-    path : YAML of a map, or DXF.
+    path : As for `read_plan`.
     """
-    if path.suffix.lower() == ".dxf":
+    if path.suffix.lower() not in {".yaml", ".yml"}:
         return ()
     try:
         return (_map_header(path).image,)
@@ -102,6 +115,34 @@ class _Header:
     occupied: float
     free: float
     mode: str
+
+
+def _picture(path: Path, metres_per_pixel: float | None) -> _Header:
+    """Return what a picture says as a map, its lower left corner in the origin."""
+    if metres_per_pixel is None:
+        msg = (
+            f"{path} is a picture without a scale; give room.metres_per_pixel, such as 0.05 "
+            "(octant init: --metres-per-pixel 0.05)."
+        )
+        raise GeometryError(msg)
+    return _Header(
+        image=path,
+        resolution_m=metres_per_pixel,
+        origin=(0.0, 0.0, 0.0),
+        negate=False,
+        occupied=DARK,
+        free=DARK,
+        mode="scale",
+    )
+
+
+def _inside(free: BoolArray) -> BoolArray:
+    """Return free cells without those that reach the border; all, where no others are left."""
+    from scipy.ndimage import label
+
+    parts, _ = label(np.pad(free, 1, constant_values=True))
+    kept: BoolArray = free & (parts != parts[0, 0])[1:-1, 1:-1]
+    return kept if kept.any() else free
 
 
 def _map_header(path: Path) -> _Header:
@@ -305,10 +346,12 @@ def _walls(outlines: Sequence[FloatArray], height: float) -> tuple[FloatArray, I
     return _extruded(np.concatenate(legs), height)
 
 
-def _extruded(legs: FloatArray, height: float) -> tuple[FloatArray, IntArray]:
-    """Return upright rectangles on legs (n, 2, 2)."""
+def _extruded(
+    legs: FloatArray, height: float, *, foot_m: float = 0.0
+) -> tuple[FloatArray, IntArray]:
+    """Return upright rectangles on legs (n, 2, 2), from a foot up to a height [m]."""
     low = np.zeros((len(legs), 2, 1))
-    foot = np.concatenate((legs, low), axis=2)
+    foot = np.concatenate((legs, low + foot_m), axis=2)
     top = np.concatenate((legs[:, ::-1], low + height), axis=2)
     vertices = np.concatenate((foot, top), axis=1).reshape(-1, 3)
     quad = np.array([(0, 1, 2), (0, 2, 3)])
@@ -357,7 +400,8 @@ def _drawing(path: Path, height_m: float) -> list[PlanPart]:
             name = str(layers[number]).lower() if layers is not None and layers[number] else "walls"
             pair = np.stack((line[:-1, :2], line[1:, :2]), axis=1) * metres
             long = np.hypot(*(pair[:, 1] - pair[:, 0]).T) > 1e-6
-            legs.setdefault(name, []).append(pair[long])
+            if _opening_m(name) is None or len(line) == 2:
+                legs.setdefault(name, []).append(pair[long])
     except GeometryError:
         raise
     except Exception as exc:  # trimesh's readers raise anything at all on a damaged file
@@ -371,13 +415,32 @@ def _drawing(path: Path, height_m: float) -> list[PlanPart]:
     if not found:
         msg = f"{path} holds no lines or arcs; explode its blocks and save it again."
         raise GeometryError(msg)
-    parts = [(name, *_extruded(piece, height_m)) for name, piece in found.items()]
+    parts = [part for name, piece in found.items() for part in _standing(name, piece, height_m)]
     everything = np.concatenate(list(found.values())).reshape(-1, 2)
     x0, y0 = everything.min(axis=0) - MARGIN_M
     x1, y1 = everything.max(axis=0) + MARGIN_M
     corners = np.array([(x0, y0, 0.0), (x1, y0, 0.0), (x1, y1, 0.0), (x0, y1, 0.0)])
     name = "floor" if "floor" not in found else "floor_of_plan"
     return [*parts, (name, corners, np.array([(0, 1, 2), (0, 2, 3)]))]
+
+
+def _opening_m(layer: str) -> tuple[float, float] | None:
+    """Return between which heights the lines of a layer are open [m]; None: they are walls."""
+    return next((heights for word, heights in OPENINGS_M.items() if word in layer), None)
+
+
+def _standing(layer: str, legs: FloatArray, height_m: float) -> list[PlanPart]:
+    """Return what stands on the lines of a layer: walls, or what an opening leaves of them."""
+    opening = _opening_m(layer)
+    if opening is None:
+        return [(layer, *_extruded(legs, height_m))]
+    low_m, high_m = opening
+    parts: list[PlanPart] = []
+    if low_m > 0.0:
+        parts.append((f"{layer} parapet", *_extruded(legs, min(low_m, height_m))))
+    if high_m < height_m:
+        parts.append((f"{layer} lintel", *_extruded(legs, height_m, foot_m=high_m)))
+    return parts
 
 
 def _dxf_metres(text: str, path: Path) -> float:

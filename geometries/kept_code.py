@@ -26,6 +26,11 @@ from numba.core.serialize import dumps
 from octant.geometries.errors import ConfigError
 from octant.geometries.files import whole_file
 
+try:
+    import fcntl
+except ImportError:  # Windows: processes compile the same kernel side by side
+    fcntl = None  # type: ignore[assignment]
+
 VERSIONS = repr((numba.__version__, llvmlite.__version__, np.__version__))
 
 
@@ -37,10 +42,20 @@ class KeptCode(FunctionCache):  # type: ignore[misc]  # numba carries no types
 
     def __init__(self, function: Callable[..., Any], needs: Callable[[Any], list[Any]]) -> None:
         super().__init__(function)
+        self.function = function
         self._needs = needs
         self._cache_file = _Files(
             Path(self.cache_path) / self._impl.filename_base, source_digest(function.__module__)
         )
+
+    def alone(self, sig: Any, target_context: Any) -> contextlib.AbstractContextManager[None]:
+        """Return a block in which no other process compiles this code, after a wait if need be.
+
+        Parameters
+        ----------
+        sig, target_context : As numba's caches take them.
+        """
+        return self._cache_file.alone(self._index_key(sig, target_context.codegen()))
 
     def _load_overload(self, sig: Any, target_context: Any) -> Any:
         kept = self._cache_file.load(self._index_key(sig, target_context.codegen()))
@@ -79,9 +94,30 @@ class _Files:
         with contextlib.suppress(OSError, ConfigError), whole_file(self._file(key)) as part:
             part.write_bytes(self._seal(key, code) + code)
 
+    @contextlib.contextmanager
+    def alone(self, key: object) -> Iterator[None]:
+        """Let one process at a time work on what is kept under a key, unless it is kept already.
+
+        A process that ends, however it ends, makes way.
+
+        Parameters
+        ----------
+        key : As for ``load``.
+        """
+        with contextlib.ExitStack() as stack:
+            if fcntl is not None and self.load(key) is None:
+                with contextlib.suppress(OSError):  # a folder that cannot be written: no waiting
+                    self._base.parent.mkdir(parents=True, exist_ok=True)
+                    claim = stack.enter_context(self._claim(key).open("w"))
+                    fcntl.flock(claim, fcntl.LOCK_EX)
+            yield
+
     def _file(self, key: object) -> Path:
         digest = hashlib.sha256(repr(key).encode()).hexdigest()
         return self._base.with_name(f"{self._base.name}.{digest[:12]}.nbc")
+
+    def _claim(self, key: object) -> Path:
+        return self._file(key).with_suffix(".nbc.lock")
 
     def _seal(self, key: object, code: bytes) -> bytes:
         return hashlib.sha256(self._source + repr(key).encode() + code).digest()

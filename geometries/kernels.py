@@ -21,13 +21,20 @@ import llvmlite.binding
 import numba
 from llvmlite import ir
 from numba import types
-from numba.core import cgutils, compiler, event, sigutils, typing
-from numba.core.codegen import JITCodeLibrary
+from numba.core import cgutils, compiler, errors, event, sigutils, target_extension, typing
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.imputils import user_function
 from numba.core.registry import CPUDispatcher
 
 from octant.geometries.kept_code import KeptCode
+from octant.geometries.kernel_target import (
+    KERNELS,
+    KernelFlags,
+    Kernels,
+    Part,
+    Pipeline,
+    nothing_collected,
+)
 
 
 def kernel(
@@ -75,16 +82,20 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]  # numba carries no types
     returns : Numba's type of its result, or None.
     """
 
+    targetdescr = KERNELS
+
     def __init__(
         self,
         function: Callable[..., Any],
         options: dict[str, Any],
         returns: str | None,
     ) -> None:
-        super().__init__(function, locals={}, targetoptions=options)
+        super().__init__(function, locals={}, targetoptions=options, pipeline_class=Pipeline)
         self._returns = sigutils.normalize_signature(f"{returns}()")[1] if returns else None
-        self._cache = KeptCode(function, _doors_of)
+        self._compiler._customize_flags = KernelFlags  # noqa: SLF001  a hook for subclasses
+        self._cache = self._keeper()
         self._key = object()  # under which numba finds the code of a call
+        self._known: set[tuple[Any, ...]] = set()  # types that lead to code compiled for plain ones
         self._results: dict[tuple[Any, ...], Any] = {}  # type of the result, by given types
         self._parts: dict[tuple[Any, ...], Any] = {}
         self._doors: dict[tuple[Any, ...], _Door] = {}
@@ -99,9 +110,12 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]  # numba carries no types
         """
         given, _ = sigutils.normalize_signature(sig)
         plain = tuple(_plain(each, self.targetctx) for each in given)
-        entry = super().compile(plain)
-        if given != plain:
-            self._insert([each._code for each in given], entry, False)  # noqa: SLF001
+        with global_compiler_lock, nothing_collected(), self._cache.alone(plain, self.targetctx):
+            entry = super().compile(plain)
+            # Known twice, as two threads would have it, each call would be searched for anew.
+            if given != plain and given not in self._known:
+                self._known.add(given)
+                self._insert([each._code for each in given], entry, False)  # noqa: SLF001
         return entry
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
@@ -112,9 +126,9 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]  # numba carries no types
         args, kws : Types of the arguments.
         """
         pysig, args = self._compiler.fold_argument_types(args, kws)
-        given = tuple(types.unliteral(each) for each in args)
+        given = tuple(self._told_apart(each) for each in args)
         if given not in self._results:
-            plain = tuple(_plain(each, self.targetctx) for each in given)
+            plain = self._compiled_for(given)
             if self._returns is None:
                 descriptor, library = self.part(plain)
                 made, result = user_function(descriptor, [library]), descriptor.restype
@@ -134,6 +148,18 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]  # numba carries no types
         """
         return self._key
 
+    def prepare(self, kinds: tuple[Any, ...]) -> None:
+        """Compile the kernel as those that use it call it.
+
+        Parameters
+        ----------
+        kinds : Types of the arguments.
+        """
+        if self._returns is None:
+            self.compile(kinds)
+        else:
+            self.door(self._compiled_for(kinds)).open()
+
     def part(self, plain: tuple[Any, ...]) -> Any:
         """Return descriptor and translated code for the kernels that call this one.
 
@@ -142,7 +168,7 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]  # numba carries no types
         plain : Types of the arguments.
         """
         if plain not in self._parts:
-            library = _Part(self.targetctx.codegen(), self.py_func.__qualname__)
+            library = Part(self.targetctx.codegen(), self.py_func.__qualname__)
             done = self._translated(plain, None, library, no_compile=True)
             self._parts[plain] = done.fndesc, library
         return self._parts[plain]
@@ -166,10 +192,11 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]  # numba carries no types
         plain : Types of the arguments.
         """
         signature = typing.signature(self._returns, *plain)
-        done = self._cache.load_overload(signature, self.targetctx)
-        if done is None:
-            done = self._translated(plain, self._returns, None, no_compile=False)
-            self._cache.save_overload(signature, done)
+        with self._cache.alone(signature, self.targetctx):
+            done = self._cache.load_overload(signature, self.targetctx)
+            if done is None:
+                done = self._translated(plain, self._returns, None, no_compile=False)
+                self._cache.save_overload(signature, done)
         self._behind.append(done)  # its memory stays as long as the process
         where: int = done.library.get_pointer_to_function(done.fndesc.llvm_func_name)
         return where
@@ -182,13 +209,17 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]  # numba carries no types
         *,
         no_compile: bool,
     ) -> Any:
-        flags = compiler.Flags()
+        flags = KernelFlags()
         self.targetdescr.options.parse_as_flags(flags, self.targetoptions)
         flags.no_cpython_wrapper = True
         flags.no_cfunc_wrapper = True
         flags.no_compile = no_compile
         about = {"dispatcher": self, "args": args, "return_type": result}
-        with self._compiling_counter, event.trigger_event("numba:compile", data=about):
+        with (
+            nothing_collected(),
+            self._compiling_counter,
+            event.trigger_event("numba:compile", data=about),
+        ):
             return compiler.compile_extra(
                 self.typingctx,
                 self.targetctx,
@@ -198,10 +229,51 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]  # numba carries no types
                 flags=flags,
                 locals={},
                 library=library,
+                pipeline_class=Pipeline,
             )
+
+    def _keeper(self) -> Any:
+        return KeptCode(self.py_func, _doors_of)
+
+    def _told_apart(self, kind: Any) -> Any:
+        return types.unliteral(kind)
+
+    def _compiled_for(self, given: tuple[Any, ...]) -> tuple[Any, ...]:
+        return tuple(_plain(each, self.targetctx) for each in given)
 
     def __reduce__(self) -> Any:
         return _named, (self.py_func.__module__, self.py_func.__qualname__)
+
+
+class _Helper(Kernel):
+    """A function of numba's own, such as ``np.empty``, as part of the kernels that call it."""
+
+    def part(self, plain: tuple[Any, ...]) -> Any:
+        try:
+            return super().part(plain)
+        except errors.ForceLiteralArg as exc:  # it asks to be called with constants: numba's way
+            raise exc.bind_fold_arguments(
+                lambda args, kws: self._compiler.fold_argument_types(args, kws)[1]
+            ) from exc
+
+    def _keeper(self) -> Any:
+        return self._cache
+
+    def _told_apart(self, kind: Any) -> Any:
+        return kind
+
+    def _compiled_for(self, given: tuple[Any, ...]) -> tuple[Any, ...]:
+        return given
+
+
+def _helper(**options: Any) -> Callable[[Callable[..., Any]], _Helper]:
+    # What is put in place of a call does not make its helpers so, whichever caller comes first.
+    options["forceinline"] = False
+    return lambda function: _Helper(function, options, None)
+
+
+target_extension.jit_registry[Kernels] = _helper
+target_extension.dispatcher_registry[Kernels] = Kernel
 
 
 class _Known(NamedTuple):
@@ -211,19 +283,6 @@ class _Known(NamedTuple):
 
     def apply(self, args: Any, kws: Any) -> Any:  # noqa: ARG002
         return self.signature
-
-
-class _Part(JITCodeLibrary):  # type: ignore[misc]  # numba carries no types
-    """The optimised code of a kernel and of what it calls; never machine code by itself."""
-
-    def finalize(self) -> None:
-        self._raise_if_finalized()
-        for library in dict.fromkeys(self._linking_libraries):
-            self._reload_init.update(library._reload_init)  # noqa: SLF001  as numba does
-            self._final_module.link_in(library._get_module_for_linking(), preserve=True)  # noqa: SLF001
-        self._optimize_final_module()  # here it still sees which counts of arrays cancel
-        self._finalize_dynamic_globals()
-        self._finalized = True
 
 
 class _Door:

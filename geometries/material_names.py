@@ -54,6 +54,7 @@ _WOODEN_THINGS = (
 )
 _THINGS: tuple[tuple[str, str], ...] = (
     # The first that fits counts.
+    ("lintel|parapet", "concrete"),
     ("window|glaz|screen|mirror|display|fenster|monitor|vitrine", "glass"),
     (_METAL_THINGS, "metal"),
     ("door|tuer|tür", "wood"),
@@ -64,7 +65,8 @@ _THINGS: tuple[tuple[str, str], ...] = (
     ("ground|terrain|garden|lawn|road|street", "medium_dry_ground"),
 )
 SHEETS = re.compile(
-    r"wall|window|glass|door|partition|pane|board|screen|curtain|desk|table|shelf", re.IGNORECASE
+    r"wall|lintel|parapet|window|glass|door|partition|pane|board|screen|curtain|desk|table|shelf",
+    re.IGNORECASE,
 )
 """Names of bodies that are usually thin."""
 

@@ -70,11 +70,13 @@ class Reading:
     ----------
     geometry : Of SDF and URDF: what is seen, or what robots collide with.
     height_m : Height of the walls of a floor plan [m]; None: `DEFAULT_HEIGHT_M`.
+    metres_per_pixel : Scale of a floor plan that is a picture [m].
     resource_path : Folders in which SDF and URDF look for models besides the usual ones.
     """
 
     geometry: Shown = "visual"
     height_m: float | None = None
+    metres_per_pixel: float | None = None
     resource_path: tuple[str, ...] = ()
 
 
@@ -222,7 +224,7 @@ def load_bodies(
     ----------
     path : Any file that trimesh reads: STL, OBJ, PLY, OFF, GLB, GLTF, 3MF and more; XML of Mitsuba
         or Sionna RT (`octant.geometries.mitsuba_scene`); COLLADA; SDF, world and URDF of Gazebo and
-        ROS; a YAML of ROS' map_server, or a DXF floor plan (`octant.geometries.floor_plans`).
+        ROS; a YAML of ROS' map_server, a picture or a DXF (`octant.geometries.floor_plans`).
     unit : Unit of the coordinates, such as "m" or "mm"; may be left out where `declares_unit`.
     material : Label of bodies that `materials_by_name` lacks; GLB, GLTF and XML may have their own.
     materials_by_name : Label of each body by its exact name.
@@ -294,7 +296,8 @@ def _contents(file: Path, kind: str, reading: Reading) -> _Contents:
         says = "URDF" if kind == "urdf" else "SDF"
         return _Contents(parts=parts, says=says, metres=1.0, up="z", fixed_unit=True)
     if kind in PLANS:
-        parts = read_plan(file, reading.height_m or DEFAULT_HEIGHT_M)
+        height_m = reading.height_m or DEFAULT_HEIGHT_M
+        parts = read_plan(file, height_m, reading.metres_per_pixel)
         says = "the floor plan"
         return _Contents(parts=parts, says=says, metres=1.0, up="z", fixed_unit=True)
     own: dict[str, str] = {}

@@ -21,6 +21,8 @@ from octant.geometries._plane_geometry import (
 LARGEST_OUTLINE = 20_000
 """Edges [-] of a piece above which overlaps are not resolved: the time grows with the square."""
 
+_ROUNDS = 12
+
 
 def outer_outlines(
     piece: IntArray,
@@ -95,20 +97,33 @@ def _outer_edges(
     """
     span = places_m[ends[:, 1]] - places_m[ends[:, 0]]
     axes = np.stack((span[0], np.cross(normal, span[0]))) / np.linalg.norm(span[0])
-    # Corners and edges that noise keeps apart come together before anything is cut.
-    near = weld(places_m, 2.0 * tolerance_m)[ends]
-    near = near[near[:, 0] != near[:, 1]]
-    ends = _outline_kernels.split_edges(
-        np.array([0, len(near)]), near[:, 0], near[:, 1], places_m, tolerance_m
-    )[:, 1:]
-    uv = (places_m - places_m[0]) @ axes.T
-    pairs, along = _overlap_kernels.crossings(uv[ends].reshape(-1, 4), tolerance_m)
+    corners = places_m
+    # A cut bends an edge by up to the tolerance, by which it may come to lie on others, or cross.
+    for _ in range(_ROUNDS):
+        # Corners and edges that noise keeps apart come together before anything is cut.
+        near = weld(corners, 2.0 * tolerance_m)[ends]
+        near = near[near[:, 0] != near[:, 1]]
+        ends = _outline_kernels.split_edges(
+            np.array([0, len(near)]), near[:, 0], near[:, 1], corners, tolerance_m
+        )[:, 1:]
+        uv = (corners - places_m[0]) @ axes.T
+        pairs, along = _overlap_kernels.crossings(uv[ends].reshape(-1, 4), tolerance_m)
+        if len(pairs) == 0:
+            break
+        ends, corners = _cut(ends, corners, pairs, along)
+    return _bounds_of_covered(ends, (corners - places_m[0]) @ axes.T), corners[len(places_m) :]
+
+
+def _cut(
+    ends: IntArray, corners_m: FloatArray, pairs: IntArray, along_m: FloatArray
+) -> tuple[IntArray, FloatArray]:
+    """Return edges (m, 2) cut where pairs (c, 2) of them cross, and all corners [m]."""
     first = ends[pairs[:, 0]]
-    span = places_m[first[:, 1]] - places_m[first[:, 0]]
-    crossed = places_m[first[:, 0]] + along[:, :1] / np.linalg.norm(span, axis=1)[:, None] * span
+    span = corners_m[first[:, 1]] - corners_m[first[:, 0]]
+    crossed = corners_m[first[:, 0]] + along_m[:, :1] / np.linalg.norm(span, axis=1)[:, None] * span
     cuts: list[list[tuple[float, int]]] = [[] for _ in ends]
     for edge, place, corner in zip(
-        pairs.flat, along.flat, len(places_m) + np.repeat(np.arange(len(pairs)), 2), strict=True
+        pairs.flat, along_m.flat, len(corners_m) + np.repeat(np.arange(len(pairs)), 2), strict=True
     ):
         cuts[edge].append((float(place), int(corner)))
     rows = np.array(
@@ -119,9 +134,7 @@ def _outer_edges(
         ],
         dtype=np.int64,
     ).reshape(-1, 2)
-    corners = np.concatenate((places_m, crossed))
-    rows = weld(corners, 2.0 * tolerance_m)[rows]
-    return _bounds_of_covered(rows, (corners - places_m[0]) @ axes.T), crossed
+    return rows, np.concatenate((corners_m, crossed))
 
 
 def _bounds_of_covered(rows: IntArray, uv_m: FloatArray) -> IntArray:

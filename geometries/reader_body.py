@@ -5,6 +5,7 @@ azimuth (i - 1) 2 pi / n from +x towards +y; plates half-way between. Sheets hav
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -46,6 +47,7 @@ class ReaderBody:
     antennas : Number of antennas n, at least 3.
     antenna_radius_m : Distance of the antennas from the axis, r_a [m].
     plate_height_m, plate_height_axis_m : Height of the plates at outer end, h_p, and axis [m].
+    plate_profile_m : Heights of the plates at even distances between axis and outer end [m].
     plate_outer_radius_m : Distance of the plates' outer end from the axis [m].
     ground_plane_m : Side of a square, diameter of a round, width across flats of an octagon [m].
     ground_plane_shape : "square", "round" or "octagon".
@@ -61,6 +63,7 @@ class ReaderBody:
     antenna_radius_m: float
     plate_height_m: float
     plate_height_axis_m: float
+    plate_profile_m: tuple[float, ...]
     plate_outer_radius_m: float
     ground_plane_m: float
     ground_plane_shape: GroundPlaneShape
@@ -88,6 +91,14 @@ class ReaderBody:
         return len(self.plate_azimuths_rad) > 0
 
     @property
+    def plate_outline_m(self) -> npt.NDArray[np.float64]:
+        """(k + 2, 2) the plates' upper edge: distance from the axis, height as drawn [m]."""
+        heights = (self.plate_height_axis_m, *self.plate_profile_m, self.plate_height_m)
+        away = np.linspace(0.0, self.plate_outer_radius_m, len(heights))
+        outline: npt.NDArray[np.float64] = np.column_stack((away, heights))
+        return outline
+
+    @property
     def element_feet_m(self) -> npt.NDArray[np.float64]:
         """(n, 3) points of the ground plane's upper side below the antennas, reader frame [m]."""
         delta = self.built.element_azimuths_rad
@@ -112,6 +123,7 @@ def reader_body(
     antenna_radius_m: float = 0.10,
     plate_height_m: float = 0.08,
     plate_height_axis_m: float | None = None,
+    plate_profile_m: Sequence[float] = (),
     plate_outer_radius_m: float | None = None,
     ground_plane_m: float = 0.20,
     ground_plane_shape: GroundPlaneShape = "square",
@@ -128,6 +140,7 @@ def reader_body(
     antenna_radius_m : Distance of antennas from the axis, r_a [m], on the plane or its edge.
     plate_height_m : Height of the plates at their outer end, h_p [m].
     plate_height_axis_m : Height at the axis [m]; None: `plate_height_m`. Both 0: no plates.
+    plate_profile_m : Heights at even distances between axis and outer end [m]; none: straight.
     plate_outer_radius_m : Their outer end's distance from the axis [m]; None: `ground_plane_m` / 2.
     ground_plane_m : Side of a square, diameter of a round, width across flats of an octagon [m].
     ground_plane_shape : "square": sides along x' and y'. "octagon": flats face antennas 1, 3, 5, 7
@@ -160,6 +173,8 @@ def reader_body(
     plane = positive_number(monopole_plane_m, name="monopole_plane_m", allow_zero=True)
     rim = ground_plane_outline_m(side, shape=ground_plane_shape, antennas=antennas)
     elements = 2.0 * math.pi * np.arange(antennas) / antennas
+    profile = tuple(positive_number(h, name="plate_profile_m") for h in plate_profile_m)
+    _refuse_profile((axis_height, *profile, rim_height))
     has_plates = max(rim_height, axis_height) > 0.0
     plates = elements + math.pi / antennas if has_plates else np.zeros(0)
     _refuse_overhang(radius, elements, rim, of="antenna_radius_m")
@@ -172,6 +187,7 @@ def reader_body(
             plate_reaches_m=np.full(len(plates), reach),
             plate_rim_heights_m=np.full(len(plates), rim_height),
             plate_axis_height_m=axis_height,
+            plate_profiles_m=np.tile(profile, (len(plates), 1)),
         ),
         errors,
         rim_m=rim,
@@ -183,6 +199,7 @@ def reader_body(
         antenna_radius_m=radius,
         plate_height_m=rim_height,
         plate_height_axis_m=axis_height,
+        plate_profile_m=profile,
         plate_outer_radius_m=reach,
         ground_plane_m=side,
         ground_plane_shape=ground_plane_shape,
@@ -210,11 +227,30 @@ def _sheets(built: BuiltPlaces, rim_m: FloatArray, *, name: str, material: str) 
     triangles += plate_triangles(
         reaches,
         built.plate_azimuths_rad,
-        rim_heights_m=built.plate_rim_heights_m,
-        axis_height_m=built.plate_axis_height_m,
+        heights_m=[built.plate_heights_m(i) for i in range(len(reaches))],
     )
     vertices, faces = mesh_of_triangles(np.array(triangles))
     return Body(name=name, vertices_m=vertices, faces=faces, material=material)
+
+
+def _refuse_profile(heights_m: tuple[float, ...]) -> None:
+    """Raise for heights from axis to outer end that no plate of several heights can have."""
+    inner = len(heights_m) - 2
+    if not inner:
+        return
+    if min(heights_m) <= 0.0:
+        msg = (
+            "plate_profile_m is given, but the plates have no height at the axis or at their outer "
+            "end; give plate_height_m and plate_height_axis_m above 0."
+        )
+        raise GeometryError(msg)
+    for j in range(1, inner + 1):
+        if heights_m[j + 1] * j >= heights_m[j] * (j + 1):
+            msg = (
+                f"plate_profile_m rises from {heights_m[j]:g} to {heights_m[j + 1]:g} m more "
+                "steeply than a line from the foot of the axis; make it rise less."
+            )
+            raise GeometryError(msg)
 
 
 def ground_plane_outline_m(

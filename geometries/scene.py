@@ -30,7 +30,7 @@ MOST_PLANES = 6
 """Planes [-] through one point from which `Scene.stand_off` moves it; a room's corner has three."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, weakref_slot=True)
 class Scene:
     """A room and its objects as the rays see them; both sides of every facet reflect.
 

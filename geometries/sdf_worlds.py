@@ -19,6 +19,7 @@ from octant.geometries.world_shapes import (
     shapes_of_geometry,
     uniquely_named,
     with_ground,
+    without_lost,
 )
 from octant.geometries.xml_files import finite_numbers, pose_matrix, xml_root
 
@@ -51,8 +52,9 @@ def read_sdf(path: Path, reading: WorldReading) -> list[WorldShape]:
     """Return the bodies of an SDF world or model in their places [m], in its order.
 
     Models, nested and included ones too, with their links' visuals or collisions. Lights, actors,
-    plugins, sensors and joints' motions are left out; height maps are refused. Level planes end
-    a metre beyond everything else. Gazebo's own ``model://sun`` and ``model://ground_plane`` need
+    plugins, sensors and joints' motions are left out, and, with a warning, what `without_lost`
+    names; height maps are refused. Level planes end a metre beyond everything else. Gazebo's own
+    ``model://sun`` and ``model://ground_plane`` need
     no files.
 
     Parameters
@@ -76,7 +78,7 @@ def read_sdf(path: Path, reading: WorldReading) -> list[WorldShape]:
             f'room.geometry = "{other}".'
         )
         raise GeometryError(msg)
-    return uniquely_named(with_ground(shapes))
+    return uniquely_named(with_ground(without_lost(shapes, path)))
 
 
 def _sdf_root(path: Path, chain: Sequence[str]) -> Element:

@@ -41,8 +41,10 @@ class Wedges:
         it; face 0's normal into the air.
     exterior_rad : (w,) float64 — Angle [rad] of the air, face 0 to face n, n pi: 2 pi at a rim.
     facets : (w, 2) int64 — Facets that are face 0 and face n; twice the same one for a rim.
-    tips : (w, 2) int64 — Whether the rim of a sheet ends in the open at its start and at its end
-        [-]: 0 for other wedges, where a facet carries it on as its mirror image, or the next rim.
+    tips : (w, 2) int64 — 1 where the rim of a sheet ends in the open at its start or at its end
+        [-]; 0 for other wedges, where a facet carries it on as its mirror image, or the next rim;
+        -1 where a wedge of a lower number goes on between the same planes, as where the material
+        changes: to that one belongs what falls on the end itself.
     """
 
     edge: IntArray
@@ -107,7 +109,8 @@ def find_wedges(scene: Scene) -> Wedges:
         along = (share * wedges.length_m[left])[:, None] * wedges.axis[left]
         outside[left] = ~scene.inside_solid(beside[left] + along)
     kept = Wedges(**{f.name: getattr(wedges, f.name)[outside] for f in fields(Wedges)})
-    return replace(kept, tips=_tips(scene, kept, tolerance_m))
+    tips = _tips(scene, kept, tolerance_m)
+    return replace(kept, tips=np.where(tips == 0, -_yields(kept, tolerance_m), tips))
 
 
 def _tips(scene: Scene, wedges: Wedges, tolerance_m: float) -> IntArray:
@@ -133,6 +136,26 @@ def _tips(scene: Scene, wedges: Wedges, tolerance_m: float) -> IntArray:
     ends[one[goes_on]] = ends[other[goes_on]] = False
     tips[rim] = ends.reshape(-1, 2)
     return tips
+
+
+def _yields(wedges: Wedges, tolerance_m: float) -> IntArray:
+    """Return 1 at ends of edges where one of a lower number goes on, see `Wedges.tips`."""
+    from scipy.spatial import cKDTree
+
+    yields = np.zeros(2 * len(wedges), dtype=np.int64)
+    if len(wedges):
+        far = wedges.origin_m + wedges.length_m[:, None] * wedges.axis
+        places = np.stack((wedges.origin_m, far), axis=1).reshape(-1, 3)
+        outward = np.stack((-wedges.axis, wedges.axis), axis=1).reshape(-1, 3)
+        half = 0.5 * np.repeat(wedges.exterior_rad, 2)[:, None]
+        tangent, normal = np.repeat(wedges.tangent, 2, axis=0), np.repeat(wedges.normal, 2, axis=0)
+        into = np.cos(half) * tangent + np.sin(half) * normal
+        one, other = cKDTree(places).query_pairs(tolerance_m, output_type="ndarray").T
+        goes_on = row_products(outward[one], outward[other]) < -1.0 + ANGLE_TOLERANCE_RAD
+        goes_on &= row_products(into[one], into[other]) > 1.0 - ANGLE_TOLERANCE_RAD
+        goes_on &= np.abs(half[one, 0] - half[other, 0]) < ANGLE_TOLERANCE_RAD
+        yields[np.maximum(one, other)[goes_on]] = 1
+    return yields.reshape(-1, 2)
 
 
 def _sectors(facets: Facets, edges: Edges, rests: IntArray, rested_on: IntArray) -> Wedges:

@@ -16,7 +16,7 @@ ENVIRONMENT = (
 """Variables in which Gazebo and ROS keep lists of folders."""
 LEVELS_UP = 3
 """How many folders above a world's its models are looked for [-]."""
-_MODELS = ("models", "model", "Models")
+_MODELS = ("models", "model", "Models", "fuel_models")
 _SCHEMES = ("model://", "package://", "file://")
 
 
@@ -57,7 +57,7 @@ class WorldPlaces:
             # The folder of a package, or of a model, may be on the path itself.
             first, _, rest = bare.partition("/")
             tried += [folder / rest for folder in self.folders if folder.name == first]
-        elif scheme or Path(bare).is_absolute():
+        elif Path(bare).is_absolute():
             tried = [Path(bare)]
         else:
             tried = [beside / bare, *(folder / bare for folder in self.folders)]

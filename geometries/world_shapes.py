@@ -1,5 +1,6 @@
 """Geometry of robot worlds: boxes, cylinders, spheres, planes and meshes of SDF and URDF."""
 
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -10,7 +11,7 @@ import numpy.typing as npt
 from lxml.etree import _Element as Element
 
 from octant.geometries.bodies import Body
-from octant.geometries.errors import GeometryError
+from octant.geometries.errors import GeometryError, PhysicsWarning
 from octant.geometries.names import unused_name
 from octant.geometries.world_places import WorldPlaces, shown
 from octant.geometries.xml_files import finite_numbers
@@ -24,6 +25,8 @@ Shown = Literal["visual", "collision"]
 
 CIRCLE_SIDES = 24
 """Flat sides [-] of cylinders and capsules."""
+LOST_M = 1e4
+"""Distance from the middle of a world's bodies beyond which one is lost [m]."""
 PLANE_MARGIN_M = 1.0
 """How far a ground plane reaches beyond everything else in the world [m]."""
 
@@ -154,6 +157,31 @@ def with_ground(shapes: Sequence[WorldShape]) -> list[WorldShape]:
         else:
             ended.append(shape)
     return ended
+
+
+def without_lost(shapes: Sequence[WorldShape], path: Path) -> list[WorldShape]:
+    """Return shapes without those that stand farther than `LOST_M` from the middle of the rest.
+
+    A simulator that saves a world after long writes what fell through its floor where it is by
+    then, 10^8 m below; it shows none of that, and neither does this. A warning names them.
+
+    Parameters
+    ----------
+    shapes : All of a world.
+    path : Its file, for the warning.
+    """
+    middles = np.array([0.5 * (s.vertices.min(axis=0) + s.vertices.max(axis=0)) for s in shapes])
+    lost = np.abs(middles - np.median(middles, axis=0)).max(axis=1) > LOST_M
+    if lost.any():
+        names = [shape.name for shape, gone in zip(shapes, lost, strict=True) if gone]
+        listed = ", ".join(names[:3]) + (", ..." if len(names) > 3 else "")
+        warnings.warn(
+            f"{path.name}: {len(names)} of {len(shapes)} bodies left out, more than "
+            f"{LOST_M / 1000.0:g} km away from the others ({listed})",
+            PhysicsWarning,
+            stacklevel=2,
+        )
+    return [shape for shape, gone in zip(shapes, lost, strict=True) if not gone]
 
 
 def uniquely_named(shapes: Sequence[WorldShape]) -> list[WorldShape]:

@@ -4,6 +4,7 @@ Data goes to stdout, everything else to stderr. Exit codes: 0 done, 2 bad input,
 failed cells, 130 interrupted.
 """
 
+import errno
 import importlib
 import os
 import re
@@ -51,6 +52,14 @@ VERBS = {
         "experiments.missions.verb:navigate",
         "Drive the robot through the tags of a study.",
     ),
+    "compare": (
+        "experiments.measured.compare_verb:compare",
+        "A measured log beside what the study predicts.",
+    ),
+    "calibrate": (
+        "experiments.measured.calibrate_verb:calibrate",
+        "Fit materials, levels, places and tilts to a measured log.",
+    ),
     "tolerance": (
         "experiments.tolerance.verb:tolerance",
         "What build errors do to the reader: yield, sensitivity, confidence.",
@@ -62,6 +71,14 @@ VERBS = {
     "dock": (
         "experiments.docking.verb:dock",
         "Dock a robot at a tagged station, from across the room.",
+    ),
+    "simulate-log": (
+        "experiments.measured.simulate_verb:simulate_log",
+        "The log of readings that a drive through the room would bring home.",
+    ),
+    "replay": (
+        "experiments.measured.replay_verb:replay",
+        "A recorded drive through the navigators' estimators, against the truth.",
     ),
     "audit": ("commands.tables:audit", "What is wrong with a mesh, and what it means for rays."),
     "warm-up": (
@@ -245,6 +262,8 @@ _EXPECTED = (
     MemoryError,
     OSError,
 )
+NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS)
+"""Where nothing more can be written: the disk or one's share of it is full, or it is read-only."""
 
 
 def _ending(exc: BaseException) -> tuple[str, int]:
@@ -257,7 +276,10 @@ def _ending(exc: BaseException) -> tuple[str, int]:
     if isinstance(exc, MemoryError):
         return f"error: {_memory_text(exc)}", 2
     if isinstance(exc, OSError) and not isinstance(exc, OctantError):
-        return f"error: {_shortened(str(exc.filename or 'a file'))}: {exc.strerror or exc}.", 2
+        what = f"error: {_shortened(str(exc.filename or 'a file'))}: {exc.strerror or exc}"
+        if exc.errno in NO_ROOM:
+            what += "; make room there or give another place, and repeat the command"
+        return f"{what}.", 2
     return f"error: {_shortened(str(exc))}", 2
 
 

@@ -4,9 +4,11 @@ Kernels are compiled when they are first called and kept on disk: beside the pac
 user's cache folder where the package's cannot be written, or in NUMBA_CACHE_DIR.
 """
 
+import json
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from concurrent.futures import BrokenExecutor
+from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -14,6 +16,9 @@ FIRST_USE = (
     "First use on this machine: compiling kernels, once; this takes up to a minute or two in all "
     "('octant warm-up' does it ahead of time)."
 )
+
+LIST = Path(__file__).with_name("kernels.json")
+"""What each verb needs; `tools/list_kernels.py` writes it."""
 
 NO_PLACE_FOR_KERNELS = "cannot cache function"
 """How numba's own message begins when compiled kernels can be kept nowhere."""
@@ -72,3 +77,79 @@ def recorded_compilation(
 
     with event.install_listener("numba:compile", Listener()):
         yield record
+
+
+@contextmanager
+def counted_kernels(
+    verb: str, count: Callable[[int], AbstractContextManager[Callable[[int], None]]]
+) -> Iterator[Callable[[], None]]:
+    """Yield a function that starts to show how many of a verb's kernels are ready.
+
+    Those that are looked up before it is called count too; the one at work does not.
+
+    Parameters
+    ----------
+    verb : Name of the verb; one that the list does not have shows nothing.
+    count : Shows a number that is counted up to the given one, while its block lasts.
+    """
+    from octant.geometries.kernel_list import looked_up
+
+    asked: set[object] = set()
+    shown: list[Callable[[int], None]] = []
+    listed: list[str] = []
+
+    def seen(function: object, kinds: tuple[object, ...]) -> None:
+        asked.add((function, kinds))
+        for show in shown:
+            show(min(len(asked) - 1, len(listed)))
+
+    with ExitStack() as stack:
+        stack.enter_context(looked_up(seen))
+
+        def start() -> None:
+            listed.extend(json.loads(LIST.read_text(encoding="utf-8"))["verbs"].get(verb, ()))
+            if listed:
+                shown.append(stack.enter_context(count(len(listed))))
+
+        yield start
+
+
+@contextmanager
+def compiled_ahead(verb: str, enough_cores: Callable[[], bool]) -> Iterator[Callable[[], None]]:
+    """Yield a function that starts a second process, which compiles what a verb needs last.
+
+    It works until the block ends; then it is gone, like any worker, whatever it is at. The kernels
+    that it compiles are kept on disk, where this process finds them; neither begins a kernel that
+    the other one is at.
+
+    Parameters
+    ----------
+    verb : Name of the verb; one that the list does not have needs nothing ahead.
+    enough_cores : Whether a second process has a core of its own.
+    """
+    from octant.reader_design.keeping.workers import LocalProcesses
+
+    crew = LocalProcesses(1)
+
+    def start() -> None:
+        if enough_cores() and verb in json.loads(LIST.read_text(encoding="utf-8"))["verbs"]:
+            with suppress(BrokenExecutor, OSError):
+                crew.submit(compile_last_first, verb)
+
+    try:
+        yield start
+    finally:
+        crew.stop()
+
+
+def compile_last_first(verb: str) -> int:
+    """Compile what a verb needs, from the end of its list on; return how many kernels [-].
+
+    Parameters
+    ----------
+    verb : Its name in the list.
+    """
+    from octant.geometries.kernel_list import compile_listed
+
+    listed = json.loads(LIST.read_text(encoding="utf-8"))
+    return compile_listed(listed, reversed(listed["verbs"][verb]))

@@ -54,7 +54,7 @@ def number(kind: Any) -> click.IntRange | click.FloatRange:  # noqa: ANN401  an 
 
 
 class _FiniteRange(click.FloatRange):
-    """A range that NaN is not in."""
+    """A range that NaN is not in, and whose zero has no sign."""
 
     def convert(
         self,
@@ -71,7 +71,7 @@ class _FiniteRange(click.FloatRange):
         found = super().convert(value, param, ctx)
         if math.isnan(found):
             self.fail(f"{value} is not in the range {self._describe_range()}.", param, ctx)
-        return found
+        return found + 0.0  # -0 is 0, but numpy refuses it as a deviation
 
 
 def point(text: str) -> tuple[float, float, float]:
@@ -187,10 +187,28 @@ def common_options(command: Decorated) -> Decorated:
 
     @wraps(command)
     def announcing(*args: Any, quiet: bool, yes: bool, **options: Any) -> Any:  # noqa: ANN401
-        click.get_current_context().meta[YES] = yes
-        from octant.reader_design.compilation import FIRST_USE, recorded_compilation
+        context = click.get_current_context()
+        context.meta[YES] = yes
+        from octant.em.blocks import cores
+        from octant.reader_design.compilation import (
+            FIRST_USE,
+            compiled_ahead,
+            counted_kernels,
+            recorded_compilation,
+        )
 
-        with recorded_compilation(lambda: Progress(quiet=quiet).say(FIRST_USE)):
+        def first() -> None:
+            Progress(quiet=quiet).say(FIRST_USE)
+            start()
+            show()
+
+        verb = context.command.name or ""
+        bar = Progress(quiet=quiet or not sys.stderr.isatty())
+        with (
+            compiled_ahead(verb, lambda: cores() > 1) as start,
+            counted_kernels(verb, lambda n: bar.count(n, label="kernels")) as show,
+            recorded_compilation(first),
+        ):
             return command(*args, quiet=quiet, **options)
 
     force = click.option("--force", is_flag=True, help="Overwrite files that exist.")
@@ -218,6 +236,31 @@ dry_run_option = click.option(
 quick_option = click.option(
     "--quick", is_flag=True, help="A quick look: coarse sampling and few runs."
 )
+
+
+def drive_options(command: Decorated) -> Decorated:
+    """Return a command that takes ``--export KIND`` and ``--export-run N``, both repeatable.
+
+    Parameters
+    ----------
+    command : With the parameters ``export`` and ``export_run``, tuples.
+    """
+    kinds = click.option(
+        "--export",
+        type=click.Choice(["mcap", "tum", "csv"]),
+        multiple=True,
+        help="Also write the drive into the folder drives: MCAP for Foxglove and RViz, TUM or CSV; "
+        "may be repeated.",
+    )
+    numbers = click.option(
+        "--export-run",
+        type=click.IntRange(0),
+        multiple=True,
+        metavar="N",
+        help="Run that --export writes; may be repeated; default: run 0.",
+    )
+    return kinds(numbers(command))
+
 
 QUICK_RUNS, QUICK_SAMPLES = 3, 8
 """Runs of each drive, and readers built with errors, in a quick look [-]."""
@@ -347,7 +390,9 @@ class Ended:
     verdict: Kind | None = None
 
 
-def experiment(*, out: str | None = None) -> Callable[[Callable[..., Ended]], Callable[..., None]]:
+def experiment(
+    *, out: str | None = None, workers: bool = True, seed: bool = True
+) -> Callable[[Callable[..., Ended]], Callable[..., None]]:
     """Return a decorator that makes a function the verb of an experiment.
 
     The function takes ``study`` (a path, or None), ``options`` (`RunOptions`) and its own options.
@@ -357,6 +402,7 @@ def experiment(*, out: str | None = None) -> Callable[[Callable[..., Ended]], Ca
     Parameters
     ----------
     out : Default of ``--out``; None: ``octant-`` and the verb's name.
+    workers, seed : Whether processes, and random numbers, mean anything to it.
     """
 
     def decorated(verb: Callable[..., Ended]) -> Callable[..., None]:
@@ -365,13 +411,13 @@ def experiment(*, out: str | None = None) -> Callable[[Callable[..., Ended]], Ca
             *,
             study: Path | None,
             out: Path,
-            workers: int | None,
-            cluster: str | None,
-            seed: int | None,
             dry_run: bool,
             force: bool,
             quiet: bool,
             as_json: bool,
+            workers: int | None = None,
+            cluster: str | None = None,
+            seed: int | None = None,
             **own: Any,  # noqa: ANN401  options of the verb
         ) -> None:
             if workers is not None and cluster is not None:
@@ -398,9 +444,7 @@ def experiment(*, out: str | None = None) -> Callable[[Callable[..., Ended]], Ca
             if ended.failed:
                 click.get_current_context().exit(FAILED_CASES)
 
-        parameters = (
-            study_argument,
-            out_option(out or f"octant-{verb.__name__}"),
+        processes = (
             click.option(
                 "--workers",
                 type=click.IntRange(1, 1024),
@@ -412,7 +456,12 @@ def experiment(*, out: str | None = None) -> Callable[[Callable[..., Ended]], Ca
                 metavar="ADDRESS",
                 help="A dask scheduler that computes instead, or local:N to start N workers here.",
             ),
-            seed_option,
+        )
+        parameters = (
+            study_argument,
+            out_option(out or f"octant-{verb.__name__}"),
+            *(processes if workers else ()),
+            *((seed_option,) if seed else ()),
             dry_run_option,
             json_option,
             common_options,

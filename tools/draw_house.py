@@ -9,6 +9,7 @@ file is up to date.
 import argparse
 import ast
 import html
+import math
 import sys
 
 import house
@@ -48,7 +49,7 @@ def rows_of(graph: nx.DiGraph) -> list[list[str]]:
     for row in rows:  # below what imports it, so that the lines stay short
         row.sort()
         above = {b: [place[a] for a in graph.predecessors(b) if a in place] for b in row}
-        row.sort(key=lambda b: sum(above[b]) / len(above[b]) if above[b] else 0.5)
+        row.sort(key=lambda b: math.fsum(above[b]) / len(above[b]) if above[b] else 0.5)
         place |= {box: (i + 0.5) / len(row) for i, box in enumerate(row)}
     return rows
 

@@ -79,6 +79,10 @@ value = 1.0
 antenna_radius_m = [0.03, 0.04]
 plate_height_m = [0.02, 0.05]
 """
+LOG = ("simulate-log", "measured.toml", "--way", "floor", "--spacing-m", "0.5", "--noise-db", "1")
+"""How the log is made that other verbs read."""
+MEASURED = ("room", "tag", "reader", "solver", "mission")
+"""Tables of the study that verbs of a log read; others are of other verbs."""
 VERBS = {
     "sweep": ("sweep", "study.toml", "--out", "out", "--workers", "2"),
     "map": ("map", "study.toml", "--out", "out/map.nc"),
@@ -89,8 +93,18 @@ VERBS = {
     "study": ("study", "study.toml", "--quick", "--out", "out", "--workers", "2"),
     "track": ("track", "--out", "out", "--workers", "2"),
     "dock": ("dock", "--runs", "6", "--out", "out", "--workers", "2"),
+    "simulate-log": (*LOG, "--out", "out/log.csv", "--force"),
+    "compare": ("compare", "measured.toml", "--log", "log.csv", "--out", "out"),
+    "calibrate": (
+        *("calibrate", "measured.toml", "--log", "log.csv", "--out", "out"),
+        *("--fit", "level,diffuse,eps_r:concrete", "--folds", "3"),
+    ),
+    "replay": (
+        *("replay", "measured.toml", "--log", "log.csv", "--out", "out", "--workers", "2"),
+        *("--estimator", "tracker"),
+    ),
 }
-"""What is typed behind ``octant`` in a folder that holds study.toml."""
+"""What is typed behind ``octant`` in a folder that holds study.toml, measured.toml and log.csv."""
 
 MAIN = "from octant.reader_design.cli import main; main()"
 KINDS = ("Ctrl-C", "SIGINT", "SIGTERM", "SIGKILL")
@@ -198,16 +212,38 @@ def results(folder: Path) -> dict[str, object]:
     }
 
 
+def fill(folder: Path, log: bytes) -> None:
+    """Write what a verb reads into a new folder."""
+    (folder / "study.toml").write_text(STUDY)
+    tables = re.split(r"\n(?=\[)", STUDY)
+    own = [table for table in tables if table.strip("[ \n").startswith(MEASURED)]
+    (folder / "measured.toml").write_text("\n".join(own))
+    if log:
+        (folder / "log.csv").write_bytes(log)
+
+
+def log_of(verb: str, folder: Path) -> bytes:
+    """Return the log that a verb reads, made in a new folder; nothing where it reads none."""
+    if "log.csv" not in VERBS[verb]:
+        return b""
+    folder.mkdir()
+    fill(folder, b"")
+    made = [sys.executable, "-c", MAIN, *LOG, "--quiet"]
+    subprocess.run(made, cwd=folder, check=True)
+    return (folder / "log.csv").read_bytes()
+
+
 def tried(verb: str, trials: int, draws: random.Random, *, together: bool) -> list[str]:
     """Return what is wrong with a verb that is disturbed, and print what was done."""
     findings = []
     with tempfile.TemporaryDirectory(prefix="interruptions-") as name:
+        log = log_of(verb, Path(name) / "log")
         whole = []
         lasts_s = 0.0
         for k in range(2):
             folder = Path(name) / f"whole{k}"
             folder.mkdir()
-            (folder / "study.toml").write_text(STUDY)
+            fill(folder, log)
             start = time.monotonic()
             code, faults = run(verb, folder)
             lasts_s = time.monotonic() - start
@@ -222,7 +258,7 @@ def tried(verb: str, trials: int, draws: random.Random, *, together: bool) -> li
         for trial in range(trials):
             folder = Path(name) / f"trial{trial}"
             folder.mkdir()
-            (folder / "study.toml").write_text(STUDY)
+            fill(folder, log)
             done = []
             if together:
                 what, faults = run_together(verb, folder, draws.uniform(0.0, lasts_s))

@@ -1,9 +1,9 @@
 """Whether the lower bounds in pyproject.toml are true: install the lowest versions, run the tests.
 
 ``python tools/lowest_versions.py [FOLDER] [-- PYTEST ARGUMENTS]`` makes a virtual environment in
-FOLDER (a temporary folder by default), installs Octant with its extras ``test`` and ``cluster`` and
-every requirement at its lower bound, and runs the default tests there. It uses the Python that runs
-it; the oldest one that ``requires-python`` allows is the one to use.
+FOLDER (a temporary folder by default), installs Octant with its extra ``test``, the extras that it
+holds and every requirement at its lower bound, and runs the default tests there. It uses the Python
+that runs it; the oldest one that ``requires-python`` allows is the one to use.
 """
 
 import argparse
@@ -19,7 +19,7 @@ ROOT = Path(__file__).resolve().parents[1]
 REQUIREMENT = re.compile(
     r"(?P<name>[A-Za-z0-9._-]+)(\[[^]]*\])?>=(?P<version>[0-9.]+)(,<[0-9.]+)?$"
 )
-EXTRAS = ("test", "cluster", "worlds")
+EXTRAS = ("test", "cluster", "worlds", "bags", "ros", "cad")
 
 
 def lowest_versions() -> list[str]:

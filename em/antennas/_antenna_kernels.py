@@ -16,6 +16,9 @@ DIPOLE = 1
 MONOPOLE = 2
 PATCH = 3
 CONICAL_PATCH = 4
+# Cosine to the axis down to which a direction lies in the plane under an antenna, which counts as
+# above it: between ends of one height rounding would choose.
+_HORIZON = -1e-9
 
 
 def antenna_at(antennas: Any, channel: int) -> Any:
@@ -67,36 +70,55 @@ def _far_field_of(antenna, dx, dy, dz):  # noqa: ARG001  numba asks for the same
 
 @kernel
 def _closed_form_field(antenna, dx, dy, dz):
-    ax, ay, az = antenna.axis_x, antenna.axis_y, antenna.axis_z
-    c = dx * ax + dy * ay + dz * az
+    c = dx * antenna.axis_x + dy * antenna.axis_y + dz * antenna.axis_z
     if antenna.kind == PATCH:
         return _patch_field(antenna, dx, dy, dz, c)
+    if antenna.kind == CONICAL_PATCH:
+        return _disc_field(antenna, dx, dy, dz, c)
+    return wire_field(antenna, dx, dy, dz)
+
+
+@kernel(forceinline=True)
+def wire_field(antenna, dx, dy, dz):
+    """Return the far field of a dipole, a monopole or `ISOTROPIC_THETA`: without a branch."""
+    ax, ay, az = antenna.axis_x, antenna.axis_y, antenna.axis_z
+    c = dx * ax + dy * ay + dz * az
     # The sine from the cross product keeps its digits near the axis, where 1 - c^2 loses them.
     sx, sy, sz = dy * az - dz * ay, dz * ax - dx * az, dx * ay - dy * ax
     sine = np.sqrt(sx * sx + sy * sy + sz * sz)
-    if sine < 1e-12:
-        if antenna.kind != ISOTROPIC_THETA:
-            return 0.0, 0.0, 0.0
-        # On the axis theta-hat depends on azimuth; azimuth 0 (or the y axis for a horizontal
-        # antenna along x) is as good as any other.
-        hx, hy, hz = (1.0, 0.0, 0.0) if abs(ax) < 0.5 else (0.0, 1.0, 0.0)
-        p = hx * ax + hy * ay + hz * az
-        hx, hy, hz = hx - p * ax, hy - p * ay, hz - p * az
-        norm = np.sqrt(hx * hx + hy * hy + hz * hz) * (1.0 if c > 0.0 else -1.0)
-        return hx / norm, hy / norm, hz / norm
-    if antenna.kind == ISOTROPIC_THETA:
-        strength = 1.0
-    elif c < 0.0 and antenna.kind in (MONOPOLE, CONICAL_PATCH):
+    on_axis = sine < 1e-12
+    sine = 1.0 if on_axis else sine
+    even = antenna.kind == ISOTROPIC_THETA
+    # cos(h c) - cos(h), without cancellation
+    h = 0.5 * antenna.half_length_rad
+    plus, _ = sine_cosine(h * (1.0 + c))
+    minus, _ = sine_cosine(h * (1.0 - c))
+    strength = 1.0 if even else antenna.amplitude * 2.0 * plus * minus / sine
+    dark = on_axis | ((c < _HORIZON) & (antenna.kind == MONOPOLE))
+    scale = 0.0 if dark else strength / sine
+    # On the axis theta-hat depends on azimuth; azimuth 0 (or the y axis for a horizontal antenna
+    # along x) is as good as any other.
+    hx, hy = (1.0, 0.0) if abs(ax) < 0.5 else (0.0, 1.0)
+    p = hx * ax + hy * ay
+    hx, hy, hz = hx - p * ax, hy - p * ay, -p * az
+    norm = np.sqrt(hx * hx + hy * hy + hz * hz) * (1.0 if c > 0.0 else -1.0)
+    there = (1.0 if on_axis & even else 0.0) / norm
+    return (
+        scale * (c * dx - ax) + there * hx,
+        scale * (c * dy - ay) + there * hy,
+        scale * (c * dz - az) + there * hz,
+    )
+
+
+@kernel
+def _disc_field(antenna, dx, dy, dz, c):
+    """Return the field of a disc of which the rim radiates all around."""
+    ax, ay, az = antenna.axis_x, antenna.axis_y, antenna.axis_z
+    sx, sy, sz = dy * az - dz * ay, dz * ax - dx * az, dx * ay - dy * ax
+    sine = np.sqrt(sx * sx + sy * sy + sz * sz)
+    if c < _HORIZON or sine < 1e-12:
         return 0.0, 0.0, 0.0
-    elif antenna.kind == CONICAL_PATCH:
-        strength = antenna.amplitude * _bessel_1(antenna.half_length_rad * sine)
-    else:
-        # cos(h c) - cos(h), without cancellation
-        h = 0.5 * antenna.half_length_rad
-        plus, _ = sine_cosine(h * (1.0 + c))
-        minus, _ = sine_cosine(h * (1.0 - c))
-        strength = antenna.amplitude * 2.0 * plus * minus / sine
-    scale = strength / sine
+    scale = antenna.amplitude * _bessel_1(antenna.half_length_rad * sine) / sine
     return scale * (c * dx - ax), scale * (c * dy - ay), scale * (c * dz - az)
 
 
@@ -115,7 +137,7 @@ def _bessel_1(x):
 @kernel
 def _patch_field(antenna, dx, dy, dz, c):
     """Return the field of two in-phase magnetic slots across the resonant length."""
-    if c < 0.0:
+    if c < _HORIZON:
         return 0.0, 0.0, 0.0
     ax, ay, az = antenna.axis_x, antenna.axis_y, antenna.axis_z
     lx, ly, lz = antenna.side_x, antenna.side_y, antenna.side_z

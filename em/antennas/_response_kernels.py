@@ -3,6 +3,7 @@
 
 import numpy as np
 
+from octant.em.antennas._phase_kernels import sine_cosine
 from octant.geometries.kernels import kernel
 
 PAD = 2
@@ -29,63 +30,54 @@ def cell_weights(t, linear):
 
 
 @kernel
-def far_fields(table, linear, step_theta, step_phi, centre, theta, phi, parts, out):
-    """Fill (c, n, 2) F_theta, F_phi of every antenna in one direction of the reader frame.
-
-    ``parts`` (c n 4,) is worked in.
-    """
-    a = theta / step_theta
-    b = phi / step_phi
+def interpolate(response, theta, phi, parts):
+    """Fill (4 c n,) parts of the patterns of a table's antennas in one direction of its frame."""
+    table = response.table
+    a, b = theta / response.step_theta, phi / response.step_phi
     i = min(int(a), table.shape[0] - 2 * PAD - 2)
     j = int(np.floor(b))
     fraction = b - j
     j = j % (table.shape[1] - 2 * PAD)
-    row = cell_weights(a - i, linear[i, j])
-    v0, v1, v2, v3 = cell_weights(fraction, linear[i, j])
+    row = cell_weights(a - i, response.linear[i, j])
+    v0, v1, v2, v3 = cell_weights(fraction, response.linear[i, j])
     i += PAD - 1
     j += PAD - 1
     for m in range(len(parts)):
         parts[m] = 0.0
     for p in range(4):
         w0, w1, w2, w3 = row[p] * v0, row[p] * v1, row[p] * v2, row[p] * v3
-        first, second, third, fourth = (
-            table[i + p, j],
-            table[i + p, j + 1],
-            table[i + p, j + 2],
-            table[i + p, j + 3],
-        )
         for m in range(len(parts)):
             part = parts[m]
-            part += w0 * first[m]
-            part += w1 * second[m]
-            part += w2 * third[m]
-            part += w3 * fourth[m]
+            part += w0 * table[i + p, j, m]
+            part += w1 * table[i + p, j + 1, m]
+            part += w2 * table[i + p, j + 2, m]
+            part += w3 * table[i + p, j + 3, m]
             parts[m] = part
-    st, ct = np.sin(theta), np.cos(theta)
-    x, y, z = st * np.cos(phi), st * np.sin(phi), ct
-    m = 0
-    for c in range(centre.shape[0]):
-        for k in range(centre.shape[1]):
-            angle = x * centre[c, k, 0] + y * centre[c, k, 1] + z * centre[c, k, 2]
-            turn = complex(np.cos(angle), np.sin(angle))
-            out[c, k, 0] = complex(parts[m], parts[m + 1]) * turn
-            out[c, k, 1] = complex(parts[m + 2], parts[m + 3]) * turn
-            m += 4
+
+
+@kernel
+def turn_phases(centre, x, y, z, turns):
+    """Fill (2, k) real and imaginary parts of what refers k antennas' phases to one centre.
+
+    ``centre`` (3, k) is the wavenumber times each antenna's own, x, y, z the unit direction.
+    """
+    for m in range(centre.shape[1]):
+        sine, cosine = sine_cosine(x * centre[0, m] + y * centre[1, m] + z * centre[2, m])
+        turns[0, m], turns[1, m] = cosine, sine
 
 
 @kernel
 def fill_far_fields(response, theta, phi, out):
     """Fill (m, c, n, 2) F_theta, F_phi for m directions."""
-    parts = np.empty(response.table.shape[2])
+    count = response.centre_rad.shape[1]
+    parts, turns = np.empty(4 * count), np.empty((2, count))
+    antennas = out.shape[2]
     for i in range(len(theta)):
-        far_fields(
-            response.table,
-            response.linear,
-            response.step_theta,
-            response.step_phi,
-            response.centre_rad,
-            theta[i],
-            phi[i],
-            parts,
-            out[i],
-        )
+        across, z = np.sin(theta[i]), np.cos(theta[i])
+        interpolate(response, theta[i], phi[i], parts)
+        turn_phases(response.centre_rad, across * np.cos(phi[i]), across * np.sin(phi[i]), z, turns)
+        for m in range(count):
+            turn = complex(turns[0, m], turns[1, m])
+            one = out[i, m // antennas, m % antennas]
+            one[0] = complex(parts[m], parts[count + m]) * turn
+            one[1] = complex(parts[2 * count + m], parts[3 * count + m]) * turn

@@ -162,6 +162,40 @@ class ReaderResponse:
         return np.moveaxis(flat.reshape(*theta.shape, self.antennas, 2), -2, 0)
 
 
+def one_antenna_fields(
+    responses: tuple[ReaderResponse, ...],
+    number: int,
+    theta_rad: npt.NDArray[np.float64],
+    phi_rad: npt.NDArray[np.float64],
+) -> npt.NDArray[np.complex128]:
+    """Return (c, k, 2) F_theta, F_phi [-] of one antenna at each frequency, phase at the centre.
+
+    As `ReaderResponse.far_field` has them, but the other antennas are not interpolated. As in links
+    a cell with a step at one frequency is linear at all those on the same grid.
+
+    Parameters
+    ----------
+    responses : The reader's at c frequencies.
+    number : Which antenna, from 0.
+    theta_rad, phi_rad : (k,) float64 — Directions [rad] in the reader's frame; 0 <= theta <= pi.
+    """
+    if len({one.pattern.shape for one in responses}) > 1:
+        each = [one_antenna_fields((one,), number, theta_rad, phi_rad) for one in responses]
+        return np.concatenate(each)
+    whole = response_arrays(responses)
+    rows, columns = whole.table.shape[:2]
+    parts = whole.table.reshape(rows, columns, 4, len(responses), -1)[..., number]
+    own = whole._replace(
+        table=np.ascontiguousarray(parts).reshape(rows, columns, -1),
+        centre_rad=np.ascontiguousarray(
+            whole.centre_rad.reshape(3, len(responses), -1)[..., number]
+        ),
+    )
+    fields = np.empty((len(theta_rad), len(responses), 1, 2), dtype=np.complex128)
+    _response_kernels.fill_far_fields(own, theta_rad, phi_rad, fields)
+    return np.moveaxis(fields[:, :, 0], 1, 0)
+
+
 @lru_cache(maxsize=1)  # a room's tags are linked to one reader, one after the other
 def response_arrays(responses: tuple[ReaderResponse, ...]) -> ResponseArrays:
     """Return a reader's patterns at several frequencies as the kernels take them, angles in [rad].
@@ -172,18 +206,19 @@ def response_arrays(responses: tuple[ReaderResponse, ...]) -> ResponseArrays:
     """
     first = responses[0]
     n, _, rows, columns = first.pattern.shape
-    shape = (rows + 2 * PAD, columns + 2 * PAD, len(responses), n, 2)
-    table = np.empty(shape, dtype=np.complex128)
+    shape = (rows + 2 * PAD, columns + 2 * PAD, 4, len(responses), n)
+    table = np.empty(shape)
     linear = np.zeros((rows - 1, columns), dtype=np.bool_)
     for channel, response in enumerate(responses):
-        table[:, :, channel] = padded_table(response.pattern)
+        padded = np.moveaxis(padded_table(response.pattern), 3, 2)
+        table[:, :, ::2, channel], table[:, :, 1::2, channel] = padded.real, padded.imag
         linear |= linear_cells(response.pattern, response.steps)
     wavenumbers = [2.0 * math.pi * r.frequency_hz / SPEED_OF_LIGHT_M_PER_S for r in responses]
     centres = [k * r.phase_centres_m for k, r in zip(wavenumbers, responses, strict=True)]
     return ResponseArrays(
-        table=table.reshape(*shape[:2], -1).view(np.float64),
+        table=table.reshape(*shape[:2], -1),
         linear=linear,
         step_theta=math.pi / (rows - 1),
         step_phi=2.0 * math.pi / columns,
-        centre_rad=np.array(centres),
+        centre_rad=np.ascontiguousarray(np.concatenate(centres).T),
     )

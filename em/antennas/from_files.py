@@ -199,6 +199,12 @@ def _at_frequency(
     if len(near) > 1:
         best = min(abs((t.frequency_hz or 0.0) - frequency_hz) for t in near)
         near = [t for t in near if abs((t.frequency_hz or 0.0) - frequency_hz) == best]
+    whole = [table for table in near if _is_whole(table)]
+    if len(near) > 1 and len(whole) == 1:
+        notes[f"{whole[0].source}: of {len(near)} patterns the one over the full sphere counts"] = (
+            None
+        )
+        near = whole
     if len(near) > 1:
         msg = (
             f"{near[1].source}: a second pattern at {frequency_hz:.6g} Hz; keep one pattern of one "
@@ -220,6 +226,14 @@ def _at_frequency(
     notes.update(dict.fromkeys((*below[1].warnings, *above[1].warnings)))
     share = (frequency_hz - below[0]) / (above[0] - below[0])
     return [(1.0 - share, below[1]), (share, above[1])]
+
+
+def _is_whole(table: PatternTable) -> bool:
+    """Return whether a table goes from pole to pole, and all around."""
+    widest = max(float(np.diff(table.phi_rad).max(initial=0.0)), math.radians(_WIDEST_DEG))
+    around = 2.0 * math.pi - float(np.ptp(table.phi_rad)) <= widest + _SAME_RAD
+    to_poles = table.theta_rad[0] < _SAME_RAD and table.theta_rad[-1] > math.pi - _SAME_RAD
+    return bool(to_poles and around and len(table.phi_rad) > 1)
 
 
 def _realised(table: PatternTable, load_ohm: float, notes: dict[str, None]) -> PatternTable:

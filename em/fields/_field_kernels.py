@@ -12,6 +12,8 @@ from octant.em.fields._wave_kernels import (
     LENGTH,
     SIZE,
     SPREAD,
+    TI,
+    TR,
     WIDTH,
     XI,
     XR,
@@ -19,6 +21,7 @@ from octant.em.fields._wave_kernels import (
     YR,
     ZI,
     ZR,
+    far_fields,
     gather_walls,
     meet_walls,
     reflect_any_walls,
@@ -89,12 +92,9 @@ def path_fields(
             # From here on the direction is turned by each wall's normal, not taken from vertices,
             # which nearly coincide where a path runs through a corner. Between edges a leg's length
             # is its projection on that direction.
-            dx, dy, dz = scale * lx, scale * ly, scale * lz
-            fx, fy, fz = far_field(antenna, dx, dy, dz)
-            state[DX + i], state[DY + i], state[DZ + i] = dx, dy, dz
-            state[XR + i], state[YR + i], state[ZR + i] = fx.real, fy.real, fz.real
-            state[XI + i], state[YI + i], state[ZI + i] = fx.imag, fy.imag, fz.imag
+            state[DX + i], state[DY + i], state[DZ + i] = scale * lx, scale * ly, scale * lz
             state[LENGTH + i] = length
+        far_fields(antenna, state, width)
         before, between, after, edges = _edge_lengths(wedge_utd, points, facets, begin, order)
         leg = order
         while leg > 0:
@@ -333,6 +333,27 @@ def fields_in_scene(scene, antenna, count, points, facets, orders, field, direct
         field,
         direction,
     )
+
+
+@kernel
+def receive(antenna, begin, count, field, direction, state):
+    """Fill real and imaginary parts of the gains of up to `WIDTH` paths, in the rows `TR`, `TI`.
+
+    ``field`` and ``direction`` are what `path_fields` filled, from the row ``begin`` on.
+    """
+    for i in range(count):
+        p = begin + i
+        state[DX + i], state[DY + i] = -direction[p, 0], -direction[p, 1]
+        state[DZ + i] = -direction[p, 2]
+    far_fields(antenna, state, count)
+    for i in range(count):
+        p = begin + i
+        gain = (
+            field[p, 0] * complex(state[XR + i], state[XI + i])
+            + field[p, 1] * complex(state[YR + i], state[YI + i])
+            + field[p, 2] * complex(state[ZR + i], state[ZI + i])
+        )
+        state[TR + i], state[TI + i] = gain.real, gain.imag
 
 
 @kernel(nogil=True)

@@ -1,11 +1,21 @@
 # mypy: allow-untyped-defs
 """Compiled waves side by side: many paths' fields meet their walls and travel on at once."""
 
-import numpy as np
+from typing import Any
 
+import numpy as np
+from numba.extending import overload
+
+from octant.em.antennas._antenna_kernels import (
+    DIPOLE,
+    ISOTROPIC_THETA,
+    MONOPOLE,
+    far_field,
+    wire_field,
+)
 from octant.em.antennas._phase_kernels import sine_cosine
 from octant.em.medium._reflection_kernels import displaced_air, half_space, wall
-from octant.em.records import TRANSMISSION
+from octant.em.records import TRANSMISSION, PatternArrays
 from octant.geometries.kernels import kernel
 
 WIDTH = 64
@@ -25,6 +35,42 @@ THROUGH = 21 * WIDTH  # 1 where the wave passes, 0 where it is reflected
 ALONG = 22 * WIDTH  # direction times normal
 LENGTH, SPREAD = 23 * WIDTH, 24 * WIDTH  # [m]
 SIZE = 25 * WIDTH
+
+
+def far_fields(antenna: Any, state: Any, count: Any) -> None:
+    """Fill the far fields of an antenna towards the state's directions."""
+    if isinstance(antenna, PatternArrays):
+        _pattern_fields(antenna, state, count)
+    else:
+        _closed_form_fields(antenna, state, count)
+
+
+@overload(far_fields, inline="never")
+def _far_fields_of(antenna, state, count):  # noqa: ARG001  numba asks for the same signature
+    if antenna.instance_class is PatternArrays:
+        return lambda antenna, state, count: _pattern_fields(antenna, state, count)  # noqa: PLW0108
+    return lambda antenna, state, count: _closed_form_fields(antenna, state, count)  # noqa: PLW0108
+
+
+@kernel
+def _closed_form_fields(antenna, state, count):
+    wire = antenna.kind in (DIPOLE, MONOPOLE, ISOTROPIC_THETA)
+    for i in range(count if wire else 0):
+        x, y, z = wire_field(antenna, state[DX + i], state[DY + i], state[DZ + i])
+        state[XR + i], state[YR + i], state[ZR + i] = x, y, z
+        state[XI + i], state[YI + i], state[ZI + i] = 0.0, 0.0, 0.0
+    for i in range(0 if wire else count):
+        x, y, z = far_field(antenna, state[DX + i], state[DY + i], state[DZ + i])
+        state[XR + i], state[YR + i], state[ZR + i] = x, y, z
+        state[XI + i], state[YI + i], state[ZI + i] = 0.0, 0.0, 0.0
+
+
+@kernel
+def _pattern_fields(antenna, state, count):
+    for i in range(count):
+        x, y, z = far_field(antenna, state[DX + i], state[DY + i], state[DZ + i])
+        state[XR + i], state[YR + i], state[ZR + i] = x.real, y.real, z.real
+        state[XI + i], state[YI + i], state[ZI + i] = x.imag, y.imag, z.imag
 
 
 @kernel

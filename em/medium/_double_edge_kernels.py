@@ -38,6 +38,8 @@ _DETOUR, _BENT = 9, 10
 _WEIGHT, _SLOPE = 11, 15
 # Difference of two halves [-], sin |x| / 2, that is rounding.
 _SAME_HALF = 1e-15
+# Sum of two detours times k [rad] that is rounding: neither edge is nearer to its boundary.
+_ON_BOTH = 1e-20
 
 
 @kernel
@@ -231,8 +233,8 @@ def double_sum(first, second, turn, k_first, k_second, w, cut_first, cut_second,
             pair *= left_1[p] * left_2[q]
             if len(tip) > 0:
                 y_1, y_2 = first[p, _DETOUR].real ** 2, second[q, _DETOUR].real ** 2
-                weight = weight_1
-                if y_1 + y_2 > 0.0:
+                weight = 0.5 * (weight_1 + weight_2)
+                if y_1 + y_2 > _ON_BOTH:
                     weight = (weight_1 * y_1 + weight_2 * y_2) / (y_1 + y_2)
                 y = stretched * np.sqrt(y_1 + y_2)
                 pair *= 1.0 - 2.0 * weight * beyond_ends(tip, y) / scaled_transition(y * y)

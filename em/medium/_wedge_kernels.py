@@ -189,7 +189,9 @@ def wedge_dyad(
                 term = -term
             else:
                 lit = image_is_lit(mirrored, number, x, phi_out, n, touch)
-                term = cut_transition(x, lit, n, kl, ks, cut)
+                # On that boundary the search keeps one of both, and which is not known here.
+                both = closes and abs(x) <= touch
+                term = 0j if both else cut_transition(x, lit, n, kl, ks, cut)
             w00, w01, w10, w11 = boundary_weight(
                 mirrored,
                 sign,

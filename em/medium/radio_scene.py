@@ -118,8 +118,9 @@ def radio_scene(
     stacks = [m.layer_stack(frequency_hz) for m in resolved]
     ends = np.cumsum([0, *(len(eps) for eps, _ in stacks)])
     index = scene.facets.facet_material
-    through = np.array([_lets_through(m, frequency_hz) for m in resolved], dtype=np.bool_)
-    passes = through[index] if transmission and len(index) else np.zeros(len(index), np.bool_)
+    passes = np.zeros(len(index), dtype=np.bool_)
+    if transmission and len(index):
+        passes = np.array([_lets_through(m, frequency_hz) for m in resolved])[index]
     opaque, opaque_inner, sheets = _hierarchies(scene, passes)
     none = np.zeros(0)
     return RadioScene(

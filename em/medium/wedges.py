@@ -96,7 +96,8 @@ def wedge_coefficients(
     its detour over the edge times k (2kL sin^2(x/2) for a plane wave), weighted with the image's
     dyad of reflections (or of one minus the transmission); see docs/evidence/diffraction.md.
     Exactly on a boundary an image of reflections counts as lit and the source itself as hidden, as
-    in the search for paths. The formula is asymptotic: finite and smooth at any distance, a
+    in the search for paths; of the two that coincide in a wedge of pi / m one counts, and half of
+    the difference is left out. The formula is asymptotic: finite and smooth at any distance, a
     solution of the wave equation only for k L well above 1. Sources: R. Kouyoumjian and P. Pathak,
     Proc. IEEE 62 (1974), equations 25 to 30; R. Luebbers, IEEE Trans. Antennas Propag. 32 (1984),
     pages 70 to 76; P. Holm, ibid. 48 (2000), pages 1211 to 1219.

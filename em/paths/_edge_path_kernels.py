@@ -14,8 +14,9 @@ from octant.em.paths._edge_point_kernels import (
     in_sector,
     kept_on_edges,
     two_points,
+    yields,
 )
-from octant.em.paths._neighbour_kernels import at_tip, comes_first, counts
+from octant.em.paths._neighbour_kernels import at_tip, beside_edge, comes_first, counts
 from octant.em.paths._path_kernels import (
     RECEIVER,
     SOURCE,
@@ -38,7 +39,7 @@ def met_before(
     A ray at the end of an edge, where another edge goes on or a plane shows the edge's image, may
     be read as diffracted by either, and as reflected before or behind: it is one path.
     """
-    for k in range(met[0]):
+    for k in range(min(met[0], len(met_orders))):
         if met_orders[k] != order:
             continue
         distance = 0.0
@@ -74,15 +75,14 @@ def met_before(
             j += 1
         if same:
             return True
-    if met[0] < len(met_orders):
-        k = met[0]
-        met[0] += 1
-        met_orders[k] = order
-        for v in range(order + 2):
-            for a in range(3):
-                met_points[k, v, a] = points[row, v, a]
-            if v < order:
-                met_facets[k, v] = facets[row, v]
+    k = met[0] % len(met_orders)
+    met[0] += 1
+    met_orders[k] = order
+    for v in range(order + 2):
+        for a in range(3):
+            met_points[k, v, a] = points[row, v, a]
+        if v < order:
+            met_facets[k, v] = facets[row, v]
     return False
 
 
@@ -195,7 +195,7 @@ def find_edge_paths(
                 length = wedge_frame[wedge, 13]
                 if t < -tolerance or t > length + tolerance:
                     end = 0 if t < 0.0 else 1
-                    if wedge_frame[wedge, 14 + end] == 0.0:
+                    if wedge_frame[wedge, 14 + end] <= 0.0:
                         continue
                     t = end * length
                     detour = np.sqrt(beside * beside + (t - place) ** 2)
@@ -225,6 +225,11 @@ def find_edge_paths(
                         continue
             if t < lit_from - tolerance or t > lit_to + tolerance:
                 continue
+            # Half the tolerance: the edge that goes on takes what is within all of it.
+            if yields(wedge_frame, wedge, t, 0.5 * tolerance) or (
+                one != wedge and yields(wedge_frame, one, s, 0.5 * tolerance)
+            ):
+                continue
             if (along - t) ** 2 + distance * distance <= tolerance * tolerance:
                 continue  # the receiver stands on the edge itself
             own_planes = two_planes(
@@ -245,6 +250,7 @@ def find_edge_paths(
                 chain_branches[i + 1, 0] = edge_planes[edge_plane_start[k] + i]
             state[ends, RECEIVER], state[ends, SOURCE] = -1, own_planes
             seen = find_paths(
+                chain_order,
                 chain_image,
                 chain_order,
                 chain_order,
@@ -301,8 +307,14 @@ def find_edge_paths(
                 qy = wedge_frame[one, 1] + s * wedge_frame[one, 4]
                 qz = wedge_frame[one, 2] + s * wedge_frame[one, 5]
                 gap = abs(qx - px) + abs(qy - py) + abs(qz - pz)
+                points[found, depth + 1, 0] = qx
+                points[found, depth + 1, 1] = qy
+                points[found, depth + 1, 2] = qz
+                # A leg along an edge is bent by it nowhere in particular, and carries nothing.
                 if (
                     gap <= tolerance
+                    or beside_edge(wedge_frame, wedge, points[found, depth + 1])[0] <= tolerance
+                    or beside_edge(wedge_frame, one, points[found, depth])[0] <= tolerance
                     or not in_sector(wedge_frame, wedge, qx - px, qy - py, qz - pz, slack)
                     or not in_sector(wedge_frame, one, px - qx, py - qy, pz - qz, slack)
                 ):
@@ -329,12 +341,9 @@ def find_edge_paths(
                 own_planes = first_planes
                 facets[found, depth] = -1 - one
                 depth += 1
-                points[found, depth, 0] = qx
-                points[found, depth, 1] = qy
-                points[found, depth, 2] = qz
-            leaf = node_leaf[node]
             state[ends, RECEIVER], state[ends, SOURCE] = own_planes, -1
             ways = find_paths(
+                node_leaf,
                 image,
                 order_of,
                 branch_start,
@@ -363,8 +372,8 @@ def find_edge_paths(
                 falling,
                 False,
                 several,
-                leaf,
-                leaf + 1,
+                node,
+                node + 1,
                 state,
                 before_points,
                 before_facets,
@@ -422,7 +431,7 @@ def find_edge_paths(
                     near,
                     touching,
                 ) and not (
-                    touching[found]
+                    touching[found] > 0
                     and met_before(
                         wedge_frame,
                         points,

@@ -39,6 +39,13 @@ def in_sector(wedge_frame, wedge, dx, dy, dz, tolerance):
 
 
 @kernel
+def yields(wedge_frame, wedge, t, tolerance):
+    """Return whether a place of an edge is an end of it that belongs to the next edge."""
+    at_start = wedge_frame[wedge, 14] < 0.0 and t <= tolerance
+    return at_start or (wedge_frame[wedge, 15] < 0.0 and t >= wedge_frame[wedge, 13] - tolerance)
+
+
+@kernel
 def best_place(wedge_frame, first, last, s, distance, along):
     """Return where the shortest way from the point s of one edge meets another, and if it does.
 
@@ -80,9 +87,9 @@ def kept_on_edges(
     length_1, length_2 = wedge_frame[first, 13], wedge_frame[last, 13]
     end_1 = 0 if s < -tolerance else (1 if s > length_1 + tolerance else -1)
     end_2 = 0 if t < -tolerance else (1 if t > length_2 + tolerance else -1)
-    if end_1 >= 0 and wedge_frame[first, 14 + end_1] == 0.0:
+    if end_1 >= 0 and wedge_frame[first, 14 + end_1] <= 0.0:
         return s, t, np.inf
-    if end_2 >= 0 and wedge_frame[last, 14 + end_2] == 0.0:
+    if end_2 >= 0 and wedge_frame[last, 14 + end_2] <= 0.0:
         return s, t, np.inf
     for i in range(2):
         for j in range(2):

@@ -253,7 +253,8 @@ def _reflections(
     near,
 ):
     """Fill the reflections between vertices begin and end; return whether they are on facets."""
-    images[end] = near[end]
+    for a in range(3):
+        images[end, a] = near[end, a]
     for v in range(end - 1, begin, -1):
         _mirror(planes, facet_plane[facets[row, v - 1]], images[v + 1], images[v])
     for v in range(begin + 1, end):
@@ -280,7 +281,7 @@ def _reflections(
 
 
 @kernel
-def _beside(wedge_frame, w, point):
+def beside_edge(wedge_frame, w, point):
     """Return the distance of a point from the line of a wedge's edge, and its place along it."""
     along, across, up = 0.0, 0.0, 0.0
     for a in range(3):
@@ -303,7 +304,7 @@ def at_tip(wedge_frame, w, points, row, v, reach):
     return -1
 
 
-@kernel
+@kernel(returns="boolean")
 def _edge_points(
     planes, facet_plane, wedge_frame, points, facets, row, order, last, first, reach, images, near
 ):
@@ -318,8 +319,8 @@ def _edge_points(
     for v in range(order, first, -1):
         _mirror(planes, facet_plane[facets[row, v - 1]], images[1], images[1])
     w, one = -1 - facets[row, last - 1], -1 - facets[row, first - 1]
-    distance_r, along_r = _beside(wedge_frame, w, images[0])
-    distance_s, along_s = _beside(wedge_frame, one, images[1])
+    distance_r, along_r = beside_edge(wedge_frame, w, images[0])
+    distance_s, along_s = beside_edge(wedge_frame, one, images[1])
     if last == first:
         end = at_tip(wedge_frame, w, points, row, last, reach)
         if end >= 0:
@@ -349,7 +350,7 @@ def _edge_points(
     return True
 
 
-@kernel(returns="boolean")
+@kernel(returns="int64")
 def neighbour_has(
     planes,
     plane_facet_start,
@@ -369,10 +370,12 @@ def neighbour_has(
     row,
     order,
     near,
+    begin,
 ):
-    """Return whether ends close by have the path of a row too; ``near`` (n, 3) is filled by it.
+    """Return the number of the first move, from 1, whose ends have the path of a row too; 0: none.
 
-    Which end is moved how depends on which is first in space, not on which sends.
+    ``near`` (n, 3) is filled by that path; ``begin`` moves are left out. Which end is moved how
+    depends on which is first in space, not on which sends.
     """
     images = np.empty((order + 2, 3))
     own = np.empty(2, dtype=np.int64)
@@ -389,10 +392,18 @@ def neighbour_has(
                 for a in range(3):
                     leg = max(leg, abs(points[row, v, a] - points[row, other, a]))
                 if leg <= reach:
-                    return False  # nothing reflects in a tip
+                    return 0  # nothing reflects in a tip
+    # Between edges of one face, or from a tip in its plane, the leg stays in it for all moves.
+    along_face = False
+    if first > last > 0:
+        along_face = (
+            _over_a_face(wedge_facets, facets[row, last - 1], facets[row, first - 1])
+            or at_tip(wedge_frame, -1 - facets[row, last - 1], points, row, last, reach) >= 0
+            or at_tip(wedge_frame, -1 - facets[row, first - 1], points, row, first, reach) >= 0
+        )
     at_receiver = 0 if comes_first(*_ends(points, row, order)) else 3
     good = False
-    for k in range(2 * len(MOVES)):
+    for k in range(2 * begin, 2 * len(MOVES)):
         # Each move first by itself, then, if the path is there, nudged towards the next.
         move, again = k // 2, k % 2
         if again and not good:
@@ -417,9 +428,9 @@ def neighbour_has(
             images,
             near,
         )
-        begin = 0
+        start = 0
         for end in (last, first, ends):
-            if good and end > begin:
+            if good and end > start:
                 good = _reflections(
                     planes,
                     plane_facet_start,
@@ -429,18 +440,16 @@ def neighbour_has(
                     outline,
                     facets,
                     row,
-                    begin,
+                    start,
                     end,
                     images,
                     near,
                 )
-                begin = end
+                start = end
         for v in range(1, ends):
             if good and facets[row, v - 1] < 0:
                 for other in (v - 1, v + 1):
-                    on_face = last <= other <= first and _over_a_face(
-                        wedge_facets, facets[row, last - 1], facets[row, first - 1]
-                    )
+                    on_face = last <= other <= first and along_face
                     good = good and in_sector(
                         wedge_frame,
                         -1 - facets[row, v - 1],
@@ -474,8 +483,8 @@ def neighbour_has(
                 own[1],
             )
         if good and again:
-            return True
-    return False
+            return move + 1
+    return 0
 
 
 @kernel(returns="boolean")
@@ -517,7 +526,7 @@ def read_otherwise(
         if ahead < 0 or (behind >= 0 and facet_plane[ahead] >= facet_plane[behind]):
             continue
         facets[row, i], facets[row, i + 1] = there, here
-        better = neighbour_has(
+        found = neighbour_has(
             planes,
             plane_facet_start,
             facet_box,
@@ -536,9 +545,10 @@ def read_otherwise(
             row,
             order,
             near,
+            0,
         )
         facets[row, i], facets[row, i + 1] = here, there
-        if better:
+        if found > 0:
             return True
     return False
 
@@ -572,9 +582,10 @@ def counts(
 ):
     """Return whether a path of a row counts: it touches nothing, or a neighbour has it as well.
 
-    ``touching[row]`` says which; the neighbour's vertices are then in ``near[row]``.
+    ``touching[row]`` is 0, or the number of the neighbour, whose vertices are in ``near[row]``.
     """
-    touching[row] = touches(
+    touching[row] = 0
+    if not touches(
         planes,
         facet_box,
         facet_outline,
@@ -596,8 +607,7 @@ def counts(
         facets,
         row,
         order,
-    )
-    if not touching[row]:
+    ):
         return True
     over_edge = False
     for i in range(order):
@@ -623,7 +633,7 @@ def counts(
         near[row],
     ):
         return False
-    return neighbour_has(
+    touching[row] = neighbour_has(
         planes,
         plane_facet_start,
         facet_box,
@@ -642,4 +652,6 @@ def counts(
         row,
         order,
         near[row],
+        0,
     )
+    return touching[row] > 0

@@ -1,9 +1,5 @@
 # mypy: allow-untyped-defs
-"""Compiled exact path finding: from images and a receiver to reflection points, or nothing.
-
-A call costs an atomic count for every array it is handed, which would outweigh the search of one
-path. So each function here works through many images at a time and takes its arrays one by one.
-"""
+"""Compiled exact path finding: from images and a receiver to reflection points, or nothing."""
 
 import numpy as np
 
@@ -70,6 +66,7 @@ def known_already(points, first, last, order, tolerance):
 
 @kernel
 def find_paths(
+    leaves,
     image,
     order_of,
     branch_start,
@@ -107,7 +104,7 @@ def find_paths(
     near,
     touching,
 ):
-    """Return how many paths the images ``first`` to ``last`` give to the receiver x, y, z.
+    """Return how many paths to the receiver x, y, z the images first to last of ``leaves`` give.
 
     The reflection points are found backwards, from the receiver towards the source: each is where
     the line from the last point to the image pierces the branch's plane, within one of its facets.
@@ -124,7 +121,8 @@ def find_paths(
     """
     found = np.int64(0)
     ends = len(state) - 1
-    for leaf in range(first, last):
+    for place in range(first, last):
+        leaf = leaves[place]
         order = order_of[leaf]
         depth = 0
         found_before = found
@@ -173,8 +171,8 @@ def find_paths(
                 ):
                     orders[found] = order
                     # Of an image that touches something, two ways may meet in one rim.
-                    room = len(orders) - found > last - leaf + 1
-                    if not (several or (whole and touching[found] and room)):
+                    room = len(orders) - found > last - place + 1
+                    if not (several or (whole and touching[found] > 0 and room)):
                         found += 1
                         break
                     if not known_already(points, found_before, found, order, 10.0 * tolerance):
@@ -245,8 +243,8 @@ def find_paths(
 def make_scratch(max_order, ways, transmits, rows):
     """Return state, points, facets and orders for chunks of paths of up to ``max_order`` bends.
 
-    Behind them come the points of neighbours, and whether a path touches something. Each row has
-    room for the sheets that a path may pass through besides.
+    Behind them come the points of neighbours, and the number of that of a path that touches
+    something. Each row has room for the sheets that a path may pass through besides.
     """
     width = max_order + (MAX_CROSSINGS if transmits else 0)
     rows = max(rows, 2 * CHUNK, ways) + 1
@@ -256,7 +254,7 @@ def make_scratch(max_order, ways, transmits, rows):
         np.empty((rows, width + 1), dtype=np.int64),
         np.empty(rows, dtype=np.int64),
         np.empty((rows, width + 2, 3)),
-        np.zeros(rows, dtype=np.bool_),
+        np.zeros(rows, dtype=np.int64),
     )
 
 
@@ -272,6 +270,7 @@ def search_chunk(scene, tree, x, y, z, first, last, whole):
     ):
         bvh = scene.inner_bvh
     return find_paths(
+        tree.leaves,
         image,
         tree.order,
         tree.branch_start,

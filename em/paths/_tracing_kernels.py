@@ -1,20 +1,26 @@
 # mypy: allow-untyped-defs
-"""Compiled tracing: all paths from a source to a receiver, chunk by chunk, over walls and edges."""
+"""Compiled tracing: all paths from a source to receivers, chunk by chunk, over walls and edges."""
 
 import numpy as np
 
+from octant.em.paths._block_kernels import FEW, LANES, block_scratch, search_block
 from octant.em.paths._edge_path_kernels import search_edges
 from octant.em.paths._path_kernels import make_scratch, search_chunk
 from octant.em.paths._transmission_kernels import insert_crossings
 from octant.em.records import CHUNK
 from octant.geometries.kernels import kernel
 
+MET = 4096
+"""Paths of one receiver [-] that touch something at an edge and are kept to find copies of them: of
+more, the latest. Both ends level with furniture meet hundreds in three reflections."""
+
 
 @kernel
 def tracing_scratch(scene, tree, edges):
-    """Return what :func:`next_paths` works in: a set for whole paths, one for their first parts.
+    """Return what :func:`next_paths` works in.
 
-    The third holds those paths of one receiver that touch something at an edge.
+    A set for whole paths, one for their first parts, those paths of one receiver that touch
+    something at an edge, the lists of many receivers, and the receiver of each whole path.
     """
     whole = make_scratch(
         max(tree.max_order, edges.max_order), tree.ways, scene.transmits, edges.rows
@@ -39,40 +45,53 @@ def tracing_scratch(scene, tree, edges):
         np.empty(rows, dtype=np.int64),
     )
     met = (
-        np.empty((CHUNK, longest + 2, 3)),
-        np.empty((CHUNK, longest + 1), dtype=np.int64),
-        np.empty(CHUNK, dtype=np.int64),
+        np.empty((MET, longest + 2, 3)),
+        np.empty((MET, longest + 1), dtype=np.int64),
+        np.empty(MET, dtype=np.int64),
         np.zeros(1, dtype=np.int64),
     )
-    return whole, before, met
+    receiver = np.empty(len(whole[3]), dtype=np.int64)
+    return whole, before, met, block_scratch(tree.max_order), receiver
 
 
 @kernel
-def tracing_steps(scene, tree, edges):
-    """Return images per chunk, images, and the place at which a receiver's paths are all found."""
-    step = max(1, CHUNK // tree.ways) if scene.transmits else CHUNK
-    return step, len(tree.order), len(tree.order) + len(edges.wedge)
+def traced_at_once(scene, count):
+    """Return how many of so many receivers :func:`next_paths` takes at a time."""
+    return 1 if scene.transmits or count < FEW else min(count, np.int64(LANES))
 
 
-@kernel(forceinline=True)
-def next_paths(scene, tree, edges, x, y, z, place, step, images, scratch):
+@kernel
+def tracing_end(tree, edges, first, last):
+    """Return the place at which all paths to the receivers first to last are found."""
+    return len(tree.leaves) + (last - first) * len(edges.wedge)
+
+
+@kernel(returns="UniTuple(int64, 2)")
+def next_paths(scene, tree, edges, places, first, last, place, scratch):
     """Return the number of paths of one more chunk from ``place`` on, and the place after it.
 
-    Images of the source come first, ``step`` at a time, those of the edges behind them.
+    Images of the source come first, those of the edges behind them, for one receiver after the
+    other. A receiver's paths come in one order, however many receivers there are.
     """
-    whole, before, met = scratch
+    whole, before, met, block, receiver = scratch
     points, facets, orders, near, touching = whole[1:]
+    images, wedges = len(tree.leaves), len(edges.wedge)
+    if place < images and last - first > 1:
+        return search_block(scene, tree, places, first, last, place, block, whole, receiver)
+    i = first if place < images else first + (place - images) // wedges
+    x, y, z = places[i, 0], places[i, 1], places[i, 2]
     if place < images:
-        last = min(place + step, images)
-        found = search_chunk(scene, tree, x, y, z, place, last, whole)
-        place = last
+        step = max(1, CHUNK // tree.ways) if scene.transmits else CHUNK
+        end = min(place + step, images)
+        found = search_chunk(scene, tree, x, y, z, place, end, whole)
+        place = end
     else:
-        found, reached = search_edges(
-            scene, tree, edges, x, y, z, place - images, before, met, whole
-        )
-        place = images + reached
+        begin = (place - images) % wedges
+        found, reached = search_edges(scene, tree, edges, x, y, z, begin, before, met, whole)
+        place += reached - begin
     if scene.transmits:
         found = insert_crossings(scene, found, points, facets, orders, near, touching)
+    receiver[:found] = i
     return found, place
 
 
@@ -85,16 +104,18 @@ def record_paths(scene, tree, edges, receivers, start, order, vertices, codes, c
     ``order`` tells from a diffraction at wedge 0.
     """
     scratch = tracing_scratch(scene, tree, edges)
-    points, facets, orders = scratch[0][1], scratch[0][2], scratch[0][3]
-    step, images, everything = tracing_steps(scene, tree, edges)
+    points, facets, orders, receiver = scratch[0][1], scratch[0][2], scratch[0][3], scratch[4]
     longest = 0
-    for i in range(len(receivers)):
-        x, y, z = receivers[i, 0], receivers[i, 1], receivers[i, 2]
-        counts[i] = 0
+    counts[:] = 0
+    step = traced_at_once(scene, len(receivers))
+    for first in range(0, len(receivers), step):
+        last = min(first + step, len(receivers))
+        everything = tracing_end(tree, edges, first, last)
         place = np.int64(0)  # typed: what takes it is not compiled for a literal 0 too
         while place < everything:
-            found, place = next_paths(scene, tree, edges, x, y, z, place, step, images, scratch)
+            found, place = next_paths(scene, tree, edges, receivers, first, last, place, scratch)
             for p in range(found):
+                i = receiver[p]
                 row = start[i] + counts[i]
                 counts[i] += 1
                 n = orders[p]

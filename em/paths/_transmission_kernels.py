@@ -4,7 +4,7 @@
 import numpy as np
 
 from octant.em.paths._facet_kernels import ON_RIM, place_on_facet
-from octant.em.paths._neighbour_kernels import comes_first, neighbour_has, touched
+from octant.em.paths._neighbour_kernels import STRICT, comes_first, neighbour_has, touched
 from octant.em.records import TRANSMISSION
 from octant.geometries._bvh_kernels import crossing
 from octant.geometries.kernels import kernel
@@ -166,7 +166,7 @@ def insert_crossings(scene, found, points, facets, orders, near, touching):
         )
         size = 0
         fits = True
-        tried = touching[p]
+        tried = touching[p] > 0
         leg = 0
         while leg <= order:
             a, b = (-1, -1)
@@ -175,13 +175,15 @@ def insert_crossings(scene, found, points, facets, orders, near, touching):
             c, d = (-1, -1)
             if leg < order:
                 c, d = _planes_of(facets[p, leg], scene.facet_plane, scene.wedge_facets)
-            ways = near if touching[p] else points
+            ways, margin = points, sheet_bvh.margin
+            if touching[p] > 0:
+                ways, margin = near, STRICT * margin
             count = crossings(
                 sheet_bvh.boxes,
                 sheet_bvh.links,
                 sheet_bvh.triangles,
                 sheet_bvh.planes,
-                sheet_bvh.margin,
+                margin,
                 scene.facet_plane,
                 ways[p, leg, 0],
                 ways[p, leg, 1],
@@ -200,13 +202,14 @@ def insert_crossings(scene, found, points, facets, orders, near, touching):
             # The middle leg of a double diffraction runs along a facet: there a sheet stands on it.
             middle = 0 < leg < order and facets[p, leg - 1] < 0 and facets[p, leg] < 0
             room = len(new_facets) - size - (order - leg)
-            if count > room or count > MAX_CROSSINGS or (middle and count > 0):
+            if count > room or count > MAX_CROSSINGS:
                 fits = False
                 break
+            in_sheet = middle and count > 0
             rim = False
             for k in range(0 if tried else count):
                 rim = rim or _meets_others(scene, points, p, leg, places, sheets, count, k)
-            if rim:
+            if rim or (in_sheet and touching[p] > 0):  # the next neighbour may pass beside
                 tried = True
                 touching[p] = neighbour_has(
                     scene.planes,
@@ -227,10 +230,14 @@ def insert_crossings(scene, found, points, facets, orders, near, touching):
                     p,
                     order,
                     near[p],
+                    touching[p],
                 )
-                if touching[p]:
+                if touching[p] > 0:
                     leg, size = 0, 0
                     continue
+            if in_sheet:
+                fits = False
+                break
             for k in range(count):
                 new_facets[size] = TRANSMISSION + sheets[k]
                 for axis in range(3):

@@ -67,7 +67,7 @@ def scene_arrays(radio: RadioScene) -> SceneArrays:
                 wedges.facets,
                 np.sum(wedges.origin_m * wedges.axis, axis=1),
                 wedges.length_m,
-                wedges.tips,
+                wedges.tips > 0,
             )
         ),
         wedge_faces=_wedge_faces(radio),
@@ -108,6 +108,15 @@ def checked_receivers(tree: ImageTree, receivers_m: npt.ArrayLike) -> FloatArray
             "holds every receiver to search_images."
         )
         raise GeometryError(msg)
+    if tree.receivers_m is not None:
+        known = set(map(tuple, tree.receivers_m.tolist()))
+        other = next((r for r in map(tuple, receivers.tolist()) if r not in known), None)
+        if other is not None:
+            msg = (
+                f"receiver ({other[0]:g}, {other[1]:g}, {other[2]:g}) m is none of the "
+                f"{len(known)} that the images were searched for; give search_images all receivers."
+            )
+            raise GeometryError(msg)
     offset = np.linalg.norm(receivers - tree.source_m, axis=1)
     if len(offset) and float(offset.min()) <= LENGTHS.same_m:
         x, y, z = receivers[int(np.argmin(offset))]

@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 
+from octant.em.power._node_kernels import NO_PATH, find_corners, next_path
 from octant.geometries.kernels import kernel
 
 
@@ -54,28 +55,12 @@ def add_coherent(
     last = np.empty(4, dtype=np.int64)
     weight = np.empty(4)
     for k in range(begin, end):
-        u, v = (places[k, 0] - low[0]) / cell[0], (places[k, 1] - low[1]) / cell[1]
-        i, j = min(max(int(u), 0), nodes[0] - 2), min(max(int(v), 0), nodes[1] - 2)
-        u, v = u - i, v - j
-        for corner in range(4):
-            a, b = corner // 2, corner % 2
-            weight[corner] = (u if a else 1.0 - u) * (v if b else 1.0 - v)
-            node = (i + a) * nodes[1] + j + b
-            at[corner], last[corner] = start[node], start[node + 1]
+        find_corners(places[k, 0], places[k, 1], low, cell, nodes, start, at, last, weight)
         harmonic[:] = 0.0
         while True:
-            p = np.int64(2**62)
-            for corner in range(4):
-                if at[corner] < last[corner]:
-                    p = min(p, image[at[corner]])
-            if p == 2**62:
+            p, ex, ey, ez, known = next_path(at, last, weight, image, field)
+            if p == NO_PATH:
                 break
-            ex, ey, ez, known = complex(0.0), complex(0.0), complex(0.0), 0.0
-            for corner in range(4):
-                if at[corner] < last[corner] and image[at[corner]] == p:
-                    e, w = field[at[corner]], weight[corner]
-                    ex, ey, ez, known = ex + w * e[0], ey + w * e[1], ez + w * e[2], known + w
-                    at[corner] += 1
             if known >= 0.5:
                 add_path(
                     harmonic, table, table.shape[0], ex / known, ey / known, ez / known,

@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from octant.em.blocks import Progress
 from octant.em.power.received_power import ReaderLink, ReceivedPower
+from octant.em.search.ray_share import RayShare
 from octant.geometries.errors import AntennaError
 
 FloatArray = npt.NDArray[np.float64]
@@ -229,6 +230,11 @@ class BackscatterLink:
     def reader_z_m(self) -> float:
         """Height of the reader's centre in the room's frame [m]."""
         return self.ways[0].reader_z_m
+
+    @property
+    def rays(self) -> RayShare | None:
+        """What share of the power is missing, where rays have found the paths; None: none is."""
+        return self.ways[0].rays
 
     def always_awake(self) -> "BackscatterLink":
         """Return the link to the same tag without thresholds [W]."""

@@ -8,24 +8,20 @@ radius a has no more than about 2 k a + 1 of them: these few serve all headings 
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from octant.em.antennas.embedded import ReaderResponse
-from octant.em.antennas.kinds import Antenna, make_antenna
+from octant.em.antennas.kinds import Antenna
 from octant.em.blocks import run_blocks
-from octant.em.fields.gains import path_gains
 from octant.em.medium.radio_scene import RadioScene
-from octant.em.paths.tracing import trace_paths
 from octant.em.power import _field_map_kernels
-from octant.em.records import PathSet
-from octant.em.search.candidates import SolverSettings, search_candidates
+from octant.em.power.node_paths import grid_points, trace_node_paths
+from octant.em.search.candidates import SolverSettings
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import GeometryError
-from octant.geometries.tolerances import LENGTHS
 
 FloatArray = npt.NDArray[np.float64]
 Codes = npt.NDArray[np.uint8]
@@ -40,12 +36,9 @@ PLACES_PER_WAVELENGTH = 6.0
 NODES_PER_WAVELENGTH = (1.0, 2.0, 4.0)
 """Nodes per wavelength [-] on which paths are traced: more where furniture makes shadows."""
 
-_SHORT = 1e-3
-_SHORT_GAIN = math.sqrt(1.5)
 _ALIKE = 1e-3
 _SILENT = 1e-3
 _BLOCK = 64
-_TRACED = 2048
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -64,6 +57,7 @@ class FieldMap:
         that it maps onto one another share one.
     shift_rad : (n,) float64 — By how much its heading is ahead there [rad].
     top_dbm : (t,) float64 — Level of the highest code [dBm].
+    powers_w : (t, 256) float64 — What the codes mean for each tag [W]; 0 of code 0: made of that.
     """
 
     x_m: FloatArray
@@ -75,6 +69,7 @@ class FieldMap:
     ring: npt.NDArray[np.int64]
     shift_rad: FloatArray
     top_dbm: FloatArray
+    powers_w: FloatArray = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         for x, y, codes in (
@@ -94,6 +89,11 @@ class FieldMap:
         object.__setattr__(self, "shift_rad", shift)
         top = frozen_array(self.top_dbm, name="top_dbm", shape=(len(self.levels),))
         object.__setattr__(self, "top_dbm", top)
+        level_dbm = top[:, None] + CODE_DB * (np.arange(256.0) - 255.0)
+        power = np.where(np.arange(256) > 0, 10.0 ** ((level_dbm - 30.0) / 10.0), 0.0)
+        object.__setattr__(
+            self, "powers_w", frozen_array(power, name="powers_w", shape=(None, 256))
+        )
 
     @property
     def tags(self) -> int:
@@ -104,13 +104,6 @@ class FieldMap:
     def nbytes(self) -> int:
         """Memory of the levels [B]."""
         return self.levels.nbytes + self.means.nbytes
-
-    @property
-    def powers_w(self) -> FloatArray:
-        """What the 256 codes mean for each tag, (t, 256) [W]; 0 of code 0."""
-        level_dbm = self.top_dbm[:, None] + CODE_DB * (np.arange(256.0) - 255.0)
-        power: FloatArray = np.where(np.arange(256) > 0, 10.0 ** ((level_dbm - 30.0) / 10.0), 0.0)
-        return power
 
     def rss_w(self, poses: npt.ArrayLike, *, tag: int = 0) -> FloatArray:
         """Return the coherent RSS of all antennas, (m, n) [W]; beyond the map that at its rim.
@@ -328,16 +321,6 @@ def antennas_alike(response: ReaderResponse) -> int:
     return n
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Paths:
-    """Paths to the nodes: those of a node together, in the order of their image points."""
-
-    start: npt.NDArray[np.int64]
-    image: npt.NDArray[np.int64]
-    images_m: FloatArray
-    fields: tuple[ComplexArray, ...]
-
-
 def trace_field_map(
     radios: Sequence[RadioScene],
     responses: Sequence[ReaderResponse],
@@ -364,9 +347,9 @@ def trace_field_map(
     reader_z_m : Height of the reader's centre in the room's frame [m].
     solver : How paths are searched.
     """
-    paths = _traced(
-        radios, plan, (np.asarray(tag_position_m), tag_antennas), reader_z_m=reader_z_m,
-        solver=solver,
+    paths = trace_node_paths(
+        radios, plan.node_x_m, plan.node_y_m, tag_position_m=np.asarray(tag_position_m),
+        tag_antennas=tag_antennas, reader_z_m=reader_z_m, solver=solver,
     )  # fmt: skip
     rows = max(antennas_alike(response) for response in responses)
     n = responses[0].antennas
@@ -382,20 +365,20 @@ def trace_field_map(
         (2.0 * math.pi / radio.wavelength_m, table, lowest, wave, scale)
         for radio, (table, lowest), wave in zip(radios, tables, waves, strict=True)
     ]
-    nodes = _grid(plan.node_x_m, plan.node_y_m)
+    nodes = grid_points(plan.node_x_m, plan.node_y_m)
     mean = np.zeros((len(nodes), rows, headings))
 
     def work_mean(begin: int, end: int) -> None:
-        for field, rest in zip(paths.fields, shared, strict=True):
+        for waves, rest in zip(paths.fields, shared, strict=True):
             _field_map_kernels.add_local_mean(
-                nodes, begin, end, reader_z_m, paths.start, paths.image, field, paths.images_m,
+                nodes, begin, end, reader_z_m, paths.start, paths.image, waves, paths.images_m,
                 *rest, mean,
             )  # fmt: skip
 
     run_blocks(work_mean, len(nodes), block_size=_BLOCK)
     # The coherent RSS of k equal paths is k times their sum, and hardly ever 12 dB more than that.
     top_dbm = 10.0 * math.log10(max(float(mean.max()), 1e-300)) + 42.0
-    places = _grid(plan.x_m, plan.y_m)
+    places = grid_points(plan.x_m, plan.y_m)
     levels = np.empty((len(places), rows, headings), dtype=np.uint8)
     low = np.array([plan.node_x_m[0], plan.node_y_m[0]])
     cell = np.array([plan.node_x_m[1] - plan.node_x_m[0], plan.node_y_m[1] - plan.node_y_m[0]])
@@ -403,9 +386,9 @@ def trace_field_map(
 
     def work(begin: int, end: int) -> None:
         power = np.zeros((end - begin, rows, headings))
-        for field, rest in zip(paths.fields, shared, strict=True):
+        for waves, rest in zip(paths.fields, shared, strict=True):
             _field_map_kernels.add_coherent(
-                places, begin, end, low, cell, shape, reader_z_m, paths.start, paths.image, field,
+                places, begin, end, low, cell, shape, reader_z_m, paths.start, paths.image, waves,
                 paths.images_m, *rest, power,
             )  # fmt: skip
         levels[begin:end] = _codes(power, top_dbm)
@@ -434,11 +417,6 @@ def _codes(power_w: FloatArray, top_dbm: float) -> Codes:
     return codes
 
 
-def _grid(x_m: FloatArray, y_m: FloatArray) -> FloatArray:
-    gx, gy = np.meshgrid(x_m, y_m, indexing="ij")
-    return np.column_stack([gx.ravel(), gy.ravel()])
-
-
 def _harmonics(response: ReaderResponse, rows: int) -> tuple[ComplexArray, int]:
     """Return (T, r, m, 2) coefficients of e^{j m phi} of the first antennas, and the lowest m."""
     pattern = response.pattern_at_centre[:rows]
@@ -450,75 +428,3 @@ def _harmonics(response: ReaderResponse, rows: int) -> tuple[ComplexArray, int]:
     kept = np.abs(orders) <= most
     table = np.ascontiguousarray(np.moveaxis(spectrum[..., kept], (0, 1, 2, 3), (1, 3, 0, 2)))
     return table, -most
-
-
-def _traced(
-    radios: Sequence[RadioScene],
-    plan: MapPlan,
-    tag: tuple[FloatArray, Sequence[Antenna]],
-    *,
-    reader_z_m: float,
-    solver: SolverSettings,
-) -> _Paths:
-    tag_position_m, tag_antennas = tag
-    nodes = _grid(plan.node_x_m, plan.node_y_m)
-    places = np.column_stack([nodes, np.full(len(nodes), reader_z_m)])
-    first = radios[0]
-    inside = np.ones(len(places), dtype=np.bool_)
-    if first.scene.has_room:
-        inside = first.scene.inside_room(places)
-    inside &= ~first.scene.inside_solid(places)
-    candidates = search_candidates(first, tag_position_m, replace(solver, diffraction=False))
-    free = np.flatnonzero(inside)
-    blocks = [
-        _field_at(radios, trace_paths(first, candidates, places[some]), some, tag_antennas)
-        for some in np.split(free, np.arange(_TRACED, len(free), _TRACED))
-    ]
-    node, image, *fields = (np.concatenate(part) for part in zip(*blocks, strict=True))
-    if not len(node):
-        msg = (
-            f"no path of the tag at {tag_position_m.tolist()} m arrives on the floor's "
-            "map: move the tag."
-        )
-        raise GeometryError(msg)
-    # As in `image_fields`: two walls in either order have one image.
-    cells = np.floor(image / LENGTHS.weld_m + 0.12345).astype(np.int64)
-    keys = cells @ np.array([1, 100_000_007, 10_000_000_019_000_033])
-    _, one, number = np.unique(keys, return_index=True, return_inverse=True)
-    both, at = np.unique(node * len(one) + number.ravel(), return_inverse=True)
-    summed = []
-    for field in fields:
-        total = np.zeros((len(both), 3), dtype=np.complex128)
-        np.add.at(total, at.ravel(), field)
-        summed.append(total)
-    return _Paths(
-        start=np.searchsorted(both // len(one), np.arange(len(places) + 1)),
-        image=both % len(one),
-        images_m=image[one],
-        fields=tuple(summed),
-    )
-
-
-def _field_at(
-    radios: Sequence[RadioScene],
-    found: PathSet,
-    nodes: npt.NDArray[np.int64],
-    tag_antennas: Sequence[Antenna],
-) -> tuple[npt.NDArray[Any], ...]:
-    """Return node and image point of each path, and its field without phase at every channel."""
-    length = found.length_m
-    image = np.empty((len(found), 3))
-    fields = []
-    for radio, antenna in zip(radios, tag_antennas, strict=True):
-        parts = []
-        for axis in np.eye(3):
-            # A short dipole receives the component of the field along it.
-            probe = make_antenna(
-                "dipole", radio.frequency_hz, length_m=_SHORT * radio.wavelength_m, axis=axis
-            )
-            gains = path_gains(radio, found, transmitter=antenna, receiver=probe)
-            parts.append(gains.gain / _SHORT_GAIN)
-        image = found.receivers_m[found.receiver] + length[:, None] * gains.arrival
-        turn = 2.0 * math.pi / radio.wavelength_m
-        fields.append(np.column_stack(parts) * np.exp(1j * turn * length)[:, None])
-    return nodes[found.receiver], image, *fields

@@ -12,6 +12,7 @@ from octant.em.antennas.embedded import ReaderResponse, response_arrays
 from octant.em.antennas.kinds import Antenna, antenna_channels
 from octant.em.blocks import Progress, run_blocks
 from octant.em.medium.radio_scene import RadioScene
+from octant.em.paths.reach import CellImages
 from octant.em.paths.tracing import checked_receivers, path_arrays, scene_arrays
 from octant.em.power import _power_kernels
 from octant.em.records import (
@@ -21,20 +22,21 @@ from octant.em.records import (
     PatternChannels,
     ResponseArrays,
     SceneArrays,
-    TreeArrays,
 )
 from octant.em.search.candidates import SolverSettings, search_candidates
 from octant.em.search.edges import wedge_frames
 from octant.em.search.images import ImageTree
-from octant.geometries._arrays import read_only
 from octant.geometries.errors import AntennaError, GeometryError, PhysicsWarning
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 
 
-PLACES_PER_BLOCK = 32
-"""Places [-] that one call of the kernel takes: more would leave cores idle, fewer be overhead."""
+PLACES_PER_BLOCK = (32, 256)
+"""Places [-] that one call of the kernel takes: of few places, more would leave cores idle; of many
+(`MANY`), an image is searched for all of them at once."""
+
+MANY = 2048
 
 
 class Channel(NamedTuple):
@@ -50,7 +52,7 @@ class LinkBand(NamedTuple):
 
     scene: SceneArrays
     walls: ChannelArrays
-    images: TreeArrays
+    images: CellImages
     ways: EdgeTreeArrays
     tag: AntennaChannels | PatternChannels
     response: ResponseArrays
@@ -78,14 +80,14 @@ class LinkBand(NamedTuple):
         """
         places = checked_receivers(self.tree, places_m)
         turns = np.ascontiguousarray(headings_rad - 0.5 * math.pi)
-        arrays = read_only(
-            (self.scene, self.walls, self.images, self.ways, self.tag, self.response)
-        )
+        images = self.images.at(places[0]) if len(places) == 1 else self.images.tree
+        arrays = (self.scene, self.walls, images, self.ways, self.tag, self.response)
 
         def work(begin: int, end: int) -> None:
             _power_kernels.reader_power(*arrays, places, turns, begin, end, *rows)
 
-        run_blocks(work, len(places), block_size=PLACES_PER_BLOCK, progress=progress)
+        block_size = PLACES_PER_BLOCK[len(places) >= MANY]
+        run_blocks(work, len(places), block_size=block_size, progress=progress)
 
 
 def link_channels(
@@ -154,6 +156,8 @@ def link_bands(
     channels: Sequence[Channel],
     source_m: FloatArray,
     solver: SolverSettings,
+    *,
+    receivers_m: FloatArray | None = None,
 ) -> tuple[LinkBand, ...]:
     """Return the channels of a link in bands, in as few as their paths allow: nearly always one.
 
@@ -163,6 +167,7 @@ def link_bands(
     ----------
     channels, solver : Frequencies in one room, and how paths are searched.
     source_m : (3,) float64 — Place of the tag [m].
+    receivers_m : (m, 3) float64 — The only places [m] of the reader's centre; None: any.
     """
     groups: dict[tuple[object, ...], list[Channel]] = {}
     for channel in channels:
@@ -171,7 +176,7 @@ def link_bands(
     for group in groups.values():
         # How far past an edge's end paths lead over it grows with the wavelength.
         radio = max((channel.radio for channel in group), key=lambda radio: radio.wavelength_m)
-        found = search_candidates(radio, source_m, solver)
+        found = search_candidates(radio, source_m, solver, receivers_m=receivers_m)
         scene, images, ways = path_arrays(radio, found)
         scenes = [scene_arrays(channel.radio) for channel in group]
         bands.append(
@@ -182,7 +187,7 @@ def link_bands(
                     layer_permittivity=np.stack([scene.layer_permittivity for scene in scenes]),
                     layer_thickness=np.stack([scene.layer_thickness for scene in scenes]),
                 ),
-                images=images,
+                images=CellImages(scene, images),
                 ways=ways,
                 tag=antenna_channels([channel.tag for channel in group]),
                 response=response_arrays(tuple(channel.response for channel in group)),

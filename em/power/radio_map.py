@@ -12,6 +12,7 @@ from octant.em.medium.radio_scene import RadioScene
 from octant.em.power.backscatter import Answers, BackscatterLink, Link
 from octant.em.power.received_power import ReceivedPower, antenna_power
 from octant.em.search.candidates import Candidates
+from octant.em.search.ray_share import RayShare
 from octant.geometries._arrays import frozen_array
 
 FloatArray = npt.NDArray[np.float64]
@@ -25,6 +26,7 @@ class RadioMap:
     ----------
     x_m, y_m, z_m : (nx,), (ny,), () float64 — Coordinates of the grid, at one height [m].
     coherent_w, local_mean_w, path_count : (nx, ny, ...) — As in `ReceivedPower` [W].
+    rays : What share of the power is missing, where rays have found the paths; None: none is.
     """
 
     x_m: FloatArray
@@ -33,6 +35,7 @@ class RadioMap:
     coherent_w: FloatArray
     local_mean_w: FloatArray
     path_count: npt.NDArray[np.int64]
+    rays: RayShare | None = None
 
 
 def grid_axis_m(low_m: float, high_m: float, *, spacing_m: float) -> FloatArray:
@@ -55,7 +58,9 @@ def _map(x_m: npt.ArrayLike, y_m: npt.ArrayLike, z_m: float) -> tuple[FloatArray
     return x, y, np.column_stack((gx.ravel(), gy.ravel(), np.full(gx.size, z_m)))
 
 
-def _as_map(x: FloatArray, y: FloatArray, z_m: float, power: ReceivedPower) -> RadioMap:
+def _as_map(
+    x: FloatArray, y: FloatArray, z_m: float, power: ReceivedPower, rays: RayShare | None
+) -> RadioMap:
     shape = (len(x), len(y))
     return RadioMap(
         x_m=x,
@@ -64,6 +69,7 @@ def _as_map(x: FloatArray, y: FloatArray, z_m: float, power: ReceivedPower) -> R
         coherent_w=power.coherent_w.reshape(*shape, *power.coherent_w.shape[1:]),
         local_mean_w=power.local_mean_w.reshape(*shape, *power.local_mean_w.shape[1:]),
         path_count=power.path_count.reshape(shape),
+        rays=rays,
     )
 
 
@@ -101,7 +107,7 @@ def map_antenna(
         executor=executor,
         progress=progress,
     )
-    return _as_map(x, y, z_m, power)
+    return _as_map(x, y, z_m, power, candidates.images.rays)
 
 
 def map_reader(
@@ -123,7 +129,8 @@ def map_reader(
     x, y, places = _map(x_m, y_m, link.reader_z_m)
     poses = places.copy()
     poses[:, 2] = heading_rad
-    return _as_map(x, y, link.reader_z_m, link.power(poses, progress=progress))
+    power = link.power(poses, progress=progress)
+    return _as_map(x, y, link.reader_z_m, power, link.rays)
 
 
 def map_backscatter(
@@ -144,7 +151,7 @@ def map_backscatter(
     poses = places.copy()
     poses[:, 2] = heading_rad
     found = link.answers(poses, progress=progress)
-    power = _as_map(x, y, link.reader_z_m, found.rss)
+    power = _as_map(x, y, link.reader_z_m, found.rss, link.rays)
     shape = power.coherent_w.shape
     return power, Answers(
         rss=ReceivedPower(power.coherent_w, power.local_mean_w, power.path_count),

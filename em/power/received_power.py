@@ -17,6 +17,7 @@ from octant.em.paths.tracing import checked_receivers, path_arrays
 from octant.em.power import _power_kernels
 from octant.em.power.link_bands import LinkBand, check_clearance, link_bands, link_channels
 from octant.em.search.candidates import Candidates, SolverSettings
+from octant.em.search.ray_share import RayShare
 from octant.em.soundness import check_power
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import AntennaError
@@ -100,18 +101,29 @@ class ReaderLink:
         """Number of antennas."""
         return len(self.azimuths_rad)
 
+    @property
+    def rays(self) -> RayShare | None:
+        """What share of the power is missing, where rays have found the paths; None: none is."""
+        return self.bands[0].tree.rays
+
     def power(self, poses: npt.ArrayLike, *, progress: Progress | None = None) -> ReceivedPower:
         """Return (m, n) powers [W] of all antennas, and (m,) path counts of the first channel.
 
         Parameters
         ----------
         poses : (m, 3) float — x [m], y [m] and heading h [rad] of the robot, which carries antenna
-            i at room azimuth h - pi/2 + delta_i.
+            i at room azimuth h - pi/2 + delta_i. A place that stands several times in a row is
+            traced once where that holds for all.
         progress : Called after every block.
         """
         pose = frozen_array(poses, name="poses", shape=(None, 3))
-        power = self._power(pose[:, :2], pose[:, 2:], progress)
-        return ReceivedPower(power.coherent_w[:, 0], power.local_mean_w[:, 0], power.path_count)
+        turns = _turns_at_each_place(pose)
+        power = self._power(pose[::turns, :2], pose[:, 2].reshape(-1, turns), progress)
+        return ReceivedPower(
+            power.coherent_w.reshape(-1, self.antennas),
+            power.local_mean_w.reshape(-1, self.antennas),
+            np.repeat(power.path_count, turns),
+        )
 
     def power_by_heading(
         self,
@@ -161,6 +173,14 @@ class ReaderLink:
         return self.power_by_heading(places_m, headings_rad).coherent_w
 
 
+def _turns_at_each_place(poses: FloatArray) -> int:
+    """Return the greatest number of which every place stands a multiple in a row."""
+    if len(poses) == 1:
+        return 1
+    moves = np.flatnonzero((poses[1:, :2] != poses[:-1, :2]).any(axis=1)) + 1
+    return max(1, int(np.gcd.reduce(moves, initial=len(poses))))
+
+
 def reader_link(
     radio: RadioScene | Sequence[RadioScene],
     *,
@@ -170,6 +190,7 @@ def reader_link(
     response: ReaderResponse | Sequence[ReaderResponse],
     reader_height_m: float,
     solver: SolverSettings,
+    places_m: npt.ArrayLike | None = None,
 ) -> ReaderLink:
     """Return the link from a tag to a reader in a room, at one frequency or averaged over several.
 
@@ -182,6 +203,8 @@ def reader_link(
     tag_antenna, tag_power_w : Antenna in the room's frame at each frequency; power sent [W], > 0.
     reader_height_m : Height of the reader's ground plane above the floor [m].
     solver : How paths are searched; edges diffract where the radio scene has wedges too.
+    places_m : (m, 2) float, optional — The only x, y [m] that the robot will be at: among very many
+        facets, images that reach none of them are left out.
     """
     if not (math.isfinite(tag_power_w) and tag_power_w > 0.0):
         msg = f"tag_power_w = {tag_power_w} W is not a power; give a number above 0 W."
@@ -191,8 +214,12 @@ def reader_link(
     tag = frozen_array(tag_position_m, name="tag_position_m", shape=(3,))
     reader_z_m = first.radio.scene.floor_height_m + reader_height_m
     check_clearance(abs(float(tag[2]) - reader_z_m), tag, channels)
+    receivers = None
+    if places_m is not None:
+        places = frozen_array(places_m, name="places_m", shape=(None, 2))
+        receivers = np.column_stack((places, np.full(len(places), reader_z_m)))
     return ReaderLink(
-        bands=link_bands(channels, tag, solver),
+        bands=link_bands(channels, tag, solver, receivers_m=receivers),
         azimuths_rad=first.response.azimuths_rad,
         tag_position_m=tag,
         tag_power_w=tag_power_w,

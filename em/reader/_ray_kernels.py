@@ -4,7 +4,12 @@
 import numpy as np
 
 from octant.em.fields._field_kernels import fields_in_scene
-from octant.em.paths._tracing_kernels import next_paths, tracing_scratch, tracing_steps
+from octant.em.paths._tracing_kernels import (
+    next_paths,
+    traced_at_once,
+    tracing_end,
+    tracing_scratch,
+)
 from octant.geometries.kernels import kernel
 
 
@@ -15,20 +20,21 @@ def sum_magnetic_fields(scene, tree, edges, transmitter, places, begin, end, tot
     Each path also carries the dipole's induction field: 1 + 1 / (jkL) over its whole length L.
     """
     scratch = tracing_scratch(scene, tree, edges)
-    points, facets, orders = scratch[0][1], scratch[0][2], scratch[0][3]
+    points, facets, orders, receiver = scratch[0][1], scratch[0][2], scratch[0][3], scratch[4]
     field = np.empty((len(orders), 3), dtype=np.complex128)
     direction = np.empty((len(orders), 3))
-    step, images, everything = tracing_steps(scene, tree, edges)
+    step = traced_at_once(scene, end - begin)
     wavenumber = 2.0 * np.pi / scene.wavelength
-    for i in range(begin, end):
-        x, y, z = places[i, 0], places[i, 1], places[i, 2]
-        for a in range(3):
-            total[i, a] = 0.0
+    total[begin:end] = 0.0
+    for first in range(begin, end, step):
+        last = min(first + step, end)
+        everything = tracing_end(tree, edges, first, last)
         place = np.int64(0)  # typed: what takes it is not compiled for a literal 0 too
         while place < everything:
-            found, place = next_paths(scene, tree, edges, x, y, z, place, step, images, scratch)
+            found, place = next_paths(scene, tree, edges, places, first, last, place, scratch)
             fields_in_scene(scene, transmitter, found, points, facets, orders, field, direction)
             for p in range(found):
+                i = receiver[p]
                 length = 0.0
                 for leg in range(orders[p] + 1):
                     square = 0.0

@@ -13,7 +13,7 @@ import warnings
 import zipfile
 import zlib
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -24,7 +24,9 @@ import platformdirs
 
 from octant.em.antennas.embedded import ReaderResponse
 from octant.em.antennas.kinds import Antenna
+from octant.em.reader.feeding import Feeding
 from octant.em.reader.fullwave.band import NODES, solve_band
+from octant.em.reader.fullwave.conductor import Conductor
 from octant.em.reader.fullwave.far_field import FarField
 from octant.em.reader.fullwave.loads import LoadedReader, UnloadedReader, checked_loads
 from octant.em.reader.fullwave.mesh import (
@@ -33,14 +35,17 @@ from octant.em.reader.fullwave.mesh import (
     WIRE_RADIUS_M,
     reader_mesh,
 )
+from octant.em.reader.fullwave.ported import PortedMesh
 from octant.em.reader.fullwave.response import response_of, solved_reader
 from octant.em.reader.fullwave.result import FullwaveResult
+from octant.em.reader.fullwave.solve import solve_reader
+from octant.em.reader.hybrids import with_hybrids
 from octant.geometries.bodies import Body
 from octant.geometries.errors import CacheWarning, ConfigError
 from octant.geometries.files import whole_file
 from octant.geometries.reader_body import ReaderBody
 
-CACHE_FORMAT = 2
+CACHE_FORMAT = 3
 """Raised when the content of a file changes, so that old files are computed again [-]."""
 
 CACHE_VARIABLE = "OCTANT_CACHE_DIR"
@@ -82,6 +87,10 @@ def cached_responses(
     wire_radius_m: float = WIRE_RADIUS_M,
     feed_gap_m: float = FEED_GAP_M,
     surroundings: Sequence[Body] = (),
+    conductor: Conductor | None = None,
+    metal: PortedMesh | None = None,
+    hybrids: npt.NDArray[np.complex128] | None = None,
+    feeding: Feeding | None = None,
     folder: Path | None = None,
     keep: bool = True,
 ) -> tuple[ReaderSolution, ...]:
@@ -94,8 +103,12 @@ def cached_responses(
     body, antenna : Metal and places of the antennas; kind and length of one, a dipole or monopole.
     frequencies_hz : Where solutions are wanted [Hz]; of more than ``NODES`` different ones, so
         many are solved and the others interpolated, see `octant.em.reader.fullwave.band`.
-    gap_m, wire_radius_m, feed_gap_m, surroundings : Of the mesh, see `reader_mesh` [m].
+    gap_m, wire_radius_m, feed_gap_m, surroundings, conductor : Of the mesh, see `reader_mesh` [m].
     load_ohm : Impedance of source and load of every port [ohm].
+    metal : Mesh of a reader of any metal, solved in place of body and antennas, whose azimuths its
+        ports have; None: those are solved.
+    hybrids : (n, N) how hybrids share waves among its ports [-]; None: none are there.
+    feeding : What lies between the antennas and the receiver, with its own loads; None: nothing.
     cells_per_wavelength : Elements per wavelength [-].
     folder : Where solutions are kept; default: ``responses`` in `cache_folder`.
     keep : Whether solutions are read from and kept on disk.
@@ -110,8 +123,13 @@ def cached_responses(
     # An interpolated solution depends on the band that it was interpolated in.
     band = [wanted[0], wanted[-1], NODES] if len(wanted) > NODES else []
     numbers = {"band": band, "surroundings": [body_hash(b) for b in surroundings], **setup}
+    if conductor is not None:
+        numbers["conductor"] = asdict(conductor)
+    if metal is not None:
+        numbers = {"band": band, "metal": _mesh_hash(metal)}
     keys = {f: _key(body, antenna, f, numbers) for f in wanted}
     setup["surroundings"] = tuple(surroundings)
+    setup["conductor"] = conductor
     loads = checked_loads(load_ohm, body.antennas)
     place = _folder(folder) if keep else None
     found = {f: _read(place, keys[f]) for f in wanted}
@@ -119,18 +137,44 @@ def cached_responses(
     if band and missing:
         missing = wanted
     elements = {f: replace(antenna, frequency_hz=f) for f in wanted}
-    if band and missing:
+    if metal is not None:
+        solved = _solved_metal(metal, missing, whole=bool(band))
+    elif band and missing:
         solved = _solved_band(body, elements[wanted[-1]], wanted, setup)
     else:
         solved = (solved_reader(body, elements[f], **setup) for f in missing)
     for f, result in zip(missing, solved, strict=True):
         found[f] = result.unloaded
         _write(place, keys[f], result.unloaded)
-    loaded = {
-        f: LoadedReader(unloaded=u, load_ohm=loads) for f, u in found.items() if u is not None
+    if hybrids is not None:
+        found = {f: u and with_hybrids(u, hybrids) for f, u in found.items()}
+    done = {
+        f: loaded_solution(u, body, load_ohm=loads, feeding=feeding)
+        for f, u in found.items()
+        if u is not None
     }
-    done = {f: ReaderSolution(ports=p, response=response_of(p, body)) for f, p in loaded.items()}
     return tuple(done[float(f)] for f in frequencies_hz)
+
+
+def loaded_solution(
+    unloaded: UnloadedReader,
+    body: ReaderBody,
+    *,
+    load_ohm: npt.ArrayLike,
+    feeding: Feeding | None = None,
+) -> ReaderSolution:
+    """Return a solution with loads put on, and what lies behind the antennas.
+
+    Parameters
+    ----------
+    unloaded : The ports without loads.
+    body : Gives the antennas' azimuths.
+    load_ohm, feeding : As for `cached_responses` [ohm].
+    """
+    ports = LoadedReader(unloaded=unloaded, load_ohm=checked_loads(load_ohm, body.antennas))
+    if feeding is not None:
+        ports = feeding.on(ports)
+    return ReaderSolution(ports=ports, response=response_of(ports, body))
 
 
 def _folder(given: Path | None) -> Path | None:
@@ -158,6 +202,28 @@ def _solved_band(
         yield band.at(frequency_hz)
 
 
+def _solved_metal(
+    mesh: PortedMesh, frequencies_hz: Sequence[float], *, whole: bool
+) -> Iterator[FullwaveResult]:
+    """Yield solutions of any metal, each by itself or across a whole band."""
+    if whole and frequencies_hz:
+        band = solve_band(mesh, frequencies_hz, nodes=NODES)
+        yield from (band.at(frequency_hz) for frequency_hz in frequencies_hz)
+    else:
+        yield from (solve_reader(mesh, frequency_hz=f) for f in frequencies_hz)
+
+
+def _mesh_hash(mesh: PortedMesh) -> str:
+    """Return the SHA-256 of a mesh's triangles, ports, plane and conductor."""
+    digest = hashlib.sha256(mesh.vertices_m.tobytes() + mesh.faces.tobytes())
+    for port in mesh.ports:
+        digest.update(b"port" + port.tobytes())
+    digest.update(str(mesh.ground).encode())
+    if mesh.conductor is not None:
+        digest.update(str(mesh.conductor).encode() + mesh.wire_radius_m.tobytes())
+    return digest.hexdigest()
+
+
 def _key(
     body: ReaderBody,
     antenna: Antenna,
@@ -174,6 +240,7 @@ def _key(
             "plate_height_m": body.plate_height_m,
             "plate_height_axis_m": body.plate_height_axis_m,
             "plate_outer_radius_m": body.plate_outer_radius_m,
+            **({"plate_profile_m": body.plate_profile_m} if body.plate_profile_m else {}),
             "ground_plane_m": body.ground_plane_m,
             "ground_plane_shape": body.ground_plane_shape,
             "monopole_plane_m": body.monopole_plane_m,
@@ -233,6 +300,7 @@ def _read(folder: Path | None, key: str) -> UnloadedReader | None:
                 frequency_hz=float(data["frequency_hz"]),
                 shorted_v=FarField(values=data["shorted_v"]),
                 unknowns=int(data["unknowns"]),
+                half_space=bool(data["half_space"]),
                 doubts=tuple(data["doubts"].tolist()),
                 **{name: data[name] for name in _ARRAYS},
             )
@@ -251,6 +319,7 @@ def _write(folder: Path | None, key: str, solution: UnloadedReader) -> None:
                 frequency_hz=np.array(solution.frequency_hz),
                 shorted_v=solution.shorted_v.values,
                 unknowns=np.array(solution.unknowns),
+                half_space=np.array(solution.half_space),
                 doubts=np.array(solution.doubts, dtype=np.str_),
                 **{name: getattr(solution, name) for name in _ARRAYS},
             )

@@ -1,52 +1,26 @@
-"""How well antennas are matched, and what would match them: other loads, L-networks.
+"""How well antennas are matched, and what would match them: loads, coils, capacitors.
 
 Loads and networks are circuit theory on the admittances of the ports: nothing is solved again.
 """
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Literal
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from octant.em.reader.fullwave._circuit import embedded_voltages, scattering
-from octant.geometries._checks import positive_number
-from octant.geometries.errors import AntennaError
+from octant.em.reader.ladders import Ladder, l_networks, pi_networks
 
 FloatArray = npt.NDArray[np.float64]
 ComplexArray = npt.NDArray[np.complex128]
 
 MATCHED_DB = -10.0
 """Reflection up to which a port counts as matched [dB]: a tenth of the power."""
-E24 = (
-    10,
-    11,
-    12,
-    13,
-    15,
-    16,
-    18,
-    20,
-    22,
-    24,
-    27,
-    30,
-    33,
-    36,
-    39,
-    43,
-    47,
-    51,
-    56,
-    62,
-    68,
-    75,
-    82,
-    91,
-)
-"""Steps of a decade of the E24 series, IEC 60063 [-]."""
+PI_QUALITIES = tuple(np.geomspace(0.5, 8.0, 17).tolist())
+"""Of the Pi-networks that are tried [-]."""
+_BETTER_DB = 1e-6
 _LEAST_OHM, _MOST_OHM = 1.0, 1e4
 _LEAST_SHARE = 1e-3
 """Resistance over impedance [-] below which no coils and capacitors match: they have losses."""
@@ -100,157 +74,6 @@ def matched_band_hz(
     above = [i for i in range(len(f)) if f[i] > around_hz]
     below = [i for i in reversed(range(len(f))) if f[i] < around_hz]
     return end(below, float(f[0])), end(above, float(f[-1]))
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Part:
-    """A coil or a capacitor without losses.
-
-    Parameters
-    ----------
-    kind, value : ``L`` [H] or ``C`` [F].
-    """
-
-    kind: Literal["L", "C"]
-    value: float
-
-    @classmethod
-    def of_reactance(cls, reactance_ohm: float, frequency_hz: float) -> "Part":
-        """Return the part that has a reactance at a frequency.
-
-        Parameters
-        ----------
-        reactance_ohm, frequency_hz : Positive of a coil, negative of a capacitor [ohm]; [Hz].
-        """
-        omega = 2.0 * math.pi * frequency_hz
-        if reactance_ohm >= 0.0:
-            return cls(kind="L", value=reactance_ohm / omega)
-        return cls(kind="C", value=-1.0 / (omega * reactance_ohm))
-
-    def impedance_ohm(self, frequency_hz: npt.ArrayLike) -> ComplexArray:
-        """Return its impedance [ohm].
-
-        Parameters
-        ----------
-        frequency_hz : Frequency [Hz].
-        """
-        s = 2j * math.pi * np.asarray(frequency_hz, dtype=np.float64)
-        return np.asarray(s * self.value if self.kind == "L" else 1.0 / (s * self.value))
-
-    @property
-    def nearest_e24(self) -> "Part":
-        """The same with the nearest value of the E24 series, by ratio."""
-        decade = 10.0 ** math.floor(math.log10(self.value))
-        steps = [decade * step / 10.0 for step in (*E24, 100)]
-        near = min(steps, key=lambda step: abs(math.log(step / self.value)))
-        return Part(kind=self.kind, value=near)
-
-    def __str__(self) -> str:
-        scale, unit = (1e9, "nH") if self.kind == "L" else (1e12, "pF")
-        return f"{scale * self.value:.3g} {unit}"
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LNetwork:
-    """Two parts between a source and an antenna: one in series, one across.
-
-    Parameters
-    ----------
-    series, shunt : The parts.
-    shunt_at : Whether the part across lies at the ``antenna`` or at the ``source``.
-    """
-
-    series: Part
-    shunt: Part
-    shunt_at: Literal["antenna", "source"]
-
-    def seen_by_antenna_ohm(
-        self, frequency_hz: npt.ArrayLike, *, source_ohm: float
-    ) -> ComplexArray:
-        """Return the impedance at the antenna's end, the other ended by the source [ohm].
-
-        Parameters
-        ----------
-        frequency_hz, source_ohm : Frequency [Hz]; resistance of the source [ohm].
-        """
-        series = self.series.impedance_ohm(frequency_hz)
-        shunt = self.shunt.impedance_ohm(frequency_hz)
-        if self.shunt_at == "antenna":
-            return np.asarray(1.0 / (1.0 / (series + source_ohm) + 1.0 / shunt))
-        return np.asarray(series + 1.0 / (1.0 / shunt + 1.0 / source_ohm))
-
-    def seen_by_source_ohm(
-        self, frequency_hz: npt.ArrayLike, *, antenna_ohm: npt.ArrayLike
-    ) -> ComplexArray:
-        """Return the impedance at the source's end, the other ended by the antenna [ohm].
-
-        Parameters
-        ----------
-        frequency_hz, antenna_ohm : Frequency [Hz]; impedance of the antenna there [ohm].
-        """
-        z = np.asarray(antenna_ohm, dtype=np.complex128)
-        series = self.series.impedance_ohm(frequency_hz)
-        shunt = self.shunt.impedance_ohm(frequency_hz)
-        if self.shunt_at == "antenna":
-            return np.asarray(series + 1.0 / (1.0 / shunt + 1.0 / z))
-        return np.asarray(1.0 / (1.0 / shunt + 1.0 / (series + z)))
-
-    @property
-    def nearest_e24(self) -> "LNetwork":
-        """The same with the nearest values of the E24 series."""
-        return LNetwork(
-            series=self.series.nearest_e24, shunt=self.shunt.nearest_e24, shunt_at=self.shunt_at
-        )
-
-    def __str__(self) -> str:
-        side = "the antenna" if self.shunt_at == "antenna" else "the reader's side"
-        return f"{self.series} in series and {self.shunt} across {side}"
-
-
-def l_networks(
-    antenna_ohm: complex, *, source_ohm: float, frequency_hz: float
-) -> tuple[LNetwork, ...]:
-    """Return the L-networks, up to four, that match an antenna to a source at one frequency.
-
-    Parameters
-    ----------
-    antenna_ohm, source_ohm : Impedance of the antenna, its resistance above 0, and of the source,
-        real [ohm].
-    frequency_hz : Frequency [Hz].
-
-    Notes
-    -----
-    D. M. Pozar, Microwave Engineering, 4th ed. (2012), equations (5.3) and (5.6): the part across
-    at the antenna where R² + X² >= R_0 R, at the source where R <= R_0. A part of no reactance is
-    left to those networks that need none of it: they are not listed.
-    """
-    positive_number(source_ohm, name="source_ohm", unit="ohm")
-    positive_number(frequency_hz, name="frequency_hz", unit="Hz")
-    r, x, r0 = antenna_ohm.real, antenna_ohm.imag, source_ohm
-    if not r > 0.0 or not np.isfinite(antenna_ohm):
-        msg = f"antenna_ohm is {antenna_ohm:g} ohm, but its resistance must be above 0 ohm."
-        raise AntennaError(msg)
-    found: list[tuple[Literal["antenna", "source"], float, float]] = []
-    square = r * r + x * x
-    if square - r0 * r >= 0.0:
-        root = math.sqrt(r / r0) * math.sqrt(square - r0 * r)
-        for sign in (1.0, -1.0):
-            b = (x + sign * root) / square
-            if b != 0.0:
-                found.append(("antenna", 1.0 / b + x * r0 / r - r0 / (b * r), b))
-    if r <= r0:
-        for sign in (1.0, -1.0):
-            b = sign * math.sqrt((r0 - r) / r) / r0
-            found.append(("source", sign * math.sqrt(r * (r0 - r)) - x, b))
-    return tuple(
-        LNetwork(
-            series=Part.of_reactance(series, frequency_hz),
-            shunt=Part.of_reactance(-1.0 / b, frequency_hz),
-            shunt_at=place,
-        )
-        for place, series, b in found
-        if series != 0.0 and b != 0.0
-    )
 
 
 def port_reflection_db(admittance_s: ComplexArray, load_ohm: npt.ArrayLike) -> FloatArray:
@@ -319,14 +142,14 @@ def conjugate_match_ohm(admittance_s: ComplexArray) -> ComplexArray | None:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Match:
-    """L-networks, one at each port of a reader.
+    """Networks without losses, one at each port of a reader.
 
     Parameters
     ----------
     networks, source_ohm : Of the ports in order; resistance of source and load behind them [ohm].
     """
 
-    networks: tuple[LNetwork, ...]
+    networks: tuple[Ladder, ...]
     source_ohm: float
 
     def reflection_db(
@@ -345,18 +168,89 @@ class Match:
         return port_reflection_db(admittance_s, np.stack(ended, axis=-1))
 
     @property
-    def nearest_e24(self) -> "Match":
-        """The same with the nearest values of the E24 series."""
-        networks = tuple(network.nearest_e24 for network in self.networks)
-        return Match(networks=networks, source_ohm=self.source_ohm)
+    def different(self) -> tuple[Ladder, ...]:
+        """The networks that differ in what is written of them."""
+        return tuple({str(network): network for network in self.networks}.values())
+
+    def exchanged(self, old: Ladder, new: Ladder) -> "Match":
+        """Return the same with another network wherever one stands.
+
+        Parameters
+        ----------
+        old, new : Networks.
+        """
+        networks = tuple(new if str(one) == str(old) else one for one in self.networks)
+        return replace(self, networks=networks)
+
+    @property
+    def alike(self) -> "Match":
+        """The same kind of network at all ports, of the geometric means of their parts."""
+        parts = []
+        for each in zip(*(network.parts for network in self.networks), strict=True):
+            mean = math.exp(sum(math.log(part.value) for _, part in each) / len(each))
+            parts.append(replace(each[0][1], value=mean))
+        one = self.networks[0].of_parts(tuple(parts))
+        return replace(self, networks=(one,) * len(self.networks))
+
+    def bought(self, admittance_s: ComplexArray, frequencies_hz: npt.ArrayLike) -> "Match":
+        """Return networks of E24 values with the least of their greatest reflections over a band.
+
+        From the nearest values part by part to those beside them, as long as that is better.
+
+        Parameters
+        ----------
+        admittance_s, frequencies_hz : (f, n, n) admittances [S] at frequencies, (f,) [Hz].
+        """
+        best = replace(self, networks=tuple(network.nearest_e24 for network in self.networks))
+        worst_db = float(best.reflection_db(admittance_s, frequencies_hz).max())
+        better = True
+        while better:
+            better = False
+            for network, place, step in _steps(best):
+                parts = [part for _, part in network.parts]
+                parts[place] = parts[place].e24(step)
+                tried = best.exchanged(network, network.of_parts(tuple(parts)))
+                level_db = float(tried.reflection_db(admittance_s, frequencies_hz).max())
+                if level_db < worst_db - _BETTER_DB:
+                    best, worst_db, better = tried, level_db, True
+                    break
+        return best
+
+    def worst_db(
+        self, admittance_s: ComplexArray, frequencies_hz: npt.ArrayLike, *, tolerance: float
+    ) -> FloatArray:
+        """Return the greatest reflection of all ports with parts at the ends of tolerance [dB].
+
+        All antennas have the same errors: the reflection of one hardly knows the others' parts.
+
+        Parameters
+        ----------
+        admittance_s, frequencies_hz : (f, n, n) admittances [S] at frequencies, (f,) [Hz].
+        tolerance : Greatest relative error of a part [-].
+        """
+        each = zip(*(network.corners(tolerance) for network in self.networks), strict=True)
+        levels = [
+            replace(self, networks=corner).reflection_db(admittance_s, frequencies_hz).max(axis=1)
+            for corner in each
+        ]
+        return np.asarray(np.max(levels, axis=0))
+
+
+def _steps(match: Match) -> Iterator[tuple[Ladder, int, int]]:
+    """Yield each different network, the place of a part in it, and a step of its value."""
+    for network in match.different:
+        for place in range(len(network.parts)):
+            yield network, place, 1
+            yield network, place, -1
 
 
 def match_reader(
     admittance_s: ComplexArray, frequencies_hz: npt.ArrayLike, *, at_hz: float, source_ohm: float
 ) -> Match | None:
-    """Return the L-networks that match all ports at once at one frequency; None without any.
+    """Return networks that match all ports at once at one frequency; None without any.
 
-    Of the kinds of network that all ports can have, that with the least reflection over the band.
+    Of the kinds of L-network that all ports can have, that with the least reflection over the band;
+    where that is above `MATCHED_DB`, of Pi-networks too.
 
     Parameters
     ----------
@@ -367,16 +261,28 @@ def match_reader(
     seen = conjugate_match_ohm(admittance_s[int(np.abs(f - at_hz).argmin())])
     if seen is None:
         return None
-    by_kind: dict[tuple[str, str, str], list[LNetwork]] = {}
-    for impedance in seen:
-        for network in l_networks(complex(impedance), source_ohm=source_ohm, frequency_hz=at_hz):
-            kind = (network.shunt_at, network.series.kind, network.shunt.kind)
-            by_kind.setdefault(kind, []).append(network)
-    matches = [
-        Match(networks=tuple(networks), source_ohm=source_ohm)
-        for networks in by_kind.values()
-        if len(networks) == len(seen)
-    ]
-    return min(
-        matches, key=lambda match: float(match.reflection_db(admittance_s, f).max()), default=None
-    )
+
+    def worst_db(match: Match) -> float:
+        return float(match.reflection_db(admittance_s, f).max())
+
+    ends = {"source_ohm": source_ohm, "frequency_hz": at_hz}
+    matches = list(_alike([l_networks(complex(z), **ends) for z in seen], source_ohm))
+    best = min(matches, key=worst_db, default=None)
+    if best is not None and (len(f) == 1 or worst_db(best) <= MATCHED_DB):
+        return best
+    for quality in PI_QUALITIES:
+        found = [pi_networks(complex(z), quality=quality, **ends) for z in seen]
+        matches += _alike(found, source_ohm)
+    return min(matches, key=worst_db, default=None)
+
+
+def _alike(of_ports: Sequence[tuple[Ladder, ...]], source_ohm: float) -> Iterator[Match]:
+    """Yield a match for each kind of network that all ports can have."""
+    by_kind: dict[object, list[Ladder]] = {}
+    for networks in of_ports:
+        kinds = [network.kind for network in networks]
+        for i, network in enumerate(networks):
+            by_kind.setdefault((network.kind, kinds[:i].count(network.kind)), []).append(network)
+    for networks_of_kind in by_kind.values():
+        if len(networks_of_kind) == len(of_ports):
+            yield Match(networks=tuple(networks_of_kind), source_ohm=source_ohm)

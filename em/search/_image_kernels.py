@@ -57,6 +57,69 @@ def _widest(image, hits, begin, end, occluder_area, hulls, hull_start, weight, c
     return count
 
 
+@kernel
+def add_children(
+    n,
+    hits,
+    n_hits,
+    reached,
+    facet_plane,
+    hull_start,
+    hulls,
+    most_windows,
+    children,
+    windows,
+    corners,
+    counts,
+):
+    """Add the children of image ``n`` that reach its hits (facet, first corner, corners).
+
+    A facet that more than ``most_windows`` hits light counts whole; with 0 no window is kept.
+    Returns the arrays, larger where they have to be, and how many rows of each are used.
+    """
+    n_children, n_windows, n_corners = counts
+    keys, order = np.empty(n_hits), np.empty(n_hits, dtype=np.int64)
+    for h in range(n_hits):
+        keys[h] = hits[h, 0]
+    fill_order(keys, order)
+    plane_done = -1
+    h = 0
+    while h < n_hits:
+        hit = order[h]
+        facet = hits[hit, 0]
+        plane = facet_plane[facet]
+        times = 1
+        while h + times < n_hits and hits[order[h + times], 0] == facet:
+            times += 1
+        h += times
+        if plane != plane_done:
+            children = grown(children, n_children + 1)
+            children[n_children, 0] = n
+            children[n_children, 1] = plane
+            n_children += 1
+            plane_done = plane
+        if most_windows == 0:
+            continue
+        whole = times > most_windows
+        for w in range(1 if whole else times):
+            hit = order[h - times + w]
+            size = hits[hit, 2]
+            if whole:
+                size = hull_start[facet + 1] - hull_start[facet]
+            windows = grown(windows, n_windows + 1)
+            corners = grown(corners, n_corners + size)
+            windows[n_windows, 0] = n_children - 1
+            windows[n_windows, 1] = plane
+            windows[n_windows, 2] = size
+            if whole:
+                copy_rows(hulls, hull_start[facet], size, corners, n_corners)
+            else:
+                copy_rows(reached, hits[hit, 1], size, corners, n_corners)
+            n_windows += 1
+            n_corners += size
+    return children, windows, corners, (n_children, n_windows, n_corners)
+
+
 @kernel(nogil=True)
 def expand(
     images,
@@ -91,7 +154,7 @@ def expand(
     children = np.empty((64, 2), dtype=np.int64)
     windows = np.empty((64, 3), dtype=np.int64)
     corners = np.empty((256, 3))
-    n_children, n_windows, n_corners = 0, 0, 0
+    counts = np.int64(0), np.int64(0), np.int64(0)
     work = np.empty((MAX_CORNERS + 4, 3))
     clipped = np.empty((MAX_CORNERS + 4, 3))
     beam = np.empty((MAX_CORNERS + 4, 5))
@@ -188,40 +251,19 @@ def expand(
                         hits[seen, k] = hits[h, k]
                     seen += 1
             n_hits = seen
-        keys, order = np.empty(n_hits), np.empty(n_hits, dtype=np.int64)
-        for h in range(n_hits):
-            keys[h] = hits[h, 0]
-        fill_order(keys, order)
-        plane_done = -1
-        h = 0
-        while h < n_hits:
-            hit = order[h]
-            facet = hits[hit, 0]
-            plane = facet_plane[facet]
-            times = 1
-            while h + times < n_hits and hits[order[h + times], 0] == facet:
-                times += 1
-            h += times
-            if plane != plane_done:
-                children = grown(children, n_children + 1)
-                children[n_children, 0] = n
-                children[n_children, 1] = plane
-                n_children += 1
-                plane_done = plane
-            if not keep_windows:
-                continue
-            size = hits[hit, 2]
-            if times > 1:  # lit through several windows: the whole facet stands for their union
-                size = hull_start[facet + 1] - hull_start[facet]
-            windows = grown(windows, n_windows + 1)
-            corners = grown(corners, n_corners + size)
-            windows[n_windows, 0] = n_children - 1
-            windows[n_windows, 1] = plane
-            windows[n_windows, 2] = size
-            if times > 1:
-                copy_rows(hulls, hull_start[facet], size, corners, n_corners)
-            else:
-                copy_rows(reached, hits[hit, 1], size, corners, n_corners)
-            n_windows += 1
-            n_corners += size
+        children, windows, corners, counts = add_children(
+            n,
+            hits,
+            n_hits,
+            reached,
+            facet_plane,
+            hull_start,
+            hulls,
+            1 if keep_windows else 0,
+            children,
+            windows,
+            corners,
+            counts,
+        )
+    n_children, n_windows, n_corners = counts
     return children[:n_children].copy(), windows[:n_windows].copy(), corners[:n_corners].copy()

@@ -1,7 +1,9 @@
 """What a search may find: counted while it grows, and refused in words before memory runs out."""
 
-from collections.abc import Callable, Sized
+import math
+from collections.abc import Callable, Sequence, Sized
 from concurrent.futures import Executor
+from statistics import fmean, stdev
 from threading import Lock
 from typing import TypeVar
 
@@ -12,6 +14,9 @@ Part = TypeVar("Part", bound=tuple[Sized, ...])
 
 FREE_SHARE = 0.7
 """Share [-] of the free memory that a search may take."""
+
+SAMPLE, SAMPLED_SHARE = 64, 64
+"""Rows [-] looked at before a search starts, and how many times as many [-] it must have."""
 
 
 class Budget:
@@ -49,6 +54,26 @@ class Budget:
             )
             raise GeometryError(msg)
 
+    def foresee(self, counts: Sequence[int], rows: int) -> None:
+        """Refuse work of which a sample of rows says, beyond doubt, that it would not fit.
+
+        Its mean less three times its standard error is taken for all rows.
+
+        Parameters
+        ----------
+        counts : What single rows of the sample have found [-].
+        rows : Rows in all [-].
+        """
+        mean = fmean(counts)
+        least = rows * (mean - 3.0 * stdev(counts, mean) / math.sqrt(len(counts)))
+        if least > self._most:
+            msg = (
+                f"the search would reach about {rows * mean:.2g} {self._what}, "
+                f"{rows * mean * self._each_bytes / 1e9:.2g} GB; at most {self._most} fit "
+                f"({self._free_bytes / 1e9:.2g} GB are free): {self._advice}."
+            )
+            raise GeometryError(msg)
+
 
 def gather_blocks(
     work: Callable[[int, int], Part],
@@ -61,6 +86,9 @@ def gather_blocks(
 ) -> list[Part]:
     """Return what all blocks of a search find, in order, as long as it stays within its budget.
 
+    Where there are very many rows, some of them are looked at first: what cannot fit is refused
+    before it starts.
+
     Parameters
     ----------
     work : Returns arrays of what it finds for rows begin to end; the first array's rows count.
@@ -69,6 +97,9 @@ def gather_blocks(
     block_size, executor, progress : As in `octant.em.blocks.run_blocks`.
     """
     found: dict[int, Part] = {}
+    if count >= SAMPLED_SHARE * SAMPLE:
+        rows = [i * count // SAMPLE for i in range(SAMPLE)]
+        budget.foresee([len(work(row, row + 1)[0]) for row in rows], count)
 
     def one(begin: int, end: int) -> None:
         budget.add(0)

@@ -1,5 +1,6 @@
 """Candidates for paths from one source: images over walls and over edges, as a solver is set."""
 
+import warnings
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
@@ -12,8 +13,9 @@ from octant.em.medium.materials import Material
 from octant.em.medium.radio_scene import RadioScene, radio_scene
 from octant.em.search.edges import EdgeTree, search_edges
 from octant.em.search.images import ImageTree, search_images
+from octant.em.search.ray_share import wall_powers
 from octant.em.search.rays import DEFAULT_RAYS, ray_search
-from octant.geometries.errors import GeometryError
+from octant.geometries.errors import GeometryError, PhysicsWarning
 from octant.geometries.scene import Scene
 from octant.geometries.wedges import find_wedges
 
@@ -30,7 +32,9 @@ class SolverSettings:
         in sight of each other, as well.
     transmission : Whether sheets with a thickness let waves through.
     search : ``complete`` finds every path; ``rays`` are launched in meshes of very many triangles.
-    rays : Rays launched by ``rays``.
+    rays : Rays launched by ``rays`` at first.
+    ray_tolerance_db : By how much [dB] the mean power may be too low for paths that rays have not
+        found; more are launched until it is not. None: no more are.
     """
 
     max_reflections: int
@@ -39,6 +43,7 @@ class SolverSettings:
     transmission: bool = False
     search: Literal["complete", "rays"] = "complete"
     rays: int = DEFAULT_RAYS
+    ray_tolerance_db: float | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -83,6 +88,7 @@ def search_candidates(
     solver: SolverSettings,
     *,
     region_m: npt.ArrayLike | None = None,
+    receivers_m: npt.ArrayLike | None = None,
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> Candidates:
@@ -94,6 +100,7 @@ def search_candidates(
     source_m : (3,) float — Place of the source [m], off every facet.
     solver : Greatest order, kind of search, and whether the scene's wedges count.
     region_m : (2, 3) float, optional — Box [m] that all receivers lie in; for the complete search.
+    receivers_m : (m, 3) float, optional — All receivers [m] there will be, as in `search_images`.
     executor : Runs the blocks of work, sharing memory.
     progress : Called with (done, in all) as the search goes on.
     """
@@ -103,6 +110,7 @@ def search_candidates(
             source_m,
             solver.max_reflections,
             region_m=region_m,
+            receivers_m=receivers_m,
             opaque_facets=radio.opaque_facets,
             executor=executor,
             progress=progress,
@@ -113,10 +121,18 @@ def search_candidates(
             source_m,
             solver.max_reflections,
             rays=solver.rays,
+            tolerance_db=solver.ray_tolerance_db,
+            wall_powers=wall_powers(radio),
             opaque_facets=radio.opaque_facets,
             executor=executor,
             progress=progress,
         ).tree
+        if images.rays is not None and not images.rays.suffices:
+            msg = (
+                f"{images.rays.text()[:-1]}, and more rays are not launched: give a greater "
+                "solver.ray_tolerance_db, a lower max_reflections, or another search"
+            )
+            warnings.warn(msg, PhysicsWarning, stacklevel=2)
     else:
         msg = f"search = {solver.search!r} is unknown; it is 'complete' or 'rays'."
         raise GeometryError(msg)

@@ -1,11 +1,13 @@
 """The facets of a scene as the search for images sees them: hulls, sides, and who hides whom."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from octant.em.search import _beam_kernels
+from octant.em.search.once import once
 from octant.geometries import _bvh_kernels
 from octant.geometries._arrays import read_only
 from octant.geometries.closed_parts import inside_parts
@@ -35,6 +37,7 @@ class SearchFacets:
     order : (k,) int64 — Facets in the order of the hierarchy.
     margin_m : Distance [m] by which a target must lie behind a facet, and within its outline, to be
         hidden: more than facets deviate from their triangles.
+    unevenness_m : Greatest distance [m] of a triangle's corner from its facet's plane.
     """
 
     side: IntArray
@@ -45,12 +48,15 @@ class SearchFacets:
     links: IntArray
     order: IntArray
     margin_m: float
+    unevenness_m: float
 
 
 def search_facets(
     scene: Scene, source_m: FloatArray, region_m: FloatArray, opaque_facets: BoolArray
 ) -> SearchFacets:
     """Return the facets of a scene as the beams of one source meet them.
+
+    Sources for which facets reflect on the same sides share them: the same object.
 
     Parameters
     ----------
@@ -59,6 +65,23 @@ def search_facets(
     region_m : (2, 3) float64 — Box [m] that all receivers lie in.
     opaque_facets : (f,) bool — Facets that let nothing through.
     """
+    side = _sides(scene, source_m, region_m, opaque_facets)
+    key = ("facets", side.tobytes(), opaque_facets.tobytes())
+    return once(scene, key, lambda: _facets(scene, side, opaque_facets))
+
+
+class _Outlines(NamedTuple):
+    """Outlines of facets, whatever the source."""
+
+    hull_start: IntArray  # (f + 1,)
+    hulls: FloatArray  # (v, 3) [m]
+    low: FloatArray  # (f, 3) [m]: least corner of the box around a hull
+    high: FloatArray  # (f, 3) [m]: its greatest corner
+    filling_area: FloatArray  # (f,) [m^2] of facets that fill their hull; others 0
+    unevenness: float  # [m]
+
+
+def _outlines(scene: Scene) -> _Outlines:
     f = scene.facets
     fills = np.zeros(len(f.facet_plane), dtype=np.bool_)
     hull_start, uv = _beam_kernels.facet_hulls(*read_only((f.outline_start, f.outline_m)), fills)
@@ -66,8 +89,6 @@ def search_facets(
     plane = f.facet_plane[owner]
     origin = f.plane_normal[plane] * f.plane_offset_m[plane][:, None]
     hulls = origin + uv[:, :1] * f.plane_u[plane] + uv[:, 1:] * f.plane_v[plane]
-    side = _sides(scene, source_m, region_m, opaque_facets)
-    used = np.flatnonzero(side != NEVER)
     area = np.zeros(len(f.facet_plane))
     low, high = np.zeros((len(area), 3)), np.zeros((len(area), 3))
     if len(area):
@@ -76,16 +97,30 @@ def search_facets(
         area = 0.5 * np.add.reduceat(twice, f.outline_start[:-1])
         low = np.minimum.reduceat(hulls, hull_start[:-1], axis=0) - scene.tolerance_m
         high = np.maximum.reduceat(hulls, hull_start[:-1], axis=0) + scene.tolerance_m
-    order, boxes, links = _bvh_kernels.build(low[used], high[used])
+    return _Outlines(
+        hull_start=hull_start,
+        hulls=np.ascontiguousarray(hulls),
+        low=low,
+        high=high,
+        filling_area=np.where(fills, area, 0.0),
+        unevenness=_unevenness_m(scene),
+    )
+
+
+def _facets(scene: Scene, side: IntArray, opaque_facets: BoolArray) -> SearchFacets:
+    shape = once(scene, "outlines", lambda: _outlines(scene))
+    used = np.flatnonzero(side != NEVER)
+    order, boxes, links = _bvh_kernels.build(shape.low[used], shape.high[used])
     return SearchFacets(
         side=side,
-        occluder_area_m2=np.where(opaque_facets & fills, area, 0.0),
-        hull_start=hull_start,
-        hulls_m=np.ascontiguousarray(hulls),
+        occluder_area_m2=np.where(opaque_facets, shape.filling_area, 0.0),
+        hull_start=shape.hull_start,
+        hulls_m=shape.hulls,
         boxes=boxes,
         links=links,
         order=used[order],
-        margin_m=LENGTHS.hiding_per_extent * scene.extent_m + 2.0 * _unevenness_m(scene),
+        margin_m=LENGTHS.hiding_per_extent * scene.extent_m + 2.0 * shape.unevenness,
+        unevenness_m=shape.unevenness,
     )
 
 

@@ -27,7 +27,9 @@ from octant.em.blocks import Progress
 from octant.em.records import TreeArrays
 from octant.em.search import _image_kernels
 from octant.em.search.budget import Budget, gather_blocks
+from octant.em.search.dense import DenseBeams
 from octant.em.search.facets import SearchFacets, search_facets
+from octant.em.search.ray_share import RayShare
 from octant.geometries._arrays import frozen_array, read_only
 from octant.geometries._plane_geometry import weld
 from octant.geometries.errors import GeometryError
@@ -42,6 +44,9 @@ MAX_IMAGES = 20_000_000
 
 IMAGE_BYTES, WINDOW_BYTES = 260.0, 260.0
 """Memory [B] that an image takes while its order is found, and its window where one is kept."""
+
+DENSE_FACETS = 10_000
+"""Facets [-] of a scene beyond which beams are cut into cells to find what they see."""
 
 IMAGES_PER_BLOCK = 64
 """Images [-] whose beams one call of the kernel follows."""
@@ -63,6 +68,9 @@ class ImageTree:
         path, at another's point, and left: considered = pruned + merged + kept.
     region_m : (2, 3) float64 — Box [m] that receivers must lie in; infinite: anywhere.
     opaque_facets : (f,) bool — Facets that the search took to let nothing through.
+    receivers_m : (m, 3) float64 or None — Receivers [m] that the images of the greatest order were
+        searched for; None: for any in the region.
+    rays : What share of the power is missing, where rays have found the images; None: none is.
     """
 
     source_m: FloatArray
@@ -77,6 +85,8 @@ class ImageTree:
     kept: IntArray
     region_m: FloatArray
     opaque_facets: BoolArray
+    receivers_m: FloatArray | None = None
+    rays: RayShare | None = None
 
     @property
     def max_order(self) -> int:
@@ -90,6 +100,7 @@ class ImageTree:
             order=self.order,
             branch_start=self.branch_start,
             branches=np.column_stack((self.branch_plane, self.branch_parent)),
+            leaves=np.arange(len(self.image_m)),
             ways=int(self._ways().max()),
             max_order=self.max_order,
         )
@@ -149,13 +160,22 @@ class TreeBuilder:
         self.level_m, self._first = place_m[kept], first
         return image_of.reshape(-1).astype(np.int64)
 
-    def finish(self, *, region_m: FloatArray, opaque_facets: BoolArray) -> ImageTree:
+    def finish(
+        self,
+        *,
+        region_m: FloatArray,
+        opaque_facets: BoolArray,
+        receivers_m: FloatArray | None = None,
+        rays: RayShare | None = None,
+    ) -> ImageTree:
         """Return the tree.
 
         Parameters
         ----------
         region_m : (2, 3) float64 — Box [m] that receivers must lie in.
         opaque_facets : (f,) bool — Facets that were taken to let nothing through.
+        receivers_m : (m, 3) float64 — The only receivers [m] that it is for; None: any.
+        rays : What is missing where rays have found the images.
         """
         image = np.concatenate(self._images)
         order = np.repeat(np.arange(len(self._images)), [len(level) for level in self._images])
@@ -177,6 +197,8 @@ class TreeBuilder:
             kept=kept,
             region_m=region_m,
             opaque_facets=opaque_facets,
+            receivers_m=receivers_m,
+            rays=rays,
         )
 
 
@@ -186,6 +208,7 @@ def search_images(
     max_reflections: int,
     *,
     region_m: npt.ArrayLike | None = None,
+    receivers_m: npt.ArrayLike | None = None,
     opaque_facets: npt.ArrayLike | None = None,
     executor: Executor | None = None,
     progress: Progress | None = None,
@@ -203,6 +226,8 @@ def search_images(
     region_m : (2, 3) float — Box [m] of all receivers; None: the scene's bounds if the source is in
         a room, else everywhere. Smaller prunes more; a box from inside has 1, 6, 18 ... (4 n^2 +
         2).
+    receivers_m : (m, 3) float — All receivers [m] there will be. Where there are more than
+        `DENSE_FACETS` facets, images of the greatest order that reach none of them are left out.
     opaque_facets : (f,) bool — Facets that let nothing through [-]; None: all. Only they hide
         others, and only closed parts wholly of them reflect on one side alone.
     executor : Runs blocks of images, sharing memory; None: a thread per core. Same bits with any.
@@ -212,12 +237,23 @@ def search_images(
     region = _region(scene, source, region_m)
     opaque = opaque_mask(scene, opaque_facets)
     facets = search_facets(scene, source, region, opaque)
+    dense, receivers = None, None
+    if len(opaque) > DENSE_FACETS:
+        if receivers_m is not None:
+            receivers = frozen_array(receivers_m, name="receivers_m", shape=(None, 3))
+        dense = DenseBeams(scene, facets, opaque, receivers)
     search = _Search(
-        scene, facets, source=source, region=region, executor=executor, progress=progress
+        scene,
+        facets,
+        source=source,
+        region=region,
+        dense=dense,
+        executor=executor,
+        progress=progress,
     )
     for order in range(1, max_reflections + 1):
-        search.grow(order, keep_windows=order < max_reflections)
-    return search.tree.finish(region_m=region, opaque_facets=opaque)
+        search.grow(order, last=order == max_reflections)
+    return search.tree.finish(region_m=region, opaque_facets=opaque, receivers_m=receivers)
 
 
 def checked_source(scene: Scene, source_m: npt.ArrayLike, max_reflections: int) -> FloatArray:
@@ -278,6 +314,7 @@ class _Search:
         *,
         source: FloatArray,
         region: FloatArray,
+        dense: DenseBeams | None,
         executor: Executor | None,
         progress: Progress | None,
     ) -> None:
@@ -285,6 +322,7 @@ class _Search:
         self.planes, self.facets = scene.facets, facets
         self.slack = scene.tolerance_m
         self.tree = TreeBuilder(scene, source)
+        self.dense = dense
         self.windows = (
             np.zeros(2, np.int64),
             np.zeros(0, np.int64),
@@ -292,24 +330,22 @@ class _Search:
             np.zeros((0, 3)),
         )
 
-    def grow(self, order: int, *, keep_windows: bool) -> None:
+    def grow(self, order: int, *, last: bool) -> None:
         """Add the images of the next order."""
         considered = len(self.tree.level_m) * len(self.planes.plane_normal)
         budget = Budget(
             f"images of the source at order {order}",
             most=MAX_IMAGES,
-            each_bytes=IMAGE_BYTES + WINDOW_BYTES * keep_windows,
+            each_bytes=IMAGE_BYTES + WINDOW_BYTES * (not last),
             advice='lower max_reflections, or take search = "rays"',
         )
-        children, windows, corners = self._expand(budget, keep_windows=keep_windows)
+        children, windows, corners = self._expand(budget, last=last)
         image_of = self.tree.add_level(
             children, considered=considered, pruned=considered - len(children)
         )
         self.windows = _windows_by_image(windows, corners, image_of, len(self.tree.level_m))
 
-    def _expand(
-        self, budget: Budget, *, keep_windows: bool
-    ) -> tuple[IntArray, IntArray, FloatArray]:
+    def _expand(self, budget: Budget, *, last: bool) -> tuple[IntArray, IntArray, FloatArray]:
         """Return children, windows and corners of the level, found block by block."""
         p, f = self.planes, self.facets
         start, *windows = read_only(self.windows)
@@ -330,15 +366,13 @@ class _Search:
         )
 
         def work(begin: int, end: int) -> tuple[IntArray, IntArray, FloatArray]:
-            children, kept, corners = _image_kernels.expand(
-                images[begin:end],
-                start[begin : end + 1],
-                *windows,
-                *known,
-                self.slack,
-                f.margin_m,
-                keep_windows,
-            )
+            here = images[begin:end], start[begin : end + 1], *windows
+            if self.dense:
+                children, kept, corners = self.dense.expand(here, last=last)
+            else:
+                children, kept, corners = _image_kernels.expand(
+                    *here, *known, self.slack, f.margin_m, not last
+                )
             children[:, 0] += begin
             return children, kept, corners
 

@@ -20,9 +20,9 @@ from octant.navigation.navigators.arrival import arrival_threshold_w, rss_spread
 from octant.navigation.sensing.bearing import room_azimuth, vector_sum_bearing
 from octant.reader_design.experiments.missions.comparison import (
     ComparisonCell,
-    load_comparison,
     plan_comparison,
 )
+from octant.reader_design.experiments.missions.comparison_table import load_comparison
 from octant.reader_design.setting.samples import standing_room
 from octant.reader_design.setting.setting import Setting, build_setting, mission_table
 from octant.reader_design.showing.plan import MapPanel, draw_plan, draw_tags, map_figure, plan_of

@@ -78,3 +78,19 @@ def pose_in_goal_frame(pose: npt.ArrayLike, goal: npt.ArrayLike) -> FloatArray:
     cos, sin = np.cos(there[..., 2]), np.sin(there[..., 2])
     heading = wrap_angle(here[..., 2] - there[..., 2])
     return np.stack([cos * dx + sin * dy, cos * dy - sin * dx, heading], axis=-1)
+
+
+def pose_from_goal_frame(pose: npt.ArrayLike, goal: npt.ArrayLike) -> FloatArray:
+    """Return in the room a pose seen from a goal: x [m], y [m], heading in (-π, π] [rad].
+
+    Parameters
+    ----------
+    pose : (..., 3) array_like — x [m], y [m], heading [rad] in the goal frame.
+    goal : (..., 3) array_like — x [m], y [m], wanted heading [rad] of the goal in the room.
+    """
+    seen, there = np.asarray(pose, dtype=np.float64), np.asarray(goal, dtype=np.float64)
+    x, y = seen[..., 0], seen[..., 1]
+    cos, sin = np.cos(there[..., 2]), np.sin(there[..., 2])
+    heading = wrap_angle(seen[..., 2] + there[..., 2])
+    place = (there[..., 0] + cos * x - sin * y, there[..., 1] + sin * x + cos * y)
+    return np.stack([*place, heading], axis=-1)

@@ -75,6 +75,10 @@ class DockingDrive:
         self._phases: list[str] = []
         self._rows: list[FloatArray] = []
         self._seen: list[bool] = []
+        self._reckoned: list[FloatArray] = []
+        self._rss_w: list[FloatArray] = []
+        self._silence = np.full(0 if setting.reader is None else setting.reader.antennas, np.nan)
+        self.heard_w: FloatArray | None = None
         self.odometry = np.zeros(3)
         self.time_s = 0.0
         self.contacts = 0
@@ -221,6 +225,8 @@ class DockingDrive:
             slips=rows[:, 8:10],
             seen=np.array(self._seen),
             staged_m=self.staged_m,
+            odometry=np.array(self._reckoned),
+            rss_w=np.array(self._rss_w),
         )
 
     def _row(
@@ -239,6 +245,9 @@ class DockingDrive:
         estimated = nothing if polar is None else polar
         slipping = nothing[:2] if slips is None else slips
         self._rows.append(np.concatenate([self.pose, twist, estimated, slipping]))
+        self._reckoned.append(self.odometry)
+        self._rss_w.append(self._silence if self.heard_w is None else self.heard_w)
+        self.heard_w = None
 
 
 class CoarseDrive:
@@ -309,6 +318,7 @@ class CoarseDrive:
         rss_w = self._reader.read(
             self._drive.pose, self._task.tag_id, self._rng, motion=self._driven
         )
+        self._drive.heard_w = rss_w
         return float(turn_towards(vector_sum_bearing(rss_w, self._reader.azimuths_rad)))
 
     def _motion(self) -> Motion:

@@ -257,6 +257,9 @@ class DockingResult:
     slips : (n, 2) float64 — Estimated b [m/s], s [rad/s]; NaN in other phases.
     seen : (n,) bool — Whether the camera reported a landmark [-].
     staged_m : Distance from the tag's point to where the coarse stage first ended [m], or NaN.
+    odometry : (n, 3) float64 or None — Pose by the wheels since the start, in the axes of the start
+        [m], [rad]; None, as the next: the run was kept without it.
+    rss_w : (n, a) float64 or None — The reading on which the command rests [W]; NaN: none was made.
     """
 
     task: DockingTask
@@ -272,6 +275,8 @@ class DockingResult:
     slips: FloatArray
     seen: npt.NDArray[np.bool_]
     staged_m: float
+    odometry: FloatArray | None = None
+    rss_w: FloatArray | None = None
 
     def __post_init__(self) -> None:
         rows = len(self.phases)
@@ -282,13 +287,17 @@ class DockingResult:
             ("polar", (rows, 3), np.float64),
             ("slips", (rows, 2), np.float64),
             ("seen", (rows,), np.bool_),
+            ("odometry", (rows, 3), np.float64),
+            ("rss_w", (rows, None), np.float64),
         ):
+            if getattr(self, name) is None:
+                continue
             array = frozen_array(
                 getattr(self, name),
                 name=name,
                 shape=shape,
                 dtype=dtype,
-                finite=name not in ("polar", "slips"),
+                finite=name not in ("polar", "slips", "rss_w"),
                 error=NavigationError,
             )
             object.__setattr__(self, name, array)

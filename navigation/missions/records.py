@@ -11,6 +11,7 @@ from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import NavigationError, PhysicsWarning
 from octant.geometries.tolerances import LENGTHS
 from octant.navigation.navigators.arrival import ArrivalTest
+from octant.navigation.navigators.learned import Learned
 from octant.navigation.robot.floor import Contact, MotionStep
 from octant.navigation.robot.odometry import Rolling
 
@@ -149,6 +150,13 @@ class MissionResult:
     arrival_times_s, arrival_points_m : (k,), (k, 2) float64 — Of the arrivals [s], [m], or NaN.
     contacts : Periods in which the robot touched something.
     believed_points_m : (s, 2) float64 or None — Where the navigator believed the tag [m], or NaN.
+    commands : (s, 2) float64 or None — Commanded speed [m/s] and turn rate [rad/s] of the period
+        that begins then; None, as the next two: the run was kept without them.
+    reckoned : (s, 3) float64 or None — Pose by the wheels' encoders alone from the mission's start,
+        x, y [m], heading [rad].
+    believed_poses : (s, 3) float64 or None — Where the navigator believed the robot, x, y [m],
+        heading [rad]; NaN where it says nothing of it.
+    learned : What the navigator can use in its next mission; None: nothing, or it does not learn.
     """
 
     mission: Mission
@@ -163,6 +171,10 @@ class MissionResult:
     arrival_points_m: npt.NDArray[np.float64]
     contacts: int = 0
     believed_points_m: npt.NDArray[np.float64] | None = None
+    commands: npt.NDArray[np.float64] | None = None
+    reckoned: npt.NDArray[np.float64] | None = None
+    believed_poses: npt.NDArray[np.float64] | None = None
+    learned: Learned | None = None
 
     def __post_init__(self) -> None:
         rows, tags = len(self.modes), len(self.mission.tag_ids)
@@ -176,7 +188,12 @@ class MissionResult:
             ("arrival_times_s", (tags,), np.float64),
             ("arrival_points_m", (tags, 2), np.float64),
             ("believed_points_m", (rows, 2), np.float64),
+            ("commands", (rows, 2), np.float64),
+            ("reckoned", (rows, 3), np.float64),
+            ("believed_poses", (rows, 3), np.float64),
         ):
+            if getattr(self, name) is None:
+                continue
             array = frozen_array(
                 getattr(self, name),
                 name=name,

@@ -14,9 +14,11 @@ from octant.navigation.missions.batches import Mapper, run_seeded
 from octant.navigation.missions.records import Mission, MissionOutcome, MissionResult
 from octant.navigation.missions.starts import Carried, Starts
 from octant.navigation.navigators.interface import STILL, Decision, Navigator, Odometry
+from octant.navigation.navigators.learned import Learned
+from octant.navigation.navigators.map_navigator import MapNavigator
 from octant.navigation.robot.drive import DifferentialDrive
 from octant.navigation.robot.floor import Blocked, Floor, check_start
-from octant.navigation.robot.motion import AT_REST, Motion
+from octant.navigation.robot.motion import AT_REST, Motion, move
 from octant.navigation.robot.odometry import RollingWheels, wheel_travel
 from octant.navigation.sensing.sensor import RssSensor, unknown_tag
 
@@ -56,7 +58,7 @@ def run_mission(
     floor = Floor(robot=robot, step=mission.motion, contact=mission.contact, blocked=blocked)
     heading_rad = float(wrap_angle(mission.heading_rad))
     pose = np.array([*mission.start_m, heading_rad])
-    log = _Log(mission)
+    log = _Log(mission, robot)
     target, silent, touched = 0, 0, 0
     memory, odometry = navigator.begin(0, None, heading_rad=heading_rad), STILL
     driven = AT_REST
@@ -71,7 +73,10 @@ def run_mission(
             log.arrive(k, pose, target)
             if target + 1 == len(mission.tag_ids):
                 log.row(k, pose, decision, target, rss_w)
-                return log.result("completed", "all tags were declared reached")
+                return log.result(
+                    "completed", "all tags were declared reached",
+                    _learned(navigator, decision.memory),
+                )  # fmt: skip
             target, silent, touched = target + 1, 0, 0
             rss_w, told_w = _read(sensor, navigator, (pose, AT_REST), mission.tag_ids[target], rng)
             memory = navigator.begin(target, decision.memory, heading_rad=heading_rad)
@@ -81,17 +86,12 @@ def run_mission(
         ended = _ended(mission, target, silent=silent, touched=touched, out_of_time=k == last)
         if ended is not None:
             log.row(k, pose, replace(decision, mode="stopped"), target, rss_w)
-            return log.result(*ended)
+            return log.result(*ended, _learned(navigator, decision.memory))
         log.row(k, pose, decision, target, rss_w)
         rotations = period_s * wheels.turn(decision.rates, period_s=period_s)
         rates = wheels.roll(rotations, period_s=period_s) / period_s
         pose, contact = floor.roll(pose, rates, period_s=period_s)
         log.contacts += contact
-        if outside is not None and bool(outside(pose[None, :2])[0]):
-            stopped = replace(decision, mode="stopped", place_m=None)
-            log.row(k + 1, pose, stopped, target, np.zeros(sensor.antennas))
-            way = f"on its way to tag {mission.tag_ids[target]}"
-            return log.result("left the room", f"the robot left the room {way}")
         speed_m_per_s, turn_rate_rad_per_s = robot.twist(rates)
         driven = AT_REST
         if not contact:
@@ -100,6 +100,12 @@ def run_mission(
             )
         distance_m, turn_rad = wheel_travel(wheels.count(rotations), robot)
         odometry = Odometry(distance_m=float(distance_m), turn_rad=float(turn_rad), contact=contact)
+        log.rolled(odometry)
+        if outside is not None and bool(outside(pose[None, :2])[0]):
+            stopped = replace(decision, mode="stopped", place_m=None, pose=None)
+            log.row(k + 1, pose, stopped, target, np.zeros(sensor.antennas))
+            way = f"on its way to tag {mission.tag_ids[target]}"
+            return log.result("left the room", f"the robot left the room {way}", None)
         memory = decision.memory
     raise AssertionError  # the last turn always ends the run
 
@@ -131,6 +137,12 @@ def _read(
         return rss_w, rss_w
     told_w = np.array([sensor.read(pose, one, rng, motion=motion) for one in hears])
     return told_w[hears.index(tag_id)], told_w
+
+
+def _learned(navigator: Navigator[Any], memory: object) -> Learned | None:
+    """Return what a navigator that learns, with a method ``learned``, makes of its memory."""
+    learns: Callable[[object], Learned | None] | None = getattr(navigator, "learned", None)
+    return None if learns is None else learns(memory)
 
 
 def _check_run(mission: Mission, sensor: RssSensor, robot: DifferentialDrive) -> None:
@@ -165,8 +177,12 @@ def _ended(
 class _Log:
     """Collects the rows of one run."""
 
-    def __init__(self, mission: Mission) -> None:
-        self._mission = mission
+    def __init__(self, mission: Mission, robot: DifferentialDrive) -> None:
+        self._mission, self._robot = mission, robot
+        self._reckoned_now = np.array([*mission.start_m, float(wrap_angle(mission.heading_rad))])
+        self._commands: list[npt.NDArray[np.float64]] = []
+        self._reckoned: list[npt.NDArray[np.float64]] = []
+        self._believed_poses: list[npt.NDArray[np.float64]] = []
         self._rows: list[tuple[float, npt.NDArray[np.float64], str, int]] = []
         self._rss_w: list[npt.NDArray[np.float64]] = []
         self._believed_m: list[npt.NDArray[np.float64]] = []
@@ -188,12 +204,26 @@ class _Log:
         place_m = np.full(2, np.nan) if decision.place_m is None else decision.place_m
         c, s = np.cos(pose[2]), np.sin(pose[2])
         self._believed_m.append(pose[:2] + np.array([[c, -s], [s, c]]) @ place_m)
+        moving = np.zeros(2) if decision.mode == "stopped" else self._robot.twist(decision.rates)
+        self._commands.append(np.asarray(moving, dtype=np.float64))
+        self._reckoned.append(self._reckoned_now)
+        self._believed_poses.append(np.full(3, np.nan) if decision.pose is None else decision.pose)
+
+    def rolled(self, odometry: Odometry) -> None:
+        self._reckoned_now = move(
+            self._reckoned_now,
+            distance_m=odometry.distance_m,
+            turn_rad=odometry.turn_rad,
+            method="euler" if self._mission.motion == "euler" else "exact",
+        )
 
     def arrive(self, k: int, pose: npt.NDArray[np.float64], target: int) -> None:
         self._arrival_times_s[target] = k * self._mission.sample_time_s
         self._arrival_points_m[target] = pose[:2]
 
-    def result(self, outcome: MissionOutcome, reason: str) -> MissionResult:
+    def result(
+        self, outcome: MissionOutcome, reason: str, learned: Learned | None
+    ) -> MissionResult:
         times_s, poses, modes, targets = zip(*self._rows, strict=True)
         return MissionResult(
             mission=self._mission,
@@ -208,6 +238,10 @@ class _Log:
             arrival_points_m=self._arrival_points_m,
             contacts=self.contacts,
             believed_points_m=np.array(self._believed_m),
+            commands=np.array(self._commands),
+            reckoned=np.array(self._reckoned),
+            believed_poses=np.array(self._believed_poses),
+            learned=learned,
         )
 
 
@@ -264,6 +298,8 @@ class MissionJob:
     ----------
     mission, sensor, navigator, robot, blocked, outside, starts : As for `run_missions`.
     carried : As for `run_mission`.
+    earlier : How many missions a `MapNavigator` has driven before in the same world, each of which
+        taught the next one; the last of all is the run.
     """
 
     mission: Mission
@@ -274,6 +310,7 @@ class MissionJob:
     outside: Blocked | None = None
     starts: Starts | None = None
     carried: Carried | None = None
+    earlier: int = 0
 
     def __call__(self, seed: np.random.SeedSequence) -> MissionResult:
         """Return the run of a seed, from which its start and all its noise come."""
@@ -281,12 +318,22 @@ class MissionJob:
         if self.starts is not None:
             x, y, heading = self.starts.start(seed)
             mission = replace(mission, start_m=np.array([x, y]), heading_rad=float(heading))
+        navigator = self.navigator
+        for child in seed.spawn(self.earlier):
+            learned = self._run(mission, navigator, np.random.default_rng(child)).learned
+            if learned is not None and isinstance(navigator, MapNavigator):
+                navigator = navigator.taught(learned)
+        return self._run(mission, navigator, np.random.default_rng(seed))
+
+    def _run(
+        self, mission: Mission, navigator: Navigator[Any], rng: np.random.Generator
+    ) -> MissionResult:
         return run_mission(
             mission,
             self.sensor,
-            self.navigator,
+            navigator,
             self.robot,
-            np.random.default_rng(seed),
+            rng,
             blocked=self.blocked,
             outside=self.outside,
             carried=self.carried,

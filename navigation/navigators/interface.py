@@ -59,6 +59,8 @@ class Decision(Generic[Memory]):
     reached : The tag is declared reached; the rates are zero then.
     mode : {"rotation", "navigation", "search", "evade", "stopped"} — What it does in that period.
     place_m : (2,) float64 or None — Where it believes the tag, ahead and to the left [m].
+    pose : (3,) float64 or None — Where it believes itself in the room, x, y [m], heading [rad];
+        None: it counts its wheels and no more.
     """
 
     rates: FloatArray
@@ -66,12 +68,13 @@ class Decision(Generic[Memory]):
     reached: bool
     mode: Mode
     place_m: FloatArray | None = None
+    pose: FloatArray | None = None
 
     def __post_init__(self) -> None:
-        for name in ("rates", "place_m"):
+        for name, size in (("rates", 2), ("place_m", 2), ("pose", 3)):
             value = getattr(self, name)
             if value is not None:
-                array = frozen_array(value, name=name, shape=(2,), error=NavigationError)
+                array = frozen_array(value, name=name, shape=(size,), error=NavigationError)
                 object.__setattr__(self, name, array)
 
 

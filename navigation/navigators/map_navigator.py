@@ -13,7 +13,9 @@ from octant.geometries.errors import NavigationError
 from octant.navigation.angles import wrap_angle
 from octant.navigation.checks import check_positive
 from octant.navigation.navigators.interface import Decision, Mode, Odometry
-from octant.navigation.navigators.pose_particles import PoseBelief, PoseEstimate, PoseFilter
+from octant.navigation.navigators.learned import Learned
+from octant.navigation.navigators.pose_belief import PoseBelief, PoseEstimate
+from octant.navigation.navigators.pose_particles import PoseFilter
 from octant.navigation.navigators.ways import FloorPlan
 from octant.navigation.robot.drive import DifferentialDrive
 from octant.navigation.robot.motion import Integration, move
@@ -23,7 +25,8 @@ FloatArray = npt.NDArray[np.float64]
 SURE_SDS = 2.45
 """Radius [-] of the circle that holds 95 % of a round normal distribution, by its deviation."""
 
-_ON_SPOT_RAD = 0.5
+_ON_SPOT_RAD, _ON_SPOT_TIGHT_RAD = 0.5, 0.15
+_MARGIN_M = (0.1, 0.3)
 _TURN_SHARE = 0.8
 _THERE_M = 0.02
 _LEAST_SHARE = 0.9
@@ -69,25 +72,36 @@ class Follower:
             )
             raise NavigationError(msg)
 
-    def left_m(self, pose: FloatArray, target: int) -> float:
-        """Return the distance to the tag's point, or to the free place nearest to it [m].
+    def end_m(self, target: int, offset_m: FloatArray) -> FloatArray:
+        """Return the tag's point, or the free place nearest to where it was surveyed, (2,) [m].
 
         Parameters
         ----------
-        pose : (3,) float64 — x, y [m], heading [rad].
         target : Which tag.
+        offset_m : (2,) float64 — How far from its surveyed point it is believed [m].
         """
-        return math.dist(pose[:2], self.plan.ends_m[target])
+        surveyed: FloatArray = self.plan.ends_m[target]
+        found = surveyed + offset_m
+        return found if self.plan.sees(surveyed, found) else surveyed
 
-    def step(self, pose: FloatArray, target: int) -> tuple[float, float, Mode]:
+    def step(
+        self, pose: FloatArray, target: int, end_m: FloatArray, *, spread_m: float = 0.0
+    ) -> tuple[float, float, Mode]:
         """Return way [m] and turn [rad] of the coming period, and what it is.
 
         Parameters
         ----------
         pose : (3,) float64 — x, y [m], heading [rad].
         target : Which tag.
+        end_m : (2,) float64 — Where its leg ends, from `end_m` [m].
+        spread_m : Deviation of the pose along the least known direction [m]: as far as there is
+            room the way keeps the circle of 95 % free, and 10 cm at least.
         """
-        point = self.plan.towards(pose[:2], target)
+        least, most = _MARGIN_M
+        margin = min(max(SURE_SDS * spread_m, least), most)
+        point = self.plan.towards(pose[:2], target, margin_m=margin)
+        if math.dist(point, self.plan.ends_m[target]) == 0.0 and self.plan.sees(pose[:2], end_m):
+            point = end_m
         return self.to_point(pose, point)
 
     def to_point(self, pose: FloatArray, point_m: FloatArray) -> tuple[float, float, Mode]:
@@ -108,7 +122,8 @@ class Follower:
             if abs(back) <= _ON_SPOT_RAD:
                 return -distance, back, "navigation"
         behind = self.robot.encircles(ahead, left)
-        if abs(error) > _ON_SPOT_RAD or behind:
+        tight = self.plan.clearance_m(pose[:2]) < _MARGIN_M[0]
+        if abs(error) > (_ON_SPOT_TIGHT_RAD if tight else _ON_SPOT_RAD) or behind:
             speed = self.cruise_step_m / self.period_s
             limit = self.robot.turning_limit_rad_per_s(speed) * self.period_s
             way, turn = self.robot.turning(min(max(error, -limit), limit), reverse=behind)
@@ -176,16 +191,18 @@ class MapMemory:
 class MapNavigator:
     """A navigator that weighs poses by the RSS of all tags, and drives round what stands about.
 
-    A tag is reached when the estimated pose is within 2 cm of its point, nearly all particles agree
-    on it, readings do not contradict it, and the 95 % circle of the estimate, the survey's error of
-    the tag included, lies within the arrival radius. The particles' spread already contains what
-    the map is known not to know, since that is part of their likelihood. There but not sure, the
-    robot drives aside and back: readings from new places decide. Where the pose is open it drives
-    on from the likeliest one, and where it touches something it backs off.
+    A tag is reached when the estimated pose is within 2 cm of its point, as far as it is known by
+    now where it hangs, nearly all particles agree on it, readings do not contradict it, and the 95
+    % circle of the estimate, the survey's error of the tag included, lies within the arrival
+    radius. The particles' spread already contains what the map is known not to know, since that is
+    part of their likelihood. There but not sure, the robot drives aside and back: readings from new
+    places decide. Where the pose is open it drives on from the likeliest one, and where it touches
+    something it backs off.
 
     Parameters
     ----------
     hears : Ids of all tags that are read at every place, in the order of the filter's maps.
+    targets : For each tag of the mission its number among those.
     filter : Of the pose.
     follower : Ways to the tags.
     start_pose : (3,) float64 or None — x, y [m], heading [rad] at the mission's start; None: it may
@@ -195,6 +212,7 @@ class MapNavigator:
     """
 
     hears: tuple[str, ...]
+    targets: tuple[int, ...]
     filter: PoseFilter
     follower: Follower
     start_pose: FloatArray | None
@@ -236,12 +254,18 @@ class MapNavigator:
         estimate = self.filter.estimate(belief)
         memory = replace(memory, belief=belief)
         pose, target = estimate.pose, memory.target
-        place_m = _seen_from(pose, self.follower.plan.goals_m[target])
-        lost = self.filter.lost(belief)
-        if self.follower.left_m(pose, target) <= _THERE_M:
+        offset_m = self.filter.offsets_m(belief)[self.targets[target], :2]
+        place_m = _seen_from(pose, self.follower.plan.goals_m[target] + offset_m)
+        lost, end_m = self.filter.lost(belief), self.follower.end_m(target, offset_m)
+        if math.dist(pose[:2], end_m) <= _THERE_M:
             if self._sure(estimate, lost=lost):
                 return Decision(
-                    rates=np.zeros(2), memory=memory, reached=True, mode="stopped", place_m=place_m
+                    rates=np.zeros(2),
+                    memory=memory,
+                    reached=True,
+                    mode="stopped",
+                    place_m=place_m,
+                    pose=pose,
                 )
             if not memory.plan and memory.aside_m is None:
                 memory = replace(
@@ -264,14 +288,35 @@ class MapNavigator:
                 memory = replace(memory, aside_m=None)
             memory = replace(memory, aside_left=memory.aside_left - 1)
         else:
-            way, turn, mode = self.follower.step(pose, target)
+            way, turn, mode = self.follower.step(pose, target, end_m, spread_m=estimate.spread_m)
         return Decision(
             rates=self.follower.rates(way, turn),
             memory=memory,
             reached=False,
             mode="search" if lost and mode == "navigation" else mode,
             place_m=place_m,
+            pose=pose,
         )
+
+    def learned(self, memory: MapMemory) -> Learned | None:
+        """Return what the next mission can use; None: nothing that is sure.
+
+        Parameters
+        ----------
+        memory : At the end of a mission.
+        """
+        if memory.belief is None:
+            return None
+        return self.filter.learned(memory.belief, self.hears)
+
+    def taught(self, known: Learned) -> "MapNavigator":
+        """Return the navigator with what earlier missions have found.
+
+        Parameters
+        ----------
+        known : Of the tags that it hears, in that order [m], [dB].
+        """
+        return replace(self, filter=self.filter.taught(known))
 
     def protection_m(self, estimate: PoseEstimate) -> float:
         """Return the radius around the tag's point that holds the robot with 95 % [m].
@@ -366,9 +411,15 @@ class CountingNavigator:
         )
         memory = replace(memory, pose=pose)
         place_m = _seen_from(pose, self.follower.plan.goals_m[memory.target])
-        if self.follower.left_m(pose, memory.target) <= _THERE_M:
+        end_m = self.follower.plan.ends_m[memory.target]
+        if math.dist(pose[:2], end_m) <= _THERE_M:
             return Decision(
-                rates=np.zeros(2), memory=memory, reached=True, mode="stopped", place_m=place_m
+                rates=np.zeros(2),
+                memory=memory,
+                reached=True,
+                mode="stopped",
+                place_m=place_m,
+                pose=pose,
             )
         if odometry.contact and not memory.plan:
             memory = replace(memory, plan=backing_off(self.follower, rng))
@@ -377,11 +428,12 @@ class CountingNavigator:
             memory = replace(memory, plan=tuple(later))
             mode: Mode = "evade"
         else:
-            way, turn, mode = self.follower.step(pose, memory.target)
+            way, turn, mode = self.follower.step(pose, memory.target, end_m)
         return Decision(
             rates=self.follower.rates(way, turn),
             memory=memory,
             reached=False,
             mode=mode,
             place_m=place_m,
+            pose=pose,
         )

@@ -1,7 +1,7 @@
 """Ways on a floor plan: from anywhere on the free floor to given goals, round what stands there."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
@@ -22,7 +22,10 @@ _SIGHT_M = 1.5
 _POINTS = 2000
 _STEP_M = 0.02
 _SIGHT_STEP_M = 0.03
-_NEAR_WALL = 1.0
+_NEAR_WALL = 3.0
+_WIDENING = 0.3
+_MARGINS = (1.0, 0.5)
+_EDGE_SHARES = np.linspace(0.0, 1.0, 5)
 _NEIGHBOURS = tuple(
     (i, j) for i in (-2, -1, 0, 1, 2) for j in (-2, -1, 0, 1, 2) if math.gcd(abs(i), abs(j)) == 1
 )
@@ -42,20 +45,34 @@ class OccupancyGrid:
     low_m: FloatArray
     step_m: float
     taken: npt.NDArray[np.bool_]
+    _clear_m: FloatArray = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
+        from scipy.ndimage import distance_transform_edt
+
         low = frozen_array(self.low_m, name="low_m", shape=(2,), error=NavigationError)
         object.__setattr__(self, "low_m", low)
         taken = frozen_array(self.taken, name="taken", shape=(None, None), dtype=np.bool_)
         object.__setattr__(self, "taken", taken)
+        squares = np.asarray(distance_transform_edt(np.pad(~taken, 1)))[1:-1, 1:-1]
+        object.__setattr__(self, "_clear_m", self.step_m * np.maximum(squares - 0.5, 0.0))
 
     def __call__(self, points_m: FloatArray) -> npt.NDArray[np.bool_]:
         """Return at which points (m, 2) [m] the robot's centre cannot be, (m,)."""
+        return np.asarray(self.clearance_m(points_m) == 0.0)
+
+    def clearance_m(self, points_m: FloatArray) -> FloatArray:
+        """Return how far the robot may be off points (m, 2) and still stand, to a square, (m,) [m].
+
+        Parameters
+        ----------
+        points_m : Places of its centre [m].
+        """
         i, j = np.rint((np.asarray(points_m) - self.low_m) / self.step_m).astype(np.int64).T
         nx, ny = self.taken.shape
         inside = (i >= 0) & (i < nx) & (j >= 0) & (j < ny)
-        found: npt.NDArray[np.bool_] = np.ones(len(i), dtype=np.bool_)
-        found[inside] = self.taken[i[inside], j[inside]]
+        found = np.zeros(len(i))
+        found[inside] = self._clear_m[i[inside], j[inside]]
         return found
 
 
@@ -101,7 +118,7 @@ class FloorPlan:
     ends_m: FloatArray
     to_go_m: FloatArray
     following: npt.NDArray[np.int64]
-    blocked: Blocked | None
+    blocked: OccupancyGrid | None
 
     def __post_init__(self) -> None:
         nx, ny, goals = len(self.x_m), len(self.y_m), len(self.goals_m)
@@ -124,30 +141,49 @@ class FloorPlan:
             )
             object.__setattr__(self, name, array)
 
-    def towards(self, place_m: FloatArray, goal: int) -> FloatArray:
+    def towards(self, place_m: FloatArray, goal: int, *, margin_m: float = 0.0) -> FloatArray:
         """Return a point in free sight on the least way from a place to a goal, (2,) [m].
 
-        Of a place that is not on free floor, from the nearest one that is.
+        Of a place that is not on free floor, from the nearest one that is. Where nothing is to be
+        seen that keeps the margin, half of it has to do, or the next point of the way.
 
         Parameters
         ----------
         place_m : (2,) float64 — Where the robot is [m].
         goal : Which goal.
+        margin_m : By how much the robot may miss the straight way [m].
         """
         end: FloatArray = self.ends_m[goal]
-        if self.sees(place_m, end):
-            return end
-        to_go = self.to_go_m[goal]
-        i, j = self._nearest(place_m, np.isfinite(to_go))
-        found = np.array([self.x_m[i], self.y_m[j]])
+        first = self._nearest(place_m, np.isfinite(self.to_go_m[goal]))
+        for share in _MARGINS:
+            margin = share * margin_m
+            if self.sees(place_m, end, margin_m=margin):
+                return end
+            seen = self._farthest(place_m, goal, first, margin)
+            if seen is not None and math.dist(seen, place_m) > _STEP_M:
+                return seen
+        found = np.array([self.x_m[first[0]], self.y_m[first[1]]])
+        number = int(self.following[goal, *first])
+        if number < 0:
+            return found
+        i, j = divmod(number, len(self.y_m))
+        after = np.array([self.x_m[i], self.y_m[j]])
+        return after if self.sees(place_m, after) or math.dist(found, place_m) <= _STEP_M else found
+
+    def _farthest(
+        self, place_m: FloatArray, goal: int, node: tuple[int, int], margin_m: float
+    ) -> FloatArray | None:
+        """Return the last point after a node that is seen from a place [m]; None: not one."""
+        found = None
         while True:
-            number = int(self.following[goal, i, j])
+            number = int(self.following[goal, *node])
             if number < 0:
                 return found
-            i, j = divmod(number, len(self.y_m))
-            point = np.array([self.x_m[i], self.y_m[j]])
-            if math.dist(point, place_m) > _SIGHT_M or not self.sees(place_m, point):
-                return found if math.dist(found, place_m) > _STEP_M else point
+            node = divmod(number, len(self.y_m))
+            point = np.array([self.x_m[node[0]], self.y_m[node[1]]])
+            seen = self.sees(place_m, point, margin_m=margin_m)
+            if math.dist(point, place_m) > _SIGHT_M or not seen:
+                return found
             found = point
 
     def length_m(self, place_m: FloatArray, goal: int) -> float:
@@ -166,18 +202,40 @@ class FloorPlan:
         number = int(np.argmin(np.where(allowed, away, np.inf)))
         return number // len(self.y_m), number % len(self.y_m)
 
-    def sees(self, start_m: FloatArray, end_m: FloatArray) -> bool:
+    def sees(self, start_m: FloatArray, end_m: FloatArray, *, margin_m: float = 0.0) -> bool:
         """Return whether the robot can drive straight from a place to another.
+
+        The margin need not be kept where the ends themselves are nearer to something: from there it
+        grows by 0.3 for each metre of the way.
 
         Parameters
         ----------
         start_m, end_m : (2,) float64 — The places [m].
+        margin_m : By how much it may miss the straight way [m].
         """
         if self.blocked is None:
             return True
-        parts = max(1, math.ceil(math.dist(start_m, end_m) / _SIGHT_STEP_M))
-        share = np.arange(1, parts + 1)[:, None] / parts
-        return not bool(self.blocked(start_m + share * (end_m - start_m)).any())
+        length = math.dist(start_m, end_m)
+        parts = max(1, math.ceil(length / _SIGHT_STEP_M))
+        share = np.arange(parts + 1) / parts
+        clear = self.blocked.clearance_m(start_m + share[:, None] * (end_m - start_m))
+        if not bool((clear[1:] > 0.0).all()):
+            return False
+        from_start = clear[0] + _WIDENING * length * share
+        from_end = clear[-1] + _WIDENING * length * (1.0 - share)
+        needed = np.minimum(margin_m, np.minimum(from_start, from_end))
+        return bool((clear >= needed - 0.5 * self.blocked.step_m).all())
+
+    def clearance_m(self, place_m: FloatArray) -> float:
+        """Return how far the robot may be off a place and still stand [m]; inf: nothing stands.
+
+        Parameters
+        ----------
+        place_m : (2,) float64 — The place [m].
+        """
+        if self.blocked is None:
+            return math.inf
+        return float(self.blocked.clearance_m(np.asarray(place_m)[None])[0])
 
 
 def floor_plan(
@@ -192,7 +250,8 @@ def floor_plan(
     """Return the ways to goals over the free floor of a rectangle.
 
     Steps lead to the 16 nearest points that a knight or a king reaches, so that a way is at most
-    2.7 % longer than the shortest one; a point whose surroundings are not free costs up to twice.
+    2.7 % longer than the shortest one; where the surroundings are not free they cost up to four
+    times as much.
 
     Parameters
     ----------
@@ -202,7 +261,6 @@ def floor_plan(
     margin_m : Distance that ways keep from obstacles where there is room [m].
     spacing_m : Step of the grid [m].
     """
-    from scipy.ndimage import distance_transform_edt
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import dijkstra
 
@@ -211,17 +269,19 @@ def floor_plan(
     x, y = (np.arange(low[i], high[i] + 0.5 * spacing_m, spacing_m) for i in range(2))
     gx, gy = np.meshgrid(x, y, indexing="ij")
     points = np.column_stack([gx.ravel(), gy.ravel()])
+    if blocked is None or isinstance(blocked, OccupancyGrid):
+        taken = blocked
+    else:
+        taken = occupancy(low, high, lambda places: ~blocked(places))
     free = np.ones(gx.shape, dtype=np.bool_)
-    if blocked is not None:
-        free = ~blocked(points).reshape(gx.shape)
+    if taken is not None:
+        free = ~taken(points).reshape(gx.shape)
     if not free.any():
         msg = (
             f"nowhere between {low.tolist()} and {high.tolist()} m does the robot fit: make it "
             "smaller, or check what stands on the floor."
         )
         raise NavigationError(msg)
-    clear_m = spacing_m * np.asarray(distance_transform_edt(np.pad(free, 1)))[1:-1, 1:-1]
-    price = 1.0 + _NEAR_WALL * np.clip(1.0 - clear_m / (margin_m + spacing_m), 0.0, 1.0)
     number = np.arange(free.size).reshape(free.shape)
     rows, columns, lengths = [], [], []
     for di, dj in _NEIGHBOURS:
@@ -231,17 +291,16 @@ def floor_plan(
              slice(max(0, dj), free.shape[1] + min(0, dj)))  # fmt: skip
         both = free[a] & free[b]
         start, end = points[number[a][both]], points[number[b][both]]
-        if blocked is not None and len(start):
-            middle = np.zeros(len(start), dtype=np.bool_)
-            for share in (0.25, 0.5, 0.75):
-                middle |= blocked(start + share * (end - start))
-            keep = ~middle
-        else:
-            keep = np.ones(len(start), dtype=np.bool_)
+        price, keep = np.ones(len(start)), np.ones(len(start), dtype=np.bool_)
+        if taken is not None and len(start):
+            places = start + _EDGE_SHARES[:, None, None] * (end - start)
+            clear_m = taken.clearance_m(places.reshape(-1, 2)).reshape(len(_EDGE_SHARES), -1)
+            near = np.clip(1.0 - clear_m / (margin_m + spacing_m), 0.0, 1.0)
+            price += _NEAR_WALL * near.mean(axis=0)
+            keep = np.asarray((clear_m > 0.0).all(axis=0))
         rows.append(number[a][both][keep])
         columns.append(number[b][both][keep])
-        step = spacing_m * math.hypot(di, dj)
-        lengths.append(step * 0.5 * (price[a][both] + price[b][both])[keep])
+        lengths.append(spacing_m * math.hypot(di, dj) * price[keep])
     graph = csr_array(
         (np.concatenate(lengths), (np.concatenate(rows), np.concatenate(columns))),
         shape=(free.size, free.size),
@@ -250,7 +309,7 @@ def floor_plan(
     for goal in goals:
         away = np.where(free, (gx - goal[0]) ** 2 + (gy - goal[1]) ** 2, np.inf)
         node = int(np.argmin(away))
-        fits = blocked is None or not bool(blocked(goal[None])[0])
+        fits = taken is None or not bool(taken(goal[None])[0])
         ends.append(goal if fits else points[node])
         nodes.append(node)
     to_go, following = dijkstra(graph, directed=False, indices=nodes, return_predecessors=True)
@@ -262,5 +321,5 @@ def floor_plan(
         ends_m=np.array(ends),
         to_go_m=to_go.reshape(len(goals), *free.shape),
         following=following.reshape(len(goals), *free.shape),
-        blocked=blocked,
+        blocked=taken,
     )

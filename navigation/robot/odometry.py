@@ -151,6 +151,24 @@ class RollingWheels:
             rolled = rolled + np.any(rotations_rad != 0.0, axis=-1, keepdims=True) * slip
         return rolled
 
+    def turned(self, rolled_rad: FloatArray, *, period_s: float) -> FloatArray:
+        """Return the rotations of wheels that have made a way: the inverse of `roll` [rad].
+
+        Parameters
+        ----------
+        rolled_rad : (..., 2) float64 — The way, as rotations without slip, right and left [rad].
+        period_s : Its length in time [s].
+        """
+        rolling, robot = self._rolling, self._robot
+        share = self._scale
+        if rolling.slip_sd > 0.0:
+            share = share + self._shares(rolling.slip_sd)
+        slip = period_s * robot.wheel_rates(
+            speed_m_per_s=rolling.linear_m_per_s, turn_rate_rad_per_s=rolling.angular_rad_per_s
+        )
+        way = rolled_rad - np.any(rolled_rad != 0.0, axis=-1, keepdims=True) * slip
+        return robot.of_shafts(robot.shafts(way) / share)
+
     def count(self, rotations_rad: FloatArray) -> FloatArray:
         """Return the whole ticks that the encoders report [rad]; what is less is counted later.
 

@@ -48,16 +48,18 @@ def reader_azimuth(
     return wrap_angle(np.asarray(room_azimuth_rad) - heading + FRONT_AZIMUTH_RAD)
 
 
-def checked_azimuths(azimuths_rad: npt.ArrayLike) -> npt.NDArray[np.float64]:
-    """Return the antennas' azimuths read-only, at least three and all different (n,) [rad].
+def checked_azimuths(azimuths_rad: npt.ArrayLike, *, least: int = 3) -> npt.NDArray[np.float64]:
+    """Return the antennas' azimuths read-only, enough of them and all different (n,) [rad].
 
     Parameters
     ----------
     azimuths_rad : (n,) float64 — Azimuths δ_i of the antennas in the reader frame [rad].
+    least : Number of antennas at least: three for a bearing from one reading.
     """
     azimuths = frozen_array(azimuths_rad, name="azimuths_rad", shape=(None,), error=NavigationError)
-    if azimuths.size < 3:
-        msg = f"the reader has {azimuths.size} antennas, but a bearing needs at least 3: add some."
+    if azimuths.size < least:
+        what = "a bearing needs" if least > 1 else "it needs"
+        msg = f"the reader has {azimuths.size} antennas, but {what} at least {least}: add some."
         raise NavigationError(msg)
     turns = np.sort(np.mod(azimuths, 2.0 * np.pi))
     gaps = np.diff(np.append(turns, turns[0] + 2.0 * np.pi))

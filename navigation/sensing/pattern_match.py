@@ -40,6 +40,8 @@ class PowerTable:
 
     reach_m: float
     power_w: FloatArray
+    reference_w: float = field(init=False, repr=False, compare=False)
+    """Strongest mean over the antennas that the table holds [W]."""
 
     def __post_init__(self) -> None:
         check_positive(self.reach_m, name="reach_m", unit="m")
@@ -53,6 +55,7 @@ class PowerTable:
             )
             raise NavigationError(msg)
         object.__setattr__(self, "power_w", power)
+        object.__setattr__(self, "reference_w", float(power.mean(axis=3).max()))
 
     @property
     def antennas(self) -> int:
@@ -64,11 +67,6 @@ class PowerTable:
         """Return the (b,) bearings from the robot's front [rad]."""
         count = self.power_w.shape[1]
         return np.asarray(2.0 * np.pi * np.arange(count) / count)
-
-    @property
-    def reference_w(self) -> float:
-        """Return the strongest mean over the antennas that the table holds [W]."""
-        return float(self.power_w.mean(axis=3).max())
 
 
 def power_table(
@@ -93,11 +91,12 @@ def power_table(
     rho = reach_m * (np.arange(distances) / (distances - 1.0)) ** 2
     bearing = 2.0 * np.pi * np.arange(bearings) / bearings
     side = 2.0 * np.pi * np.arange(sides) / sides
-    far, off, at = np.meshgrid(rho, bearing, side, indexing="ij")
+    # Links trace a place once for all headings that follow each other there.
+    far, at, off = np.meshgrid(rho, side, bearing, indexing="ij")
     poses = np.stack(
         [point[0] + far * np.cos(at), point[1] + far * np.sin(at), at + np.pi - off], axis=-1
     )
-    power = link.rss_w(poses.reshape(-1, 3)).reshape(*far.shape, -1)
+    power = link.rss_w(poses.reshape(-1, 3)).reshape(*far.shape, -1).swapaxes(1, 2)
     strongest = float(power.max())
     if not strongest > 0.0:
         msg = "the reader receives nothing of the tag in the open: check antennas and heights."
@@ -123,6 +122,7 @@ class PatternMatcher:
     table: PowerTable
     error_db: float = 2.0
     _level_db: FloatArray = field(init=False, repr=False, compare=False)
+    _whole_db: FloatArray = field(init=False, repr=False, compare=False)
     _unit: npt.NDArray[np.complex128] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -130,6 +130,8 @@ class PatternMatcher:
         power = self.table.power_w.mean(axis=2)
         power = power + NULL_SHARE * power.mean(axis=2, keepdims=True)
         level = decibels(power)
+        whole = frozen_array(level, name="level", shape=level.shape)
+        object.__setattr__(self, "_whole_db", whole)
         level -= level.mean(axis=2, keepdims=True)
         object.__setattr__(self, "_level_db", frozen_array(level, name="level", shape=level.shape))
         unit = np.exp(1j * self.table.bearings_rad)
@@ -149,8 +151,33 @@ class PatternMatcher:
         if np.count_nonzero(heard) < 2:
             return 0.0, ANY_DIRECTION_RAD2
         filled = rss_w[heard] + NULL_SHARE * rss_w[heard].mean()
-        residual = decibels(filled) - self._level_db[..., heard]
-        squares = residual.var(axis=-1) * np.count_nonzero(heard)
+        return self._mean(decibels(filled) - self._level_db[..., heard])
+
+    def bearing_over(self, rss_w: FloatArray, turned_rad: FloatArray) -> tuple[float, float]:
+        """Return the same of readings that a turning robot took one after another.
+
+        Parameters
+        ----------
+        rss_w : (k, n) float64 — The readings [W]; 0 W is left out. Their common level is free.
+        turned_rad : (k,) float64 — Turn since each of them [rad], 0 for one of now.
+        """
+        step = 2.0 * np.pi / len(self.table.bearings_rad)
+        residuals = []
+        for rss, turned in zip(rss_w, turned_rad, strict=True):
+            heard = rss > 0.0
+            if heard.any():
+                filled = rss[heard] + NULL_SHARE * rss[heard].mean()
+                before, share = divmod(float(turned) / step, 1.0)
+                level = (1.0 - share) * np.roll(self._whole_db, -int(before), axis=1)
+                level += share * np.roll(self._whole_db, -int(before) - 1, axis=1)
+                residuals.append(decibels(filled) - level[..., heard])
+        if sum(part.shape[-1] for part in residuals) < 2:
+            return 0.0, ANY_DIRECTION_RAD2
+        return self._mean(np.concatenate(residuals, axis=-1))
+
+    def _mean(self, residual: FloatArray) -> tuple[float, float]:
+        """Return bearing and variance by residuals over the table, (r, b, k) [dB]."""
+        squares = residual.var(axis=-1) * residual.shape[-1]
         weight = np.exp(-0.5 * (squares - squares.min()) / self.error_db**2)
         mean = complex(weight.sum(axis=0) @ self._unit) / float(weight.sum())
         length = max(abs(mean), math.exp(-0.5 * ANY_DIRECTION_RAD2))

@@ -123,7 +123,7 @@ class FieldSensor:
     def __post_init__(self) -> None:
         object.__setattr__(self, "links", dict(self.links))
         object.__setattr__(self, "crowd", dict(self.crowd))
-        object.__setattr__(self, "azimuths_rad", checked_azimuths(self.azimuths_rad))
+        object.__setattr__(self, "azimuths_rad", checked_azimuths(self.azimuths_rad, least=1))
         if not self.links:
             msg = "the sensor has no link to any tag; give at least one."
             raise NavigationError(msg)

@@ -7,7 +7,7 @@ import click
 
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.options import common_options, number
-from octant.reader_design.study_file.quantities import Extent
+from octant.reader_design.study_file.quantities import Distance, Extent
 
 
 @click.command(name="init")
@@ -28,6 +28,12 @@ from octant.reader_design.study_file.quantities import Extent
     "--height-m", type=number(Extent), help="Height of the walls of a floor plan [m]; default 2.5."
 )
 @click.option(
+    "--metres-per-pixel",
+    type=number(Distance),
+    metavar="M",
+    help="Scale of a floor plan that is a picture [m].",
+)
+@click.option(
     "--resource-path",
     type=click.Path(path_type=Path),
     multiple=True,
@@ -40,16 +46,18 @@ def init(
     out: Path | None,
     geometry: Literal["visual", "collision"],
     height_m: float | None,
+    metres_per_pixel: float | None,
     resource_path: tuple[Path, ...],
     force: bool,
     quiet: bool,
 ) -> None:
     """Write a first study of the room in MESH, and draw it.
 
-    MESH is a GLB, STL, OBJ, PLY, DAE ... file, a Sionna or Mitsuba XML, an SDF world, a URDF, the
-    YAML of a ROS map or a DXF floor plan. Unit and vertical axis are guessed with reasons; every
-    body gets a material from its name; tags and start are put on free floor. What is guessed is
-    marked so in the file. Writes NAME.toml and NAME.png (a plan where the mesh is dense).
+    MESH is a GLB, STL, OBJ, PLY, DAE ... file, a Sionna or Mitsuba XML, an SDF world, a URDF, or
+    a floor plan: the YAML of a ROS map, a picture or a DXF. Unit and vertical axis are guessed with
+    reasons; every body gets a material from its name; tags and start are put on free floor. What is
+    guessed is marked so in the file. Writes NAME.toml and NAME.png (a plan where the mesh is
+    dense).
     """
     from octant.geometries.files import refuse_overwrite, write_text
     from octant.geometries.mesh_files import Reading
@@ -63,10 +71,13 @@ def init(
         msg = f"--out is {study}, but a study is a .toml file; name it so."
         raise click.UsageError(msg)
     picture = study.with_suffix(".png")
+    if picture.resolve() == mesh.resolve():  # a plan that is a picture stays
+        picture = study.with_name(f"{study.stem}_room.png")
     refuse_overwrite(study, picture, force=force)
     reading = Reading(
         geometry=geometry,
         height_m=height_m,
+        metres_per_pixel=metres_per_pixel,
         resource_path=tuple(str(folder) for folder in resource_path),
     )
     draft = draft_study(mesh, study, reading=reading)

@@ -306,7 +306,7 @@ def _mapped(
     from octant.reader_design.keeping.keys import digest
     from octant.reader_design.keeping.results import complete_line
     from octant.reader_design.keeping.versions import versions
-    from octant.reader_design.setting.advice import opaque_wall_note
+    from octant.reader_design.setting.advice import opaque_sheet_note, opaque_wall_note
     from octant.reader_design.setting.setting import build_setting
     from octant.reader_design.showing.netcdf import inputs_of, read_dataset, write_dataset
 
@@ -331,7 +331,8 @@ def _mapped(
     data = data.assign_attrs(inputs=inputs, summary="\n".join(summary_lines(layers)))
     write_dataset(data, files.out, force=True)
     data = files.finish(data, setting, progress)
-    if advice := opaque_wall_note(study, setting.scene, unreached_places(layers)):
+    dark = opaque_wall_note(study, setting.scene, unreached_places(layers))
+    if advice := dark or opaque_sheet_note(study, setting.scene):
         progress.say(advice)
     return data
 

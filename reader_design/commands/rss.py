@@ -20,7 +20,8 @@ from octant.reader_design.options import (
 from octant.reader_design.study_file.quantities import Count, Deviation
 from octant.reader_design.terminal.completion import files, tags
 
-POSES_PER_BLOCK = 1000
+POSES_PER_BLOCK, READINGS_PER_BLOCK = 1000, 100_000
+"""Rows that are held at a time, at most."""
 
 
 @click.command()
@@ -82,7 +83,7 @@ def rss(
     from octant.geometries.files import refuse_overwrite
     from octant.reader_design.face.rss_map import pose_rss_w, rss_columns, rss_link
     from octant.reader_design.face.rss_readings import READINGS_STREAM, readings_w, study_noise_db
-    from octant.reader_design.setting.cost import field_cost, reader_cost
+    from octant.reader_design.setting.cost import field_cost, reader_cost, readings_cost
     from octant.reader_design.showing.tables import put_table, read_columns
     from octant.reader_design.study_file.loading import load_study
     from octant.reader_design.terminal.documents import json_text
@@ -99,6 +100,8 @@ def rss(
     given = read_columns(poses, ["x_m", "y_m", "heading_deg"])
     progress = Progress(quiet=quiet)
     cost = field_cost(loaded, len(given), tags=1, causes=("poses",))
+    if readings is not None:
+        cost = cost.and_then(readings_cost(readings * len(given), causes=("--readings",)))
     approve(reader_cost(loaded).and_then(cost), progress)
     link = rss_link(loaded, tag_id, given, progress=progress)
     rng = np.random.default_rng((loaded.seed if seed is None else seed, READINGS_STREAM))
@@ -123,8 +126,8 @@ def rss(
     columns = list(rss_columns(link.antennas))
     levels = [f"{name.removesuffix('_w')}_dbm" for name in columns[antennas]] if dbm else []
     columns += [*([] if readings is None else ["reading"]), *levels]
-    starts = range(0, len(given), POSES_PER_BLOCK)
-    blocks = (block(given[i : i + POSES_PER_BLOCK]) for i in starts)
+    step = min(POSES_PER_BLOCK, max(1, READINGS_PER_BLOCK // (readings or 1)))
+    blocks = (block(given[i : i + step]) for i in range(0, len(given), step))
 
     def rows() -> Iterator[list[float]]:
         for found in blocks:

@@ -1,5 +1,6 @@
 """``octant scene``: the room of a study as a GLB file and as a picture, with paths drawn."""
 
+import math
 import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -21,7 +22,9 @@ from octant.reader_design.options import (
 from octant.reader_design.study_file.quantities import Angle
 
 if TYPE_CHECKING:
+    from octant.geometries.bodies import Body
     from octant.reader_design.face.paths import End
+    from octant.reader_design.setting.setting import Setting
 
 FOLDER = "octant-scene"
 
@@ -70,6 +73,18 @@ FOLDER = "octant-scene"
     show_default=True,
     help="View from this elevation [deg].",
 )
+@click.option(
+    "--with",
+    "what",
+    type=click.Choice(["tags", "reader", "axes"]),
+    multiple=True,
+    help="Put these into the GLB file too, as nodes by name; may be repeated.",
+)
+@click.option(
+    "--trajectory",
+    type=click.Path(path_type=Path),
+    help="Put this way into the GLB file: a CSV file with x_m and y_m, as trajectory.csv.",
+)
 @path_options
 @json_option
 @common_options
@@ -85,6 +100,8 @@ def scene(
     colour_by: str,
     azimuth_deg: float,
     elevation_deg: float,
+    what: tuple[str, ...],
+    trajectory: Path | None,
     antennas: tuple["End", "End"],
     max_reflections: int | None,
     as_json: bool,
@@ -95,14 +112,15 @@ def scene(
 
     With --tx and --rx the strongest paths between them are drawn; the GLB then holds them as tubes
     and is for looking only. Without them it is the room alone, with its materials by name, and may
-    stand as a mesh in a study file.
+    stand as a mesh in a study file. --with tags, reader (at the mission's start) and axes, and
+    --trajectory, put further nodes into the GLB file, which then too is for looking only.
     """
     from octant.geometries.files import put_finished
     from octant.reader_design.face.paths import Paths
     from octant.reader_design.face.room import scene_picture
-    from octant.reader_design.face.scene_glb import write_scene
     from octant.reader_design.keeping.results import complete_line
     from octant.reader_design.setting.setting import build_setting
+    from octant.reader_design.showing.scene_glb import write_scene
     from octant.reader_design.showing.scene_picture import View
     from octant.reader_design.showing.style import save_figure
     from octant.reader_design.study_file.loading import load_study
@@ -119,6 +137,10 @@ def scene(
     places = [file for file in (glb, picture) if file is not None]
     progress = Progress(quiet=quiet)
     setting = build_setting(load_study(study))
+    if glb is None and (what or trajectory is not None):
+        msg = "--with and --trajectory are for the GLB file, but none is written; name it by --glb."
+        raise ConfigError(msg)
+    shown = _shown(setting, what, trajectory)
     found, drawn = None, None
     if tx is not None and rx is not None:
         link = command_link(
@@ -135,7 +157,7 @@ def scene(
         made = {file: Path(folder) / f"scene{file.suffix}" for file in places}
         if glb is not None:
             ends_m = {} if found is None else found.ends_m()
-            write_scene(setting.scene, made[glb], paths=drawn, ends_m=ends_m)
+            write_scene(setting.scene, made[glb], paths=drawn, ends_m=ends_m, shown=shown)
         if picture is not None:
             figure = scene_picture(
                 setting,
@@ -160,6 +182,41 @@ def scene(
     if drawn is not None:
         click.echo(f"{len(drawn.order)} strongest of {drawn.of} paths drawn.")
     click.echo(written_line(places))
+
+
+def _shown(setting: "Setting", what: tuple[str, ...], trajectory: Path | None) -> list["Body"]:
+    """Return what stands in the GLB file besides the room."""
+    from octant.reader_design.showing.scene_glb import (
+        axes_bodies,
+        reader_bodies,
+        tag_bodies,
+        way_body,
+    )
+    from octant.reader_design.showing.tables import read_columns
+
+    study, extent_m = setting.study, max(setting.scene.extent_m, 1.0)
+    shown: list[Body] = []
+    if "tags" in what:
+        shown += tag_bodies({tag.id: tag.position_m for tag in setting.tags}, extent_m)
+    if "reader" in what:
+        if study.mission is None:
+            msg = (
+                "--with reader needs a place: give the study a [mission], at whose start it stands."
+            )
+            raise ConfigError(msg)
+        shown += reader_bodies(
+            setting.reader,
+            (*study.mission.start_m, math.radians(study.mission.heading_deg)),
+            setting.reader_z_m,
+            frequency_hz=study.radio.frequency_hz,
+        )
+    if "axes" in what:
+        shown += axes_bodies(extent_m)
+    if trajectory is not None:
+        places = read_columns(trajectory, ("x_m", "y_m"))
+        floor_m = setting.scene.floor_height_m
+        shown.append(way_body(places, floor_m, extent_m, name=f"trajectory {trajectory.stem}"))
+    return shown
 
 
 def _places(

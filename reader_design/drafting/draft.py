@@ -183,6 +183,8 @@ def _room_blocks(found: _Found, how: Reading) -> list[str]:
     if how.resource_path:
         listed = ", ".join(_quoted(os.path.abspath(p)) for p in how.resource_path)  # noqa: PTH100
         more.append(f"resource_path = [{listed}]")
+    if how.metres_per_pixel is not None:
+        more.append(f"metres_per_pixel = {how.metres_per_pixel:g}")
     if how.height_m is not None:
         more.append(f"height_m = {how.height_m:g}   # of the walls")
     lines = [_material_line(one) for one in found.materials]

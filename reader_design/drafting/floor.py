@@ -49,7 +49,8 @@ def floor_level_m(scene: Scene) -> float | None:
 
     Levels are the heights at which level surface lies. A level counts by the share of places of a
     grid at which surface lies there with `HEADROOM_M` free above; the lowest that has half of the
-    best share is the floor, so that a slab's underside, a table or an upper floor is not.
+    best share is the floor, so that a table or an upper floor is not; its height is the middle one
+    of its upper surface at these places, as undersides of slabs and of furniture lie close below.
 
     Parameters
     ----------
@@ -74,7 +75,8 @@ def floor_level_m(scene: Scene) -> float | None:
     best = max(shares.values())
     if best <= 0.0:
         return None
-    return round(min(z for z, share in shares.items() if share >= 0.5 * best), 3)
+    lowest = min(z for z, share in shares.items() if share >= 0.5 * best)
+    return round(_surface_m(scene, grid[_standing(scene, grid, lowest)], lowest), 3)
 
 
 def open_floor(scene: Scene, level_m: float) -> OpenFloor:
@@ -139,6 +141,17 @@ def surface_above_m(scene: Scene, points_m: FloatArray) -> FloatArray:
         hit = blocked(middle)
         low, high = np.where(hit, low, middle), np.where(hit, middle, high)
     return np.where(found, high, np.inf)
+
+
+def _surface_m(scene: Scene, places_m: FloatArray, level_m: float) -> float:
+    """Return the median height of the surface about a level that is met from above [m]."""
+    top = np.column_stack((places_m, np.full(len(places_m), level_m + UNEVEN_M)))
+    low, high = np.full(len(top), level_m - UNEVEN_M), top[:, 2].copy()
+    for _ in range(20):  # the surface lies between low and high
+        middle = 0.5 * (low + high)
+        hit = segments_blocked(scene.bvh, top, np.column_stack((places_m, middle)))
+        low, high = np.where(hit, middle, low), np.where(hit, high, middle)
+    return float(np.median(0.5 * (low + high))) + 0.0
 
 
 def _standing(scene: Scene, grid: FloatArray, level_m: float) -> BoolArray:

@@ -16,6 +16,7 @@ from octant.geometries.errors import ConfigError
 from octant.geometries.files import whole_file
 from octant.geometries.names import nearest_name
 from octant.reader_design.face.rss_map import OPEN_FLOOR, with_dbm
+from octant.reader_design.showing.mat_files import write_mat
 from octant.reader_design.showing.rasters import (
     FilterKind,
     Raster,
@@ -43,7 +44,6 @@ COVERED, BEARING_ERROR = "covered", "bearing_error"
 """Layers whose values and colours are not those of a power."""
 
 _UNIT_ENDINGS = {"degree": "deg", "ns": "ns"}
-_MAT_HEAD, _MAT_HEAD_BYTES = b"MATLAB 5.0 MAT-file, written by Octant", 116
 _WHOLE = {COVERED: (0.0, 1.0), BEARING_ERROR: (0.0, 180.0)}
 _COLOURS = {COVERED: "cividis", BEARING_ERROR: "magma_r"}
 
@@ -368,22 +368,7 @@ class MapAccessor:
         ----------
         path : The file; replaced where it exists.
         """
-        from scipy.io import savemat
-
-        data = self._data
-        arrays: dict[str, Any] = {}
-        for name, item in (*data.coords.items(), *data.data_vars.items()):
-            values = item.to_numpy()
-            arrays[str(name)] = values.astype(object) if values.dtype.kind in "UO" else values
-        arrays["units"] = {name: str(data[name].attrs.get("units", "1")) for name in arrays}
-        arrays["dimensions"] = {
-            str(name): ", ".join(map(str, item.dims)) or "-"
-            for name, item in data.data_vars.items()
-        }
-        with whole_file(Path(path)) as part:
-            savemat(part, arrays, long_field_names=True, do_compression=True, oned_as="column")
-            with part.open("r+b") as file:  # scipy's text there holds the time
-                file.write(_MAT_HEAD.ljust(_MAT_HEAD_BYTES))
+        write_mat(self._data, Path(path))
 
     def plot(
         self,

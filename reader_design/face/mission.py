@@ -13,9 +13,11 @@ import numpy.typing as npt
 from octant.geometries.errors import ConfigError
 from octant.navigation.missions.files import write_missions_csv, write_trajectory_csv
 from octant.navigation.missions.metrics import MissionMetrics, measure
+from octant.navigation.missions.pilot import Pilot, SimulatedReader
 from octant.navigation.missions.records import MissionResult
 from octant.navigation.missions.summary import summarise, summary_sentences
 from octant.navigation.navigators.own import place_of
+from octant.reader_design.drives.files import write_mcap, write_tum
 from octant.reader_design.experiments.missions.advice import Advice, advise
 from octant.reader_design.experiments.missions.animation import (
     drive_frames,
@@ -24,6 +26,7 @@ from octant.reader_design.experiments.missions.animation import (
 )
 from octant.reader_design.experiments.missions.compute import drive_missions, mission_runs
 from octant.reader_design.experiments.missions.drive_figures import drive_of, trajectory_figure
+from octant.reader_design.experiments.missions.logs import mission_log
 from octant.reader_design.face.reader import Reader
 from octant.reader_design.face.room import Room, link_study
 from octant.reader_design.face.shown import figure_html, image_html, progress_of, text_html
@@ -33,6 +36,12 @@ from octant.reader_design.setting.setting import Setting, build_setting, mission
 from octant.reader_design.setting.solving import solved
 from octant.reader_design.showing.netcdf import variable
 from octant.reader_design.showing.plan import plan_of
+from octant.reader_design.showing.scene_glb import (
+    reader_bodies,
+    tag_bodies,
+    way_body,
+    write_scene,
+)
 from octant.reader_design.study_file.schema import Study
 
 if TYPE_CHECKING:
@@ -163,6 +172,44 @@ class Mission:
         if table.placement_m > 0.0:  # run 0 is shown among the objects as they were placed
             setting = mission_runs(setting, runs=number, own=self.own)[0].setting
         return MissionRuns(setting=setting, results=tuple(results))
+
+    def pilot(
+        self, *, seed: int | None = None, progress: bool | Progress = True
+    ) -> tuple[Pilot, SimulatedReader]:
+        """Return the mission's navigator, to be driven from outside, and its reader in the room.
+
+        A robot's loop (ROS, another simulator) feeds the `Pilot` with readings and odometry and
+        drives as it says; the reader gives readings where there is no real one.
+
+        Parameters
+        ----------
+        seed : Of navigator and noise; by default the study's. They are those of ``run``'s run 0.
+        progress : False silences it.
+
+        Examples
+        --------
+        >>> import octant
+        >>> mission = octant.Mission(
+        ...     octant.Room.free_space(),
+        ...     [octant.Tag("1", (1.5, 1.0, 2.0))],
+        ...     octant.Reader(response="isolated"),
+        ...     start=(0.0, 0.0, 90.0),
+        ...     navigator="thesis",
+        ... )
+        >>> pilot, reader = mission.pilot(seed=1, progress=False)
+        >>> step = pilot.step(reader.read(pilot.start, pilot.tag_id))
+        >>> (pilot.tag_id, step.mode, step.done)
+        ('1', 'rotation', False)
+        """
+        study = self.study if seed is None else msgspec.structs.replace(self.study, seed=seed)
+        shown = progress_of(progress)
+        setting = build_setting(study)
+        for note in setting.notes:
+            shown.say(note)
+        solved(setting, shown)
+        first = mission_runs(setting, runs=1, own=self.own)[0]
+        (child,) = np.random.SeedSequence(first.seed).spawn(1)
+        return Pilot(first.job, child), SimulatedReader(first.job, child)
 
     def __repr__(self) -> str:
         table = mission_table(self.study)
@@ -325,6 +372,48 @@ class MissionRuns:
         write_missions_csv(place / "missions.csv", self.results)
         write_trajectory_csv(place / "trajectory.csv", self.results[0])
         return place / "missions.csv", place / "trajectory.csv"
+
+    def to_mcap(self, path: str | Path, run: int = 0) -> None:
+        """Write one run with ROS 2 messages, for Foxglove and RViz; needs ``octant[ros]``.
+
+        Parameters
+        ----------
+        path, run : The file, replaced where it exists; number of the run.
+        """
+        result = self._result(run)
+        write_mcap(mission_log(self.setting, result, run=run), Path(path))
+
+    def to_glb(self, path: str | Path, run: int = 0) -> None:
+        """Write the room with tags, reader at the run's end and way as named nodes of a GLB file.
+
+        Parameters
+        ----------
+        path, run : The file, replaced where it exists; number of the run.
+        """
+        result, setting = self._result(run), self.setting
+        extent_m, floor_m = max(setting.scene.extent_m, 1.0), setting.scene.floor_height_m
+        x, y, heading = result.poses[-1].tolist()
+        shown = [
+            *tag_bodies({tag.id: tag.position_m for tag in setting.tags}, extent_m),
+            *reader_bodies(
+                setting.reader,
+                (x, y, heading),
+                setting.reader_z_m,
+                frequency_hz=setting.study.radio.frequency_hz,
+            ),
+            way_body(result.poses[:, :2], floor_m, extent_m, name=f"trajectory run {run}"),
+        ]
+        write_scene(setting.scene, Path(path), paths=None, ends_m={}, shown=shown)
+
+    def to_tum(self, path: str | Path, run: int = 0) -> None:
+        """Write the true way of one run as a TUM trajectory: t x y z qx qy qz qw [s], [m].
+
+        Parameters
+        ----------
+        path, run : The file, replaced where it exists; number of the run.
+        """
+        result = self._result(run)
+        write_tum(Path(path), result.time_s, result.poses)
 
     @property
     def advice(self) -> Advice | None:

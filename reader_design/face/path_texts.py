@@ -124,6 +124,7 @@ def paths_document(
         "study": study,
         "frequency_hz": link.radio.frequency_hz,
         "transmitter_m": link.candidates.images.source_m,
+        **link.ray_attributes(),
         "receivers": receivers,
         "paths": rows,
     }

@@ -146,6 +146,11 @@ class PathLink:
             )
             yield first, found, gains
 
+    def ray_attributes(self) -> dict[str, float]:
+        """Return what rays have not found of the power ([-], [dB]); empty: all paths are found."""
+        share = self.candidates.images.rays
+        return {} if share is None else share.attributes()
+
     def explained(self, found: PathSet, path: int) -> PathBudget:
         """Return the budget of one path [dB].
 
@@ -197,6 +202,7 @@ def path_link(
         radio=radio,
         max_reflections=max_reflections,
         region_m=_region(setting.scene, source, receivers),
+        receivers_m=receivers,
     )
     return PathLink(
         setting=setting,
@@ -312,6 +318,8 @@ def summary_lines(link: PathLink, sums: FloatArray, *, most: int | None = None) 
     if shown < len(sums):
         yield f"   ... and {len(sums) - shown} more receivers: see the CSV."
     yield f"{int(sums[:, 0].sum())} paths to {len(sums)} receiver{'' if len(sums) == 1 else 's'}."
+    if link.candidates.images.rays is not None:
+        yield link.candidates.images.rays.text()
 
 
 def _angles_deg(directions: FloatArray) -> FloatArray:
@@ -361,6 +369,7 @@ class Paths:
                     for i, axis in enumerate("xyz")
                 },
             },
+            attrs=self.link.ray_attributes(),
         )
 
     @property

@@ -3,7 +3,7 @@
 import math
 import warnings
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
@@ -16,11 +16,14 @@ from octant.em.antennas.embedded import ReaderResponse
 from octant.em.antennas.from_files import pattern_tables
 from octant.em.antennas.pattern_files.ffe import write_ffe
 from octant.em.antennas.pattern_files.touchstone import write_touchstone
+from octant.em.reader.fullwave.conductor import Conductor
 from octant.em.reader.fullwave.convergence import convergence_study
+from octant.em.reader.fullwave.port_files import loads_of_file, network_of_file
 from octant.em.reader.fullwave.response import response_of, solved_reader
 from octant.em.reader.fullwave.result import FullwaveResult
 from octant.em.reader.fullwave.single import dipole_mesh, monopole_mesh
 from octant.em.reader.fullwave.solve import solve_reader
+from octant.em.reader.hybrids import axial_ratio_db, result_with_hybrids
 from octant.em.reader.reader_netcdf import reader_dataset
 from octant.geometries.errors import ConfigError, PhysicsWarning
 from octant.reader_design.face.reader_figures import (
@@ -36,11 +39,14 @@ from octant.reader_design.face.tables import StudyTable, study_from, with_keys_o
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.keeping.versions import versions
 from octant.reader_design.setting.cost import reader_cost
-from octant.reader_design.setting.design import response_at
+from octant.reader_design.setting.design import METAL, response_at
 from octant.reader_design.setting.scale import reader_preset, scale_note
 from octant.reader_design.setting.solving import SOLVING
-from octant.reader_design.showing.matching_lines import matching_lines
+from octant.reader_design.showing.dxf_files import write_dxf
+from octant.reader_design.showing.mat_files import write_mat
+from octant.reader_design.showing.matching_lines import Behind, matching_lines
 from octant.reader_design.showing.netcdf import variable, write_dataset
+from octant.reader_design.showing.workshop import drawing, drawing_scale, save_drawing
 from octant.reader_design.study_file.loading import to_toml
 from octant.reader_design.study_file.reader import Reader as ReaderTable
 from octant.reader_design.study_file.schema import Study
@@ -111,6 +117,26 @@ class Reader(StudyTable):
             raise ConfigError(msg)
         study = study_from("solve", {"reader": self, "radio": {"frequency_hz": given[0]}})
         return solve_reader_of(study, given, step_deg=step_deg, progress=progress_of(progress))
+
+    def drawing(self, path: str | Path, *, frequency_hz: float = 2.4e9, title: str = "") -> None:
+        """Write the workshop's drawing to scale, all lengths in [mm], as SVG, PDF, PNG or DXF.
+
+        DXF needs ``octant[cad]``; its dimensions can be measured in CAD programs.
+
+        Parameters
+        ----------
+        path, title : File ending in .svg, .pdf, .png or .dxf, replaced where it exists; its title.
+        frequency_hz : Where antennas without a length are resonant [Hz].
+        """
+        file, kinds = Path(path), (".svg", ".pdf", ".png", ".dxf")
+        if file.suffix.lower() not in kinds:
+            msg = f"{file} ends in {file.suffix!r}; a drawing ends in {', '.join(kinds)}."
+            raise ConfigError(msg)
+        sheet = drawing(self.table, frequency_hz=frequency_hz, title=title or self.table.label())
+        if file.suffix.lower() == ".dxf":
+            write_dxf(sheet, file, scale=drawing_scale(self.table))
+        else:
+            save_drawing(sheet, file)
 
     def plot(self) -> "Figure":
         """Return a picture of the reader's metal and antennas."""
@@ -183,15 +209,22 @@ def solve_reader_of(
 def _solved(
     study: Study, design: ReaderTable, frequency_hz: float
 ) -> tuple[ReaderResponse, FullwaveResult | None]:
-    if study.reader.response != "fullwave":
+    if not study.reader.has_ports:
         return response_at(design, frequency_hz), None
     body = design.body()
-    result = solved_reader(
-        body,
-        design.element(frequency_hz),
-        cells_per_wavelength=study.reader.cells_per_wavelength,
-        **design.feed(),
-    )
+    if design.response == METAL:
+        result = solve_reader(design.metal_mesh(frequency_hz), load_ohm=design.load_ohm)
+        hybrids = design.hybrids()
+        result = result if hybrids is None else result_with_hybrids(result, hybrids)
+    else:
+        result = solved_reader(
+            body,
+            design.element(frequency_hz),
+            cells_per_wavelength=study.reader.cells_per_wavelength,
+            **design.feed(),
+        )
+    feeding = design.feeding()
+    result = result if feeding is None else feeding.on(result)
     return response_of(result, body), result
 
 
@@ -204,6 +237,8 @@ class SolvedReader:
     study, design : What was solved, and its reader.
     responses, results : Patterns, one a frequency, and the solutions behind them, if any.
     step_deg : Step of the patterns over theta and phi [deg].
+    loads, network : Files that say what the ports are loaded with, and how they are coupled; empty:
+        the reader's ``load_ohm``, and the solution.
     """
 
     study: Study
@@ -211,6 +246,8 @@ class SolvedReader:
     responses: tuple[ReaderResponse, ...]
     results: tuple[FullwaveResult, ...]
     step_deg: float
+    loads: str = ""
+    network: str = ""
 
     @property
     def frequencies_hz(self) -> tuple[float, ...]:
@@ -231,6 +268,56 @@ class SolvedReader:
             )
             raise ConfigError(msg)
         return self.results[number]
+
+    def loaded(self, path: str | Path) -> "SolvedReader":
+        """Return the same reader with the loads of a Touchstone file, version 1 or 2, on its ports.
+
+        They stand at the antennas, in place of ``reader.feed``.
+
+        Parameters
+        ----------
+        path : File of one port, which loads all antennas, or of as many as there are, not coupled.
+        """
+        self.result()
+        results = [
+            replace(
+                result,
+                load_ohm=loads_of_file(path, result.frequency_hz, ports=result.ports),
+                feeds=None,
+            )
+            for result in self.results
+        ]
+        return self._with_results(results, loads=str(path))
+
+    def with_network(self, path: str | Path) -> "SolvedReader":
+        """Return the same reader with the coupling of a Touchstone file, as of a measured one.
+
+        Its patterns are those of the solution for each antenna's voltage; the voltages are the
+        file's. A PhysicsWarning says where its powers do not fit to the solution's patterns.
+
+        Parameters
+        ----------
+        path : File with a port for each antenna, in their order.
+        """
+        self.result()
+        results = [
+            replace(
+                result,
+                unloaded=replace(
+                    result.unloaded,
+                    admittance_s=network_of_file(path, result.frequency_hz, ports=result.ports),
+                ),
+            )
+            for result in self.results
+        ]
+        for text in dict.fromkeys(text for result in results for text in result.warnings):
+            warnings.warn(f"{path}: {text}", PhysicsWarning, stacklevel=2)
+        return self._with_results(results, network=str(path))
+
+    def _with_results(self, results: Sequence[FullwaveResult], **said: str) -> "SolvedReader":
+        body = self.design.body()
+        responses = tuple(response_of(result, body) for result in results)
+        return replace(self, results=tuple(results), responses=responses, **said)  # type: ignore[arg-type]
 
     def sampled(self, number: int, step_deg: float) -> tuple[FloatArray, FloatArray, ComplexArray]:
         """Return angles [rad] and the (n, t, p, 2) patterns, phi from 0 to 2 pi with both ends.
@@ -340,6 +427,12 @@ class SolvedReader:
                 units="1",
                 long_name="radiated over available power",
             )
+            data["radiation_efficiency"] = variable(
+                ["antenna"],
+                result.radiation_efficiency,
+                units="1",
+                long_name="radiated over radiated and lost power",
+            )
             data.attrs |= {
                 "load_ohm": self.study.reader.load_ohm,
                 "unknowns": result.unknowns,
@@ -370,6 +463,15 @@ class SolvedReader:
         """
         write_dataset(self.dataset(number), Path(path), force=force)
 
+    def to_mat(self, path: str | Path, *, number: int = 0) -> None:
+        """Write the same as a MAT file for MATLAB: complex ``pattern``, ``s_matrix`` and so on.
+
+        Parameters
+        ----------
+        path, number : The file, replaced where it exists; the number of the frequency.
+        """
+        write_mat(self.dataset(number), Path(path))
+
     def to_ffe(self, folder: str | Path) -> tuple[Path, ...]:
         """Return the FEKO far-field files that are written, one for each antenna.
 
@@ -386,19 +488,22 @@ class SolvedReader:
         return tuple(files)
 
     def to_touchstone(self, path: str | Path) -> Path:
-        """Return the Touchstone file of the S-matrix that is written.
+        """Return the Touchstone file of the S-matrix that is written, at the reader's ``load_ohm``.
+
+        It is that of the antennas' own ports, without ``reader.feed``.
 
         Parameters
         ----------
         path : The file; its suffix becomes ``.sNp``, and it is replaced where it exists.
         """
         result = self.result()
+        real_ohm = np.array(self.study.reader.load_ohm, dtype=np.complex128)
         file = Path(path).with_suffix(f".s{result.ports}p")
         file.parent.mkdir(parents=True, exist_ok=True)
         write_touchstone(
             file,
             list(self.frequencies_hz),
-            np.stack([r.s_matrix for r in self.results]),
+            np.stack([replace(r, load_ohm=real_ohm, feeds=None).s_matrix for r in self.results]),
             reference_ohm=self.study.reader.load_ohm,
         )
         return file
@@ -414,6 +519,7 @@ class SolvedReader:
                 length_m=element.length_m,
                 wire_radius_m=design.wire_radius_m,
                 feed_gap_m=design.feed_gap_m,
+                conductor=design.conductor,
             )
         else:
             mesh = monopole_mesh(
@@ -422,6 +528,7 @@ class SolvedReader:
                 length_m=element.length_m,
                 wire_radius_m=design.wire_radius_m,
                 feed_gap_m=design.feed_gap_m,
+                conductor=design.conductor,
             )
         return solve_reader(mesh, load_ohm=design.load_ohm)
 
@@ -440,7 +547,7 @@ class SolvedReader:
         design = self.design
         label = design.label()
         theta, phi, pattern = self.sampled(number, FIGURE_STEP_DEG)
-        if design.response != "files":
+        if design.drawn:
             single = self._alone_gain(theta, phi)
             title = f"A single {design.antenna}, alone"
             yield "element", element_figure(theta, phi, single, title=title)
@@ -478,7 +585,7 @@ class SolvedReader:
 
     def alone_lines(self) -> Iterator[str]:
         """Yield impedance and gain of one antenna alone, in one sentence; nothing of files."""
-        if self.design.response == "files":
+        if not self.design.drawn:
             return
         theta, phi, _ = self._samples[0]
         alone, design = self.alone, self.design
@@ -507,18 +614,29 @@ class SolvedReader:
         result, reader = self.results[number], self.study.reader
         yield (
             f"{head}: {result.unknowns} unknowns at {reader.cells_per_wavelength:g} cells per "
-            f"wavelength, loads of {reader.load_ohm:g} ohm."
+            f"wavelength, loads of {self.loads or self.study.reader.loads_text()}"
+            f"{f', coupling of {self.network}' if self.network else ''}."
         )
         yield from port_lines(result, response.azimuths_rad, peak)
         yield from s_matrix_lines(result.s_matrix)
         yield balance_line(result)
-        if not matching:
+        if (conductor := self.design.conductor) is not None:
+            yield metal_line(conductor, result)
+        if self.design.hybrids() is not None:
+            ahead = result.far_field(np.full(result.ports, 0.5 * math.pi), response.azimuths_rad)
+            ratio = axial_ratio_db(ahead[np.arange(result.ports), np.arange(result.ports)])
+            yield (
+                "Axial ratio of each antenna towards its azimuth, along the horizon [dB]: "
+                f"{', '.join(f'{value:.1f}' for value in ratio)}."
+            )
+        if not matching or self.loads:
             return
         yield from matching_lines(
             result.admittance_s[None],
             result.frequency_hz,
             at_hz=result.frequency_hz,
             load_ohm=reader.load_ohm,
+            behind=Behind.of(reader, (result,)),
         )
 
     def convergence_lines(self, *, progress: bool | Progress = True) -> Iterator[str]:
@@ -549,8 +667,8 @@ class SolvedReader:
         text = f"<SolvedReader: {self.responses[0].antennas} {self.design.label()}, "
         text += f"{self.responses[0].model}, {frequencies} GHz, greatest gain {peak:.2f} dBi"
         if self.results:
-            returned = float(np.abs(np.diagonal(self.results[0].s_matrix)).max())
-            text += f", |S11| up to {20.0 * math.log10(max(returned, 1e-10)):.1f} dB"
+            returned = float(self.results[0].reflected_share.max())
+            text += f", |S11| up to {10.0 * math.log10(max(returned, 1e-20)):.1f} dB"
         return text + ">"
 
     def _repr_html_(self) -> str:
@@ -573,9 +691,7 @@ def port_lines(
         "antenna  azimuth [°]  input impedance [ohm]  reflection [dB]  radiated [%]  "
         "to other loads [%]  greatest gain [dBi]"
     )
-    s_matrix = result.s_matrix
-    returned = np.abs(np.diagonal(s_matrix)) ** 2
-    coupled = (np.abs(s_matrix) ** 2).sum(axis=0) - returned
+    returned, coupled = result.reflected_share, result.coupled_share
     for i, z in enumerate(result.input_impedance_ohm):
         seen = f"{z.real:.1f}{z.imag:+.1f}j"
         yield (
@@ -598,6 +714,23 @@ def s_matrix_lines(s_matrix: npt.NDArray[np.complex128]) -> Iterator[str]:
     yield f"|S| [dB]{numbers}"
     for i, row in enumerate(level):
         yield f"{i + 1:>8}" + "".join(f"{value:>8.2f}" for value in row)
+
+
+def metal_line(conductor: Conductor, result: FullwaveResult) -> str:
+    """Return what the metal costs [%], and what is radiated in all, in one sentence.
+
+    Parameters
+    ----------
+    conductor, result : What the reader is made of; the solution.
+    """
+    depth_um = 1e6 * conductor.skin_depth_m(result.frequency_hz)
+    own, total = 100.0 * result.radiation_efficiency, 100.0 * result.radiated_share
+    return (
+        f"Metal of {conductor.conductivity_s_per_m:g} S/m (skin depth {depth_um:.2g} um, roughness "
+        f"factor {conductor.roughness_factor:g}): radiation efficiency {own.min():.2f} to "
+        f"{own.max():.2f} %, total efficiency {total.min():.1f} to {total.max():.1f} %; sheets "
+        "that carry current on one side only lose up to twice as much."
+    )
 
 
 def balance_line(result: FullwaveResult) -> str:

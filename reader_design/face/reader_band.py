@@ -4,7 +4,7 @@ import csv
 import io
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,15 +15,17 @@ import numpy.typing as npt
 from octant.em.antennas.pattern_files.touchstone import write_touchstone
 from octant.em.decibels import decibels
 from octant.em.reader.fullwave.band import NODES, solve_band_adaptively
-from octant.em.reader.fullwave.mesh import reader_mesh
+from octant.em.reader.fullwave.mesh import ReaderMesh, reader_mesh
+from octant.em.reader.fullwave.ported import PortedMesh
 from octant.em.reader.fullwave.result import FullwaveResult
+from octant.em.reader.hybrids import result_with_hybrids
 from octant.em.reader.matching import vswr
 from octant.geometries.errors import ConfigError
 from octant.geometries.files import write_text
 from octant.reader_design.face.reader_figures import return_loss_figure
 from octant.reader_design.face.smith_figures import band_gain_figure, isolation_figure, smith_figure
 from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.showing.matching_lines import matching_lines
+from octant.reader_design.showing.matching_lines import Behind, matching_lines
 from octant.reader_design.showing.netcdf import variable
 from octant.reader_design.study_file.reader import Reader
 from octant.reader_design.study_file.schema import Study
@@ -51,9 +53,11 @@ BAND_COLUMNS = (
     "greatest_gain_dbi",
     "own_gain_dbi",
     "margin_db",
+    "radiation_efficiency",
 )
 """Columns of ``band.csv``: a row a frequency and antenna. ``radiated_share`` is the total
-efficiency, of what the source offers; ``embedded_efficiency`` of what the antenna's port takes.
+efficiency, of what the source offers; ``embedded_efficiency`` of what the antenna's port takes;
+``radiation_efficiency`` of what is radiated or lost in metal.
 Gains are realised: the greatest, that towards the antenna's own azimuth along the horizon, and how
 far the latter is above the next antenna's there."""
 
@@ -117,6 +121,11 @@ class ReaderBand:
         return self.radiated_share / taken
 
     @cached_property
+    def radiation_efficiency(self) -> FloatArray:
+        """Efficiency (f, n) of the metal: radiated over radiated and lost power [-]."""
+        return np.stack([result.radiation_efficiency for result in self.results])
+
+    @cached_property
     def gains_dbi(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Greatest realised gain, that towards the own azimuth [dBi], and margin [dB], (f, n)."""
         azimuths = self.reader.body().element_azimuths_rad
@@ -148,6 +157,12 @@ class ReaderBand:
                 "1",
                 "radiated power over what the port takes",
             ),
+            (
+                "band_radiation_efficiency",
+                self.radiation_efficiency,
+                "1",
+                "radiated over radiated and lost power",
+            ),
             ("band_greatest_gain_dbi", greatest, "dBi", "greatest realised gain"),
             ("band_own_gain_dbi", own, "dBi", "realised gain towards the own azimuth"),
             ("band_margin_db", margin, "dB", "own gain above the next antenna's there"),
@@ -169,15 +184,16 @@ class ReaderBand:
         }
 
     def to_touchstone(self, path: str | Path) -> None:
-        """Write the S-matrices as Touchstone, a point a frequency.
+        """Write the S-matrices of the antennas' own ports as Touchstone, a point a frequency.
 
         Parameters
         ----------
         path : The file, ending in ``.sNp``; replaced where it exists.
         """
-        write_touchstone(
-            path, self.frequencies_hz, self.s_matrices, reference_ohm=self.reader.load_ohm
-        )
+        load_ohm = self.reader.load_ohm
+        loads = np.full(self.results[0].ports, load_ohm, dtype=np.complex128)
+        bare = [replace(result, load_ohm=loads, feeds=None).s_matrix for result in self.results]
+        write_touchstone(path, self.frequencies_hz, np.stack(bare), reference_ohm=load_ohm)
 
     def to_csv(self, path: str | Path) -> None:
         """Write a table of `BAND_COLUMNS` [Hz], [ohm], [dB], [dBi].
@@ -198,11 +214,18 @@ class ReaderBand:
             vswr(self.reflected_share),
             self.embedded_efficiency,
             *self.gains_dbi,
+            self.radiation_efficiency,
         )
         for i, frequency_hz in enumerate(self.frequencies_hz):
             for antenna, row in enumerate(zip(*(c[i] for c in columns), strict=True), start=1):
                 writer.writerow([float(frequency_hz), antenna, *(float(value) for value in row)])
         write_text(Path(path), out.getvalue())
+
+    @property
+    def _loads(self) -> str:
+        """What the ports are loaded with, as short as titles have it."""
+        behind = "" if self.reader.line is None else " behind reader.feed"
+        return f"{self.reader.load_ohm:g} ohm{behind}"
 
     def figure(self) -> "Figure":
         """Return the return loss and the impedance of every antenna over frequency."""
@@ -210,12 +233,12 @@ class ReaderBand:
             self.frequencies_hz,
             self.impedance_ohm,
             -self.reflection_db,
-            title=f"Return loss at {self.reader.load_ohm:g} ohm: {self.reader.label()}",
+            title=f"Return loss at {self._loads}: {self.reader.label()}",
         )
 
     def figures(self) -> "Iterator[tuple[str, Figure]]":
         """Yield name and figure of everything that is shown over the band."""
-        at, label = f" at {self.reader.load_ohm:g} ohm", self.reader.label()
+        at, label = f" at {self._loads}", self.reader.label()
         yield "return_loss", self.figure()
         yield (
             "smith",
@@ -259,6 +282,7 @@ class ReaderBand:
             self.frequencies_hz,
             at_hz=self.carrier_hz,
             load_ohm=self.reader.load_ohm,
+            behind=Behind.of(self.reader, self.results),
         )
 
 
@@ -276,26 +300,16 @@ def band_of(study: Study, frequencies_hz: Sequence[float], *, progress: Progress
     """
     design, carrier_hz = study.reader, study.radio.frequency_hz
     wanted = sorted(set(frequencies_hz))
-    if design.response != "fullwave" or len(wanted) < 2:
+    if not design.has_ports or len(wanted) < 2:
         msg = (
             f"a band of {len(wanted)} frequencies was asked for of a reader with response = "
             f'"{design.response}", but two frequencies or more and "fullwave" are needed; other '
             "models give patterns only."
         )
         raise ConfigError(msg)
-    feed = design.feed()
-    load_ohm = feed["load_ohm"]
-    mesh = reader_mesh(
-        design.body(),
-        frequency_hz=max(wanted[-1], carrier_hz),
-        antenna=design.antenna,
-        length_m=design.element(carrier_hz).length_m,
-        gap_m=feed["gap_m"],
-        wire_radius_m=feed["wire_radius_m"],
-        feed_gap_m=feed["feed_gap_m"],
-        surroundings=feed["surroundings"],
-        cells_per_wavelength=design.cells_per_wavelength,
-    )
+    load_ohm = design.load_ohm
+    highest_hz = max(wanted[-1], carrier_hz)
+    mesh = _mesh(design, highest_hz, carrier_hz)
     with progress.count(solutions_of(wanted), label="solutions of the band") as done:
         band = solve_band_adaptively(mesh, wanted, load_ohm=load_ohm, progress=done)
     if band.error is not None:
@@ -305,7 +319,32 @@ def band_of(study: Study, frequencies_hz: Sequence[float], *, progress: Progress
         )
     with progress.track(wanted, label="band") as tracked:
         results = tuple(band.at(f) for f in tracked)
+    hybrids = design.hybrids()
+    if hybrids is not None:
+        results = tuple(result_with_hybrids(result, hybrids) for result in results)
+    feeding = design.feeding()
+    if feeding is not None:
+        results = tuple(feeding.on(result) for result in results)
     return ReaderBand(reader=design, carrier_hz=carrier_hz, results=results, error=band.error)
+
+
+def _mesh(design: Reader, highest_hz: float, carrier_hz: float) -> ReaderMesh | PortedMesh:
+    """Return one mesh for a whole band."""
+    if not design.drawn:
+        return design.metal_mesh(highest_hz)
+    feed = design.feed()
+    return reader_mesh(
+        design.body(),
+        frequency_hz=highest_hz,
+        antenna=design.antenna,
+        length_m=design.element(carrier_hz).length_m,
+        gap_m=feed["gap_m"],
+        wire_radius_m=feed["wire_radius_m"],
+        feed_gap_m=feed["feed_gap_m"],
+        surroundings=feed["surroundings"],
+        conductor=feed["conductor"],
+        cells_per_wavelength=design.cells_per_wavelength,
+    )
 
 
 def solutions_of(frequencies_hz: Sequence[float]) -> int:

@@ -4,9 +4,8 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
-import numpy as np
-
 from octant.reader_design.face.reader import SolvedReader
+from octant.reader_design.face.reader_measured import MeasuredReader
 from octant.reader_design.keeping.versions import versions
 from octant.reader_design.showing.pages import (
     Judgement,
@@ -31,6 +30,7 @@ FIGURES = {
     "gain_antenna_1": ("Antenna 1", "Its realised gain as a solid."),
     "s_matrix": ("S-matrix", "Reflection on the diagonal, coupling beside it."),
     "currents_antenna_1": ("Currents", "Surface current on the reader, antenna 1 driven."),
+    "measured": ("Patterns", "Gains over the azimuth, measured and computed."),
     "return_loss": ("Over the band", "Return loss and impedance over the frequency."),
     "smith": ("Smith chart", "Reflection of every antenna over the frequency."),
 }
@@ -42,12 +42,19 @@ STANDS_FOR = {"pattern": ("cuts", "gain_antenna_1")}
 BAND_AND_CURRENTS = ("return_loss", "smith", "currents_antenna_1")
 
 
-def reader_report(solved: SolvedReader, folder: Path, lines: Sequence[str]) -> Report:
+def reader_report(
+    solved: SolvedReader,
+    folder: Path,
+    lines: Sequence[str],
+    *,
+    beside: MeasuredReader | None = None,
+) -> Report:
     """Return the report of a reader at its first frequency ([ohm], [dB], [dBi]).
 
     Parameters
     ----------
     solved, folder, lines : The solution, where its files lie, what is said about it.
+    beside : What was measured of it; None: nothing.
     """
     study, design, response = solved.study, solved.design, solved.responses[0]
     result = solved.results[0] if solved.results else None
@@ -81,6 +88,18 @@ def reader_report(solved: SolvedReader, folder: Path, lines: Sequence[str]) -> R
                     ),
                 )
             ),
+            *(
+                ()
+                if beside is None
+                else (
+                    ReportSection(
+                        heading="Measured beside computed",
+                        paragraphs=tuple(beside.lines()),
+                        tables=beside.tables(),
+                        figures=_figures(folder, ("measured",)),
+                    ),
+                )
+            ),
             ReportSection(heading="In words", points=tuple(lines)),
             ReportSection(
                 heading="Reproduce it",
@@ -106,13 +125,12 @@ def _verdict(solved: SolvedReader) -> Verdict:
     mark: Mark = "none"
     if solved.results:
         result = solved.results[0]
-        swing = float(np.abs(np.diagonal(result.s_matrix)).max())
-        loss_db = -20.0 * math.log10(max(swing, 1e-10))
+        loss_db = -10.0 * math.log10(max(float(result.reflected_share.max()), 1e-20))
         mark = "good" if loss_db >= MATCHED_DB else "fair" if loss_db >= USABLE_DB else "poor"
         words = {"good": "well", "fair": "passably", "poor": "badly"}[mark]
         radiated = float(result.radiated_share.mean())
         sentence = (
-            f"The antennas are {words} matched to {design.load_ohm:g} ohm, radiate "
+            f"The antennas are {words} matched to {design.loads_text()}, radiate "
             f"{100.0 * radiated:.0f} % of the power they are offered, and reach {gain:.1f} dBi."
         )
         judged = [
@@ -130,7 +148,7 @@ def _verdict(solved: SolvedReader) -> Verdict:
             ),
             *judged,
         ]
-    drawn = design.response != "files"
+    drawn = design.drawn
     return Verdict(
         sentence=sentence,
         mark=mark,

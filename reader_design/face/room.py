@@ -11,13 +11,11 @@ import numpy.typing as npt
 from octant.geometries.bodies import place
 from octant.geometries.errors import ConfigError
 from octant.geometries.mesh_files import Reading, frame_of
-from octant.navigation.robot.floor import RobotSpace, footprint
 from octant.reader_design.face.materials import Audit
 from octant.reader_design.face.materials import audit as audit_file
 from octant.reader_design.face.paths import End, Paths, path_link, paths_title
 from octant.reader_design.face.reader import Reader
 from octant.reader_design.face.rss_map import MapWanted, map_rss, pose_dataset, with_dbm
-from octant.reader_design.face.scene_glb import write_scene
 from octant.reader_design.face.shown import figure_html, progress_of, text_html
 from octant.reader_design.face.tables import (
     StudyTable,
@@ -29,9 +27,11 @@ from octant.reader_design.face.tables import (
     with_keys_of,
 )
 from octant.reader_design.keeping.progress import Progress
+from octant.reader_design.setting.free_floor import free_floor
 from octant.reader_design.setting.map_grid import map_axes_m
 from octant.reader_design.setting.setting import Setting, build_setting
 from octant.reader_design.showing.rasters import Raster, write_occupancy
+from octant.reader_design.showing.scene_glb import write_scene
 from octant.reader_design.showing.scene_picture import ColourBy, View, scene_figure
 from octant.reader_design.study_file.room import Room as RoomTable
 from octant.reader_design.study_file.schema import Study
@@ -133,6 +133,7 @@ class Room(StudyTable):
         objects: Sequence[Mapping[str, Any]] = (),
         geometry: str | None = None,
         height_m: float | None = None,
+        metres_per_pixel: float | None = None,
         resource_path: Sequence[str | Path] = (),
     ) -> Self:
         """Return a room from a mesh file, or from several.
@@ -140,22 +141,24 @@ class Room(StudyTable):
         Parameters
         ----------
         file : A file of any format that trimesh reads, a Mitsuba scene, DAE, an SDF or URDF world,
-            a floor plan (YAML of a map, DXF); or several files, each with the keys of a table
-            ``[[room.mesh]]``.
+            a floor plan (YAML of a map, picture, DXF); or several files, each with the keys of
+            a table ``[[room.mesh]]``.
         unit : Length unit of the file (m, cm, mm, in ...), unless the format declares one; ``auto``
             guesses it from the size, for reasons that `octant.audit` says.
         up : {"y", "z", "auto"} — The file's vertical axis; by default y for GLB and GLTF, what a
             DAE says, z for the others; ``auto`` guesses it from names and size.
         materials, material : Material by name of the body in the file; that of all other bodies.
         origin_m, objects : Where the file's origin lies, (3,) [m]; as in `box`.
-        geometry, height_m, resource_path : Keys of the table ``[room]``: ``visual`` or
-            ``collision`` of a world; height of a floor plan's walls [m]; folders of models.
+        geometry, height_m, metres_per_pixel, resource_path : Keys of the table ``[room]``:
+            ``visual`` or ``collision`` of a world; height of a floor plan's walls [m]; scale of a
+            picture of one [m]; folders of models.
         """
         several = not isinstance(file, str | Path)
         if isinstance(file, str | Path) and "auto" in (unit, up):
             reading = Reading(
                 geometry="collision" if geometry == "collision" else "visual",
                 height_m=height_m,
+                metres_per_pixel=metres_per_pixel,
                 resource_path=tuple(str(folder) for folder in resource_path),
             )
             guess = frame_of(file, reading=reading)
@@ -165,6 +168,7 @@ class Room(StudyTable):
             mesh=file if several else str(file),
             geometry=geometry,
             height_m=height_m,
+            metres_per_pixel=metres_per_pixel,
             resource_path=[str(folder) for folder in resource_path],
             unit=unit,
             up=up,
@@ -369,15 +373,7 @@ class Room(StudyTable):
         study = study_from("to_map_server", {"room": self, "map": {"spacing_m": resolution_m}})
         setting = build_setting(study)
         x_m, y_m = map_axes_m(setting)
-        places = np.stack(np.meshgrid(x_m, y_m, indexing="ij"), axis=-1).reshape(-1, 2)
-        radius_m = 0.5 * math.hypot(*(np.diff(axis[:2]).sum() for axis in (x_m, y_m)))
-        space = RobotSpace(
-            footprint=footprint(setting.scene, radius_m=radius_m, height_m=height_m),
-            scene=setting.scene,
-            height_m=height_m,
-        )
-        free = np.where(space.outside(places), np.nan, space(places))
-        floor = free.reshape(len(x_m), len(y_m))
+        floor = free_floor(setting, x_m, y_m, height_m=height_m)
         return write_occupancy(
             Raster(x_m=x_m, y_m=y_m, values=floor, name="free floor", unit="1"), Path(path)
         )

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -29,6 +29,7 @@ from octant.reader_design.setting.setting import Setting, build_setting
 from octant.reader_design.setting.solving import solved
 from octant.reader_design.showing.netcdf import dataset, variable
 from octant.reader_design.showing.wake import wake_lines, wake_variables
+from octant.reader_design.study_file.calibration import sent_w
 from octant.reader_design.study_file.loading import to_toml
 from octant.reader_design.study_file.schema import Study
 
@@ -98,9 +99,10 @@ def tag_map(
         progress(rows)
 
     if not view.isotropic:
-        link = setting.link(tag, height_m=setting.study.map.height_m)
+        height_m, places = setting.study.map.height_m, _places(view.axes, setting)
+        link = setting.link(tag, height_m=height_m, places_m=places[:, :2])
         return map_reader(link, x_m=x_m, y_m=y_m, heading_rad=view.heading_rad, progress=rows_done)
-    found = setting.candidates(tag.position_m)
+    found = setting.candidates(tag.position_m, receivers_m=_places(view.axes, setting))
     maps = [
         map_antenna(
             radio,
@@ -110,7 +112,7 @@ def tag_map(
             z_m=setting.map_z_m,
             transmitter=transmitter,
             receiver=make_antenna("isotropic_theta", radio.frequency_hz),
-            power_w=setting.study.radio.tag_power_w,
+            power_w=sent_w(setting.study, tag.id),
             progress=rows_done,
         )
         for radio, transmitter in zip(setting.radios, tag.antennas, strict=True)
@@ -136,7 +138,8 @@ def woken_map(
     setting, tag, view, progress : As in `tag_map`.
     """
     seen = _seen_by(setting, view)
-    link = seen.link(tag, height_m=setting.study.map.height_m)
+    height_m, places = setting.study.map.height_m, _places(view.axes, setting)
+    link = seen.link(tag, height_m=height_m, places_m=places[:, :2])
     if not isinstance(link, BackscatterLink):
         msg = f"tag {tag.id!r} is active, so that no reader wakes it; map it as what it sends."
         raise ConfigError(msg)
@@ -194,7 +197,7 @@ def disc_map(
                     at,
                     transmitter=transmitter,
                     receiver=make_antenna("isotropic_theta", radio.frequency_hz),
-                    power_w=setting.study.radio.tag_power_w,
+                    power_w=sent_w(setting.study, tag.id),
                 ).coherent_w
                 for radio, transmitter in zip(setting.radios, tag.antennas, strict=True)
             ]
@@ -224,11 +227,12 @@ def spread_map(
     setting, tag, view, progress : As in `tag_map`.
     """
     radio = setting.radios[0]
-    found = setting.candidates(tag.position_m)
+    places = _places(view.axes, setting)
+    found = setting.candidates(tag.position_m, receivers_m=places)
     return channel_spreads(
         radio,
         found,
-        _places(view.axes, setting),
+        places,
         transmitter=tag.antennas[0],
         receiver=make_antenna("isotropic_theta", radio.frequency_hz),
         progress=lambda rows, _: progress(rows),
@@ -361,7 +365,16 @@ def map_dataset(
         study_toml=to_toml(study),
         seed=study.seed,
         title=f"{study.name}: received power over the floor",
-        attributes={"receiver": "reader" if of_reader else "isotropic_theta"},
+        attributes={"receiver": "reader" if of_reader else "isotropic_theta"}
+        | _ray_attributes(layers),
+    )
+
+
+def _ray_attributes(layers: Sequence[TagLayers]) -> dict[str, Any]:
+    """Return what rays have not found of the power, of the tag of which they miss most [dB]."""
+    found = [layer.power.rays for layer in layers if layer.power.rays is not None]
+    return max(
+        (share.attributes() for share in found), key=lambda one: one["missing_share"], default={}
     )
 
 
@@ -637,7 +650,8 @@ def pose_dataset(study: Study, tag_ids: Sequence[str], poses: npt.ArrayLike) -> 
     setting = build_setting(study)
     _refuse_buried_poses(setting, given)
     setting.solved()
-    rss = [pose_rss_w(setting.link(setting.tag(tag_id)), given) for tag_id in tag_ids]
+    links = [setting.link(setting.tag(tag_id), places_m=given[:, :2]) for tag_id in tag_ids]
+    rss = [pose_rss_w(link, given) for link in links]
     numbers = np.arange(1, rss[0].shape[-1] + 1)
     places = {
         name: variable(["pose"], given[:, i], units=units, long_name=text)
@@ -704,3 +718,5 @@ def summary_lines(layers: Sequence[TagLayers]) -> Iterator[str]:
             f"path; strongest antenna {dbm.min():.1f} to {dbm.max():.1f} dBm, median "
             f"{np.median(dbm):.1f} dBm; {int(count.sum())} paths."
         )
+        if layer.power.rays is not None:
+            yield f"tag {tag}: {layer.power.rays.text()}"

@@ -19,6 +19,7 @@ from octant.reader_design.face.shown import figure_html, image_html, progress_of
 from octant.reader_design.face.tables import Tag, plain, study_from
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.setting.setting import build_setting
+from octant.reader_design.showing.mat_files import write_mat
 from octant.reader_design.showing.netcdf import read_dataset
 from octant.reader_design.study_file.loading import load_study, to_toml, vary
 from octant.reader_design.study_file.schema import Study as StudyTables
@@ -430,9 +431,9 @@ class Study:
         file, runs : One for ``octant navigate --compare``; runs of each, by default its own.
         out, force, progress : As in `run`.
         """
-        from octant.reader_design.experiments.missions.comparison import (
+        from octant.reader_design.experiments.missions.comparison import run_comparison
+        from octant.reader_design.experiments.missions.comparison_table import (
             load_comparison,
-            run_comparison,
         )
 
         comparison = load_comparison(Path(file))
@@ -510,6 +511,15 @@ class Results:
     def report(self) -> Path:
         """The page, where there is one."""
         return self.folder / "report.html"
+
+    def to_mat(self, path: str | Path) -> None:
+        """Write the main dataset as a MAT file for MATLAB, arrays by their names.
+
+        Parameters
+        ----------
+        path : The file; replaced where it exists.
+        """
+        write_mat(self.data, Path(path))
 
     def table(self, name: str) -> "pd.DataFrame":
         """Return one of the tables.

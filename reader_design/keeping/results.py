@@ -30,7 +30,7 @@ def refuse_another(folder: Path, text: str, *, force: bool, outputs: Iterable[st
         msg = f"{folder} is a file, but the results need a folder; give another --out."
         raise ConfigError(msg)
     study = folder / STUDY_FILE
-    if study.is_file() and study.read_text("utf-8") == text:
+    if study.is_file() and study.read_bytes() == text.encode("utf-8"):
         return
     there = [path for pattern in outputs for path in sorted(folder.glob(pattern))]
     if not (there or study.exists()):

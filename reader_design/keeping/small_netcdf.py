@@ -15,6 +15,8 @@ import numpy.typing as npt
 if TYPE_CHECKING:
     import xarray as xr
 
+NO_VALUE = "no value: it is not computed, or there is none"
+"""What NaN means where a variable has some."""
 Stored = tuple[Sequence[str], npt.ArrayLike, str, str]
 """Dimensions, values, units and long name of a variable."""
 
@@ -44,6 +46,8 @@ def netcdf_bytes(
                 name, data=data, dtype=h5py.string_dtype() if text else None
             )
             stored.attrs["units"], stored.attrs["long_name"] = units, long_name
+            if array.dtype.kind == "f" and np.isnan(array).any():
+                stored.attrs["missing"] = NO_VALUE
             if tuple(dims) == (name,):
                 stored.make_scale(name)
         for name, (dims, *_) in variables.items():

@@ -11,7 +11,13 @@ import signal
 import socket
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from concurrent.futures import (
+    BrokenExecutor,
+    CancelledError,
+    Executor,
+    Future,
+    ProcessPoolExecutor,
+)
 from contextlib import contextmanager
 from functools import partial
 from multiprocessing.connection import Connection
@@ -185,6 +191,35 @@ def open_crew(*, workers: int | None = None, cluster: str | None = None) -> Iter
     finally:
         if local is not None:
             local.stop()
+
+
+def begun(
+    crew: Crew | None, call: Callable[..., Result], *arguments: object
+) -> Callable[[], Result]:
+    """Return what gives the result of a call, on which a worker may be at work meanwhile.
+
+    Without workers, and where they were lost, it is computed here when it is asked for.
+
+    Parameters
+    ----------
+    crew : Workers, or None.
+    call, *arguments : As for a crew.
+    """
+    here = partial(call, *arguments)
+    if crew is None:
+        return here
+    try:
+        future = crew.submit(call, *arguments)
+    except BrokenExecutor:
+        return here
+
+    def result() -> Result:
+        try:
+            return future.result()
+        except (BrokenExecutor, CancelledError):
+            return here()
+
+    return result
 
 
 @contextmanager

@@ -26,6 +26,12 @@ THIN_M = 0.5
 FLAT = 0.1
 """Thickness [-] by width up to which it is a wall, and no cabinet."""
 
+TALL = 0.7
+"""Share of a room's height [-] from which an upright facet in it is an inner wall."""
+
+MOST_WALLS = 300
+"""Inner walls [-], the widest, that are looked at."""
+
 OPAQUE_S_PER_M = 1e6
 """Conductivity [S/m] from which a material lets nothing through, however thin."""
 
@@ -202,3 +208,61 @@ def opaque_wall_note(study: Study, scene: Scene, unreached: int) -> str:
         f"{unreached} places are without a path, and walls of {walls[0]} have a thickness, but let "
         "nothing through unless the study asks: solver.transmission = true."
     )
+
+
+def opaque_sheet_note(study: Study, scene: Scene) -> str:
+    """Return a line of advice where inner walls that waves pass in truth let nothing through.
+
+    Inner walls: upright facets, nearly as high as the room, inside its hull, of a material that is
+    not metal and has a thickness, or drawn with both faces.
+
+    Parameters
+    ----------
+    study, scene : A study and one of its rooms.
+    """
+    if study.solver.transmission or not scene.has_room:
+        return ""
+    materials = study_materials(study)
+    inner = _inner_walls(scene)
+    for label in dict.fromkeys(scene.material_names[m] for m, _ in inner):
+        here = materials.get(label)
+        if here is None or here.is_pec or here.sigma_c_s_per_m >= OPAQUE_S_PER_M:
+            continue
+        walls = [box for m, box in inner if scene.material_names[m] == label]
+        if not (here.thickness_m or here.layers) and not _face_each_other(walls):
+            continue
+        thickness = "" if here.thickness_m or here.layers else " and the walls a thickness_m"
+        return (
+            f"inner walls of {here.name} let nothing through, since solver.transmission is off: "
+            f"rooms behind them get no signal, where a real wall costs some dB; give "
+            f"solver.transmission = true{thickness}."
+        )
+    return ""
+
+
+def _inner_walls(scene: Scene) -> list[tuple[int, FloatArray]]:
+    """Return material and bounds (2, 3) [m] of the largest upright facets in the room's hull."""
+    corners, facet = scene.triangle_corners_m, scene.triangle_facet
+    normal = scene.facets.plane_normal[scene.facets.facet_plane]
+    inside = scene.supporting_side[scene.facets.facet_plane] == 0
+    height = float(np.ptp(scene.bounds_m[:, 2]))
+    count = len(normal)
+    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
+    np.minimum.at(low, facet, corners.min(axis=1))
+    np.maximum.at(high, facet, corners.max(axis=1))
+    size = high - low
+    tall = inside & (np.abs(normal[:, 2]) < FLAT) & (size[:, 2] >= TALL * height)
+    found = np.flatnonzero(tall)
+    largest = found[np.argsort(-np.hypot(size[found, 0], size[found, 1]))][:MOST_WALLS]
+    index = scene.facets.facet_material
+    return [(int(index[i]), np.stack([low[i], high[i]])) for i in largest]
+
+
+def _face_each_other(walls: list[FloatArray]) -> bool:
+    """Return whether two of some upright facets stand close, as a wall's two faces do."""
+    for i, one in enumerate(walls):
+        for other in walls[i + 1 :]:
+            gap = np.maximum(one[0], other[0]) - np.minimum(one[1], other[1])
+            if np.sum(gap[:2] < -LENGTHS.step_m) == 1 and 0.0 < gap[:2].max() <= THIN_M:
+                return True
+    return False

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from octant.em.antennas.embedded import ReaderResponse
+from octant.em.antennas.embedded import ReaderResponse, one_antenna_fields
 from octant.em.antennas.kinds import Antenna, make_antenna
 from octant.em.fields.gains import path_gains
 from octant.em.paths.tracing import trace_paths
@@ -60,7 +60,7 @@ def arriving_paths(setting: Setting, tag: PlacedTag, places_m: FloatArray) -> Ar
     places_m : (p, 2) float64 — Places of the reader [m].
     """
     places = np.column_stack([places_m, np.full(len(places_m), setting.reader_z_m)])
-    found = setting.candidates(tag.position_m)
+    found = setting.candidates(tag.position_m, receivers_m=places)
     paths = trace_paths(setting.radios[0], found, places)
     fields = []
     for radio, antenna in zip(setting.radios, tag.antennas, strict=True):
@@ -99,9 +99,10 @@ def captured(
     out = np.zeros((len(towards_rad), elements.size), dtype=np.bool_)
     for i, element in enumerate(elements):
         azimuth = paths.phi_rad - towards_rad[paths.place] + element
+        around = azimuth % (2.0 * math.pi)
+        patterns = one_antenna_fields(tuple(responses), i, paths.theta_rad, around)
         power = np.zeros(paths.place.size)
-        for response, field in zip(responses, paths.field, strict=True):
-            pattern = response.far_field(paths.theta_rad, azimuth % (2.0 * math.pi))[i]
+        for pattern, field in zip(patterns, paths.field, strict=True):
             power += np.abs((pattern * field).sum(axis=-1)) ** 2
         direct, bent = np.zeros(len(towards_rad)), np.zeros(len(towards_rad))
         np.maximum.at(direct, paths.place[paths.bends == 0], power[paths.bends == 0])

@@ -13,7 +13,7 @@ from octant.em.blocks import cores
 from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
 from octant.em.reader.fullwave.band import NODES
 from octant.em.reader.fullwave.surroundings import surroundings_size
-from octant.reader_design.setting.design import FULLWAVE
+from octant.reader_design.setting.design import FULLWAVE, METAL
 from octant.reader_design.study_file.checks import rooms_of
 from octant.reader_design.study_file.dock import Dock
 from octant.reader_design.study_file.mission import Mission
@@ -51,6 +51,8 @@ STEP_BYTES = 200.0
 """Memory [B] of one step of a run that is kept."""
 LAYERS_BYTES = 40.0
 """Memory [B] for each value of a map while it is computed and written."""
+READING_S = 1.2e-4
+"""Time [s] of one reading of the study's receiver, and of its row in a table."""
 BENDS_OVER_EDGES = 8.0
 """How many more sequences there are where edges diffract [-]; 4 times that over two edges."""
 
@@ -117,9 +119,8 @@ def unknowns_of(design: Reader, *, edge_m: float) -> int:
     side_m, count = design.ground_plane_m, design.antennas
     filled = {"square": 1.0, "round": math.pi / 4.0, "octagon": 0.83}[design.ground_plane_shape]
     at_axis_m = design.plate_height_axis_m
-    height_m = (
-        design.plate_height_m + (design.plate_height_m if at_axis_m is None else at_axis_m)
-    ) / 2
+    ends_m = design.plate_height_m, design.plate_height_m if at_axis_m is None else at_axis_m
+    height_m = (sum(ends_m) / 2 + sum(design.plate_profile_m)) / (1 + len(design.plate_profile_m))
     reach_m = design.plate_outer_radius_m or side_m / 2.0
     area_m2 = filled * side_m**2 + count * reach_m * height_m
     kind: str = design.antenna
@@ -131,6 +132,19 @@ def unknowns_of(design: Reader, *, edge_m: float) -> int:
         area_m2 += count * design.monopole_plane_m**2
     each = UNKNOWNS_OF_ANTENNA[kind] + foot
     return round(UNKNOWNS_PER_ELEMENT * area_m2 / edge_m**2 + count * each)
+
+
+def _metal_cost(design: Reader, study: Study) -> Cost:
+    """Return what the response of a reader of any metal takes."""
+    mesh = design.metal_mesh(max(study.radio.frequencies_hz))
+    unknowns = round(1.5 * len(mesh.faces))
+    once = PATTERN_S + ASSEMBLY_S * unknowns**2 + FACTORS_S * unknowns**3
+    return Cost(
+        counts=(f"about {unknowns} unknowns",),
+        seconds=min(len(study.radio.frequencies_hz), NODES) * once,
+        memory_bytes=PROCESS_BYTES + 16.0 * unknowns**2,
+        causes=("reader.body", "reader.cells_per_wavelength"),
+    )
 
 
 def reader_cost(study: Study, reader: Reader | None = None, *, symmetric: bool = True) -> Cost:
@@ -146,6 +160,8 @@ def reader_cost(study: Study, reader: Reader | None = None, *, symmetric: bool =
     """
     design = reader or study.reader
     model, channels = study.reader.response, len(study.radio.frequencies_hz)
+    if model == METAL:
+        return _metal_cost(design, study)
     if model != FULLWAVE:
         return Cost(counts=(f"response {model}",), seconds=channels * APPROXIMATE_S[model])
     unknowns, sectors = solved_unknowns(study, design)
@@ -216,6 +232,31 @@ def field_cost(study: Study, places: float, *, tags: int, causes: tuple[str, ...
         seconds=SAMPLE_S * values * channels * paths,
         memory_bytes=PROCESS_BYTES + LAYERS_BYTES * values,
         causes=(*causes, "solver.max_reflections", "solver.diffraction"),
+    )
+
+
+def readings_cost(readings: float, *, causes: tuple[str, ...] = ()) -> Cost:
+    """Return what drawing and writing readings of all antennas takes.
+
+    Parameters
+    ----------
+    readings : How many there are [-].
+    causes : What says so.
+    """
+    return Cost(counts=(counted(readings, "reading"),), seconds=READING_S * readings, causes=causes)
+
+
+def replay_cost(estimator: str, rounds: int) -> Cost:
+    """Return what an estimator takes with a recorded drive, its reader solved already.
+
+    Parameters
+    ----------
+    estimator, rounds : Tracker, map or a bearing method; rounds of the log [-].
+    """
+    return Cost(
+        counts=(counted(rounds, "round"),),
+        seconds=rounds * STEP_S.get(estimator, LOOP_S),
+        causes=("the log's readings",),
     )
 
 

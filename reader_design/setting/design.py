@@ -16,6 +16,8 @@ from octant.reader_design.study_file.schema import Radio
 
 FULLWAVE = "fullwave"
 """The model that solves for the currents on the reader [-]."""
+METAL = "metal"
+"""The same for a reader of any metal [-]."""
 
 
 def canonical_json(value: Any) -> str:  # noqa: ANN401  any tree of plain values
@@ -55,6 +57,9 @@ def solutions(
             reader.element(frequencies_hz[0]),
             frequencies_hz,
             cells_per_wavelength=cells_per_wavelength or reader.cells_per_wavelength,
+            metal=reader.metal_mesh(max(frequencies_hz)) if reader.response == METAL else None,
+            hybrids=reader.hybrids(),
+            feeding=reader.feeding(),
             **reader.feed(),
         )
 
@@ -68,7 +73,7 @@ def response_at(reader: Reader, frequency_hz: float, model: str | None = None) -
     model : As ``reader.response``, which is the default.
     """
     model = model or reader.response
-    if model == FULLWAVE:
+    if model in {FULLWAVE, METAL}:
         return solutions(reader, (frequency_hz,))[0].response
     body = reader.body()
     with one_blas_thread():
@@ -99,6 +104,6 @@ def reader_responses(reader: Reader, radio: Radio) -> tuple[ReaderResponse, ...]
         resonant one at the carrier.
     """
     cut = replace(reader, antenna_length_m=reader.element(radio.frequency_hz).length_m)
-    if reader.response == FULLWAVE:
+    if reader.has_ports:
         return tuple(found.response for found in solutions(cut, radio.frequencies_hz))
     return tuple(response_at(cut, f) for f in radio.frequencies_hz)

@@ -4,9 +4,10 @@ The rules are data of the study (table ``[choice]``);
 :mod:`octant.reader_design.setting.reasons` says them, and the outcome, in words.
 """
 
+import itertools
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from octant.geometries.errors import SweepStateError
 from octant.geometries.tolerances import LENGTHS
 from octant.reader_design.setting.pareto import pareto_front
 from octant.reader_design.setting.reasons import (
+    MISSIONS,
     ONLY_ONE,
     ORDER,
     SIZE,
@@ -21,6 +23,7 @@ from octant.reader_design.setting.reasons import (
     chosen_sentence,
     comparison_sentence,
     criterion_name,
+    missions_sentence,
     model_sentence,
 )
 from octant.reader_design.study_file.choice import Choice as Rules
@@ -236,4 +239,55 @@ def choose(candidates: Sequence[Candidate], *, model: str, rules: Rules | None =
         decided=tuple(decided),
         reason=tuple(reason),
         comparisons=(*pairs, "It is the last of the ranking."),
+    )
+
+
+def after_missions(
+    choice: Choice, candidates: Sequence[Candidate], reached: Mapping[int, int], *, runs: int
+) -> Choice:
+    """Return the ranking in which designs that drove stand by how many runs reached every tag.
+
+    The reason says whether that changed which design is chosen.
+
+    Parameters
+    ----------
+    choice, candidates : By the scores alone, and of what.
+    reached : Runs that reached every tag, by the index of each candidate that drove: the first ones
+        of the ranking.
+    runs : Of how many runs of each.
+    """
+    first = sorted(choice.ranking[: len(reached)], key=lambda i: -reached[i])
+    ranking = (*first, *choice.ranking[len(reached) :])
+    decided, comparisons = [], []
+    for a, b in itertools.pairwise(ranking):
+        if a in reached and b in reached and reached[a] != reached[b]:
+            decided.append(MISSIONS)
+            comparisons.append(
+                missions_sentence(reached[a], reached[b], runs, label=candidates[b].label)
+            )
+            continue
+        _, by = _select(choice.merits, [a, b], choice.rules)
+        decided.append(by)
+        one, other = choice.merits[a], choice.merits[b]
+        label = candidates[b].label
+        comparisons.append(comparison_sentence(one, other, by, label=label, rules=choice.rules))
+    before, now = choice.chosen, ranking[0]
+    if now == before:
+        told = "Its missions did not change the choice that the scores alone make"
+    else:
+        told = (
+            f"By the scores alone {candidates[before].label} would have been chosen, of whose runs "
+            f"{reached[before]} of {runs} reached every tag"
+        )
+    return replace(
+        choice,
+        ranking=ranking,
+        decided=(*decided, ONLY_ONE),
+        reason=(
+            *chosen_sentence(candidates[now], choice.merits[now], choice.rules),
+            *comparisons[:1],
+            f"{told}; {reached[now]} of {runs} did with this one.",
+            choice.reason[-1],
+        ),
+        comparisons=(*comparisons, choice.comparisons[-1]),
     )

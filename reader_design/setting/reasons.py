@@ -23,6 +23,9 @@ ORDER = "order of the sweep"
 ONLY_ONE = "only one design"
 """What decided where nothing is left to compare with."""
 
+MISSIONS = "missions"
+"""What decided where more runs of one design reached every tag."""
+
 _PHRASES = (
     ("read_right_share", "share of right antennas as read"),
     ("read_strongest", "bearing error of the strongest antenna as read"),
@@ -127,6 +130,11 @@ def rule_sentences(rules: Rules) -> tuple[str, ...]:
     for k, criterion in enumerate(rules.criteria):
         out.append(f"{'Then' if k else 'First'}: {criterion_sentence(criterion)}.")
     out.append("If all that is equal, the design that stands first in the sweep.")
+    if rules.by_missions:
+        out.append(
+            f"The first {rules.missions} then drive the missions: more runs that reached every tag "
+            "are better, and of as many the earlier design."
+        )
     return tuple(out)
 
 
@@ -197,6 +205,20 @@ def comparison_sentence(
     return f"Next comes {label}; what decided is the {by}: {numbers}."
 
 
+def missions_sentence(reached: int, other: int, runs: int, *, label: str) -> str:
+    """Return in one sentence by how many runs a design is before the next.
+
+    Parameters
+    ----------
+    reached, other, runs : Runs of both that reached every tag, of so many.
+    label : Name of the next design.
+    """
+    return (
+        f"Next comes {label}; what decided is the {MISSIONS}: {reached} against {other} of {runs} "
+        "runs reached every tag."
+    )
+
+
 def model_sentence(model: str) -> str:
     """Return how far the reader's model can be trusted; its error in [dB].
 
@@ -222,6 +244,11 @@ def model_sentence(model: str) -> str:
             "The reader's own body was solved by the method of moments "
             '(response = "fullwave"): coupling, mismatch to the loads and diffraction at its edges '
             "are in the ranking; thickness and losses of its metal, and the robot below, are not."
+        )
+    if model == "metal":
+        return (
+            "The reader's metal was solved by the method of moments as it is given (response = "
+            '"metal"); its thickness and losses, and the robot below, are not in the ranking.'
         )
     if model == "files":
         return "The reader is given by pattern files; the choice rests on what they say."

@@ -151,6 +151,7 @@ class LinkPlace:
     height_m : Reader's ground plane above the floor [m].
     solver : How paths are searched.
     standoff_m : How far a transmitter that lies on a surface is moved off it [m].
+    places_m : (m, 2) array_like — The only x, y of the robot [m]; None: any.
     """
 
     radios: Sequence[RadioScene]
@@ -158,6 +159,7 @@ class LinkPlace:
     height_m: float
     solver: SolverSettings
     standoff_m: float
+    places_m: npt.ArrayLike | None = None
 
 
 def transmitters(rfid: Rfid, frequencies_hz: Sequence[float]) -> tuple[Antenna, ...]:
@@ -260,6 +262,7 @@ def _way(
         response=response,
         reader_height_m=place.height_m,
         solver=place.solver,
+        places_m=place.places_m,
     )
 
 

@@ -10,8 +10,6 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from octant.em.power.backscatter import BackscatterLink
-from octant.em.power.received_power import ReaderLink
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import ConfigError
 from octant.geometries.scene import Scene
@@ -76,9 +74,6 @@ def sample_rss_w(
     azimuths_rad : (a,) array_like — Azimuths of the tag in the reader frame [rad].
     """
     poses = facing_poses(points_m, tag_point_m, azimuths_rad)
-    if isinstance(link, ReaderLink | BackscatterLink):  # each place is traced once for all headings
-        rows = [link.rss_by_heading_w(pose[:1, :2], pose[:, 2]) for pose in poses]
-        return np.concatenate(rows)
     return link.rss_w(poses.reshape(-1, 3)).reshape(*poses.shape[:2], -1)
 
 

@@ -87,7 +87,8 @@ def scaled(design: Reader, factor: float) -> Reader:
     design, factor : The reader; by what its lengths are multiplied [-].
     """
     changes = {name: float(f"{factor * length:.4g}") for name, length in _lengths_m(design).items()}
-    return msgspec.structs.replace(design, **changes)
+    profile = tuple(float(f"{factor * height:.4g}") for height in design.plate_profile_m)
+    return msgspec.structs.replace(design, plate_profile_m=profile, **changes)
 
 
 def reader_preset(band: str | float) -> Reader:

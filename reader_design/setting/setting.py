@@ -27,6 +27,7 @@ from octant.reader_design.setting.placing import PlacedTag, check_heights, check
 from octant.reader_design.setting.rfid import LinkPlace, is_woken, woken_link
 from octant.reader_design.setting.scores import USABLE_DBM
 from octant.reader_design.study_file.bodies import object_bodies, room_bodies, study_materials
+from octant.reader_design.study_file.calibration import sent_w
 from octant.reader_design.study_file.checks import rooms_of
 from octant.reader_design.study_file.errors import unknown_name
 from octant.reader_design.study_file.loading import layout_study
@@ -222,6 +223,7 @@ class Setting:
         radio: RadioScene | None = None,
         max_reflections: int | None = None,
         region_m: npt.ArrayLike | None = None,
+        receivers_m: npt.ArrayLike | None = None,
     ) -> Candidates:
         """Return the candidates for paths from a place, searched as the study's solver says.
 
@@ -231,13 +233,26 @@ class Setting:
         radio : The room at one frequency; None: at the first.
         max_reflections : Greatest order; None: the study's.
         region_m : (2, 3) array_like or None — Box [m] that all receivers lie in; None: the room.
+        receivers_m : (m, 3) array_like or None — All receivers [m], where they are known.
         """
         solver = self.solver
         if max_reflections is not None:
             solver = replace(solver, max_reflections=max_reflections)
-        return search_candidates(radio or self.radios[0], source_m, solver, region_m=region_m)
+        return search_candidates(
+            radio or self.radios[0],
+            source_m,
+            solver,
+            region_m=region_m,
+            receivers_m=receivers_m,
+        )
 
-    def link(self, tag: PlacedTag, *, height_m: float | None = None) -> Link:
+    def link(
+        self,
+        tag: PlacedTag,
+        *,
+        height_m: float | None = None,
+        places_m: npt.ArrayLike | None = None,
+    ) -> Link:
         """Return the link of a tag to the reader: RSS [W] for any pose, mean over the channels.
 
         Of a tag that the reader wakes, what it sends back; 0 where it sleeps.
@@ -246,8 +261,16 @@ class Setting:
         ----------
         tag : One of the room's tags.
         height_m : Ground plane above the floor [m]; None: the study's.
+        places_m : (m, 2) array_like or None — The only x, y [m] of the robot, where they are known.
         """
-        return self._link(self.radios, tag, tag.position_m, height_m=height_m, solver=self.solver)
+        return self._link(
+            self.radios,
+            tag,
+            tag.position_m,
+            height_m=height_m,
+            solver=self.solver,
+            places_m=places_m,
+        )
 
     def free_link(self, tag: PlacedTag) -> Link:
         """Return the link of a tag to the reader at the same heights, without any room.
@@ -299,17 +322,21 @@ class Setting:
         *,
         height_m: float | None = None,
         solver: SolverSettings = DIRECT_ONLY,
+        places_m: npt.ArrayLike | None = None,
     ) -> Link:
         if is_woken(self.study, tag):
-            return self._woken(radios, tag, position_m, height_m=height_m, solver=solver)
+            return self._woken(
+                radios, tag, position_m, height_m=height_m, solver=solver, places_m=places_m
+            )
         return reader_link(
             radios,
             tag_position_m=position_m,
             tag_antenna=tag.antennas,
-            tag_power_w=self.study.radio.tag_power_w,
+            tag_power_w=sent_w(self.study, tag.id),
             response=self.responses,
             reader_height_m=self.reader.height_m if height_m is None else height_m,
             solver=solver,
+            places_m=places_m,
         )
 
     def _woken(
@@ -320,6 +347,7 @@ class Setting:
         *,
         height_m: float | None = None,
         solver: SolverSettings = DIRECT_ONLY,
+        places_m: npt.ArrayLike | None = None,
     ) -> BackscatterLink:
         place = LinkPlace(
             radios=radios,
@@ -327,6 +355,7 @@ class Setting:
             height_m=self.reader.height_m if height_m is None else height_m,
             solver=solver,
             standoff_m=self.study.solver.standoff_m,
+            places_m=places_m,
         )
         return woken_link(self.study, tag, place, self.responses)
 
@@ -431,4 +460,5 @@ def solver_settings(study: Study) -> SolverSettings:
         transmission=solver.transmission,
         search=solver.search,
         rays=solver.rays,
+        ray_tolerance_db=solver.ray_tolerance_db,
     )

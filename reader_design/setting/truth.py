@@ -33,12 +33,14 @@ class World:
     level_db : Level of every tag over what the study says [dB].
     gain_db : (n,) float64 — Gain of every antenna over that [dB].
     kidnapped_at_s : When the robot is carried elsewhere [s]; None: never.
+    noise_db : Noise of each reading [dB]; None: as the study's mission has it.
     """
 
     setting: Setting
     level_db: Mapping[str, float]
     gain_db: FloatArray
     kidnapped_at_s: float | None
+    noise_db: float | None = None
 
     def erring(self, links: Mapping[str, PowerLink]) -> dict[str, PowerLink]:
         """Return links with the true levels and gains.
@@ -99,6 +101,7 @@ def true_world(setting: Setting, rng: np.random.Generator) -> World:
             level_db={t.id: float(rng.normal(0.0, truth.tag_level_sd_db)) for t in study.tags},
             gain_db=rng.normal(0.0, truth.antenna_gain_sd_db, found.responses[0].antennas),
             kidnapped_at_s=truth.kidnapped_at_s,
+            noise_db=truth.noise_db,
         )
     msg = (
         f"truth.tag_sd_m is {truth.tag_sd_m:g} m, but in {_DRAWS} draws a tag was always misplaced "

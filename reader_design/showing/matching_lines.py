@@ -1,10 +1,12 @@
 """Whether a reader is matched, and what would match it, in sentences."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
+from octant.em.reader.fullwave.loads import LoadedReader
 from octant.em.reader.matching import (
     MATCHED_DB,
     Match,
@@ -14,13 +16,51 @@ from octant.em.reader.matching import (
     port_reflection_db,
     vswr,
 )
+from octant.reader_design.showing.workshop import networks_text
+from octant.reader_design.study_file.reader import Reader
 
 FloatArray = npt.NDArray[np.float64]
 ComplexArray = npt.NDArray[np.complex128]
 
+TOLERANCE = 0.05
+"""Tolerance of parts that can be bought [-]: E24 values are made for 5 %."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Behind:
+    """What the receiver sees behind ``reader.feed``.
+
+    Parameters
+    ----------
+    loads : What lies there, in words.
+    reflection_db : (f, n) float64 — Reflection at the receiver [dB].
+    """
+
+    loads: str
+    reflection_db: FloatArray
+
+    @classmethod
+    def of(cls, design: Reader, solutions: Sequence[LoadedReader]) -> "Behind | None":
+        """Return what receivers see of solutions over a band; None without a feed.
+
+        Parameters
+        ----------
+        design, solutions : The reader, and its ports at each frequency.
+        """
+        if solutions[0].feeds is None:
+            return None
+        share = np.array([ports.reflected_share for ports in solutions])
+        level_db = 10.0 * np.log10(np.maximum(share, 1e-20))
+        return cls(loads=design.loads_text(), reflection_db=level_db)
+
 
 def matching_lines(
-    admittance_s: ComplexArray, frequencies_hz: npt.ArrayLike, *, at_hz: float, load_ohm: float
+    admittance_s: ComplexArray,
+    frequencies_hz: npt.ArrayLike,
+    *,
+    at_hz: float,
+    load_ohm: float,
+    behind: Behind | None = None,
 ) -> Iterator[str]:
     """Yield whether all ports are matched at a frequency, over which band, and else what would do.
 
@@ -29,24 +69,34 @@ def matching_lines(
     admittance_s, frequencies_hz : (f, n, n) admittances of the ports [S] at frequencies, (f,) [Hz].
     at_hz : Where they are to be matched [Hz]; the nearest of the frequencies counts.
     load_ohm : Resistance of source and load of every port [ohm].
+    behind : What the receiver sees behind a feed; None: it is at the antennas.
     """
     f = np.atleast_1d(np.asarray(frequencies_hz, dtype=np.float64))
     carrier = int(np.abs(f - at_hz).argmin())
     level_db = port_reflection_db(admittance_s, load_ohm).max(axis=1)
+    to = f"{load_ohm:g} ohm"
+    if behind is not None:
+        to, level_db = behind.loads, behind.reflection_db.max(axis=1)
     found = _level_text(level_db, f, carrier)
     if level_db[carrier] <= MATCHED_DB:
-        yield f"Matched to {load_ohm:g} ohm: {found}."
+        yield f"Matched to {to}: {found}."
+        if level_db.max() <= MATCHED_DB:
+            return
+        wider = match_reader(admittance_s, f, at_hz=float(f[carrier]), source_ohm=load_ohm)
+        if wider is not None and wider.reflection_db(admittance_s, f).max() <= MATCHED_DB:
+            yield from _network_lines(wider, admittance_s, f, carrier)
         return
-    yield f"Not matched to {load_ohm:g} ohm: {found}, where {MATCHED_DB:g} dB or less is usual."
+    yield f"Not matched to {to}: {found}, where {MATCHED_DB:g} dB or less is usual."
+    instead = "" if behind is None else " at the antennas, without reader.feed"
     best_ohm = best_real_load_ohm(admittance_s[carrier : carrier + 1])
     with_load = port_reflection_db(admittance_s, best_ohm).max(axis=1)
     yield (
-        f"The best real load at that frequency is {best_ohm:.3g} ohm (reader.load_ohm): "
+        f"The best real load at that frequency{instead} is {best_ohm:.3g} ohm (reader.load_ohm): "
         f"{_level_text(with_load, f, carrier)}."
     )
     match = match_reader(admittance_s, f, at_hz=float(f[carrier]), source_ohm=load_ohm)
     if match is None:
-        yield "No L-network matches all ports at once."
+        yield "No network of coils and capacitors matches all ports at once."
         return
     yield from _network_lines(match, admittance_s, f, carrier)
 
@@ -56,26 +106,33 @@ def _network_lines(
 ) -> Iterator[str]:
     """Yield the networks and what they reach, ideal and with parts that can be bought."""
     ideal = match.reflection_db(admittance_s, f).max(axis=1)
-    bought = match.nearest_e24
+    bought = match.bought(admittance_s, f)
     real = bought.reflection_db(admittance_s, f).max(axis=1)
-    kinds = list(dict.fromkeys(str(network) for network in match.networks))
-    parts = "; ".join(
-        f"antenna {_numbers(match, kind)}: {kind}" if len(kinds) > 1 else kind for kind in kinds
-    )
-    each = "an L-network at each antenna" if len(kinds) == 1 else "L-networks"
+    worst = bought.worst_db(admittance_s, f, tolerance=TOLERANCE)
+    name = "an L-network" if len(match.networks[0].parts) == 2 else "a Pi-network"
     yield (
-        f"Or {each} ({parts}; parts without losses), applied to all: "
-        f"{_level_text(ideal, f, carrier, floor_db=-40.0)}."
+        f"Or {name} at each antenna ({networks_text(tuple(map(str, match.networks)))}; parts "
+        f"without losses): {_level_text(ideal, f, carrier, floor_db=-40.0)}."
     )
-    shown = list(dict.fromkeys(str(network) for network in bought.networks))
     yield (
-        f"With the nearest values of the E24 series ({'; '.join(shown)}): "
-        f"{_level_text(real, f, carrier, floor_db=-40.0)}."
+        f"With values of the E24 series: {_level_text(real, f, carrier, floor_db=-40.0)}; all of "
+        f"them off by {100.0 * TOLERANCE:g} % in the worst sense: "
+        f"{_level_text(worst, f, carrier, floor_db=-40.0)}."
     )
-
-
-def _numbers(match: Match, kind: str) -> str:
-    return ", ".join(str(i + 1) for i, n in enumerate(match.networks) if str(n) == kind)
+    shown = [str(network) for network in bought.networks]
+    entries = ", ".join(f'"{one}"' for one in (shown[:1] if len(set(shown)) == 1 else shown))
+    yield f"These in the study file: [reader.feed] match = [{entries}]"
+    if len(set(shown)) == 1:
+        return
+    one = match.alike.bought(admittance_s, f)
+    level = one.reflection_db(admittance_s, f).max(axis=1)
+    if level.max() <= MATCHED_DB:
+        worst = one.worst_db(admittance_s, f, tolerance=TOLERANCE)
+        yield (
+            f'Or one network for all: match = ["{one.networks[0]}"]: '
+            f"{_level_text(level, f, carrier, floor_db=-40.0)}; off by {100.0 * TOLERANCE:g} %: "
+            f"{_level_text(worst, f, carrier, floor_db=-40.0)}."
+        )
 
 
 def _level_text(

@@ -3,6 +3,7 @@
 import numpy as np
 
 from octant.em.reader.fullwave.loads import LoadedReader
+from octant.em.reader.matching import vswr
 from octant.reader_design.showing.pages import ReportTable
 
 
@@ -16,25 +17,29 @@ def port_tables(ports: LoadedReader) -> tuple[ReportTable, ReportTable]:
     s_matrix = ports.s_matrix
     level = 20.0 * np.log10(np.maximum(np.abs(s_matrix), 1e-10))
     seen = ports.input_impedance_ohm
-    swing = np.minimum(np.abs(np.diagonal(s_matrix)), 1.0 - 1e-9)
+    loss_db = -10.0 * np.log10(np.maximum(ports.reflected_share, 1e-20))
+    ratio = vswr(np.minimum(ports.reflected_share, (1.0 - 1e-9) ** 2))
+    loads = "their loads behind reader.feed"
+    if ports.feeds is None:
+        loads = f"their loads of {ports.load_ohm[0].real:g} ohm"
     balance = ReportTable(
-        caption=f"Each port at {ports.frequency_hz / 1e9:g} GHz, all others in their loads of "
-        f"{ports.load_ohm[0].real:g} ohm: where the available power goes.",
+        caption=f"Each port at {ports.frequency_hz / 1e9:g} GHz, all others in {loads}: "
+        "where the available power goes.",
         header=(
             "antenna",
             "impedance [ohm]",
             "return loss [dB]",
             "VSWR",
             "reflected [%]",
-            "into other loads [%]",
+            "into other loads [%]" if ports.feeds is None else "into feed and other loads [%]",
             "radiated [%]",
         ),
         rows=tuple(
             (
                 str(i + 1),
                 _complex(seen[i]),
-                f"{-level[i, i]:.1f}",
-                f"{(1.0 + swing[i]) / (1.0 - swing[i]):.2f}",
+                f"{loss_db[i]:.1f}",
+                f"{ratio[i]:.2f}",
                 f"{100.0 * ports.reflected_share[i]:.1f}",
                 f"{100.0 * ports.coupled_share[i]:.1f}",
                 f"{100.0 * ports.radiated_share[i]:.1f}",

@@ -33,10 +33,10 @@ def reader_drawing(design: Reader, frequency_hz: float) -> str:
     views = _Views(scale=SIZE / (2.0 * half_m), half_m=half_m)
     length_m = design.element(frequency_hz).length_m or 0.0
     foot_m = _foot_m(design)
-    plate_m = max(body.plate_height_m, body.plate_height_axis_m) if body.has_plates else 0.0
+    plate_m = float(body.plate_outline_m[:, 1].max()) if body.has_plates else 0.0
     top_m = max(foot_m + length_m, plate_m)
     above = [*views.top(design, rim, body.plate_azimuths_rad, body.plate_outer_radius_m)]
-    side = [*views.side(design, body.plate_height_axis_m if plate_m else 0.0, length_m, top_m)]
+    side = [*views.side(design, length_m, top_m)]
     width = SIZE + 2.0 * _MARGIN + 34.0
     height = views.side_y(top_m) + 46.0
     return (
@@ -133,16 +133,17 @@ class _Views:
         yield _text((right + 3.0, place[1] - 3.0), "r_a", anchor="start", symbol=True)
         yield _text((right + 3.0, place[1] + 9.0), _cm(r_a), anchor="start", kind="number")
 
-    def side(self, design: Reader, axis_m: float, length_m: float, top_m: float) -> Iterator[str]:
+    def side(self, design: Reader, length_m: float, top_m: float) -> Iterator[str]:
         """Yield the section through antenna 1, with the plates turned into it."""
         x, y = self.centre[0], self.side_y(top_m)
         body, scale = design.body(), self.scale
         reach, rim = body.plate_outer_radius_m * scale, body.plate_height_m * scale
         if body.has_plates:
-            axis = axis_m * scale
+            outline = scale * body.plate_outline_m
+            both = np.concatenate((outline[-2::-1] * (-1.0, 1.0), outline[1:]))
+            edge = "".join(f"L{x + r:.1f} {y - h:.1f}" for r, h in both)
             yield (
-                f'<path class="sheetmetal" d="M{x - reach:.1f} {y:.1f}v{-rim:.1f}'
-                f'L{x:.1f} {y - axis:.1f}L{x + reach:.1f} {y - rim:.1f}V{y:.1f}Z"/>'
+                f'<path class="sheetmetal" d="M{x - reach:.1f} {y:.1f}v{-rim:.1f}{edge}V{y:.1f}Z"/>'
             )
         half = 0.5 * design.ground_plane_m * scale
         yield _line((x - half, y), (x + half, y), "front")

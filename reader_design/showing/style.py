@@ -4,6 +4,7 @@ Nothing here touches pyplot or any other global state.
 """
 
 import importlib.resources
+import io
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -76,8 +77,22 @@ def save_figure(figure: "Figure", path: Path) -> None:
     figure : From one of the functions here.
     path : File ending in ``.png``.
     """
-    with figure_style(), whole_file(path) as part:
-        figure.savefig(part, format="png", metadata={"Software": None})
+    content = figure_png(figure)
+    with whole_file(path) as part:
+        part.write_bytes(content)
+
+
+def figure_png(figure: "Figure") -> bytes:
+    """Return a figure as the content of a PNG file, at 150 dots per inch.
+
+    Parameters
+    ----------
+    figure : From one of the functions here.
+    """
+    content = io.BytesIO()
+    with figure_style():
+        figure.savefig(content, format="png", metadata={"Software": None})
+    return content.getvalue()
 
 
 def new_figure(

@@ -58,6 +58,7 @@ def room_bodies(room: Room) -> tuple[Body, ...]:
             materials=room.materials,
             geometry=room.geometry,
             height_m=room.height_m,
+            metres_per_pixel=room.metres_per_pixel,
             resource_path=room.resource_path,
         )
         return _moved(_loaded(only, room.material), room.origin_m)
@@ -134,6 +135,7 @@ def _reading(mesh: RoomMesh | MeshObject) -> Reading:
     return Reading(
         geometry=mesh.geometry or "visual",
         height_m=mesh.height_m,
+        metres_per_pixel=mesh.metres_per_pixel,
         resource_path=mesh.resource_path,
     )
 

@@ -14,10 +14,13 @@ from octant.navigation.navigators.loading import entry_point_names
 from octant.reader_design.study_file.choice import Choice, Scoring
 from octant.reader_design.study_file.dock import Dock
 from octant.reader_design.study_file.errors import unknown_name
+from octant.reader_design.study_file.log import check_log
 from octant.reader_design.study_file.materials import check_material, material_label, material_specs
 from octant.reader_design.study_file.mission import NAVIGATORS, Mission
 from octant.reader_design.study_file.optimise import check_optimise
-from octant.reader_design.study_file.reader import Reader
+from octant.reader_design.study_file.reader import Reader, check_conductor
+from octant.reader_design.study_file.reader_feed import check_feed
+from octant.reader_design.study_file.reader_metal import check_metal
 from octant.reader_design.study_file.rfid import check_rfid
 from octant.reader_design.study_file.robot import check_robot
 from octant.reader_design.study_file.room import Room
@@ -58,10 +61,21 @@ def check_study(study: Study, *, shapes: bool = True) -> None:
     check_rfid(study)
     _check_codes("scoring", study.scoring)
     _check_codes("sensor", study.sensor)
-    _check_choice(study.choice)
+    _check_choice(study.choice, drives=study.mission is not None)
     _check_reader(study.reader)
     _check_pattern_files(study.reader)
     _check_surroundings(study.reader)
+    check_conductor(study.reader)
+    given = study.reader
+    check_metal(
+        given.bodies,
+        given.ports,
+        antennas=given.antennas,
+        response=given.response,
+        ground=given.ground,
+    )
+    if study.reader.line is not None:
+        check_feed(study.reader.line, antennas=given.antennas, response=given.response)
     _check_sensor(study.sensor)
     check_robot(study.robot, {"mission": study.mission, "dock": study.dock, "track": study.track})
     if study.mission is not None:
@@ -76,8 +90,16 @@ def check_study(study: Study, *, shapes: bool = True) -> None:
         _check_dwell(study, key="track.room_reading_every_s", period_s=period_s)
     if study.optimise is not None:
         check_optimise(study.optimise)
+        if study.optimise.parameters.plate_profile_m and not study.reader.plate_profile_m:
+            msg = (
+                "optimise.parameters.plate_profile_m is given, but reader.plate_profile_m has no "
+                "heights; give as many there as are to vary, such as [0.08, 0.08, 0.08]."
+            )
+            raise ConfigError(msg)
     if study.tolerance is not None:
         _check_tolerance(study)
+    if study.log is not None:
+        check_log(study.log)
     for path, spec in material_specs(study):
         check_material(path, spec, study.radio.frequencies_hz)
 
@@ -91,7 +113,14 @@ def _check_codes(path: str, table: Scoring | Sensor) -> None:
         raise ConfigError(msg)
 
 
-def _check_choice(choice: Choice) -> None:
+def _check_choice(choice: Choice, *, drives: bool) -> None:
+    if choice.by_missions and not (drives and choice.missions > 1):
+        lacks = f"choice.missions is {choice.missions}" if drives else "there is no [mission]"
+        msg = (
+            f"choice.by_missions ranks designs by their missions, but {lacks}; give a [mission], "
+            "and the number of designs that drive, 2 or more, as choice.missions."
+        )
+        raise ConfigError(msg)
     for i, criterion in enumerate(choice.criteria):
         given = [(key, getattr(criterion, key)) for key in ("free", "room")]
         named = [(key, name) for key, name in given if name]

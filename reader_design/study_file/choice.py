@@ -77,6 +77,8 @@ class Choice(Table, frozen=True, kw_only=True):
     criteria : The tables ``[[choice.criterion]]``, in order of weight.
     shortlist : Designs that the report's short list shows.
     missions : Designs, best first, with which the missions are driven; the first is the chosen one.
+    by_missions : Whether these designs are ranked anew by how many of their runs, all rooms
+        together, reached every tag; of as many the better scores decide.
 
     Notes
     -----
@@ -97,3 +99,4 @@ class Choice(Table, frozen=True, kw_only=True):
     )
     shortlist: Count = 5
     missions: Count = 1
+    by_missions: bool = False

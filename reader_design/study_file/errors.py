@@ -16,6 +16,7 @@ _UNITS = {
     "_s_per_m": "S/m",
     "_rad_per_s": "rad/s",
     "_rad_per_s2": "rad/s²",
+    "_db_per_m": "dB/m",
     "_per_m": "1/m",
     "_dbm": "dBm",
     "_m_per_s": "m/s",

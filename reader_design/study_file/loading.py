@@ -22,6 +22,7 @@ from octant.reader_design.study_file.errors import (
     value_text,
 )
 from octant.reader_design.study_file.materials import room_material
+from octant.reader_design.study_file.reader_metal import FileBody
 from octant.reader_design.study_file.room import MeshObject, Room, RoomMesh, RoomObject
 from octant.reader_design.study_file.schema import Layout, Study, Tag
 from octant.reader_design.study_file.sweep import expanded, parameter_key, put, taken
@@ -285,6 +286,13 @@ def _refuse_infinite(value: Any, path: tuple[str | int, ...]) -> None:  # noqa: 
 def _with_files(study: Study, convert: Any, folder: Any, *, axes: bool = True) -> Study:  # noqa: ANN401
     """Return a study with names of files and folders converted, str to str, and tags' axes."""
 
+    def existing(name: str) -> str:
+        """Return a file's name, or a folder's where there is one."""
+        try:
+            return str(convert(name))
+        except ConfigError:
+            return str(folder(name))
+
     def folders(names: tuple[str, ...]) -> tuple[str, ...]:
         return tuple(folder(name) for name in names)
 
@@ -333,11 +341,40 @@ def _with_files(study: Study, convert: Any, folder: Any, *, axes: bool = True) -
 
     layouts = tuple(of_layout(layout) for layout in study.layouts)
     patterns = tuple(convert(file) for file in study.reader.pattern_files)
-    reader = replace(study.reader, pattern_files=patterns, objects=of_objects(study.reader.objects))
+    reader = replace(
+        study.reader,
+        pattern_files=patterns,
+        objects=of_objects(study.reader.objects),
+        bodies=tuple(
+            replace(body, file=convert(body.file)) if isinstance(body, FileBody) else body
+            for body in study.reader.bodies
+        ),
+    )
+    if reader.line is not None:
+        line = reader.line
+        one = {key: getattr(line, key) for key in ("load_file", "off_file") if getattr(line, key)}
+        files = {key: convert(file) for key, file in one.items()}
+        networks = tuple(convert(file) for file in line.network_files)
+        reader = replace(reader, line=replace(line, network_files=networks, **files))
     tags = tuple(of_tag(tag) for tag in study.tags)
-    track, rfid, mission = study.track, study.rfid, study.mission
+    track, rfid, mission, log = study.track, study.rfid, study.mission, study.log
+    if log is not None:
+        named = {key: getattr(log, key) for key in ("anchors", "places") if getattr(log, key)}
+        anchored = log.anchor_antenna in TAG_ANTENNAS
+        log = replace(
+            log,
+            **{key: convert(file) for key, file in named.items()},
+            file=log.file and existing(log.file),
+            anchor_antenna=log.anchor_antenna if anchored else convert(log.anchor_antenna),
+            messages=tuple(convert(file) for file in log.messages),
+        )
     if mission is not None:
-        mission = replace(mission, navigator=named_class(mission.navigator, convert))
+        learned = mission.map.learned and convert(mission.map.learned)
+        mission = replace(
+            mission,
+            navigator=named_class(mission.navigator, convert),
+            map=replace(mission.map, learned=learned),
+        )
     if track is not None and track.rss_samples is not None:
         track = replace(track, rss_samples=convert(track.rss_samples))
     if rfid is not None and rfid.transmitter_antenna not in TAG_ANTENNAS:
@@ -351,6 +388,7 @@ def _with_files(study: Study, convert: Any, folder: Any, *, axes: bool = True) -
         track=track,
         rfid=rfid,
         mission=mission,
+        log=log,
     )
 
 

@@ -77,12 +77,17 @@ class MapKeys(Table, frozen=True, kw_only=True):
     particles : Poses that it weighs, at least; more while the pose is open.
     spacing_m : Distance of the places of its field maps [m]; None: a sixth of a wavelength.
     tag_sd_m : How exactly the tags' places are surveyed, as a standard deviation along each axis
-        [m]. Half a wavelength over 2 pi (2 cm at 2.4 GHz) makes half of all fading unknown.
+        [m]. Half a wavelength over 2 pi (2 cm at 2.4 GHz) makes half of all fading unknown; from a
+        fifth of a wavelength on (2.4 cm) the places are searched for while driving.
     level_sd_db, gain_sd_db : How well tags' levels and antennas' gains are known, as standard
         deviations [dB]; it finds them out while driving.
     field_error : Power over the local mean of the field that the map does not know for other
         reasons: materials, furniture, people [-]. It supposes at least this, and more where
         readings say so.
+    learned : The file ``learned.toml`` of an earlier mission in this room with this reader: where
+        tags hang, and levels and gains; its maps are made for the places that it found.
+    earlier_missions : How many missions the robot has driven before in the same world, each run:
+        it keeps what these have found of the tags' places and levels and of its antennas' gains.
     """
 
     start: Literal["known", "unknown"] = "known"
@@ -92,6 +97,8 @@ class MapKeys(Table, frozen=True, kw_only=True):
     level_sd_db: Annotated[float, Meta(ge=0.01, le=100.0)] = 2.0
     gain_sd_db: Annotated[float, Meta(ge=0.01, le=100.0)] = 1.0
     field_error: Share = 0.02
+    learned: FileName | None = None
+    earlier_missions: Annotated[int, Meta(ge=0, le=100)] = 0
 
 
 class Mission(Table, frozen=True, kw_only=True):

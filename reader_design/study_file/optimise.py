@@ -49,6 +49,7 @@ class Parameters(Table, frozen=True, kw_only=True):
         Least and greatest value of the key of ``[reader]`` of that name [m]; None: it stays.
     plate_outer_radius_m, ground_plane_m, gap_m, monopole_plane_m : (2,) tuple or None — The same
         [m].
+    plate_profile_m : (2,) tuple or None — The same [m] of every height that ``[reader]`` has there.
     load_ohm : (2,) tuple or None — The same [ohm].
     """
 
@@ -56,6 +57,7 @@ class Parameters(Table, frozen=True, kw_only=True):
     antenna_radius_m: Bounds | None = None
     plate_height_m: Bounds | None = None
     plate_height_axis_m: Bounds | None = None
+    plate_profile_m: Bounds | None = None
     plate_outer_radius_m: Bounds | None = None
     ground_plane_m: Bounds | None = None
     gap_m: Bounds | None = None
@@ -151,7 +153,9 @@ class Optimise(Table, frozen=True, kw_only=True):
         best ones first.
     evaluations : Designs that each refinement may evaluate; 0: survey only.
     method : ``nelder-mead`` and ``cobyqa`` refine locally; ``differential-evolution`` searches all
-        between the bounds.
+        between the bounds; ``gradient`` refines locally by derivatives, in a fifth of the
+        solutions: full wave only, and of the parameters all but ``plate_outer_radius_m`` and
+        ``monopole_plane_m``.
     shortlist : Designs on the short list.
     confirm_cells_per_wavelength : Mesh with which the winner and the reader are solved once more
         [-].
@@ -168,7 +172,7 @@ class Optimise(Table, frozen=True, kw_only=True):
     survey: CountOrZero = 8
     starts: Count = 1
     evaluations: CountOrZero = 60
-    method: Literal["nelder-mead", "cobyqa", "differential-evolution"] = "nelder-mead"
+    method: Literal["nelder-mead", "cobyqa", "differential-evolution", "gradient"] = "nelder-mead"
     shortlist: Count = 5
     confirm_cells_per_wavelength: Cells = 14.0
 

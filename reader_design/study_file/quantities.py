@@ -25,6 +25,8 @@ Ratio = Annotated[float, Meta(ge=-300.0, le=300.0)]
 """Of two powers [dB]."""
 Deviation = Annotated[float, Meta(ge=0.0, le=100.0)]
 """Standard deviation of a level, or a loss [dB]."""
+ShareLost = Annotated[float, Meta(ge=1e-3, le=100.0)]
+"""Of a mean power, for what is not computed [dB]."""
 Load = Annotated[float, Meta(ge=1e-3, le=1e6)]
 """Resistance [ohm]."""
 LoadBound = Annotated[float, Meta(ge=0.0, le=1e6)]
@@ -33,6 +35,12 @@ Permittivity = Annotated[float, Meta(ge=1.0, le=1e5)]
 """Real part of the relative permittivity [-]."""
 Conductivity = Annotated[float, Meta(ge=0.0, le=1e9)]
 """Of a material [S/m]."""
+MetalConductivity = Annotated[float, Meta(ge=1e4, le=1e9)]
+"""Of a metal [S/m]."""
+SheetThickness = Annotated[float, Meta(ge=1e-8, le=0.1)]
+"""Of a sheet of metal [m]."""
+Roughness = Annotated[float, Meta(ge=1.0, le=10.0)]
+"""Resistance of a surface over that of a smooth one [-]."""
 Thickness = Annotated[float, Meta(ge=1e-6, le=1e3)]
 """Of a layer of a wall [m]."""
 

@@ -10,6 +10,7 @@ from octant.reader_design.study_file.quantities import (
     Conductivity,
     Coordinate,
     CountOrZero,
+    Distance,
     Extent,
     FileName,
     Permittivity,
@@ -177,7 +178,7 @@ class MeshObject(Placed, frozen=True, kw_only=True, tag_field="kind", tag="mesh"
     up : The file's vertical axis, ``y`` or ``z``; None: y for GLB and GLTF, z for the others.
     material : Material of every body that ``materials`` does not name.
     materials : Material by the name of the body in the file.
-    geometry, height_m, resource_path : As in ``[[room.mesh]]`` ([m]).
+    geometry, height_m, metres_per_pixel, resource_path : As in ``[[room.mesh]]`` ([m]).
     """
 
     placed_by: ClassVar[str] = "the origin of its file"
@@ -188,6 +189,7 @@ class MeshObject(Placed, frozen=True, kw_only=True, tag_field="kind", tag="mesh"
     materials: dict[Word, MaterialSpec] = {}
     geometry: WorldGeometry | None = None
     height_m: Extent | None = None
+    metres_per_pixel: Distance | None = None
     resource_path: Annotated[tuple[FileName, ...], Meta(max_length=100)] = ()
 
 
@@ -205,7 +207,8 @@ class RoomMesh(Table, frozen=True, kw_only=True):
     material : Material of every body that ``materials`` does not name.
     materials : Material by the name of the body in the file.
     geometry : Of SDF and URDF files: ``visual``, what is seen, or ``collision``.
-    height_m : Height of the walls of a floor plan (YAML of a map, DXF) [m]; None: 2.5 m.
+    height_m : Height of the walls of a floor plan (YAML of a map, picture, DXF) [m]; None: 2.5 m.
+    metres_per_pixel : Scale of a floor plan that is a picture (PNG, JPEG, ...), which needs it [m].
     resource_path : Folders in which an SDF or URDF file finds ``model://`` and ``package://``,
         besides its own, its ``models`` folders and those of GZ_SIM_RESOURCE_PATH.
     """
@@ -217,6 +220,7 @@ class RoomMesh(Table, frozen=True, kw_only=True):
     materials: dict[Word, MaterialSpec] = {}
     geometry: WorldGeometry | None = None
     height_m: Extent | None = None
+    metres_per_pixel: Distance | None = None
     resource_path: Annotated[tuple[FileName, ...], Meta(max_length=100)] = ()
 
 
@@ -248,7 +252,8 @@ class Room(Table, frozen=True, kw_only=True):
     box_m : (3,) tuple of float or None — Inner size of a box room along x, y and z [m].
     outline_m : Corners (x, y) of a room of any outline with vertical walls [m], at least three.
     height_m : Height of the room that ``outline_m`` describes, or of the walls where ``mesh`` is a
-        floor plan (YAML of a map, DXF; None: 2.5 m) [m].
+        floor plan (YAML of a map, picture, DXF; None: 2.5 m) [m].
+    metres_per_pixel : As in ``[[room.mesh]]``, where ``mesh`` is one picture [m].
     mesh : Mesh file, SDF or URDF world, or floor plan; or several ``[[room.mesh]]`` tables.
     unit : Length unit of ``mesh`` where that is one file.
     up : Vertical axis of ``mesh``, ``y`` or ``z``, where that is one file.
@@ -267,6 +272,7 @@ class Room(Table, frozen=True, kw_only=True):
     box_m: Size | None = None
     outline_m: Annotated[tuple[Spot, ...], Meta(min_length=3, max_length=10_000)] | None = None
     height_m: Extent | None = None
+    metres_per_pixel: Distance | None = None
     mesh: FileName | tuple[RoomMesh, ...] | None = None
     unit: Word | None = None
     up: UpAxis | None = None

@@ -13,7 +13,8 @@ from octant.reader_design.study_file.room import (
 )
 from octant.reader_design.study_file.schema import Study
 
-PLANS, WORLDS = ("yaml", "yml", "dxf"), ("sdf", "world", "urdf")
+PICTURES, WORLDS = ("png", "jpg", "jpeg", "pgm", "bmp", "tif", "tiff"), ("sdf", "world", "urdf")
+PLANS = ("yaml", "yml", "dxf", *PICTURES)
 """Extensions of floor plans, and of worlds, as `octant.geometries.mesh_files` reads them."""
 
 
@@ -100,7 +101,12 @@ def _check_belongs(path: str, room: Room, kind: str) -> None:
         "height_m": (
             room.height_m is not None,
             kind == "outline_m" or is_plan,
-            "outline_m or a floor plan (.yaml, .dxf)",
+            "outline_m or a floor plan (.yaml, .dxf, a picture)",
+        ),
+        "metres_per_pixel": (
+            room.metres_per_pixel is not None,
+            isinstance(room.mesh, str) and _suffix(room.mesh) in PICTURES,
+            "a picture of a floor plan",
         ),
         "geometry": (room.geometry is not None, is_world, "mesh = FILE.sdf, .world or .urdf"),
         "resource_path": (bool(room.resource_path), is_world, "mesh = FILE.sdf, .world or .urdf"),
@@ -133,6 +139,7 @@ def _check_mesh_keys(path: str, mesh: RoomMesh | MeshObject) -> None:
     kind = _suffix(mesh.file)
     keys = {
         "height_m": (mesh.height_m is not None, PLANS),
+        "metres_per_pixel": (mesh.metres_per_pixel is not None, PICTURES),
         "geometry": (mesh.geometry is not None, WORLDS),
         "resource_path": (bool(mesh.resource_path), WORLDS),
     }

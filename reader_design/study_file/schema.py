@@ -9,8 +9,10 @@ from typing import Annotated, Any, Literal
 import msgspec
 from msgspec import Meta
 
+from octant.reader_design.study_file.calibration import Calibration
 from octant.reader_design.study_file.choice import Choice, Scoring
 from octant.reader_design.study_file.dock import Dock
+from octant.reader_design.study_file.log import Log
 from octant.reader_design.study_file.mission import Mission
 from octant.reader_design.study_file.optimise import Optimise
 from octant.reader_design.study_file.quantities import (
@@ -25,6 +27,7 @@ from octant.reader_design.study_file.quantities import (
     Point,
     Power,
     Seed,
+    ShareLost,
     Step,
     Swept,
     Word,
@@ -140,7 +143,9 @@ class Solver(Table, frozen=True, kw_only=True):
     transmission : Whether sheets with a thickness let waves through.
     search : ``complete`` finds every path; ``rays`` launches rays, for meshes of very many
         triangles.
-    rays : Rays launched by ``rays``.
+    rays : Rays launched by ``rays`` at first.
+    ray_tolerance_db : By how much the mean power over the room may be too low, because rays have
+        not found all paths: more rays are launched until, with 95 % confidence, it is not [dB].
     faces : ``flat`` counts triangles as one face where rounding of single-precision coordinates
         explains what keeps them from being flat; ``as_stored`` only where they are flat exactly.
     standoff_m : How far an antenna that lies on a surface is moved off it, along the normal [m].
@@ -151,7 +156,8 @@ class Solver(Table, frozen=True, kw_only=True):
     max_diffractions: Literal[1, 2] = 1
     transmission: bool = False
     search: Literal["complete", "rays"] = "complete"
-    rays: Annotated[int, Meta(ge=1, le=100_000_000)] = 1_000_000
+    rays: Annotated[int, Meta(ge=8, le=100_000_000)] = 1_000_000
+    ray_tolerance_db: ShareLost = 0.1
     faces: Literal["flat", "as_stored"] = "flat"
     standoff_m: Distance = 0.05
 
@@ -226,6 +232,8 @@ class Study(Table, frozen=True, kw_only=True):
     rfid : How the reader wakes and inventories tags; None: all tags are active.
     report : What the report holds besides the results.
     truth : How the world of missions differs from all this; None: not at all.
+    calibration : What measurements add to computed levels; None: nothing.
+    log : Where measured readings are, and how to read them; None: nowhere.
     """
 
     name: Name = "study"
@@ -250,3 +258,5 @@ class Study(Table, frozen=True, kw_only=True):
     rfid: Rfid | None = None
     report: Report = Report()
     truth: Truth | None = None
+    calibration: Calibration | None = None
+    log: Log | None = None

@@ -26,7 +26,10 @@ READ_BY: Mapping[str, tuple[str, ...]] = {
     "rfid": ("study", "sweep", "navigate", "optimise", "tolerance", "dock", "map", "rss"),
     "truth": ("study", "navigate"),
 }
-"""The verbs that read a table, by its name; the other tables are read by all."""
+"""The verbs that read a table, by its name; the other tables are read by all.
+
+``[log]`` stays with a study that was fitted to it, and says nothing else of the room.
+"""
 
 SHARE_A_STUDY = frozenset(("study", "sweep", "navigate", "tolerance", "optimise"))
 """Each does a part of designing a reader, and leaves in its study to the others what is theirs."""
@@ -34,7 +37,8 @@ SHARE_A_STUDY = frozenset(("study", "sweep", "navigate", "tolerance", "optimise"
 EXPERIMENTS = SHARE_A_STUDY | {"track", "dock"}
 """The verbs that compute what a study describes.
 
-Those that answer one question about it (paths, explain, scene, map, rss, reader) take any study.
+Those that answer one question about it (paths, explain, scene, map, rss, reader), and those for
+logs (simulate-log, replay, compare, calibrate), take any study.
 """
 
 

@@ -99,6 +99,9 @@ class Tolerance(Table, frozen=True, kw_only=True):
     frequency_percent : Frequency of the radio [%].
     permittivity_percent, conductivity_percent : Relative permittivity less one, and conductivity,
         of all materials of the room [%]; only where the room is scored.
+    slopes : How the slopes around the drawing are found: by ``differences`` of readers that are
+        solved, four for each kind of error, or by ``derivatives`` of the drawing's solution; these
+        also give a linear estimate of the spreads.
     room : Whether to score in the study's room, too.
     distances_m : Horizontal distances from the tag in free space [m].
     common : Errors that all antennas share, besides.
@@ -117,6 +120,7 @@ class Tolerance(Table, frozen=True, kw_only=True):
     frequency_percent: Percent = 0.0
     permittivity_percent: Percent = 0.0
     conductivity_percent: Percent = 0.0
+    slopes: Literal["differences", "derivatives"] = "differences"
     room: bool = False
     distances_m: Annotated[tuple[Distance, ...], Meta(min_length=1, max_length=1000)] = (
         1.0,

@@ -30,6 +30,7 @@ class Truth(Table, frozen=True, kw_only=True):
     tag_level_sd_db : Deviation of every tag's level [dB].
     tag_tilt_sd_deg : Deviation of the angle by which its antenna's axis leans, to any side [deg].
     antenna_gain_sd_db : Deviation of the gain of every antenna of the reader [dB].
+    noise_db : Standard deviation of the noise of each RSS reading [dB]; None: the mission's.
     reader_height_error_m : How much higher the reader stands [m].
     max_reflections : Order of the true field [-].
     diffraction : Whether edges diffract there.
@@ -45,6 +46,7 @@ class Truth(Table, frozen=True, kw_only=True):
     tag_level_sd_db: Deviation = 0.0
     tag_tilt_sd_deg: AngleDeviation | None = None
     antenna_gain_sd_db: Deviation = 0.0
+    noise_db: Deviation | None = None
     reader_height_error_m: Annotated[float, Meta(ge=-10.0, le=10.0)] = 0.0
     max_reflections: Annotated[int, Meta(ge=0, le=12)] | None = None
     diffraction: bool | None = None

@@ -151,7 +151,9 @@ def test_a_disk_that_is_full_is_one_sentence(octant, study_file, tmp_path):
         call = octant("map", study, "--out", out, "--isotropic", "--quiet")
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, limits)
-    assert str(out) in call.refused()
+    said = call.refused()
+    assert str(out) in said
+    assert "make room" in said
     assert sorted(path.name for path in tmp_path.iterdir()) == ["before.nc", "study.toml"]
 
 

@@ -10,9 +10,9 @@ from octant.navigation.missions.run import MissionJob
 from octant.reader_design.experiments.missions.animation import frame_samples
 from octant.reader_design.experiments.missions.comparison import (
     COLUMNS,
-    load_comparison,
     plan_comparison,
 )
+from octant.reader_design.experiments.missions.comparison_table import load_comparison
 
 YARD = """
 name = "yard"
@@ -246,3 +246,23 @@ def test_runs_are_localised_by_map_and_bearings_and_resume(octant, study_file, t
 def test_localise_and_compare_are_refused_together(octant, comparison, tmp_path):
     call = octant("navigate", comparison, "--compare", "--localise", "--out", tmp_path / "out")
     assert "--localise" in call.refused()
+
+
+def test_an_error_is_swept_until_missions_break(octant, comparison, tmp_path):
+    sweep = '[[error]]\nname = "noise"\nkey = "noise_db"\nvalues = [3.0, 30.0, 60.0]\n'
+    text = comparison.read_text().replace("runs = 2", "runs = 1\nbreaks_below = 1.0", 1)
+    comparison.write_text(text + sweep)
+    out = tmp_path / "out"
+    call = octant("navigate", comparison, "--compare", "--out", out, "--workers", "1")
+    assert call.code == 0, call.err
+    rows = [row for row in rows_of(out / "compare.csv") if row["controller"] == "vector sum"]
+    assert [row["error"] for row in rows] == ["", "noise", "noise", "noise"]
+    assert [row["value"] for row in rows] == ["", "3.0", "30.0", "60.0"]
+    driven = [row for row in rows if row["runs"] == "1"]
+    failed = [int(row["successes"]) < 1 for row in driven[1:]]
+    assert failed == [False] * (len(failed) - 1) + [True]
+    assert driven[-1]["failures"].startswith("1 ")
+    for row in rows[len(driven) :]:
+        assert "broke the missions" in row["failed_because"]
+    assert (out / "figures" / "sensitivity.png").is_file()
+    assert "How exact a survey must be" in (out / "report.html").read_text()

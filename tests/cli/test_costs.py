@@ -3,6 +3,7 @@
 import pytest
 from part_of_study import part_for
 
+from octant.navigation.logs.log_csv import LOG_COLUMNS
 from octant.reader_design import options
 
 STUDY = """
@@ -42,6 +43,9 @@ COMMANDS = {
     "reader": ("study.toml", "--out", "out", "--model", "fullwave"),
     "rss": ("study.toml", "--tag", "A", "--poses", "poses.csv"),
     "paths": ("study.toml", "--tx", "1,1,1", "--rx", "2,2,1"),
+    "compare": ("study.toml", "--log", "log.csv", "--out", "out"),
+    "calibrate": ("study.toml", "--log", "log.csv", "--out", "out", "--fit", "level"),
+    "replay": ("study.toml", "--log", "log.csv", "--out", "out"),
     "dock": ("--out", "out"),
     "track": ("--out", "out"),
 }
@@ -54,6 +58,8 @@ def typed(octant, study_file, tmp_path, monkeypatch):
     def call(verb, *more, **limits):
         study_file(part_for(verb, STUDY))
         (tmp_path / "poses.csv").write_text("x_m,y_m,heading_deg\n1,1,90\n")
+        rows = [f"{k},{1 + 0.1 * k},1,0,0.1,0,A,{i},-40," for k in range(9) for i in range(1, 9)]
+        (tmp_path / "log.csv").write_text("\n".join([",".join(LOG_COLUMNS), *rows]))
         monkeypatch.chdir(tmp_path)
         for name, limit in limits.items():
             monkeypatch.setattr(options, name, limit)
@@ -75,6 +81,12 @@ def test_what_the_machine_has_no_memory_for_is_not_started_even_with_a_yes(typed
     sentence = typed(verb, "--yes", free_memory_bytes=lambda: -1.0).refused()
     assert "are free; ask for less: " in sentence
     assert not list(tmp_path.glob("out/**/*.*"))
+
+
+def test_readings_count_not_only_the_poses_that_they_are_of(typed):
+    said = typed("rss", "--readings", "1000000", LONGEST_S=60.0).refused()
+    assert "1e+06 readings" in said
+    assert "--readings" in said.split("ask for less")[1]
 
 
 def test_with_a_yes_it_starts(typed):

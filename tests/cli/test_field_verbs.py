@@ -84,7 +84,7 @@ def test_readings_are_those_of_the_sensor_and_its_noise(octant, study_file, tmp_
     assert (other["rss_1_w"] != read["rss_1_w"]).all()
     # Codes of 3 bits from -60 to -20 dBm, without noise: seven steps, rounded.
     coded = FREE + "[sensor]\nbits = 3\nfloor_dbm = -60.0\nfull_scale_dbm = -20.0\n"
-    codes = table_of(octant("rss", study_file(coded), *call, *many[:2], "--noise-db", "0").out)
+    codes = table_of(octant("rss", study_file(coded), *call, *many[:2], "--noise-db", "-0").out)
     level = 10.0 * np.log10(codes["rss_1_w"]) + 30.0
     steps = (level + 60.0) / (40.0 / 7.0)
     assert steps == pytest.approx(np.round(steps))

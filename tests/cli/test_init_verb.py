@@ -4,6 +4,7 @@ from importlib import resources
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from octant.geometries.bodies import Body
 from octant.geometries.furniture import box
@@ -103,3 +104,17 @@ def test_the_demonstrations_reader_is_the_full_wave_solution():
         for model in ("files", "fullwave")
     )
     assert np.abs(stored - solved).max() < 0.01 * np.abs(solved).max()
+
+
+def test_a_plan_that_is_a_picture_becomes_a_study_beside_it(octant, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    plan = np.full((60, 80), 255, dtype=np.uint8)
+    plan[[0, -1]], plan[:, [0, -1]] = 0, 0
+    Image.fromarray(plan).save("plan.png")
+    assert "--metres-per-pixel 0.05" in octant("init", "plan.png").refused()
+    content = (tmp_path / "plan.png").read_bytes()
+    call = octant("init", "plan.png", "--metres-per-pixel", "0.1", "--force")
+    assert call.code == 0, call.err
+    assert (tmp_path / "plan.png").read_bytes() == content
+    assert (tmp_path / "plan_room.png").is_file()
+    assert "metres_per_pixel = 0.1" in (tmp_path / "plan.toml").read_text()

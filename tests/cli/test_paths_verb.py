@@ -286,3 +286,31 @@ def test_solver_settings_say_what_paths_do(octant, study_file, setting, letters)
 def test_bad_solver_settings_are_refused_by_name(octant, study_file, setting, says):
     study = study_file(ROOM + EDGES + setting + "\n")
     assert says in octant("paths", study, "--tx", "1,1,1", "--rx", "2,2,1").refused()
+
+
+def test_rays_say_what_share_of_the_power_they_found(octant, study_file):
+    text = ROOM + CABINET + '[solver]\nmax_reflections = 2\nsearch = "rays"\nrays = 800\n'
+    call = octant("paths", study_file(text), "--tx", "3.5,2,2.9", "--rx", "1,1,0.3")
+    assert call.code == 0, call.err
+    last = [line for line in call.out.splitlines() if "rays found" in line]
+    assert len(last) == 1
+    assert "allowed: 0.1 dB" in last[0]
+    made = octant("paths", study_file(text), "--tx", "3.5,2,2.9", "--rx", "1,1,0.3", "--json")
+    share = json.loads(made.out)
+    assert 0.0 < share["missing_share"] < share["missing_share_at_most"] < 0.0228
+    assert share["rays"] in {800, 1600, 3200, 6400}
+
+
+def test_a_map_by_rays_keeps_what_they_missed(octant, study_file, tmp_path):
+    import xarray as xr
+
+    text = ROOM + '[solver]\nmax_reflections = 1\nsearch = "rays"\nrays = 800\n'
+    text += '[[tag]]\nid = "a"\nposition_m = [3.5, 2.0, 2.9]\n'
+    call = octant(
+        "map", study_file(text), "--isotropic", "--spacing-m", "1", "--out", tmp_path / "map.nc"
+    )
+    assert call.code == 0, call.err
+    assert "800 rays found all but" in call.out
+    with xr.open_dataset(tmp_path / "map.nc") as data:
+        assert data.attrs["rays"] == 800
+        assert data.attrs["missing_at_most_db"] <= 0.1

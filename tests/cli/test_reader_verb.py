@@ -1,6 +1,12 @@
 """``octant reader``: what it prints and leaves, and what it refuses."""
 
 import csv
+import os
+import re
+import subprocess
+import sys
+import tomllib
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -22,6 +28,35 @@ plate_height_m = 0.0
 cells_per_wavelength = 6
 load_ohm = 60.0
 """
+
+FEED = "[reader.feed]\n"
+METAL = "conductivity_s_per_m = 1e5\nroughness_factor = 1.2\n"
+PROGRAM = [sys.executable, "-c", "from octant.reader_design.cli import main; main()"]
+
+
+@pytest.mark.slow
+def test_files_are_the_same_bytes_at_any_number_of_threads_of_linear_algebra(tmp_path):
+    study, left = tmp_path / "study.toml", []
+    study.write_text(SMALL.replace("plate_height_m = 0.0", "plate_height_m = 0.06"))
+    for threads in ("1", "2"):
+        out = tmp_path / threads
+        threaded = dict.fromkeys(("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), threads)
+        arguments = ["reader", study, "--out", out, "--step-deg", "10", "--band", "2.3:2.5:9"]
+        done = subprocess.run(
+            [*PROGRAM, *map(str, arguments)],
+            env={**os.environ, **threaded},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert done.returncode == 0, done.stderr
+        said = done.stdout.replace(str(out), "")
+        kept = {
+            f.name: f.read_bytes() for f in out.iterdir() if f.suffix in {".ffe", ".s4p", ".csv"}
+        }
+        assert len(kept) == 6
+        left.append((said, kept))
+    assert left[0] == left[1]
 
 
 @pytest.fixture(scope="module")
@@ -192,7 +227,33 @@ def test_it_says_whether_it_is_matched_and_what_would_match(done, data):
     assert level > -10.0
     assert f"Not matched to 60 ohm: reflection up to {level:.1f} dB" in done
     assert "The best real load at that frequency is" in done
-    assert "L-network" in done
+    assert "L-network at each antenna" in done
+    assert "off by 5 % in the worst sense" in done
+
+
+def test_the_networks_that_it_proposes_match_behind_cable_and_switch(done, folder, data):
+    """What is proposed does it, and the losses behind it are in the gains."""
+    line = next(line for line in done.splitlines() if "match = " in line)
+    proposed = tomllib.loads(line.partition("[reader.feed] ")[2])
+    keys = tomllib.loads(SMALL)["reader"]
+    behind = {"cable_m": 0.5, "cable_loss_db_per_m": 1.2, "multiplexer_loss_db": 0.7}
+    loss_db = 0.5 * 1.2 + 0.7
+    matched = Reader(**keys, feed={**proposed, **behind, "cable_ohm": 60.0})
+    solved = matched.solve(2.4e9, step_deg=10, progress=False)
+    text = "\n".join(solved.lines())
+    assert "Matched to 60 ohm behind matching networks, 0.5 m of cable, a multiplexer" in text
+    result = solved.result()
+    lossless = replace(matched.table.feeding(), cable=None, multiplexer=None).on(result)
+    swing = np.abs((lossless.input_impedance_ohm - 60.0) / (lossless.input_impedance_ohm + 60.0))
+    np.testing.assert_allclose(lossless.reflected_share, swing**2, rtol=1e-9)
+    assert swing.max() < 0.1
+    # The switch is one of 50 ohm between ends of 60: that and the losses are all that is taken.
+    factor = result.radiated_share / lossless.radiated_share
+    np.testing.assert_allclose(10.0 * np.log10(factor), -loss_db, atol=0.15)
+    assert (lossless.radiated_share > data["radiated_share"].values).all()
+    again = solved.to_touchstone(folder / "again")  # the antennas' own ports
+    bare = read_touchstone(folder / "out" / "reader.s4p")
+    np.testing.assert_allclose(read_touchstone(again).s_matrices, bare.s_matrices, atol=1e-12)
 
 
 @pytest.mark.slow
@@ -242,7 +303,15 @@ def test_the_same_command_finishes_what_was_interrupted(octant, done, folder):
 def test_approximate_models_give_patterns_only(octant, study_file, tmp_path):
     out = tmp_path / "out"
     call = octant(
-        "reader", study_file(SMALL), "--out", out, "--model", "isolated", "--step-deg", 15
+        "reader",
+        study_file(SMALL),
+        "--out",
+        out,
+        "--model",
+        "isolated",
+        "--step-deg",
+        15,
+        *("--export", "svg", "--export", "dxf", "--export", "mat"),
     )
     assert call.code == 0
     assert "patterns only" in call.out
@@ -253,6 +322,9 @@ def test_approximate_models_give_patterns_only(octant, study_file, tmp_path):
         gain = np.abs(complex_of(data["pattern"])) ** 2
     assert gain.sum(axis=1).max() == pytest.approx(1.641, abs=0.001)  # Balanis (4-91)
     assert 'response = "isolated"' in (out / "study.toml").read_text()
+    for name in ("drawing.svg", "drawing.dxf", "reader.mat"):
+        assert name in call.out
+        assert (out / name).stat().st_size > 1000
 
 
 @pytest.mark.slow
@@ -286,9 +358,69 @@ def test_convergence_solves_finer_meshes_and_says_what_changes(
         (SMALL, ["--band", "2.3:2.5:9", "--frequencies", "2.3e9:2.5e9:9"], "give one"),
         (SMALL.replace("0.08", "0.001").replace("= 0.0\n", "= 0.08\n"), [], "touches"),
         (SMALL + "feed_gap_m = 0.07\n", [], "feed_gap_m"),
+        (SMALL, ["--measured", __file__], "names 1 pattern files"),
+        (SMALL + FEED + 'match = ["3 nH"]\n', [], "reader.feed.match[0]: '3 nH' is no network"),
+        (SMALL + FEED + "reactance_ohm = [5.0, 6.0]\n", [], "2 entries, but the reader has 4"),
+        (SMALL + FEED + "off_resistance_ohm = 0.0\n", [], "there is no multiplexer"),
+        (SMALL + FEED + "multiplexer_loss_db = 0\nmultiplexer_leakage_db = -9\n", [], "raise its"),
+        (SMALL + FEED + 'network_files = ["no.s2p"]\n', [], "no.s2p"),
+        (SMALL + FEED + "cable_m = 1.0\n", ["--model", "rays"], "count as matched"),
+        (
+            SMALL + FEED + 'load_file = "a.s1p"\nreactance_ohm = [1.0]\n',
+            [],
+            "the receiver has one impedance",
+        ),
     ],
 )
 def test_bad_calls_are_refused_in_one_sentence(octant, study_file, tmp_path, text, options, words):
     call = octant("reader", study_file(text), "--out", tmp_path / "out", "-q", *options)
     assert words in call.refused()
     assert not (tmp_path / "out").exists()
+
+
+def test_a_measured_reader_is_compared_in_the_report(octant, folder, done, study_file, tmp_path):
+    """Files of another reader: its ports and patterns beside those of the study's."""
+    assert done
+    given = SMALL.replace("0.08", "0.083")
+    other = Reader(**tomllib.loads(given)["reader"]).solve(2.4e9, step_deg=5, progress=False)
+    files = [other.to_touchstone(tmp_path / "measured"), *other.to_ffe(tmp_path)]
+    named = [word for file in files for word in ("--measured", file)]
+    call = octant("reader", study_file(SMALL), "--out", tmp_path / "out", "--step-deg", 30, *named)
+    assert call.code == 0, call.err
+    own = read_touchstone(folder / "out" / "reader.s4p").s_matrices[0]
+    off = np.abs(own - other.s.values[0])
+    line = next(line for line in call.out.splitlines() if line.startswith("Measured ports"))
+    found = [float(x) for x in re.findall(r"by up to ([\d.]+)[, ]", line)]
+    coupled = off - np.diag(np.diagonal(off))
+    assert found[:2] == pytest.approx([np.diagonal(off).max(), coupled.max()], abs=6e-4)
+    assert "Measured patterns beside computed ones" in call.out
+    page = (tmp_path / "out" / "report.html").read_text("utf-8")
+    assert "Measured beside computed" in page
+    assert (tmp_path / "out" / "figures" / "measured.png").exists()
+
+
+def test_lossy_metal_is_said_and_kept(octant, study_file, tmp_path):
+    text = SMALL.replace("antennas = 4", "antennas = 3") + METAL
+    call = octant("reader", study_file(text), "--out", tmp_path / "out", "--step-deg", "30")
+    assert call.code == 0, call.err
+    said = re.search(
+        r"Metal of 100000 S/m \(skin depth 32 um, roughness factor 1\.2\): radiation efficiency "
+        r"(\S+) to",
+        call.out,
+    )
+    with xr.open_dataset(tmp_path / "out" / "reader.nc", engine="h5netcdf") as data:
+        own = data["radiation_efficiency"].to_numpy()
+    assert float(said[1]) == pytest.approx(100.0 * own.min(), abs=0.006)
+    assert 0.8 < own.min() < 0.999
+
+
+@pytest.mark.parametrize(
+    ("lines", "reason"),
+    [
+        ("roughness_factor = 1.5", "without reader.conductivity_s_per_m the metal is perfect"),
+        ('conductivity_s_per_m = 5.8e7\nresponse = "rays"', "'rays', which knows no metal"),
+        ("conductivity_s_per_m = 100.0", "a number from 10000 to 1e9"),
+    ],
+)
+def test_keys_of_metal_that_nothing_reads_are_refused(octant, study_file, lines, reason):
+    assert reason in octant("reader", study_file(SMALL + lines)).refused()

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import trimesh
 
 from octant.geometries.mesh_files import load_bodies
 from octant.reader_design.setting.setting import build_setting
@@ -136,3 +137,55 @@ def test_files_that_exist_are_kept_without_force(octant, study_file, tmp_path):
     assert "--force" in octant("scene", study_file(ROOM), "--glb", glb).refused()
     assert glb.read_text() == "mine"
     assert octant("scene", study_file(ROOM), "--glb", glb, "--force").code == 0
+
+
+def test_tags_reader_axes_and_way_are_named_nodes(octant, study_file, tmp_path):
+    way = tmp_path / "trajectory.csv"
+    way.write_text("t_s,x_m,y_m\n0,0.5,0.5\n1,0.5,1.5\n2,1.0,1.5\n")
+    study, glb = study_file(ROOM), tmp_path / "all.glb"
+    words = ("--glb", glb, "--with", "tags", "--with", "reader", "--with", "axes", *ENDS)
+    call = octant("scene", study, *words, "--trajectory", way)
+    assert call.code == 0, call.err
+    scene = trimesh.load(glb, process=False)
+    boxes = {}
+    for name in scene.graph.nodes_geometry:
+        matrix, mesh = scene.graph[name]
+        corners = trimesh.transform_points(scene.geometry[mesh].vertices, matrix)
+        corners = corners[:, [0, 2, 1]] * (1.0, -1.0, 1.0)  # glTF is y up
+        boxes[name] = corners.min(axis=0), corners.max(axis=0)
+    assert {"tag A", "reader", "axis x", "axis y", "axis z", "trajectory trajectory"} <= set(boxes)
+    assert {f"antenna {i}" for i in range(1, 9)} <= set(boxes)
+    assert any(name.startswith("path 1, order 0") for name in boxes)
+    middle = {name: 0.5 * (low + high) for name, (low, high) in boxes.items()}
+    np.testing.assert_allclose(middle["tag A"], [1.0, 3.0, 2.9], atol=1e-5)
+    np.testing.assert_allclose(middle["reader"][:2], [0.5, 0.5], atol=1e-5)
+    # the robot looks along +y: antenna 3 stands ahead of the axis, antenna 1 to its right
+    np.testing.assert_allclose(middle["antenna 3"][:2], [0.5, 0.6], atol=1e-5)
+    np.testing.assert_allclose(middle["antenna 1"][:2], [0.6, 0.5], atol=1e-5)
+    low, high = boxes["trajectory trajectory"]
+    np.testing.assert_allclose([*low[:2], *high[:2]], [0.5, 0.5, 1.0, 1.5], atol=0.02)
+    np.testing.assert_allclose(boxes["axis x"][1][0], 1.0, atol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--picture", "a.png", "--with", "tags"), "for the GLB file"),
+        (("--glb", "a.glb", "--trajectory", "none.csv"), "none.csv"),
+        (("--glb", "a.glb", "--with", "robot"), "tags"),
+    ],
+)
+def test_what_cannot_be_shown_is_one_sentence(
+    words, said, octant, study_file, tmp_path, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    call = octant("scene", study_file(ROOM), *words)
+    assert call.code == 2
+    assert said in call.err
+
+
+def test_a_reader_without_a_place_is_not_shown(octant, study_file, tmp_path):
+    text = ROOM[: ROOM.index("[mission]")]
+    call = octant("scene", study_file(text), "--glb", tmp_path / "a.glb", "--with", "reader")
+    assert call.code == 2
+    assert "[mission]" in call.err

@@ -7,19 +7,35 @@ from small_study import SMALL
 from octant.reader_design.cli import VERBS
 from octant.reader_design.cli import octant as program
 
-EXPERIMENTS = ("study", "sweep", "optimise", "navigate", "tolerance", "track", "dock")
+EXPERIMENTS = (
+    *("study", "sweep", "optimise", "navigate", "tolerance", "track", "dock"),
+    "replay",
+)
+MEASURED = ("compare", "calibrate")
+LOG = "simulate-log"
 PATHS = ("paths", "explain", "rss")
 EXPECTED = {
-    "study": (*EXPERIMENTS, *PATHS, "map", "scene", "reader"),
-    "--out": (*EXPERIMENTS, "map", "scene", "reader"),
-    "--force": (*EXPERIMENTS, *PATHS, "map", "scene", "reader"),
+    "study": (*EXPERIMENTS, *MEASURED, LOG, *PATHS, "map", "scene", "reader"),
+    "--out": (*EXPERIMENTS, *MEASURED, LOG, "map", "scene", "reader"),
+    "--force": (*EXPERIMENTS, *MEASURED, LOG, *PATHS, "map", "scene", "reader"),
     "--workers": EXPERIMENTS,
     "--cluster": EXPERIMENTS,
-    "--dry-run": (*EXPERIMENTS, "map", "reader"),
-    "--seed": (*EXPERIMENTS, "rss"),
+    "--dry-run": (*EXPERIMENTS, *MEASURED, "map", "reader"),
+    "--seed": (*EXPERIMENTS, "calibrate", LOG, "rss"),
     "--quick": ("study", "navigate", "tolerance", "track", "dock", "map"),
-    "--json": (*EXPERIMENTS, *PATHS, "map", "scene", "reader", "audit", "materials"),
-    "--quiet": (*EXPERIMENTS, *PATHS, "map", "scene", "reader", "audit", "materials", "warm-up"),
+    "--json": (*EXPERIMENTS, *MEASURED, *PATHS, "map", "scene", "reader", "audit", "materials"),
+    "--quiet": (
+        *EXPERIMENTS,
+        *MEASURED,
+        LOG,
+        *PATHS,
+        "map",
+        "scene",
+        "reader",
+        "audit",
+        "materials",
+        "warm-up",
+    ),
 }
 """By option, the verbs that have it: it is absent where it would mean nothing. Maps and readers are
 computed by threads, so that workers would not help; what goes to stdout needs no folder."""
@@ -47,7 +63,7 @@ def test_a_shared_option_is_where_it_means_something_and_nowhere_else(option):
 def test_a_study_may_be_left_out_and_results_have_a_folder(verb):
     parameters = {parameter.name: parameter for parameter in command_of(verb).params}
     assert not parameters["study"].required
-    if "out" in parameters and verb != "scene":  # the scene's depends on its other options
+    if "out" in parameters and verb not in {"scene", LOG}:  # a file; or its other options decide
         assert str(parameters["out"].default) == f"octant-{verb}"
     assert "built-in study" in command_of(verb).epilog
 

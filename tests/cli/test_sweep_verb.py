@@ -80,10 +80,15 @@ def test_sweep_leaves_a_table_and_computes_nothing_twice(octant, study_file, tmp
     again = octant("sweep", study, "--out", out)
     assert (again.code, again.out) == (0, call.out)
     assert "is complete already" in again.err
-    (out / "sweep.nc").write_bytes(b"damaged")
+    for name in ("sweep.nc", "report.html"):
+        (out / name).write_bytes(b"\xbe damaged")
     assert octant("sweep", study, "--out", out).code == 0
     assert {path.name: path.read_bytes() for path in out.rglob("*.*") if path.is_file()} == before
     assert "computed already: 8 done" in octant("sweep", study, "--out", out, "--dry-run").out
+    (out / "study.toml").write_bytes(b"\xbe damaged")
+    assert octant("sweep", study, "--out", out).code == 2
+    assert octant("sweep", study, "--out", out, "--force").code == 0
+    assert {path.name: path.read_bytes() for path in out.rglob("*.*") if path.is_file()} == before
 
 
 def test_table_has_parameters_scores_and_units(octant, study_file, tmp_path):

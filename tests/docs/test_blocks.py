@@ -15,7 +15,7 @@ from doc_blocks import ROOT
 import octant
 from octant.geometries.errors import ConfigError
 from octant.reader_design.cli import VERBS
-from octant.reader_design.experiments.missions.comparison import load_comparison
+from octant.reader_design.experiments.missions.comparison_table import load_comparison
 from octant.reader_design.study_file.loading import study_of_tables
 
 FOLLOWED = ["start", "concepts", "howto", "reference"]

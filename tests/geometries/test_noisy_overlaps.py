@@ -121,6 +121,7 @@ def draw_pieces(seed, noise_m):
 @given(seed=st.integers(0, 2**32 - 1), noise_m=st.sampled_from([0.0, 3e-7, 1e-6, 3e-6, 1e-5, 3e-5]))
 @example(seed=2, noise_m=2e-6)
 @example(seed=10, noise_m=1e-5)
+@example(seed=243, noise_m=3e-5)  # cut edges cross again
 def test_facets_cover_what_their_triangles_cover_and_their_outlines_close(seed, noise_m):
     pieces, rng = draw_pieces(seed, noise_m)
     scene = wall_of(pieces)

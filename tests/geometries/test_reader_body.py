@@ -69,17 +69,23 @@ def test_antenna_three_is_the_front_and_the_plates_stand_half_way():
     radius=st.floats(0.02, 0.0999),
     reach=st.floats(0.01, 0.0999),
     heights=st.tuples(st.floats(0.0, 0.2), st.floats(0.0, 0.2)),
+    falls=st.lists(st.floats(0.3, 1.0), max_size=3),
 )
-def test_areas_are_those_of_elementary_geometry(shape, n, radius, reach, heights):
+def test_areas_are_those_of_elementary_geometry(shape, n, radius, reach, heights, falls):
     if shape == "round":  # the inscribed polygon's apothem is a little short of the radius
         radius, reach = 0.99 * radius, 0.99 * reach
     rim, axis = (h if h > 1e-3 else 0.0 for h in heights)
+    profile = []
+    if min(rim, axis) > 0.0 and falls:  # inner heights that fall from axis to rim, or do not
+        profile = [max(axis, rim) * fall for fall in sorted(falls, reverse=True)]
+        rim = min(rim, profile[-1])
     reader = reader_body(
         antennas=n,
         antenna_radius_m=radius,
         plate_outer_radius_m=reach,
         plate_height_m=rim,
         plate_height_axis_m=axis,
+        plate_profile_m=profile,
         ground_plane_shape=shape,
     )
     step = 2 * n
@@ -90,7 +96,8 @@ def test_areas_are_those_of_elementary_geometry(shape, n, radius, reach, heights
         "round": 0.5 * sides * 0.01 * math.sin(2 * math.pi / sides),
     }[shape]
     assert area(ground(reader)) == pytest.approx(expected, rel=1e-9)
-    assert area(plates(reader)) == pytest.approx(n * reach * 0.5 * (rim + axis), rel=1e-9)
+    mean = (0.5 * (rim + axis) + sum(profile)) / (len(profile) + 1)
+    assert area(plates(reader)) == pytest.approx(n * reach * mean, rel=1e-9)
     a, b, c = np.moveaxis(ground(reader), 1, 0)
     assert (np.cross(b - a, c - a)[:, 2] > 0.0).all()  # up, and no triangle without area
     assert reader.has_plates == (max(rim, axis) > 0.0)
@@ -214,6 +221,9 @@ def test_no_monopole_plane_at_all_is_an_error():
         ({"ground_plane_shape": "hexagon"}, "ground_plane_shape is 'hexagon'"),
         ({"ground_plane_shape": "round", "antenna_radius_m": 0.1001}, "antenna_radius_m"),
         ({"monopole_plane_m": -0.01}, "monopole_plane_m"),
+        ({"plate_profile_m": (0.05, 0.0)}, "plate_profile_m is 0 m"),
+        ({"plate_profile_m": (0.05,), "plate_height_m": 0.0}, "have no height at the axis or"),
+        ({"plate_profile_m": (0.02, 0.07)}, "rises from 0.02 to 0.07 m more steeply"),
     ],
 )
 def test_a_reader_that_cannot_be_is_refused_in_one_sentence(changes, says):

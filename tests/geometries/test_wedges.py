@@ -183,3 +183,16 @@ def test_an_edge_that_a_second_body_carries_on_has_no_end_there():
             middle = np.abs(x - 1.0) < 1e-9
             assert (wedges.tips[w][middle] == inner).all()
             assert (wedges.tips[w][~middle] == 1).all()
+
+
+def test_where_the_material_of_an_edge_changes_one_of_both_parts_has_the_joint():
+    below = box((1.0, 1.0, 1.0), material="wood", position_m=(1.0, 1.0, 0.0), name="below")
+    above = box((1.0, 1.0, 0.5), material="metal", position_m=(1.0, 1.0, 1.0), name="above")
+    wedges = find_wedges(build_scene(box_room((4.0, 4.0, 3.0)), objects=[below, above]))
+    rise = wedges.axis[:, 2] * wedges.length_m
+    ends = wedges.origin_m[:, 2:] + rise[:, None] * np.arange(2)
+    for corner in ((1.0, 1.0), (2.0, 1.0), (2.0, 2.0), (1.0, 2.0)):
+        pair = along(wedges, (0, 0, 1), (*corner, 1.0))
+        joint = np.abs(ends[pair] - 1.0) < 1e-9
+        assert wedges.tips[pair][joint].tolist() == [0, -1]
+        assert (wedges.tips[pair][~joint] == 0).all()

@@ -374,14 +374,56 @@ def test_a_drawing_becomes_walls_in_its_unit(tmp_path):
         room(tmp_path, "a.dxf", dxf()[:70])
 
 
+def test_doors_and_windows_of_a_drawing_are_open(tmp_path):
+    entity = "0\nLINE\n8\n{}\n10\n{}\n20\n0\n30\n0\n11\n{}\n21\n0\n31\n0\n"
+    swing = "0\nARC\n8\nA-DOOR\n10\n1000\n20\n0\n40\n900\n50\n0\n51\n90\n"
+    more = entity.format("A-DOOR", 1000, 1900) + entity.format("Windows", 2500, 3500) + swing
+    text = dxf().replace("0\nENDSEC\n0\nEOF", more + "0\nENDSEC\n0\nEOF")
+    bodies = {b.name: b for b in room(tmp_path, "a.dxf", text, reading=Reading(height_m=2.8))}
+    assert set(bodies) == {
+        "walls", "a-door lintel", "windows parapet", "windows lintel", "floor",
+    }  # fmt: skip
+    for name, low, high in (
+        ("a-door lintel", (1.0, 2.0), (1.9, 2.8)),
+        ("windows parapet", (2.5, 0.0), (3.5, 0.9)),
+        ("windows lintel", (2.5, 2.1), (3.5, 2.8)),
+    ):
+        np.testing.assert_allclose(bodies[name].bounds_m[:, [0, 2]], [low, high], atol=1e-9)
+    low = {b.name for b in room(tmp_path, "a.dxf", text, reading=Reading(height_m=2.0))}
+    assert "a-door lintel" not in low
+
+
 @pytest.mark.parametrize(
     ("name", "said"),
-    [("a.ifc", "IfcConvert"), ("a.png", "resolution: 0.05"), ("a.xacro", "ros2 run xacro"),
+    [("a.ifc", "IfcConvert"), ("a.png", "give room.metres_per_pixel"), ("a.gif", "PNG"),
+     ("a.xacro", "ros2 run xacro"),
      ("a.fbx", "Blender"), ("a.pcd", "point cloud"), ("a.gbl", r"did you mean '\.glb'")],
 )  # fmt: skip
 def test_what_is_no_mesh_is_refused_with_what_converts_it(tmp_path, name, said):
     with pytest.raises(GeometryError, match=said):
         room(tmp_path, name, "x")
+
+
+@pytest.mark.parametrize("suffix", ["png", "jpg", "bmp"])
+def test_a_picture_with_a_scale_is_the_room_within_its_dark_lines(tmp_path, suffix):
+    cells = np.pad(box_map(), 10, constant_values=254)  # a margin, which is no floor
+    Image.fromarray(cells.astype(np.uint8)).save(tmp_path / f"plan.{suffix}", quality=95)
+    bodies = {
+        b.name: b
+        for b in load_bodies(
+            tmp_path / f"plan.{suffix}",
+            material="wood",
+            reading=Reading(height_m=3.0, metres_per_pixel=0.1),
+        )
+    }
+    np.testing.assert_allclose(bodies["walls"].bounds_m, [(1, 1, 0), (5, 4, 3)], atol=1e-9)
+    np.testing.assert_allclose(bodies["floor"].bounds_m, [(1.1, 1.1, 0), (4.9, 3.9, 0)], atol=1e-9)
+    assert bodies["floor"].area_m2 == pytest.approx(3.8 * 2.8)
+    (tmp_path / f"plan.{suffix}").write_bytes(b"cut")
+    with pytest.raises(GeometryError, match="cannot be read as an image"):
+        load_bodies(
+            tmp_path / f"plan.{suffix}", material="wood", reading=Reading(metres_per_pixel=0.1)
+        )
 
 
 def test_a_turned_map_is_turned_about_its_origin(tmp_path):

@@ -15,7 +15,13 @@ import pytest
 PUBLIC = [m for m in house.modules() if not m.path.stem.startswith("_")]
 EXPERIMENTS = "reader_design.experiments"
 STUDY_MAY_USE = {"sweep", "choice", "missions", "tolerance"}
-KNOW_NUMBA = ("geometries.kernels", "geometries.kept_code", "reader_design.compilation")
+KNOW_NUMBA = (
+    "geometries.kernel_list",
+    "geometries.kernel_target",
+    "geometries.kernels",
+    "geometries.kept_code",
+    "reader_design.compilation",
+)
 
 
 def ours():

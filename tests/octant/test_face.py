@@ -10,6 +10,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+import trimesh
+from rosbags.highlevel import AnyReader
 
 import octant
 from octant.geometries.errors import ConfigError
@@ -181,7 +183,16 @@ def test_missions_equal_the_command_to_the_bit(study_file, tmp_path):
         navigator="thesis",
         solver=SOLVER,
     )
-    mission.run(2, seed=1, progress=False).to_csv(tmp_path)
+    found = mission.run(2, seed=1, progress=False)
+    found.to_csv(tmp_path)
+    found.to_mcap(tmp_path / "run.mcap", run=1)
+    found.to_tum(tmp_path / "run.tum", run=1)
+    found.to_glb(tmp_path / "run.glb", run=1)
+    way = np.loadtxt(tmp_path / "run.tum")[:, 1:3]
+    np.testing.assert_array_equal(way, found.results[1].poses[:, :2])
+    assert "trajectory run 1" in trimesh.load(tmp_path / "run.glb").graph.nodes_geometry
+    with AnyReader([tmp_path / "run.mcap"]) as bag:
+        assert bag.topics["/ground_truth/pose"].msgcount == len(way)
     for name in ("missions.csv", "trajectory.csv"):
         assert (tmp_path / name).read_bytes() == (tmp_path / "out" / name).read_bytes()
 

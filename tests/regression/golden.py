@@ -10,6 +10,7 @@ import csv
 import hashlib
 import io
 import json
+import math
 import os
 import re
 import shutil
@@ -123,6 +124,17 @@ CASES = {
         ],
         {},
     ),
+    "simulate-log": (
+        [
+            "simulate-log", "demo", "--out", "out/log.csv", "--way", "floor", "--spacing-m", "1.5",
+            "--step-m", "0.5", "--noise-db", "1",
+        ],
+        {},
+    ),
+    "replay": (
+        ["replay", "demo", "--log", "short_log.csv", "--estimator", "tracker", "--out", "out"],
+        {},
+    ),
     "reader": (["reader", "best_reader.toml", "--out", "out", "--step-deg", "10"], {}),
     **{
         f"navigate {name}": (
@@ -166,6 +178,19 @@ material = "concrete"
 runs = 2
 slam_runs = 2
 """
+SHORT_LOG = "\n".join(
+    [
+        "time_s,x_m,y_m,heading_deg,distance_m,turn_deg,id,antenna,rss_dbm",
+        *(
+            f"{k},{1.0 + 0.2 * k},0.8,0,{0.2 * (antenna == 1)},0,door,{antenna},"
+            f"{-30.0 + 5.0 * math.cos(math.radians(45.0 * (antenna - 3)))}"
+            for k in range(12)
+            for antenna in range(1, 9)
+        ),
+        "12,3.4,0.8,0,0,0,door,3,-inf",
+        "",
+    ]
+)
 
 
 def examples_for(name, folder):
@@ -174,6 +199,7 @@ def examples_for(name, folder):
     shutil.copytree(EXAMPLES, work)
     (work / "track.toml").write_text(SHORT_TRACK)
     (work / "layouts" / "short.toml").write_text(SHORT_COMPARISON)
+    (work / "short_log.csv").write_text(SHORT_LOG)
     for file, lines in CASES[name][1].items():
         text = (work / file).read_text()
         for old, new in lines.items():

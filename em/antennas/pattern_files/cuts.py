@@ -33,6 +33,7 @@ from octant.em.antennas.pattern_files._lines import (
 )
 from octant.em.antennas.pattern_files._two_cuts import (
     closed_cut,
+    cut_step_deg,
     spread_two_cuts,
     two_cuts_warnings,
 )
@@ -178,18 +179,20 @@ def _grid(path: Path, names: Sequence[str], group: _Group) -> PatternTable:
 
 def _two_cuts(path: Path, group: _Group) -> PatternTable:
     """Return one table spread from two cuts."""
-    cuts = []
+    given = []
     for wanted in ("horizontal", "vertical"):
         rows = [(line, values) for line, values, cut in group.rows if cut == wanted]
         if not rows:
             raise refusal(path, group.line, f"the {wanted} cut is missing; both cuts are needed.")
         level = [checked_gain_dbi(path, line, values["gain_db"]) for line, values in rows]
         angle = np.array([values["angle_deg"] for _, values in rows])
-        cuts.append(closed_cut(path, rows[0][0], angle, np.array(level)))
+        given.append((rows[0][0], angle, np.array(level)))
     for line, _, cut in group.rows:
         if cut not in ("horizontal", "vertical"):
             what = f"cut {cut[:20]!r} is unknown; allowed are horizontal and vertical."
             raise refusal(path, line, what)
+    step_deg = cut_step_deg(*(angle for _, angle, _ in given))
+    cuts = [closed_cut(path, *one, step_deg=step_deg) for one in given]
     theta_rad, phi_rad, level_db = spread_two_cuts(*cuts)
     total = amplitude(level_db)
     pattern = np.stack((total, np.zeros_like(total))).astype(np.complex128)

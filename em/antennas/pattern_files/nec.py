@@ -36,6 +36,7 @@ from octant.em.decibels import decibels
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[EeDd][-+]?\d+)?"
 _AGREEMENT_DB = 0.1
+_SAME_RAD, _SAME_FIELD = 1e-6, 1e-3
 _COLUMNS = 11
 _THETA, _PHI, _TOTAL, _E_THETA, _E_PHI = 0, 1, 4, 7, 9
 
@@ -63,9 +64,11 @@ class _Table:
 
 
 def read_nec(path: Path) -> tuple[PatternTable, ...]:
-    """Return the patterns of a NEC listing, one table an RP card and frequency.
+    """Return the patterns of a NEC listing, one table a run and frequency.
 
-    Gain or directivity, as it says; the input impedance where one source fed the structure.
+    Gain or directivity, as it says; the input impedance where one source fed the structure. RP
+    cards of one run that give parts of the sphere, such as its two halves, are put together, and
+    of patterns that are repeated one stays; others remain tables of their own.
 
     Parameters
     ----------
@@ -100,7 +103,44 @@ def read_nec(path: Path) -> tuple[PatternTable, ...]:
     if not tables:
         what = "no 'RADIATION PATTERNS' table is in the listing; add an RP card and run it again."
         raise refusal(path, 1, what)
-    return tuple(_pattern(path, table) for table in tables)
+    return _put_together(path, tables)
+
+
+def _put_together(path: Path, tables: Sequence[_Table]) -> tuple[PatternTable, ...]:
+    """Return the patterns, those of one run that are parts of one sphere as one."""
+    found: list[tuple[_State, PatternTable]] = []
+    for table in tables:
+        made, run = _pattern(path, table), replace(table.state, spread=1.0)
+        for i, (other, before) in enumerate(found):
+            joined = _joined(before, made) if other == run else None
+            if joined is not None:
+                found[i] = (run, joined)
+                break
+        else:
+            found.append((run, made))
+    return tuple(table for _, table in found)
+
+
+def _joined(first: PatternTable, second: PatternTable) -> PatternTable | None:
+    """Return two sections of one run as one table; None: they do not belong together."""
+    phi = first.phi_rad
+    if len(phi) != len(second.phi_rad) or np.abs(phi - second.phi_rad).max() > _SAME_RAD:
+        return None
+    theta = np.concatenate([first.theta_rad, second.theta_rad])
+    field_f = np.concatenate([first.field, second.field], axis=1)
+    order = np.argsort(theta, kind="stable")
+    theta, field_f = theta[order], field_f[:, order]
+    twice = np.flatnonzero(np.diff(theta) < _SAME_RAD)
+    off = np.abs(field_f[:, twice + 1] - field_f[:, twice])
+    if off.size and off.max() > _SAME_FIELD * np.abs(field_f).max():
+        return None
+    theta, field_f = np.delete(theta, twice + 1), np.delete(field_f, twice + 1, axis=1)
+    steps = np.diff(theta)
+    if steps.size and steps.max() > 1.5 * max(
+        float(np.diff(one.theta_rad).max(initial=0.0)) for one in (first, second)
+    ):
+        return None  # a gap lies between them
+    return replace(first, theta_rad=theta, field=field_f)
 
 
 def _input_line(path: Path, line: int, state: _State, text: str) -> None:

@@ -2,21 +2,24 @@
 
 import re
 import warnings
+from collections.abc import Callable
 from pathlib import Path
 from typing import Literal, get_args
 
 from octant.em.antennas.pattern_files._lines import read_lines, refusal
 from octant.em.antennas.pattern_files.common import PatternTable
+from octant.em.antennas.pattern_files.cst_text import read_cst_text
 from octant.em.antennas.pattern_files.cuts import read_csv
 from octant.em.antennas.pattern_files.ffd import read_ffd
 from octant.em.antennas.pattern_files.ffe import read_ffe
 from octant.em.antennas.pattern_files.ffs import read_ffs
 from octant.em.antennas.pattern_files.msi import read_msi
 from octant.em.antennas.pattern_files.nec import read_nec
+from octant.em.antennas.pattern_files.ngmn import read_ngmn
 from octant.geometries.errors import PatternFileError, PhysicsWarning
 
-PatternFormat = Literal["ffe", "ffd", "ffs", "nec", "msi", "csv"]
-"""FEKO, HFSS, CST, NEC listings, MSI/Planet, and Octant's own CSV."""
+PatternFormat = Literal["ffe", "ffd", "ffs", "cst", "nec", "msi", "ngmn", "csv"]
+"""FEKO, HFSS, CST (source and text), NEC listings, MSI/Planet, NGMN BASTA, Octant's own CSV."""
 
 _BY_SUFFIX: dict[str, PatternFormat] = {
     ".ffe": "ffe",
@@ -25,16 +28,27 @@ _BY_SUFFIX: dict[str, PatternFormat] = {
     ".nout": "nec",
     ".msi": "msi",
     ".pln": "msi",
+    ".json": "ngmn",
     ".csv": "csv",
 }
 _BY_CONTENT: tuple[tuple[str, PatternFormat], ...] = (
     (r"(?im)^//\s*CST Farfield Source", "ffs"),
+    (r"(?im)^\W*Theta\s*\[deg", "cst"),
+    (r"\A\s*[\[{]", "ngmn"),
     (r"(?im)^#+\s*(File Type:\s*Far\s*Field|Frequency:)", "ffe"),
     (r"-\s*RADIATION PATTERNS\s*-", "nec"),
     (r"(?im)^\s*HORIZONTAL\s+\d+", "msi"),
     (r"(?im)^[^#\n]*\b(theta_deg|angle_deg)\b", "csv"),
     (r"\A\s*\S+[ \t]+\S+[ \t]+\d+\s*\n\s*\S+[ \t]+\S+[ \t]+\d+\s*\n", "ffd"),
 )
+_READERS: dict[PatternFormat, Callable[[Path], tuple[PatternTable, ...]]] = {
+    "ffs": read_ffs,
+    "cst": read_cst_text,
+    "nec": read_nec,
+    "msi": read_msi,
+    "ngmn": read_ngmn,
+    "csv": read_csv,
+}
 
 
 def read_pattern(
@@ -51,7 +65,7 @@ def read_pattern(
     Parameters
     ----------
     path : The file.
-    format : ``ffe``, ``ffd``, ``ffs``, ``nec``, ``msi`` or ``csv``; None: by suffix or content.
+    format : One of `PatternFormat`; None: by suffix or content.
     incident_power_w : Power [W] incident on the port where the file does not tell: ``.ffd`` (1 W
         unless given) and ``.ffe`` without gain columns.
     """
@@ -65,8 +79,7 @@ def read_pattern(
     elif found == "ffd":
         tables = read_ffd(path, incident_power_w=incident_power_w or 1.0)
     else:
-        read = {"ffs": read_ffs, "nec": read_nec, "msi": read_msi, "csv": read_csv}[found]
-        tables = read(path)
+        tables = _READERS[found](path)
     for text in dict.fromkeys(text for table in tables for text in table.warnings):
         warnings.warn(text, PhysicsWarning, stacklevel=2)
     return tables

@@ -1,7 +1,9 @@
-"""Touchstone files, version 1 (``.sNp``): S-matrices over frequency.
+"""Touchstone files, version 1 (``.sNp``) and 2 (``.ts``, ``.sNp``): S-matrices over frequency.
 
 The two-port's columns run S11 S21 S12 S22; from three ports on, a row starts a line, four pairs at
-most a line. Source: EIA/IBIS Open Forum, Touchstone File Format Specification, Rev. 1.1 (2002).
+most a line. Version 2 says by keywords in brackets how many ports and frequencies there are, the
+reference of each port, and which half of a symmetric matrix is left out. Sources: EIA/IBIS Open
+Forum, Touchstone File Format Specification, Rev. 1.1 (2002) and Version 2.0 (2009).
 HFSS leaves data that are not renormalised at 50 ohm in the option line and writes what the ports
 have behind each frequency, as comments ``! Port Impedance``: they are read.
 """
@@ -18,6 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.em.antennas.pattern_files._lines import HERTZ, number, read_lines, refusal
+from octant.em.antennas.pattern_files._touchstone_2 import is_version_2, version_2_content
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import PatternFileError, PhysicsWarning
 from octant.geometries.files import write_text
@@ -136,16 +139,18 @@ def _pair(value: complex, form: str) -> str:
 
 
 def read_touchstone(path: str | Path) -> SMatrices:
-    """Return the S-matrices of a Touchstone file, version 1, without a two-port's noise table.
+    """Return the S-matrices of a Touchstone file, version 1 or 2, without a two-port's noise table.
 
     A PhysicsWarning says when comments tell of ports that are not at the option line's reference,
     but not what they have.
 
     Parameters
     ----------
-    path : The file; its suffix ``.sNp`` gives the number of ports.
+    path : The file; of version 1 its suffix ``.sNp`` gives the number of ports.
     """
     path = Path(path)
+    if is_version_2(path):
+        return _version_2(path)
     suffix = re.fullmatch(r"\.s(\d{1,3})p", path.suffix.lower())
     if not suffix or int(suffix.group(1)) < 1:
         msg = f"{path} does not end in .sNp with N ports; rename it."
@@ -171,6 +176,51 @@ def read_touchstone(path: str | Path) -> SMatrices:
         frequencies_hz=np.array(frequencies),
         s_matrices=np.array(matrices),
         reference_ohm=_port_impedances(path, len(frequencies), ports, reference_ohm),
+    )
+
+
+def _version_2(path: Path) -> SMatrices:
+    """Return the S-matrices of a file of version 2."""
+    content = version_2_content(path)
+    ports, shape = content.ports, content.matrix_format
+    rows, columns = np.indices((ports, ports)).reshape(2, -1)
+    told = {"full": rows >= 0, "lower": rows >= columns, "upper": rows <= columns}[shape]
+    rows, columns = rows[told], columns[told]
+    if content.two_port_order == "21_12":
+        rows, columns = columns, rows
+    frequencies: list[float] = []
+    matrices: list[npt.NDArray[np.complex128]] = []
+    # unlike in version 1 a line's end means nothing
+    words = [(line, token) for line, tokens in content.lines for token in tokens]
+    need = 1 + 2 * len(rows)
+    for begin in range(0, len(words), need):
+        one = words[begin : begin + need]
+        line = one[0][0]
+        if len(one) < need:
+            what = f"the file ends after {len(one)} of {need} numbers of the last frequency."
+            raise refusal(path, words[-1][0], what)
+        values = np.array([number(path, at, token) for at, token in one])
+        frequency_hz = float(values[0]) * content.unit_hz
+        if frequency_hz < 0.0 or (frequencies and frequency_hz <= frequencies[-1]):
+            raise refusal(path, line, f"frequency {values[0]:g} does not ascend from 0; sort them.")
+        matrix = np.zeros((ports, ports), dtype=np.complex128)
+        found = _complex(path, line, values[1:].reshape(-1, 2), content.form)
+        matrix[rows, columns] = found
+        if shape != "full":
+            matrix[columns, rows] = found
+        frequencies.append(frequency_hz)
+        matrices.append(matrix)
+    if len(frequencies) != content.frequencies:
+        what = f"{len(frequencies)} frequencies where {content.frequencies} are announced."
+        raise refusal(path, content.lines[-1][0] if content.lines else 1, what)
+    reference: float | npt.NDArray[np.complex128] = content.reference_ohm[0]
+    if len(set(content.reference_ohm)) > 1:
+        each = np.array(content.reference_ohm, dtype=np.complex128)
+        reference = np.tile(each, (len(frequencies), 1))
+    return SMatrices(
+        frequencies_hz=np.array(frequencies),
+        s_matrices=np.array(matrices),
+        reference_ohm=reference,
     )
 
 
@@ -214,7 +264,7 @@ def _options(path: Path) -> tuple[float, str, float, list[tuple[int, list[str]]]
     for line, raw in enumerate(read_lines(path), start=1):
         text = raw.split("!", 1)[0].strip()
         if text.startswith("["):
-            raise refusal(path, line, "version 2 of Touchstone is not read; save it as version 1.")
+            raise refusal(path, line, "a keyword of version 2 without [Version]; add it first.")
         if text.startswith("#") and not seen:
             seen = True
             words = iter(text[1:].upper().split())

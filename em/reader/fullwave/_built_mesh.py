@@ -114,14 +114,15 @@ def built_vertices_m(
 def _move_plates(there: FloatArray, parts: Parts, body: ReaderBody) -> None:
     """Turn, stretch and raise the plates' corners in place."""
     built, reach = body.built, body.plate_outer_radius_m
-    slope = (body.plate_height_m - body.plate_height_axis_m) / reach
+    outline, between = body.plate_outline_m, len(body.plate_profile_m) + 1
     for k, azimuth in enumerate(body.plate_azimuths_rad):
-        corners = parts.vertices_of(PLATE, k)
+        corners = np.unique(
+            np.concatenate([parts.vertices_of(PLATE, between * k + j) for j in range(between)])
+        )
         old = parts.vertices_m[corners]
         out = old @ np.array((np.cos(azimuth), np.sin(azimuth), 0.0))
-        height = body.plate_height_axis_m + slope * out
-        rise = (built.plate_rim_heights_m[k] - built.plate_axis_height_m) / reach
-        new_height = built.plate_axis_height_m + rise * out
+        height = np.interp(out, outline[:, 0], outline[:, 1])
+        new_height = np.interp(out, outline[:, 0], built.plate_heights_m(k))
         ratio = np.ones(len(old))
         np.divide(new_height, height, out=ratio, where=old[:, 2] > 0.0)
         stretch = built.plate_reaches_m[k] / reach

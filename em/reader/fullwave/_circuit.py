@@ -43,11 +43,10 @@ def admittance_of(s_matrix: ComplexArray, load_ohm: ComplexArray) -> ComplexArra
     return matrix
 
 
-def realised_weights(admittance_s: ComplexArray, load_ohm: ComplexArray) -> ComplexArray:
-    """Return (n, n) factors from fields of one volt at each port to realised patterns [1/V]."""
-    scale = np.sqrt(16.0 * math.pi * load_ohm.real / VACUUM_IMPEDANCE_OHM)
-    weights: ComplexArray = scale[:, None] * embedded_voltages(admittance_s, load_ohm)
-    return weights
+def realised_scale(load_ohm: ComplexArray) -> npt.NDArray[np.float64]:
+    """Return (n,) the realised pattern of a far field of one volt from one volt's source [1/V]."""
+    scale: npt.NDArray[np.float64] = np.sqrt(16.0 * math.pi * load_ohm.real / VACUUM_IMPEDANCE_OHM)
+    return scale
 
 
 def heat_matrix(

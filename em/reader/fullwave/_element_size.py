@@ -32,11 +32,13 @@ class ElementSize:
     def at(self, points_m: FloatArray) -> FloatArray:
         """Return the wanted edge length [m] at (n, 3) points [m]."""
         wanted = np.full(len(points_m), self.coarse_m)
-        for start, end in self.strips_m:
-            along = end - start
-            t = np.clip((points_m - start) @ along / (along @ along), 0.0, 1.0)
-            away = np.linalg.norm(points_m - start - t[:, None] * along, axis=1)
-            np.minimum(wanted, GROWTH * away, out=wanted)
+        if len(self.strips_m):
+            start, along = self.strips_m[:, 0], self.strips_m[:, 1] - self.strips_m[:, 0]
+            from_start = points_m[:, None] - start
+            t = (from_start * along).sum(axis=2) / (along**2).sum(axis=1)
+            away = from_start - np.clip(t, 0.0, 1.0)[:, :, None] * along
+            nearest = np.sqrt((away**2).sum(axis=2).min(axis=1))
+            np.minimum(wanted, GROWTH * nearest, out=wanted)
         for centre in self.planes_m:
             away = points_m - centre
             radial = np.array((centre[0], centre[1], 0.0)) / np.hypot(centre[0], centre[1])

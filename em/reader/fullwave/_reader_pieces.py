@@ -66,18 +66,21 @@ class PieceMesher:
 
 def _spokes(body: ReaderBody, rim_m: FloatArray) -> list[tuple[float, list[FloatArray], bool]]:
     """Return azimuth, places from the axis outwards, and whether an antenna is on each spoke."""
+    inner = tuple(body.plate_outline_m[1:-1, 0].tolist())
     marks = [(float(a), body.antenna_radius_m, True) for a in body.element_azimuths_rad]
     marks += [(float(a), body.plate_outer_radius_m, False) for a in body.plate_azimuths_rad]
     marks.sort()
     spokes = []
     for azimuth, radius, is_antenna in marks:
+        within = () if is_antenna else inner
         end = float(reach_to_rim_m(np.array([azimuth]), rim_m)[0])
         direction = np.array((math.cos(azimuth), math.sin(azimuth)))
         outer = end * direction
         near = np.flatnonzero(np.abs(rim_m - outer).max(axis=1) <= LENGTHS.same_share * end)
         outer = rim_m[near[0]] if near.size else outer
         on_rim = radius >= end * (1.0 - LENGTHS.same_share)
-        spokes.append((azimuth, [outer] if on_rim else [radius * direction, outer], is_antenna))
+        places = [*(r * direction for r in within), outer if on_rim else radius * direction]
+        spokes.append((azimuth, places if on_rim else [*places, outer], is_antenna))
     return spokes
 
 
@@ -131,17 +134,17 @@ def _flat(points_m: FloatArray) -> FloatArray:
 
 
 def plate_pieces(body: ReaderBody, mesher: PieceMesher) -> list[Piece]:
-    """Return the plates, each from the axis out."""
+    """Return the plates, each from the axis out, one piece between any two heights given."""
     pieces = []
     for azimuth in body.plate_azimuths_rad:
-        reach = body.plate_outer_radius_m
-        foot = np.array((reach * math.cos(azimuth), reach * math.sin(azimuth), 0.0))
-        corners = [np.zeros(3), foot]
-        if body.plate_height_m > 0.0:
-            corners.append(foot + body.plate_height_m * UP)
-        if body.plate_height_axis_m > 0.0:
-            corners.append(body.plate_height_axis_m * UP)
-        pieces.append(mesher.mesh(np.array(corners)))
+        out = np.array((math.cos(azimuth), math.sin(azimuth), 0.0))
+        for (near, near_height), (far, height) in itertools.pairwise(body.plate_outline_m):
+            corners = [near * out, far * out]
+            if height > 0.0:
+                corners.append(far * out + height * UP)
+            if near_height > 0.0:
+                corners.append(near * out + near_height * UP)
+            pieces.append(mesher.mesh(np.array(corners)))
     return pieces
 
 

@@ -8,8 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from octant.em.blocks import one_blas_thread
 from octant.em.reader.fullwave._circuit import admittance_of, embedded_voltages
 from octant.em.reader.fullwave.mesh import ReaderMesh
+from octant.em.reader.fullwave.ported import PortedMesh
 from octant.em.reader.fullwave.result import FullwaveResult
 from octant.em.reader.fullwave.solve import result_of, solve_reader
 from octant.geometries._checks import positive_number
@@ -55,6 +57,7 @@ class FullwaveBand:
         """Return (k,) the frequencies that were solved [Hz]."""
         return np.array([result.frequency_hz for result in self.results])
 
+    @one_blas_thread()
     def at(self, frequency_hz: float) -> FullwaveResult:
         """Return the interpolated solution at a frequency of the band.
 
@@ -94,6 +97,7 @@ class FullwaveBand:
             w * np.tensordot(r.embedded_voltages_v, r.halves_a_per_m, axes=(1, 0))
             for w, r in zip(weights, self.results, strict=True)
         )
+        sheet = sum(w * r.sheet_ohm for w, r in zip(weights, self.results, strict=True))
         admittance = admittance_of(np.asarray(s_matrix), load)
         back = np.linalg.inv(embedded_voltages(admittance, load))
         halves = np.tensordot(back, loaded, axes=(1, 0))
@@ -103,10 +107,11 @@ class FullwaveBand:
             admittance,
             frequency_hz=frequency_hz,
             load_ohm=load,
-            sheet_ohm=first.sheet_ohm,
+            sheet_ohm=np.asarray(sheet),
             port_step=first.port_step,
             phase_centres_m=first.unloaded.phase_centres_m,
             doubts=first.unloaded.doubts,
+            half_space=first.unloaded.half_space,
         )
 
 
@@ -165,8 +170,9 @@ def _polynomial_weights(
 _MODELS = (_polynomial_weights, _rational_weights)
 
 
+@one_blas_thread()
 def solve_band_adaptively(
-    mesh: ReaderMesh,
+    mesh: ReaderMesh | PortedMesh,
     frequencies_hz: Sequence[float],
     *,
     tolerance: float = TOLERANCE,
@@ -227,12 +233,12 @@ def solve_band_adaptively(
 
 
 def solve_band(
-    mesh: ReaderMesh,
+    mesh: ReaderMesh | PortedMesh,
     frequencies_hz: Sequence[float],
     *,
     nodes: int = NODES,
     load_ohm: npt.ArrayLike = 50.0,
-    surface_impedance_ohm: npt.ArrayLike = 0.0,
+    surface_impedance_ohm: npt.ArrayLike | None = None,
     symmetry: bool = True,
 ) -> FullwaveBand:
     """Return solutions from which those at all given frequencies follow by interpolation.
@@ -243,7 +249,8 @@ def solve_band(
     frequencies_hz : Frequencies wanted [Hz]; their least and greatest bound the band.
     nodes : Number of solutions, at least 2; no more are made than there are frequencies.
     load_ohm : Impedance of source and load of every port [ohm].
-    surface_impedance_ohm : Surface impedance of each triangle [ohm].
+    surface_impedance_ohm : Surface impedance of each triangle [ohm]; None: that of the mesh's
+        conductor.
     symmetry : Use the rotational symmetry that the mesh has.
 
     Returns

@@ -57,6 +57,9 @@ def _close_points() -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
 
 SEVEN_POINTS, SEVEN_WEIGHTS = _seven_points()
 CLOSE_POINTS, CLOSE_WEIGHTS = _close_points()
+MOVED_ALIKE_M = 1e-14
+"""Steps in which moves of corners are told apart [m]: rounding of places is 100 times finer."""
+
 RULES = np.concatenate((SEVEN_POINTS, THREE_POINTS))
 
 
@@ -139,17 +142,33 @@ class SurfaceBasis:
         areas: npt.NDArray[np.float64] = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
         return areas
 
-    def triangle_arrays(self) -> TriangleArrays:
-        """Return all triangles as the kernels take them [m]."""
+    def triangle_arrays(
+        self, drawn: "SurfaceBasis | None" = None, *, changed_only: bool = False
+    ) -> TriangleArrays:
+        """Return all triangles as the kernels take them [m].
+
+        Parameters
+        ----------
+        drawn : The same functions on the mesh that this one was moved from: distances there decide
+            how pairs are integrated; None: distances here.
+        changed_only : Leave out pairs that were moved alike.
+        """
         corner = np.ascontiguousarray(self.corners_m)
         centre = corner.mean(axis=1)
         offset = corner - centre[:, None]
+        given = corner if drawn is None else drawn.corners_m
+        place = centre if drawn is None else given.mean(axis=1)
+        motion = np.full(len(corner), -1, dtype=np.int64)
+        if changed_only:
+            shift = np.round((corner - given) / MOVED_ALIKE_M)
+            alike = (shift == shift[:, :1]).all(axis=(1, 2))
+            motion[alike] = np.unique(shift[alike, 0], axis=0, return_inverse=True)[1].reshape(-1)
         return TriangleArrays(
             per_sector=self.triangles_per_sector,
             sectors=self.sectors,
             corner=corner,
             centre=centre,
-            radius=np.linalg.norm(offset, axis=2).max(axis=1),
+            radius=np.linalg.norm(given - place[:, None], axis=2).max(axis=1),
             area=self.areas_m2,
             offset=offset,
             length=self.edge_lengths_m,
@@ -157,6 +176,8 @@ class SurfaceBasis:
             weight=np.concatenate((SEVEN_WEIGHTS, np.ones(3))),
             close=CLOSE_POINTS,
             close_weight=CLOSE_WEIGHTS,
+            place=np.ascontiguousarray(place),
+            motion=motion,
         )
 
     def half_coefficients(
@@ -221,32 +242,78 @@ def surface_basis(
     SurfaceBasis
         Functions; its triangles are sorted by sector.
     """
-    points = frozen_array(vertices_m, name="vertices_m", shape=(None, 3))
-    given = frozen_array(faces, name="faces", shape=(None, 3), dtype=np.int64)
-    _refuse_bad(points, given)
-    if sectors == 1:
-        layers: npt.NDArray[np.int64] | None = given[None]
-        image: npt.NDArray[np.int64] | None = np.arange(len(points))
-    else:
-        image = turned_vertices(points, sectors)
-        layers = None if image is None else sector_faces(given, image, sectors)
-    entries = None
-    if layers is not None and image is not None:
-        entries = _functions(layers, image, sectors)
-    if layers is None or entries is None:
+    points, given = _checked(vertices_m, faces)
+    found = _symmetric_functions(points, given, sectors)
+    if found is None:
         msg = (
             f"sectors is {sectors}, but a turn by {360.0 / sectors:g} deg about z does not map the "
             "mesh onto itself; give 1."
         )
         raise GeometryError(msg)
-    count, groups, table = entries
+    return _basis_of(points, given, sectors, found)
+
+
+def best_basis(
+    vertices_m: npt.ArrayLike, faces: npt.ArrayLike, candidates: tuple[int, ...]
+) -> SurfaceBasis:
+    """Return the functions of a mesh in the first of some numbers of sectors that it has, or in 1.
+
+    Parameters
+    ----------
+    vertices_m, faces : As for `surface_basis` [m].
+    candidates : Numbers of sectors to try, best first.
+    """
+    points, given = _checked(vertices_m, faces)
+    for sectors in candidates:
+        found = _symmetric_functions(points, given, sectors)
+        if found is not None:
+            return _basis_of(points, given, sectors, found)
+    return surface_basis(points, given)
+
+
+_Functions = tuple[int, tuple[npt.NDArray[np.int64], ...], npt.NDArray[np.int64]]
+"""Number of functions, axis groups and entries (triangle, function, turn, local, sign)."""
+
+
+def _checked(
+    vertices_m: npt.ArrayLike, faces: npt.ArrayLike
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]:
+    points = frozen_array(vertices_m, name="vertices_m", shape=(None, 3))
+    given = frozen_array(faces, name="faces", shape=(None, 3), dtype=np.int64)
+    _refuse_bad(points, given)
+    return points, given
+
+
+def _symmetric_functions(
+    points_m: npt.NDArray[np.float64], faces: npt.NDArray[np.int64], sectors: int
+) -> tuple[npt.NDArray[np.int64], _Functions] | None:
+    """Return triangles (sectors, f, 3) and functions; None without that symmetry."""
+    if sectors == 1:
+        layers: npt.NDArray[np.int64] | None = faces[None]
+        image: npt.NDArray[np.int64] | None = np.arange(len(points_m))
+    else:
+        image = turned_vertices(points_m, sectors)
+        layers = None if image is None else sector_faces(faces, image, sectors)
+    if layers is None or image is None:
+        return None
+    entries = _functions(layers, image, sectors)
+    return None if entries is None else (layers, entries)
+
+
+def _basis_of(
+    points_m: npt.NDArray[np.float64],
+    given: npt.NDArray[np.int64],
+    sectors: int,
+    found: tuple[npt.NDArray[np.int64], _Functions],
+) -> SurfaceBasis:
+    layers, (count, groups, table) = found
     if count == 0:
         msg = "the mesh has no edge that two triangles share; weld its vertices first."
         raise GeometryError(msg)
     table = table[np.lexsort((table[:, 2], table[:, 1], table[:, 3], table[:, 0]))]
     per_triangle = np.bincount(table[:, 0], minlength=layers.shape[1])
     return SurfaceBasis(
-        vertices_m=points,
+        vertices_m=points_m,
         faces=layers.reshape(-1, 3),
         given_face=_same_faces(given, layers.reshape(-1, 3)),
         sectors=sectors,
@@ -273,14 +340,8 @@ def best_sectors(
     faces : (f, 3) int64 — Vertex indices [-].
     candidates : Numbers of sectors to try, best first.
     """
-    for sectors in candidates:
-        image = turned_vertices(vertices_m, sectors)
-        if image is None:
-            continue
-        layers = sector_faces(faces, image, sectors)
-        if layers is not None and _functions(layers, image, sectors) is not None:
-            return sectors
-    return 1
+    found = (n for n in candidates if _symmetric_functions(vertices_m, faces, n) is not None)
+    return next(found, 1)
 
 
 def _same_faces(
@@ -319,8 +380,8 @@ def _refuse_bad(points_m: npt.NDArray[np.float64], faces: npt.NDArray[np.int64])
 
 def _functions(
     layers: npt.NDArray[np.int64], image: npt.NDArray[np.int64], sectors: int
-) -> tuple[int, tuple[npt.NDArray[np.int64], ...], npt.NDArray[np.int64]] | None:
-    """Return number of functions, axis groups and entries (triangle, function, turn, local, sign).
+) -> _Functions | None:
+    """Return the functions of a sector and their entries.
 
     None when a part of a turn maps an edge off the axis onto itself.
     """

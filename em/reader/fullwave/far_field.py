@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from octant.em.blocks import run_blocks
+from octant.em.blocks import one_blas_thread, run_blocks
 from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
 from octant.em.reader.fullwave import _far_kernels
 from octant.em.reader.fullwave.basis import THREE_POINTS, SurfaceBasis
@@ -17,13 +17,10 @@ from octant.geometries.errors import AntennaError
 ROWS_PER_BLOCK = 64
 """Directions that a thread takes at a time [-]."""
 
-ROWS_PER_PRODUCT = 512
-"""Directions whose phases are held at a time [-]."""
-
 DIGITS = 7.0
 """Digits of the formula of the excess bandwidth [-]; it leaves 4e-9 of the greatest field."""
 
-LEAST_ORDER = 11
+LEAST_ORDER = 12
 """Order that is taken at least [-]: the formula is for sources of some size."""
 
 
@@ -53,6 +50,7 @@ class CurrentSamples:
         object.__setattr__(self, "points_m", points)
         object.__setattr__(self, "moments_a_m", moments)
 
+    @one_blas_thread()
     def far_field(
         self, theta_rad: npt.ArrayLike, phi_rad: npt.ArrayLike
     ) -> npt.NDArray[np.complex128]:
@@ -83,19 +81,13 @@ class CurrentSamples:
         moments = np.ascontiguousarray(np.moveaxis(self.moments_a_m, 1, 0).reshape(-1, 3 * cases))
         total = np.empty((len(direction), 3 * cases), dtype=np.complex128)
 
-        # Phases on all threads, then one product on BLAS's own threads: the two do not mix well.
-        rows = min(ROWS_PER_PRODUCT, len(direction))
-        phase = np.empty((rows, points.shape[1]), dtype=np.complex128)
-        for first in range(0, len(direction), rows):
-            last = min(first + rows, len(direction))
+        # Products of blocks of one shape, each on the thread that made its phases.
+        def work(begin: int, end: int) -> None:
+            phase = np.empty((end - begin, points.shape[1]), dtype=np.complex128)
+            _far_kernels.fill_phases(direction, points, begin, end, phase)
+            np.matmul(phase, moments, out=total[begin:end])
 
-            def work(begin: int, end: int, first: int = first) -> None:
-                _far_kernels.fill_phases(
-                    direction, points, first + begin, first + end, phase[begin:end]
-                )
-
-            run_blocks(work, last - first, block_size=ROWS_PER_BLOCK)
-            np.matmul(phase[: last - first], moments, out=total[first:last])
+        run_blocks(work, len(direction), block_size=ROWS_PER_BLOCK)
         vector = total.reshape(*theta.shape, cases, 3)
         theta_hat = np.stack((ct * cp, ct * sp, -st), axis=-1)[..., None, :]
         phi_hat = np.stack((-sp, cp, np.zeros_like(sp)), axis=-1)[..., None, :]
@@ -169,6 +161,7 @@ class FarField:
             raise AntennaError(msg)
         object.__setattr__(self, "values", values)
 
+    @one_blas_thread()
     def on_grid(self, theta_rad: npt.ArrayLike, columns: int) -> npt.NDArray[np.complex128]:
         """Return the fields on another grid [unit of the values].
 
@@ -195,6 +188,7 @@ class FarField:
         spectrum = np.moveaxis(spectrum, -1, 1)  # (k, 2, orders, turns)
         return np.moveaxis(along @ (spectrum @ around), 1, -1)
 
+    @one_blas_thread()
     def power_matrix(self) -> npt.NDArray[np.complex128]:
         """Return (k, k) the means over the sphere of conj(F_i) . F_j [unit of the values squared].
 
@@ -209,7 +203,23 @@ class FarField:
         return matrix
 
 
-def band_limited(samples: CurrentSamples, *, sectors: int = 1, port_step: int = 0) -> FarField:
+def order_of(samples: CurrentSamples) -> int:
+    """Return the order of theta that the far field of currents needs [-].
+
+    Parameters
+    ----------
+    samples : Currents.
+    """
+    wavenumber = 2.0 * math.pi * samples.frequency_hz / SPEED_OF_LIGHT_M_PER_S
+    size = wavenumber * float(np.linalg.norm(samples.points_m, axis=1).max())
+    excess = 1.8 * DIGITS ** (2.0 / 3.0) * size ** (1.0 / 3.0)
+    order: int = max(LEAST_ORDER, math.ceil(size + excess) + 2)
+    return order
+
+
+def band_limited(
+    samples: CurrentSamples, *, sectors: int = 1, port_step: int = 0, order: int | None = None
+) -> FarField:
     """Return the far fields of currents [V] by as few directions as their extent asks for.
 
     Parameters
@@ -217,11 +227,9 @@ def band_limited(samples: CurrentSamples, *, sectors: int = 1, port_step: int = 
     samples : Currents of k cases.
     sectors, port_step : In a turn by one of so many sectors each case becomes the one ``port_step``
         further; 0 when it does not.
+    order : Order of theta [-]; None: `order_of` the currents.
     """
-    wavenumber = 2.0 * math.pi * samples.frequency_hz / SPEED_OF_LIGHT_M_PER_S
-    size = wavenumber * float(np.linalg.norm(samples.points_m, axis=1).max())
-    excess = 1.8 * DIGITS ** (2.0 / 3.0) * size ** (1.0 / 3.0)
-    order = max(LEAST_ORDER, math.ceil(size + excess) + 2)
+    order = order_of(samples) if order is None else order
     parts = sectors if port_step else 1
     multiple = math.lcm(2, parts)
     columns = multiple * math.ceil((2 * order + 2) / multiple)

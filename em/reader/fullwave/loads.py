@@ -10,15 +10,20 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from octant.em.blocks import one_blas_thread
 from octant.em.reader.fullwave._circuit import (
     embedded_voltages,
     powers_of,
-    realised_weights,
+    realised_scale,
     scattering,
 )
 from octant.em.reader.fullwave.far_field import FarField
+from octant.em.reader.fullwave.feeds import Feeds
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import AntennaError
+
+BELOW_RAD = 0.5 * np.pi + 1e-9
+"""Theta beyond which a direction points below an infinite plane [rad]."""
 
 BALANCE_LIMIT = 1e-3
 """Radiated and lost power less accepted power, over the latter [-], above which a run warns."""
@@ -53,6 +58,8 @@ class UnloadedReader:
     phase_centres_m : (n, 3) float64 — Middle of each dipole, foot of each monopole [m].
     unknowns : Number of independent functions solved for.
     doubts : What makes the solution doubtful, whatever the loads.
+    half_space : The far fields go on below an infinite plane, z = 0, as if its images were there;
+        they count above it only.
     """
 
     frequency_hz: float
@@ -62,6 +69,7 @@ class UnloadedReader:
     phase_centres_m: npt.NDArray[np.float64]
     unknowns: int
     doubts: tuple[str, ...] = ()
+    half_space: bool = False
 
     def __post_init__(self) -> None:
         n = len(self.admittance_s)
@@ -88,10 +96,13 @@ class LoadedReader:
     unloaded : The ports without loads.
     load_ohm : (n,) complex128 — Impedance of every port's source and load [ohm], its resistance
         above 0; one value serves all.
+    feeds : What lies between the antennas and their receiver, whose impedance then is ``load_ohm``;
+        None: each antenna has its load at its port.
     """
 
     unloaded: UnloadedReader
     load_ohm: npt.NDArray[np.complex128]
+    feeds: Feeds | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "load_ohm", checked_loads(self.load_ohm, self.ports))
@@ -124,17 +135,36 @@ class LoadedReader:
 
     @property
     def s_matrix(self) -> npt.NDArray[np.complex128]:
-        """Return (n, n) the scattering matrix of power waves, ports referred to their loads [-]."""
+        """Return (n, n) the scattering matrix of power waves, ports referred to their loads [-].
+
+        Behind networks and cables it is that at their far ends, before a multiplexer.
+        """
+        if self.feeds is not None:
+            return self.feeds.outer_scattering(self.admittance_s)
         return scattering(self.admittance_s, self.load_ohm)
 
     @property
     def embedded_voltages_v(self) -> npt.NDArray[np.complex128]:
         """Return (n, n) port voltages, a row for each port driven by a source of one volt [V]."""
+        if self.feeds is not None:
+            return self.feeds.driven(self.admittance_s)[0]
         return embedded_voltages(self.admittance_s, self.load_ohm)
+
+    @property
+    def realised_weights(self) -> npt.NDArray[np.complex128]:
+        """Return (n, n) factors from fields of one volt at each port to realised patterns [1/V]."""
+        weights: npt.NDArray[np.complex128] = (
+            realised_scale(self.load_ohm)[:, None] * self.embedded_voltages_v
+        )
+        return weights
 
     @property
     def input_impedance_ohm(self) -> npt.NDArray[np.complex128]:
         """Return (n,) the impedance seen by each source, the other ports loaded [ohm]."""
+        if self.feeds is not None:
+            _, volts, amperes = self.feeds.driven(self.admittance_s)
+            at_receiver: npt.NDArray[np.complex128] = volts / amperes
+            return at_receiver
         voltage = self.embedded_voltages_v
         current = np.diagonal(voltage @ self.admittance_s.T)
         seen: npt.NDArray[np.complex128] = np.diagonal(voltage) / current
@@ -143,12 +173,18 @@ class LoadedReader:
     @property
     def reflected_share(self) -> npt.NDArray[np.float64]:
         """Return (n,) the share of the available power that returns to each driven source [-]."""
+        if self.feeds is not None:
+            _, volts, amperes = self.feeds.driven(self.admittance_s)
+            returned: npt.NDArray[np.float64] = np.abs(volts - self.load_ohm.conj() * amperes) ** 2
+            return returned
         reflected: npt.NDArray[np.float64] = np.abs(np.diagonal(self.s_matrix)) ** 2
         return reflected
 
     @property
     def coupled_share(self) -> npt.NDArray[np.float64]:
-        """Return (n,) the share of the available power that ends in the other ports' loads [-]."""
+        """Return (n,) the share that ends in the other ports' loads, and in what feeds them [-]."""
+        if self.feeds is not None:
+            return 1.0 - self.reflected_share - self.accepted_share
         everything = (np.abs(self.s_matrix) ** 2).sum(axis=0)
         coupled: npt.NDArray[np.float64] = everything - self.reflected_share
         return coupled
@@ -156,19 +192,28 @@ class LoadedReader:
     @property
     def accepted_share(self) -> npt.NDArray[np.float64]:
         """Return (n,) the share that neither returns to the source nor ends in loads [-]."""
+        if self.feeds is not None:
+            voltages = self.embedded_voltages_v
+            return 4.0 * self.load_ohm.real * powers_of(self.admittance_s, voltages)
         accepted: npt.NDArray[np.float64] = 1.0 - (np.abs(self.s_matrix) ** 2).sum(axis=0)
         return accepted
 
     @property
     def radiated_share(self) -> npt.NDArray[np.float64]:
         """Return (n,) the radiated over the available power, from the far field [-]."""
-        weights = realised_weights(self.admittance_s, self.load_ohm)
-        return powers_of(self.unloaded.shorted_v.power_matrix(), weights)
+        share = 0.5 if self.unloaded.half_space else 1.0
+        return share * powers_of(self.unloaded.shorted_v.power_matrix(), self.realised_weights)
 
     @property
     def lost_share(self) -> npt.NDArray[np.float64]:
         """Return (n,) the share of the available power that heats sheets [-]."""
         return 4.0 * self.load_ohm.real * powers_of(self.unloaded.heat_s, self.embedded_voltages_v)
+
+    @property
+    def radiation_efficiency(self) -> npt.NDArray[np.float64]:
+        """Return (n,) the radiated power over what is radiated or heats sheets and hybrids [-]."""
+        radiated = self.radiated_share
+        return radiated / (radiated + self.lost_share)
 
     @property
     def balance_error(self) -> float:
@@ -189,6 +234,7 @@ class LoadedReader:
         )
         return (*self.unloaded.doubts, doubt)
 
+    @one_blas_thread()
     def pattern_grid(self, theta_rad: npt.ArrayLike, columns: int) -> npt.NDArray[np.complex128]:
         """Return the embedded realised patterns on a grid, within 1e-8 of their maximum [-].
 
@@ -202,8 +248,10 @@ class LoadedReader:
         (n, t, columns, 2) complex128
             F_theta and F_phi [-], |F|^2 = realised gain for a source of the port's load impedance,
             the other ports loaded; phase at the ground plane's centre, source of phase 0, factor
-            exp(-jkR) / R dropped.
+            exp(-jkR) / R dropped. Read the other way, |F|^2 is what arrives at the receiver.
         """
-        weights = realised_weights(self.admittance_s, self.load_ohm)
-        loaded = np.tensordot(weights, self.unloaded.shorted_v.values, axes=(1, 0))
-        return FarField(values=loaded).on_grid(theta_rad, columns)
+        loaded = np.tensordot(self.realised_weights, self.unloaded.shorted_v.values, axes=(1, 0))
+        pattern = FarField(values=loaded).on_grid(theta_rad, columns)
+        if self.unloaded.half_space:
+            pattern[:, np.asarray(theta_rad) > BELOW_RAD] = 0.0
+        return pattern

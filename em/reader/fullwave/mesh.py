@@ -32,6 +32,7 @@ from octant.em.reader.fullwave._reader_pieces import (
     plate_pieces,
 )
 from octant.em.reader.fullwave._strips import Strip, strip_cells, strip_triangles
+from octant.em.reader.fullwave.conductor import Conductor, surface_impedance
 from octant.em.reader.fullwave.surroundings import even_mesh
 from octant.geometries._arrays import frozen_array
 from octant.geometries._checks import positive_number
@@ -77,6 +78,8 @@ class ReaderMesh:
     coarse_m : Edge length [m] away from the antennas.
     frequency_hz : Frequency that the edge length was taken from [Hz].
     warnings : What makes the result doubtful, one sentence each.
+    conductor : What the reader is made of; None: perfect metal, as what is beside it always is.
+    wire_radius_m : Radius of the wire that the antennas' strips stand for [m].
     """
 
     vertices_m: npt.NDArray[np.float64]
@@ -89,6 +92,8 @@ class ReaderMesh:
     coarse_m: float
     frequency_hz: float
     warnings: tuple[str, ...] = ()
+    conductor: Conductor | None = None
+    wire_radius_m: float = WIRE_RADIUS_M
 
     def __post_init__(self) -> None:
         count = len(self.feed_bottom_m)
@@ -109,6 +114,20 @@ class ReaderMesh:
         """Number of feeds."""
         return len(self.feed_bottom_m)
 
+    def surface_impedance_ohm(self, frequency_hz: float) -> npt.NDArray[np.complex128]:
+        """Return (f,) the surface impedance of the triangles [ohm].
+
+        Parameters
+        ----------
+        frequency_hz : Frequency [Hz].
+        """
+        return surface_impedance(
+            self.conductor,
+            frequency_hz,
+            wire_radius_m=np.where(self.antenna_of_face >= 0, self.wire_radius_m, 0.0),
+            perfect=self.antenna_of_face == BESIDE,
+        )
+
 
 def reader_mesh(
     body: ReaderBody,
@@ -122,6 +141,7 @@ def reader_mesh(
     feed_gap_m: float = FEED_GAP_M,
     graded_tips: bool = True,
     surroundings: Sequence[Body] = (),
+    conductor: Conductor | None = None,
 ) -> ReaderMesh:
     """Return the triangles [m] of a reader and its antennas for the method of moments.
 
@@ -142,6 +162,7 @@ def reader_mesh(
     graded_tips : Cut the strips' last cells finer, where charge gathers; see Notes.
     surroundings : Further perfectly conducting meshes in the reader frame, such as a robot, not
         touching it.
+    conductor : What the reader is made of; None: perfect metal.
 
     Notes
     -----
@@ -157,6 +178,44 @@ def reader_mesh(
     ----------
     .. [1] C. A. Balanis, Antenna Theory, 3rd ed. (2005), table 9.3: equivalent radius of a strip.
     """
+    return reader_meshes(
+        (body,),
+        frequency_hz=frequency_hz,
+        antenna=antenna,
+        length_m=length_m,
+        gap_m=gap_m,
+        cells_per_wavelength=cells_per_wavelength,
+        wire_radius_m=wire_radius_m,
+        feed_gap_m=feed_gap_m,
+        graded_tips=graded_tips,
+        surroundings=surroundings,
+        conductor=conductor,
+    )[0]
+
+
+def reader_meshes(
+    bodies: Sequence[ReaderBody],
+    *,
+    frequency_hz: float,
+    antenna: ElementKind = "dipole",
+    length_m: float | None = None,
+    gap_m: float = 0.005,
+    cells_per_wavelength: float = CELLS_PER_WAVELENGTH,
+    wire_radius_m: float = WIRE_RADIUS_M,
+    feed_gap_m: float = FEED_GAP_M,
+    graded_tips: bool = True,
+    surroundings: Sequence[Body] = (),
+    conductor: Conductor | None = None,
+) -> tuple[ReaderMesh, ...]:
+    """Return the triangles [m] of one drawn reader in several builds: the same ones, moved.
+
+    Parameters
+    ----------
+    bodies : One drawn reader, built otherwise each.
+    frequency_hz, antenna, length_m, gap_m, cells_per_wavelength : As for `reader_mesh` [Hz], [m].
+    wire_radius_m, feed_gap_m, graded_tips, surroundings, conductor : As for `reader_mesh` [m].
+    """
+    body = bodies[0]
     wavelength_m = SPEED_OF_LIGHT_M_PER_S / positive_number(
         frequency_hz, name="frequency_hz", unit="Hz"
     )
@@ -209,34 +268,76 @@ def reader_mesh(
     ]
     upright = [strip_triangles(strip) for strip in strips]
     parts = _joined_parts((ground, plates, planes, around, upright))
-    lines = built_lines_m(body, strips, joined=joined)
+    laid = _Laid(
+        parts=parts,
+        strips=strips,
+        around=around,
+        rim_m=rim,
+        joined=joined,
+        wire_radius_m=radius,
+        feed_m=feed,
+        coarse_m=coarse,
+        frequency_hz=frequency_hz,
+        conductor=conductor,
+    )
+    return tuple(_as_built(laid, one) for one in bodies)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Laid:
+    """A drawn reader's joined mesh, and what its builds need to know of it."""
+
+    parts: Parts
+    strips: Sequence[Strip]
+    around: Sequence[tuple[FloatArray, IntArray]]
+    rim_m: FloatArray
+    joined: bool
+    wire_radius_m: float
+    feed_m: float
+    coarse_m: float
+    frequency_hz: float
+    conductor: Conductor | None
+
+
+def _as_built(laid: _Laid, body: ReaderBody) -> ReaderMesh:
+    """Return the mesh with its corners where they are as built."""
+    parts, strips, feed = laid.parts, laid.strips, laid.feed_m
+    dipole = not strips[0].grounded
+    lines = built_lines_m(body, strips, joined=laid.joined)
     _refuse_long_feed(feed, float(np.linalg.norm(lines[:, 1] - lines[:, 0], axis=1).min()))
-    vertices = built_vertices_m(parts, body, strips, lines, rim_m=rim, joined=joined)
+    vertices = built_vertices_m(parts, body, strips, lines, rim_m=laid.rim_m, joined=laid.joined)
     outlines = [vertices[parts.vertices_of(STRIP, i), :2] for i in range(len(strips))]
-    clearance = clearance_m(body, outlines, lines, width_m=4.0 * radius)
-    if body.errors is not None and planes:
+    clearance = clearance_m(body, outlines, lines, width_m=4.0 * laid.wire_radius_m)
+    if body.errors is not None and (parts.kind == PLANE).any():
         both = ((2 * i, 2 * i + 1) for i in range(len(strips)))
         refuse_crossed_planes(
             body,
             [vertices[np.union1d(*(parts.vertices_of(PLANE, k) for k in p)), :2] for p in both],
         )
-    beside = _beside_m(vertices, parts, around)
+    beside = _beside_m(vertices, parts, laid.around)
     bottom, middle = lines[:, 0], lines.mean(axis=1)
     up = lines[:, 1] - lines[:, 0]
     up *= feed / np.linalg.norm(up, axis=1)[:, None]
+    doubts = [*close_doubts(clearance), *_near_doubts(beside, laid.coarse_m)]
+    if laid.conductor is not None:
+        over = float(bottom[:, 2].min()) if dipole else math.inf
+        apart = min(clearance, over, beside)
+        doubts += laid.conductor.doubts(laid.frequency_hz, apart_m=apart)
     owner = np.where(parts.kind == STRIP, parts.number, BODY)
     owner[parts.kind == AROUND] = BESIDE
     return ReaderMesh(
         vertices_m=vertices,
         faces=parts.faces,
         antenna_of_face=owner,
-        feed_bottom_m=middle - 0.5 * up if antenna == "dipole" else bottom,
-        feed_top_m=middle + 0.5 * up if antenna == "dipole" else bottom + up,
+        feed_bottom_m=middle - 0.5 * up if dipole else bottom,
+        feed_top_m=middle + 0.5 * up if dipole else bottom + up,
         strip_of_feed=np.arange(len(strips)),
-        phase_centres_m=middle if antenna == "dipole" else bottom,
-        coarse_m=coarse,
-        frequency_hz=frequency_hz,
-        warnings=(*close_doubts(clearance), *_near_doubts(beside, coarse)),
+        phase_centres_m=middle if dipole else bottom,
+        coarse_m=laid.coarse_m,
+        frequency_hz=laid.frequency_hz,
+        warnings=tuple(doubts),
+        conductor=laid.conductor,
+        wire_radius_m=laid.wire_radius_m,
     )
 
 

@@ -67,7 +67,10 @@ def feed_excitation(
         return halves
     area = basis.areas_m2
     found = False
-    for face, corner, along in zip(faces.tolist(), corners, height, strict=True):
+    inside = np.flatnonzero((height.max(axis=1) > 0.0) & (height.min(axis=1) < length))
+    for face, corner, along in zip(
+        faces[inside].tolist(), corners[inside], height[inside], strict=True
+    ):
         share, middle = _part_between(corner, along, length)
         if share > 0.0:
             found = True

@@ -8,6 +8,7 @@ import numpy.typing as npt
 from octant.em.antennas.embedded import GRID_SHAPE, ReaderResponse
 from octant.em.antennas.kinds import Antenna
 from octant.em.directions import angle_grid
+from octant.em.reader.fullwave.conductor import Conductor
 from octant.em.reader.fullwave.loads import LoadedReader
 from octant.em.reader.fullwave.mesh import (
     CELLS_PER_WAVELENGTH,
@@ -36,6 +37,7 @@ def solved_reader(
     feed_gap_m: float = FEED_GAP_M,
     graded_tips: bool = True,
     surroundings: Sequence[Body] = (),
+    conductor: Conductor | None = None,
     symmetry: bool = True,
 ) -> FullwaveResult:
     """Return the full-wave solution of a reader.
@@ -52,12 +54,13 @@ def solved_reader(
     feed_gap_m : Length of the feed [m]; 0 is a delta gap.
     graded_tips : Cut the strips' last cells finer; see `reader_mesh`.
     surroundings : Further perfectly conducting meshes in the reader frame.
+    conductor : What the reader is made of; None: perfect metal.
     symmetry : Use the rotational symmetry that the mesh has.
 
     Notes
     -----
     Mutual coupling, mismatch to the loads, diffraction at all edges and currents on the plates are
-    in the patterns. The metal is perfect and without thickness; tag and room are not included.
+    in the patterns. Tag and room are not included.
     """
     if antenna.kind not in {"dipole", "monopole"} or abs(antenna.axis[2]) < 1.0 - 1e-12:
         msg = (
@@ -76,6 +79,7 @@ def solved_reader(
         feed_gap_m=feed_gap_m,
         graded_tips=graded_tips,
         surroundings=surroundings,
+        conductor=conductor,
     )
     return solve_reader(mesh, load_ohm=load_ohm, symmetry=symmetry)
 

@@ -8,10 +8,10 @@ from types import MappingProxyType
 import numpy as np
 import numpy.typing as npt
 
-from octant.em.reader.fullwave._circuit import realised_weights
+from octant.em.blocks import one_blas_thread
 from octant.em.reader.fullwave.basis import SurfaceBasis
 from octant.em.reader.fullwave.far_field import CurrentSamples
-from octant.em.reader.fullwave.loads import LoadedReader
+from octant.em.reader.fullwave.loads import BELOW_RAD, LoadedReader
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import AntennaError
 
@@ -41,7 +41,7 @@ class FullwaveResult(LoadedReader):
 
     Parameters
     ----------
-    unloaded, load_ohm : As in `LoadedReader` [ohm].
+    unloaded, load_ohm, feeds : As in `LoadedReader` [ohm].
     samples : Currents of one volt at each port in turn, the others shorted [A m per V].
     halves_a_per_m : (n, f, 3) complex128 — The same currents as factors of the half-functions [A/m
         per V].
@@ -72,6 +72,7 @@ class FullwaveResult(LoadedReader):
             object.__setattr__(self, name, value)
         object.__setattr__(self, "seconds", MappingProxyType(dict(self.seconds)))
 
+    @one_blas_thread()
     def far_field(
         self, theta_rad: npt.ArrayLike, phi_rad: npt.ArrayLike
     ) -> npt.NDArray[np.complex128]:
@@ -87,10 +88,14 @@ class FullwaveResult(LoadedReader):
             F_theta and F_phi [-].
         """
         shorted = self.samples.far_field(theta_rad, phi_rad)
-        weights = realised_weights(self.admittance_s, self.load_ohm)
-        patterns: npt.NDArray[np.complex128] = np.tensordot(weights, shorted, axes=(1, 0))
+        patterns: npt.NDArray[np.complex128] = np.tensordot(
+            self.realised_weights, shorted, axes=(1, 0)
+        )
+        if self.unloaded.half_space:
+            patterns[:, np.broadcast_to(theta_rad, patterns.shape[1:-1]) > BELOW_RAD] = 0.0
         return patterns
 
+    @one_blas_thread()
     def surface_currents(self, port: int) -> npt.NDArray[np.complex128]:
         """Return the surface currents at the centroids with one port driven [A/m].
 

@@ -61,6 +61,8 @@ def impedance_matrix(
     near: float = NEAR,
     mid: float = MID,
     close: float = CLOSE,
+    drawn: SurfaceBasis | None = None,
+    changed_only: bool = False,
 ) -> npt.NDArray[np.complex128]:
     """Return the matrix of the electric-field integral equation [ohm m^2].
 
@@ -73,6 +75,9 @@ def impedance_matrix(
     near : Distance of centroids over the sum of radii [-] below which 1/R is integrated exactly.
     mid : The same [-] below which seven points are taken instead of three.
     close : The same [-] below which 48 points that gather towards the edges are taken.
+    drawn : The functions that these were moved from, whose distances decide how pairs are
+        integrated, so that the matrix is a smooth function of the move; None: distances here.
+    changed_only : Leave out what the move from ``drawn`` does not change.
 
     Returns
     -------
@@ -98,7 +103,7 @@ def impedance_matrix(
     frequency = positive_number(frequency_hz, name="frequency_hz", unit="Hz")
     omega = 2.0 * math.pi * frequency
     wavenumber = omega / SPEED_OF_LIGHT_M_PER_S
-    triangles = basis.triangle_arrays()
+    triangles = basis.triangle_arrays(drawn, changed_only=changed_only)
     functions = FunctionArrays(basis.start, basis.function, basis.turn, basis.local, basis.sign)
     sheet = np.zeros(len(basis.faces), dtype=np.complex128) + np.asarray(surface_impedance_ohm)
     counts = np.zeros(basis.triangles_per_sector, dtype=np.int64)

@@ -6,6 +6,7 @@ from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
 from octant.em.reader.fullwave._element_size import ElementSize
 from octant.em.reader.fullwave._reader_pieces import PieceMesher, joined_pieces
 from octant.em.reader.fullwave._strips import Strip, strip_cells, strip_triangles
+from octant.em.reader.fullwave.conductor import Conductor
 from octant.em.reader.fullwave.mesh import (
     BODY,
     CELLS_PER_WAVELENGTH,
@@ -24,6 +25,7 @@ def dipole_mesh(
     feed_gap_m: float = FEED_GAP_M,
     cells_per_wavelength: float = CELLS_PER_WAVELENGTH,
     graded_tips: bool = True,
+    conductor: Conductor | None = None,
 ) -> ReaderMesh:
     """Return the triangles [m] of one upright dipole alone, its middle at the origin.
 
@@ -36,6 +38,7 @@ def dipole_mesh(
     cells_per_wavelength : Elements per wavelength [-]; strips have at least 24 cells to half a
         wavelength.
     graded_tips : Cut the last cells finer, where charge gathers.
+    conductor : What it is made of; None: perfect metal.
 
     Notes
     -----
@@ -72,6 +75,8 @@ def dipole_mesh(
         phase_centres_m=np.zeros((1, 3)),
         coarse_m=wavelength_m / cells_per_wavelength,
         frequency_hz=frequency,
+        conductor=conductor,
+        wire_radius_m=0.5 * half_width,
     )
 
 
@@ -84,6 +89,7 @@ def monopole_mesh(
     feed_gap_m: float = FEED_GAP_M,
     cells_per_wavelength: float = CELLS_PER_WAVELENGTH,
     graded_tips: bool = True,
+    conductor: Conductor | None = None,
 ) -> ReaderMesh:
     """Return the triangles [m] of one monopole in the middle of a square plane at z = 0.
 
@@ -96,6 +102,7 @@ def monopole_mesh(
     feed_gap_m : Length of the feed above the plane [m]; 0 is a delta gap at the foot.
     cells_per_wavelength : Elements per wavelength [-].
     graded_tips : Cut the last cell finer, where charge gathers.
+    conductor : What it is made of; None: perfect metal.
 
     Notes
     -----
@@ -143,4 +150,6 @@ def monopole_mesh(
         phase_centres_m=np.zeros((1, 3)),
         coarse_m=coarse,
         frequency_hz=frequency,
+        conductor=conductor,
+        wire_radius_m=0.5 * half_width,
     )

@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.em.reader.fullwave._element_size import ElementSize
+from octant.em.reader.fullwave._orientation import oriented
 from octant.em.reader.fullwave._reader_pieces import Piece, PieceMesher, joined_pieces
 from octant.em.reader.fullwave._symmetry import turned, turns_of
 from octant.em.reader.fullwave.basis import best_sectors
@@ -52,7 +53,7 @@ def even_mesh(
         )
     )
     pieces: list[Piece] = []
-    for ring in _convex_rings(points, _proper(points, given)):
+    for ring in _convex_rings(points, oriented(points, _proper(points, given))):
         corners = points[list(ring)]
         sides = np.linalg.norm(corners - np.roll(corners, 1, axis=0), axis=1)
         if len(ring) == 3 and sides.max() <= edge * (1.0 + LENGTHS.same_share):

@@ -103,6 +103,7 @@ def is_the_thesis(reader: Reader) -> bool:
     reader : A design [m].
     """
     plain = reader.plate_height_axis_m in {None, reader.plate_height_m}
+    plain &= not reader.plate_profile_m
     plain &= reader.plate_outer_radius_m in {None, 0.5 * reader.ground_plane_m}
     return (
         plain

@@ -9,6 +9,7 @@ from octant.geometries.files import write_text
 from octant.navigation.docking.files import write_docking_csv, write_docking_trajectory_csv
 from octant.navigation.docking.task import DockingResult
 from octant.navigation.estimators.kalman import consistency_band
+from octant.reader_design.drives.export import OUTPUTS
 from octant.reader_design.experiments.docking.compute import (
     DockingContent,
     compute_docking,
@@ -376,7 +377,7 @@ def run_docking_study(
     if approve is not None:
         approve(reader_cost(study).and_then(docking_cost(study, dock_table(study))))
     text, cases = to_toml(study, relative_to=out_dir), out_dir / CASES
-    refuse_another(out_dir, text, force=force, outputs=(*FILES, "figures/dock_*.png"))
+    refuse_another(out_dir, text, force=force, outputs=(*FILES, "figures/dock_*.png", OUTPUTS))
     write_text(out_dir / STUDY_FILE, text)
     for note in dict.fromkeys(note for room in rooms for note in room.notes):
         progress.say(note)

@@ -309,7 +309,7 @@ def run_scenery(
     fields: dict[str, FloatArray] = {}
     for tag_id in points:
         level = np.full(len(places), np.nan)
-        rss_w = setting.link(setting.tag(tag_id)).rss_w(poses)
+        rss_w = setting.link(setting.tag(tag_id), places_m=poses[:, :2]).rss_w(poses)
         level[open_floor] = power_dbm(rss_w.max(axis=1))
         fields[tag_id] = np.where(np.isfinite(level), level, np.nan).reshape(x.shape)
     return Scenery(

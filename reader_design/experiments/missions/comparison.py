@@ -3,19 +3,25 @@
 import itertools
 import math
 import re
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 import numpy as np
-import numpy.typing as npt
-from msgspec import Meta
 
 from octant.geometries.errors import ConfigError
 from octant.geometries.files import write_text
 from octant.navigation.statistics import Interval, bootstrap, bootstrap_rng, wilson
+from octant.reader_design.experiments.missions.comparison_table import (
+    OWN,
+    Comparison,
+    LayoutEntry,
+    LinkEntry,
+)
+from octant.reader_design.experiments.missions.sensitivity import broke_before, sweeps
 from octant.reader_design.experiments.missions.stage import RoomMission, mission_stage
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.keeping.results import STUDY_FILE, refuse_another, write_once
@@ -23,159 +29,14 @@ from octant.reader_design.keeping.workers import Crew, open_crew
 from octant.reader_design.setting.setting import build_setting, check_navigator, mission_table
 from octant.reader_design.setting.solving import solved
 from octant.reader_design.showing.tables import put_table
-from octant.reader_design.study_file.errors import sentence
-from octant.reader_design.study_file.loading import load_study, named_class, vary
-from octant.reader_design.study_file.quantities import Count, Distance, FileName, Name, Seed, Word
-from octant.reader_design.study_file.room import Table
+from octant.reader_design.study_file.loading import load_study, vary
 from octant.reader_design.study_file.schema import Map, Study
 from octant.reader_design.study_file.tables_read import check_tables
 from octant.reader_design.study_file.toml import toml_text
-from octant.reader_design.study_file.toml_files import toml_file_text, toml_tables
 from octant.reader_design.study_file.truth import Truth
 
 if TYPE_CHECKING:
     import xarray as xr
-
-FloatArray = npt.NDArray[np.float64]
-
-
-Keys = dict[Word, Any]
-
-OWN = "the study's"
-"""Name of a link or reader that is as each study has it."""
-
-
-class LayoutEntry(Table, frozen=True, kw_only=True):
-    """A layout: ``[[layout]]``.
-
-    Parameters
-    ----------
-    study : Study file with room, tags and mission, relative to the comparison file.
-    published_rmse_m : RMSE that was published for it [m], to stand beside the computed ones.
-    """
-
-    study: FileName
-    published_rmse_m: Distance | None = None
-
-
-class ControllerEntry(Table, frozen=True, kw_only=True):
-    """A controller, and the robot that it drives: ``[[controller]]``.
-
-    Parameters
-    ----------
-    name : Name in the results.
-    mission, robot : Keys of the tables ``[mission]`` and ``[robot]`` that it sets.
-    """
-
-    name: Name
-    mission: Keys = msgspec.field(default_factory=dict)
-    robot: Keys = msgspec.field(default_factory=dict)
-
-
-class ReaderEntry(Table, frozen=True, kw_only=True):
-    """A reader: ``[[reader]]``.
-
-    Parameters
-    ----------
-    name, reader : Name in the results, and the keys of the table ``[reader]`` that it sets.
-    """
-
-    name: Name = OWN
-    reader: Keys = msgspec.field(default_factory=dict)
-
-
-class LinkEntry(Table, frozen=True, kw_only=True):
-    """The link of tag and reader: ``[[link]]``.
-
-    Parameters
-    ----------
-    name, radio, sensor : Name in the results; keys of ``[radio]``, ``[sensor]`` that it sets.
-    tag : Keys that it sets in every ``[[tag]]``; an antenna without ``axis`` hangs as usual.
-    """
-
-    name: Name = OWN
-    radio: Keys = msgspec.field(default_factory=dict)
-    sensor: Keys = msgspec.field(default_factory=dict)
-    tag: Keys = msgspec.field(default_factory=dict)
-
-
-class WorldEntry(Table, frozen=True, kw_only=True):
-    """How the world differs from what navigators are told: ``[[world]]``.
-
-    Parameters
-    ----------
-    name, truth : Name in the results, and the keys of the table ``[truth]`` that it sets.
-    """
-
-    name: Name = OWN
-    truth: Keys = msgspec.field(default_factory=dict)
-
-
-class Comparison(Table, frozen=True, kw_only=True):
-    """The root of a comparison file; every combination of its entries is one cell.
-
-    Parameters
-    ----------
-    name, seed, runs : Name in the report; seed and number of runs of each cell.
-    layouts, controllers : The tables ``[[layout]]`` and ``[[controller]]``.
-    links, readers, worlds : The tables ``[[link]]``, ``[[reader]]`` and ``[[world]]``; none: as in
-        each study.
-    """
-
-    name: Name = "comparison"
-    seed: Seed = 1
-    runs: Count = 100
-    layouts: Annotated[tuple[LayoutEntry, ...], Meta(min_length=1)] = msgspec.field(name="layout")
-    links: tuple[LinkEntry, ...] = msgspec.field(default=(LinkEntry(),), name="link")
-    readers: tuple[ReaderEntry, ...] = msgspec.field(default=(ReaderEntry(),), name="reader")
-    worlds: tuple[WorldEntry, ...] = msgspec.field(default=(WorldEntry(),), name="world")
-    controllers: Annotated[tuple[ControllerEntry, ...], Meta(min_length=1)] = msgspec.field(
-        name="controller"
-    )
-
-
-def load_comparison(path: str | Path) -> Comparison:
-    """Return the comparison of a file, its study files by absolute path.
-
-    Parameters
-    ----------
-    path : A TOML file.
-    """
-    raw = toml_tables(toml_file_text(path, what="comparison"), source=str(path))
-    try:
-        given = msgspec.convert(raw, Comparison)
-    except msgspec.ValidationError as exc:
-        msg = f"{path}: {sentence(exc, raw, Comparison)}"
-        raise ConfigError(msg) from exc
-    for kind, entries in (
-        ("controller", given.controllers),
-        ("reader", given.readers),
-        ("link", given.links),
-        ("world", given.worlds),
-    ):
-        names = [entry.name for entry in entries]
-        for name in names:
-            if names.count(name) > 1:
-                msg = f"{path}: the name {name!r} of a [[{kind}]] stands twice; rename one of them."
-                raise ConfigError(msg)
-    folder = Path(path).resolve().parent
-    layouts = tuple(
-        msgspec.structs.replace(layout, study=str(folder / layout.study))
-        for layout in given.layouts
-    )
-    controllers = tuple(
-        msgspec.structs.replace(entry, mission=_with_class(entry.mission, folder))
-        for entry in given.controllers
-    )
-    return msgspec.structs.replace(given, layouts=layouts, controllers=controllers)
-
-
-def _with_class(keys: Keys, folder: Path) -> Keys:
-    """Return keys of ``[mission]`` in which a navigator's file is named by absolute path."""
-    named = keys.get("navigator")
-    if not isinstance(named, str):
-        return keys
-    return {**keys, "navigator": named_class(named, lambda file: str(folder / file))}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -187,6 +48,8 @@ class ComparisonCell:
     layout, link, reader, controller, world : Names.
     study : What is driven: the layout's study with the keys of the other four.
     published_rmse_m : Published RMSE of the layout [m].
+    error, value : The swept error, and its value in the unit of its key; without one ``""`` and
+        NaN.
     """
 
     layout: str
@@ -196,12 +59,19 @@ class ComparisonCell:
     study: Study
     published_rmse_m: float | None
     world: str = OWN
+    error: str = ""
+    value: float = math.nan
+
+    @property
+    def driven(self) -> str:
+        """What drives: controller, link and reader."""
+        names = (self.link, self.reader)
+        return "; ".join((self.controller, *(name for name in names if name != OWN)))
 
     @property
     def label(self) -> str:
         """What distinguishes the cell from the others of its layout."""
-        names = (self.link, self.reader, self.world)
-        return "; ".join((self.controller, *(name for name in names if name != OWN)))
+        return self.driven if self.world == OWN else f"{self.driven}; {self.world}"
 
 
 def plan_comparison(comparison: Comparison) -> tuple[ComparisonCell, ...]:
@@ -228,10 +98,11 @@ def _cells_of(comparison: Comparison, layout: LayoutEntry) -> Iterator[Compariso
     study = load_study(layout.study)
     check_tables(study, "navigate")
     check_navigator(study)
+    worlds = comparison.every_world()
     entries = itertools.product(
-        comparison.links, comparison.readers, comparison.controllers, comparison.worlds
+        comparison.links, comparison.readers, comparison.controllers, worlds
     )
-    for link, reader, controller, world in entries:
+    for link, reader, controller, (world, error, value) in entries:
         source = (
             f"{Path(layout.study).name} with link {link.name!r}, reader {reader.name!r}, "
             f"controller {controller.name!r} and world {world.name!r}"
@@ -254,6 +125,8 @@ def _cells_of(comparison: Comparison, layout: LayoutEntry) -> Iterator[Compariso
             ),
             published_rmse_m=layout.published_rmse_m,
             world=world.name,
+            error=error,
+            value=value,
         )
         check_navigator(cell.study)
         yield cell
@@ -267,7 +140,8 @@ def _combined(
     plain = msgspec.structs.replace(study, map=Map(), layouts=(), track=None, dock=None)
     if others["truth"] and plain.truth is None:
         plain = msgspec.structs.replace(plain, truth=Truth())
-    tables = {"radio": link.radio, "sensor": link.sensor, "tag": link.tag, **others}
+    tables = {"radio": link.radio, "sensor": link.sensor, "solver": link.solver, "tag": link.tag}
+    tables |= others
     values: dict[str, Any] = {"tag.axis": None} if "antenna" in link.tag else {}
     for table, keys in tables.items():
         values |= {f"{table}.{key}": value for key, value in keys.items()}
@@ -306,6 +180,11 @@ COLUMNS = (
     "p90_position_median_m",
     "p90_heading_median_deg",
     "world",
+    "error",
+    "value",
+    "failures",
+    "contacts_mean",
+    "untouched",
 )
 """Columns of compare.csv: 95 % intervals after Wilson (shares) and by the bootstrap (medians)."""
 
@@ -326,6 +205,8 @@ class CellOutcome:
     p90_position_m, p90_heading_deg : Medians of the errors that 90 % of a run's samples do not
         exceed, thesis Figs. 5.12 to 5.14 (b) [m], [deg].
     time_s, path_m : Median duration [s] and way [m].
+    failures : Kinds of the runs that did not reach every tag, and how often each.
+    contacts_mean, untouched : Contacts of a run in the mean [-]; runs without any.
     """
 
     cell: ComparisonCell
@@ -346,6 +227,9 @@ class CellOutcome:
     success_arrival_m: float = math.nan
     p90_position_m: float = math.nan
     p90_heading_deg: float = math.nan
+    failures: tuple[tuple[str, int], ...] = ()
+    contacts_mean: float = math.nan
+    untouched: int = 0
 
     def row(self) -> tuple[object, ...]:
         """Return the cell's line of compare.csv: `COLUMNS`, empty where there is no value."""
@@ -375,6 +259,11 @@ class CellOutcome:
             self.p90_position_m,
             self.p90_heading_deg,
             cell.world,
+            cell.error,
+            cell.value,
+            "; ".join(f"{count} {kind}" for kind, count in self.failures),
+            self.contacts_mean,
+            self.untouched,
         )
         return tuple("" if isinstance(v, float) and math.isnan(v) else v for v in values)
 
@@ -409,6 +298,7 @@ def outcome_of(cell: ComparisonCell, mission: RoomMission) -> CellOutcome:
         int(data[name].values.sum()) for name in ("success", "captured", "collided")
     )
     good = data.isel(run=np.flatnonzero(data["success"].values))
+    metrics = mission.metrics
     success, median, best = wilson(successes, runs), _median_rmse(data), _median_rmse(good)
     return CellOutcome(
         cell=cell,
@@ -429,6 +319,9 @@ def outcome_of(cell: ComparisonCell, mission: RoomMission) -> CellOutcome:
         success_arrival_m=_percentile(good, 50.0),
         p90_position_m=float(np.median(data["p90_position_m"].values)),
         p90_heading_deg=math.degrees(np.median(data["p90_heading_rad"].values)),
+        failures=tuple(Counter(m.verdict for m in metrics if not m.success).most_common()),
+        contacts_mean=float(np.mean([m.contacts for m in metrics])),
+        untouched=sum(m.contacts == 0 for m in metrics),
     )
 
 
@@ -490,7 +383,7 @@ def run_comparison(
     refuse_another(out_dir, text, force=force, outputs=(*FILES, "figures/*.png"))
     write_text(out_dir / STUDY_FILE, text)
     with open_crew(workers=workers, cluster=cluster) as crew:
-        found = _outcomes(cells, out_dir / CELLS, progress, crew)
+        found = _outcomes(comparison, cells, out_dir / CELLS, progress, crew)
         outcomes = []
         with progress.track(found, total=len(cells), label="cells") as tracked:
             for outcome in tracked:
@@ -517,14 +410,27 @@ def _resolved(comparison: Comparison) -> str:
 
 
 def _outcomes(
-    cells: Sequence[ComparisonCell], folder: Path, progress: Progress, crew: Crew | None
+    comparison: Comparison,
+    cells: Sequence[ComparisonCell],
+    folder: Path,
+    progress: Progress,
+    crew: Crew | None,
 ) -> Iterator[CellOutcome]:
-    """Yield each cell's outcome; cells that share room and reader build them once."""
+    """Yield each cell's outcome; cells that share room and reader build them once.
+
+    A cell of an error that broke the missions already is not driven.
+    """
+    known: list[CellOutcome] = []
     for _, group in itertools.groupby(cells, key=lambda c: (c.layout, c.link, c.reader)):
         alike = list(group)
         setting = solved(build_setting(alike[0].study), progress)
         responses = setting.responses
         for cell in alike:
+            earlier = sweeps(known).get((cell.layout, cell.error, cell.driven), [])
+            broken = broke_before(earlier, comparison.breaks_below)
+            if not math.isnan(broken):
+                yield outcome_of(cell, _not_driven(cell, folder, broken))
+                continue
             mission = mission_stage(
                 replace(setting, study=cell.study).with_responses(responses),
                 name=cell.layout,
@@ -534,7 +440,20 @@ def _outcomes(
                 progress=progress,
                 crew=crew,
             )
-            yield outcome_of(cell, mission)
+            known.append(outcome_of(cell, mission))
+            yield known[-1]
+
+
+def _not_driven(cell: ComparisonCell, folder: Path, broken: float) -> RoomMission:
+    slug = _slug(cell.layout)
+    return RoomMission(
+        name=cell.layout,
+        slug=slug,
+        reason=f"{cell.error} broke the missions at {broken:g} already",
+        notes=(),
+        data=None,
+        folder=folder / f"mission-{slug}",
+    )
 
 
 def rmse_text(outcome: CellOutcome) -> str:
@@ -566,6 +485,7 @@ def _publish(comparison: Comparison, outcomes: Sequence[CellOutcome], out_dir: P
     """Write the files of a comparison and return them."""
     from octant.reader_design.experiments.missions.comparison_page import comparison_report
     from octant.reader_design.experiments.missions.figures import comparison_figure
+    from octant.reader_design.experiments.missions.sensitivity_figure import sensitivity_figure
     from octant.reader_design.showing.pages import render_report
     from octant.reader_design.showing.style import save_figure
 
@@ -577,8 +497,20 @@ def _publish(comparison: Comparison, outcomes: Sequence[CellOutcome], out_dir: P
         figures.setdefault(outcome.cell.layout, []).extend(drawn)
     overview = out_dir / "figures" / "overview.png"
     save_figure(comparison_figure(outcomes, title=comparison.name), overview)
-    write_text(page, render_report(comparison_report(comparison, outcomes, figures, overview)))
-    return [table, page, overview, *(path for some in figures.values() for *_, path in some)]
+    swept: list[Path] = []
+    if comparison.errors:
+        swept = [out_dir / "figures" / "sensitivity.png"]
+        figure = sensitivity_figure(comparison.errors, outcomes, title=comparison.name)
+        save_figure(figure, swept[0])
+    report = comparison_report(comparison, outcomes, figures, overview, *swept)
+    write_text(page, render_report(report))
+    return [
+        table,
+        page,
+        overview,
+        *swept,
+        *(path for some in figures.values() for *_, path in some),
+    ]
 
 
 def _cell_figure(outcome: CellOutcome, folder: Path) -> list[tuple[str, str, Path]]:

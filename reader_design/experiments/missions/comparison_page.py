@@ -5,11 +5,15 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from octant.reader_design.experiments.missions.comparison import (
-    OWN,
     CellOutcome,
-    Comparison,
     layouts_of,
     rmse_text,
+)
+from octant.reader_design.experiments.missions.comparison_table import OWN, Comparison
+from octant.reader_design.experiments.missions.sensitivity import (
+    BREAK_HEADER,
+    break_rows,
+    failures_text,
 )
 from octant.reader_design.showing.pages import (
     Report,
@@ -32,7 +36,9 @@ HEADER = (
     "arrival [m], successes / all",
     "wrong place or held",
     "collided",
+    "contacts a run",
     "time [s]",
+    "failures by kind",
 )
 
 
@@ -41,6 +47,7 @@ def comparison_report(
     outcomes: Sequence[CellOutcome],
     figures: Mapping[str, Sequence[tuple[str, str, Path]]],
     overview: Path,
+    sensitivity: Path | None = None,
 ) -> Report:
     """Return the report of a comparison; numbers carry their units [m], [s].
 
@@ -48,6 +55,7 @@ def comparison_report(
     ----------
     comparison, outcomes : What was compared, and all cells.
     figures, overview : Title, caption and file of each by layout; PNG of all cells side by side.
+    sensitivity : PNG of the swept errors; None: there are none.
     """
     by_layout = layouts_of(outcomes)
     notes = dict.fromkeys(note for outcome in outcomes for note in outcome.mission.notes)
@@ -73,6 +81,8 @@ def comparison_report(
             ),
         )
     ]
+    if sensitivity is not None:
+        sections.append(_sensitivity_section(comparison, outcomes, sensitivity))
     sections += [
         ReportSection(
             heading=name,
@@ -104,6 +114,31 @@ def comparison_report(
     )
 
 
+def _sensitivity_section(
+    comparison: Comparison, outcomes: Sequence[CellOutcome], figure: Path
+) -> ReportSection:
+    share = 100.0 * comparison.breaks_below
+    return ReportSection(
+        heading="How exact a survey must be",
+        tables=(
+            ReportTable(
+                caption=f"Each error is swept, in the unit of its key in [truth], until less than "
+                f"{share:.0f} % of the runs reach every tag; 95 % intervals after Wilson.",
+                header=BREAK_HEADER,
+                rows=tuple(break_rows(outcomes, comparison.breaks_below)),
+                words=True,
+            ),
+        ),
+        figures=(
+            read_figure(
+                "Success against each error",
+                "Dots are shares of the runs that reached every tag, bars their 95 % intervals.",
+                figure,
+            ),
+        ),
+    )
+
+
 def table_row(outcome: CellOutcome) -> tuple[str, ...]:
     """Return one cell's line of the table; numbers stand in the header's units [m], [s].
 
@@ -116,7 +151,7 @@ def table_row(outcome: CellOutcome) -> tuple[str, ...]:
     names = (cell.layout, driven, cell.link, cell.reader)
     published = "" if cell.published_rmse_m is None else f"{cell.published_rmse_m:.2f}"
     if outcome.runs == 0:
-        return (*names, "not driven", "–", "–", "–", published, "–", "–", "–", "–")
+        return (*names, "not driven", "–", "–", "–", published, *("–",) * 6)
     low, high = outcome.success_interval
     arrival = "–"
     if math.isfinite(outcome.arrival_m):
@@ -137,7 +172,9 @@ def table_row(outcome: CellOutcome) -> tuple[str, ...]:
         arrival,
         str(outcome.captured),
         str(outcome.collided),
+        f"{outcome.contacts_mean:.2g}",
         f"{outcome.time_s:.0f}",
+        failures_text(outcome),
     )
 
 

@@ -32,11 +32,12 @@ from octant.navigation.robot.floor import RobotSpace
 from octant.navigation.sensing.bearing import FRONT_AZIMUTH_RAD
 from octant.navigation.sensing.pattern_match import PatternMatcher, PowerTable
 from octant.navigation.sensing.sensor import PowerLink
-from octant.reader_design.experiments.missions.field_maps import mapped_tags
-from octant.reader_design.experiments.missions.planned import MapStore, planned_navigator
+from octant.reader_design.experiments.missions.planned import planned_navigator
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.keeping.seeded import count_seeded, map_seeded
 from octant.reader_design.keeping.workers import Crew, worker_map
+from octant.reader_design.mapping.field_maps import mapped_tags
+from octant.reader_design.mapping.pose_filter import MapStore
 from octant.reader_design.setting.inventory import study_inventory
 from octant.reader_design.setting.links import mission_tables
 from octant.reader_design.setting.receiver import study_sensor
@@ -153,7 +154,7 @@ def mission_job(
     Parameters
     ----------
     setting : The reader in a room of a study with a mission [m].
-    noise_db : Noise of each reading [dB]; None: the study's.
+    noise_db : Noise of each reading [dB]; None: the world's or the study's.
     own : A navigator's class in place of the one that the study names.
     world : How the world differs from what the navigator is told; None: not at all.
     maps : Where field maps are kept; None: they are computed anew.
@@ -164,6 +165,8 @@ def mission_job(
     names = dict.fromkeys((*table.tags, *(tag.id for tag in heard)))
     links = {tag_id: setting.link(setting.tag(tag_id)) for tag_id in names}
     known = links if world is None else {n: told.link(told.tag(n)) for n in table.tags}
+    if noise_db is None:
+        noise_db = None if world is None else world.noise_db
     robot = study_robot(setting.study, "mission").drive
     mission = study_mission(setting, known)
     space = mission_space(setting)
@@ -184,6 +187,7 @@ def mission_job(
         outside=space.outside,
         starts=mission_starts(table, space, mission.tag_points_m),
         carried=None if world is None else world.carried(space),
+        earlier=table.map.earlier_missions if table.navigator == "map" else 0,
     )
 
 

@@ -124,7 +124,7 @@ def _verdict(setting: Setting, metrics: Sequence[MissionMetrics], advice: Advice
                 said=f"for {np.median([m.path_m for m in good]):.1f} m of way, medians",
             ),
         ]
-    drawn = setting.reader.response != "files"
+    drawn = setting.reader.drawn
     carrier_hz = setting.study.radio.frequency_hz
     return Verdict(
         sentence=next(iter(summary_sentences(summarise(metrics)))),

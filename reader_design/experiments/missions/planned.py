@@ -1,93 +1,19 @@
 """Navigators that know the room: their field maps, kept, and their ways on the floor plan."""
 
 import math
-import tempfile
-from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
-from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
-from octant.em.power.field_maps import FieldMap, MapError, joined
-from octant.geometries.errors import ConfigError, NavigationError
+from octant.geometries.errors import ConfigError
 from octant.navigation.missions.records import Mission
 from octant.navigation.navigators.map_navigator import CountingNavigator, Follower, MapNavigator
-from octant.navigation.navigators.pose_particles import PoseFilter, misplaced_share
 from octant.navigation.navigators.ways import SPACING_M, floor_plan, occupancy
 from octant.navigation.robot.drive import DifferentialDrive
 from octant.navigation.robot.floor import RobotSpace
 from octant.navigation.robot.motion import Integration
-from octant.reader_design.experiments.missions.field_maps import (
-    EXACT_PLACES,
-    FieldMapCodec,
-    MappedTag,
-    compute_map,
-    error_of,
-    error_sentence,
-    exacter,
-    map_context,
-    map_forecast,
-    mapped_tags,
-)
-from octant.reader_design.keeping.keeper import map_cases
-from octant.reader_design.keeping.progress import Progress
-from octant.reader_design.keeping.workers import Crew
+from octant.reader_design.mapping.field_maps import mapped_tags
+from octant.reader_design.mapping.pose_filter import MapStore, study_pose_filter
 from octant.reader_design.setting.setting import Setting
-
-FloatArray = npt.NDArray[np.float64]
-
-FADING_DB = 5.57
-"""Deviation of the level of an exponential power [dB]: of a field of very many waves."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class MapStore:
-    """Where field maps are kept, and who computes them.
-
-    Parameters
-    ----------
-    folder : Their folder; None: they are not kept.
-    crew, progress : Workers that share the tags, None: this process; shows maps.
-    """
-
-    folder: Path | None = None
-    crew: Crew | None = None
-    progress: Progress | None = None
-
-
-def study_maps(
-    setting: Setting, space: RobotSpace, store: MapStore
-) -> tuple[FieldMap, tuple[MapError, ...]]:
-    """Return the field maps of all tags of a room, and how far they are from a more exact field.
-
-    Parameters
-    ----------
-    setting, space : The reader in a room of a study with a mission; where the robot can stand.
-    store : Where maps are kept.
-    """
-    tags, context = mapped_tags(setting), map_context(setting)
-    cases = [
-        MappedTag(position_m=tuple(tag.position_m.tolist()), antennas=tag.antennas) for tag in tags
-    ]
-    say = (store.progress or Progress()).say
-    say(f"{map_forecast(setting)}.")
-    with tempfile.TemporaryDirectory() as scratch:
-        kept = map_cases(
-            compute_map,
-            cases,
-            context=context,
-            folder=store.folder or Path(scratch),
-            codec=FieldMapCodec(),
-            crew=store.crew,
-            progress=store.progress,
-            label="field maps",
-        )
-    found = joined([one.value for one in kept])
-    say(error_sentence(error_of(setting, found, tags, space), "the solver"))
-    errors = error_of(exacter(setting), found, tags, space, places=EXACT_PLACES)
-    say(error_sentence(errors, "one more reflection and diffraction"))
-    return found, errors
 
 
 def planned_navigator(
@@ -140,57 +66,16 @@ def planned_navigator(
         raise ConfigError(msg)
     if table.navigator == "counting":
         return CountingNavigator(follower=follower, start_pose=start, method=method)
-    found, errors = study_maps(setting, space, maps)
-    wavelength_m = SPEED_OF_LIGHT_M_PER_S / max(r.frequency_hz for r in setting.radios)
-    survey = misplaced_share(table.map.tag_sd_m, wavelength_m=wavelength_m)
-    shares = np.array([error.share + survey + table.map.field_error for error in errors])
     radius_m = min(test.radius_m for test in mission.arrivals)
-    try:
-        return MapNavigator(
-            hears=tuple(tag.id for tag in mapped_tags(setting)),
-            filter=PoseFilter(
-                maps=found,
-                shares=np.minimum(shares, 1.0),
-                floors_w=np.array([error.floor_w for error in errors]),
-                low_m=low,
-                high_m=high,
-                blocked=blocked,
-                wavelength_m=wavelength_m,
-                radius_m=setting.reader.antenna_radius_m,
-                noise_db=max(table.noise_db, 0.5),
-                fading_db=fading_of(found),
-                level_db=table.map.level_sd_db,
-                gain_db=table.map.gain_sd_db,
-                particles=table.map.particles,
-                method=method,
-            ),
-            follower=follower,
-            start_pose=start if known else None,
-            arrival_radius_m=radius_m,
-            tag_sd_m=table.map.tag_sd_m,
-        )
-    except NavigationError as exc:
-        raise ConfigError(str(exc)) from exc
-
-
-def fading_of(maps: FieldMap) -> FloatArray:
-    """Return the deviation of the coherent level around the local mean of each tag, (t,) [dB].
-
-    Many channels average fading out; at most that of an exponential power is taken.
-
-    Parameters
-    ----------
-    maps : Of all tags.
-    """
-    rng = np.random.default_rng(0)
-    low, high = (np.array([x[k], y[k]]) for k in (0, -1) for x, y in ((maps.x_m, maps.y_m),))
-    poses = np.column_stack(
-        [rng.uniform(low, high, (2000, 2)), rng.uniform(-math.pi, math.pi, 2000)]
+    hears = tuple(tag.id for tag in mapped_tags(setting))
+    return MapNavigator(
+        hears=hears,
+        targets=tuple(hears.index(tag_id) for tag_id in table.tags),
+        filter=study_pose_filter(
+            setting, space, maps, bounds_m=(low, high), blocked=blocked, method=method
+        ),
+        follower=follower,
+        start_pose=start if known else None,
+        arrival_radius_m=radius_m,
+        tag_sd_m=table.map.tag_sd_m,
     )
-    found = []
-    for tag in range(maps.tags):
-        here, mean = maps.rss_w(poses, tag=tag), maps.local_mean_w(poses, tag=tag)
-        sound = (here > 0.0) & (mean > 0.0)
-        error = 10.0 * np.log10(here[sound] / mean[sound])
-        found.append(float(np.clip(np.std(error), 1.0, FADING_DB)))
-    return np.array(found)

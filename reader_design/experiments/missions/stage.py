@@ -16,10 +16,10 @@ from octant.navigation.missions.records import MissionResult
 from octant.reader_design.experiments.missions.advice import Advice, advise
 from octant.reader_design.experiments.missions.compute import drive, mission_runs
 from octant.reader_design.experiments.missions.drive_figures import Drive
-from octant.reader_design.experiments.missions.planned import MapStore
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.keeping.seeded import runs_key
 from octant.reader_design.keeping.workers import Crew
+from octant.reader_design.mapping.pose_filter import MapStore
 from octant.reader_design.setting.design import content_hash
 from octant.reader_design.setting.setting import Setting, mission_table
 from octant.reader_design.showing.netcdf import dataset, variable

@@ -1,6 +1,6 @@
 """``octant navigate``: a study's mission, driven many times in the study's own room."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,6 +11,7 @@ from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.options import (
     Ended,
     RunOptions,
+    drive_options,
     experiment,
     number,
     quick_option,
@@ -22,6 +23,7 @@ from octant.reader_design.terminal.tables import text_table
 
 if TYPE_CHECKING:
     from octant.navigation.missions.records import MissionResult
+    from octant.reader_design.drives.files import DriveFile
     from octant.reader_design.experiments.missions.localise import Localised
     from octant.reader_design.setting.setting import Setting
 
@@ -30,13 +32,15 @@ _FILES = ("missions.csv", "missions_summary.csv", "trajectory.csv")
 _REPORT = "report.html"
 ANIMATION = "animation.json"
 _MORE = ("localisation.csv", "orientation.csv")
-_OUTPUTS = (*_FILES, *_MORE, _REPORT, "figures/*.png")
+_LEARNED = "learned.toml"
+_OUTPUTS = (*_FILES, *_MORE, _LEARNED, _REPORT, "figures/*.png")
 _WHAT = {
     "missions.csv": "a row for each run",
     "missions_summary.csv": "shares and medians with their intervals",
     "trajectory.csv": "run 0, step by step",
     "localisation.csv": "errors of the robot's place",
     "orientation.csv": "errors of run 0's heading",
+    _LEARNED: "what run 0 has found of tags and antennas, for mission.map.learned",
 }
 _FIGURES = {
     "trajectory": ("Way of the robot", "Run 0: desired way dashed, tags as crosses."),
@@ -61,7 +65,7 @@ _FIGURES = {
 @click.option(
     "--compare",
     is_flag=True,
-    help="STUDY is a comparison file: layouts x links x readers x controllers.",
+    help="STUDY is a comparison file: layouts x links x readers x controllers x worlds.",
 )
 @click.option(
     "--animate",
@@ -73,6 +77,7 @@ _FIGURES = {
     is_flag=True,
     help="Also find the robot's place and earlier headings by a distance-RSS map.",
 )
+@drive_options
 @quick_option
 @experiment()
 def navigate(
@@ -84,6 +89,8 @@ def navigate(
     compare: bool,
     animate: Path | None,
     localise: bool,
+    export: "tuple[DriveFile, ...]",
+    export_run: tuple[int, ...],
     quick: bool,
 ) -> Ended:
     """Drive the robot through the tags of STUDY with the reader of its table [reader].
@@ -92,30 +99,33 @@ def navigate(
     the RSS of every antenna), study.toml, and figures of the path, of the errors by percentile, of
     the RSS over time and of a fuzzy controller's rules.
 
-    With --compare, STUDY names layouts (study files) and what is to be compared in them; this
-    writes compare.csv and report.html, and keeps every cell. The same command again goes on where
-    the last one stopped.
+    With --compare, STUDY names layouts (study files) and what is to be compared in them, and errors
+    of what navigators are told, each swept until missions break; this writes compare.csv and
+    report.html, and keeps every cell. The same command again goes on where the last one stopped.
 
     With --localise, the robot reads all tags at every place that it passes: localisation.csv has
     the errors of its place by a distance-RSS map and by bearings, orientation.csv those of run 0's
     heading propagated back (thesis 5.2.2.1, 5.4.3), and both have a figure.
+
+    With --export mcap, runs are written with ROS 2 messages (poses, readings, bearing, map, room)
+    for Foxglove and RViz, with --export tum and csv as trajectories.
     """
     if compare:
-        for option, given in (("--animate", animate is not None), ("--localise", localise)):
-            if given:
-                msg = f"{option} is for one study, but --compare drives many; give one of them."
-                raise ConfigError(msg)
+        _refuse_beside_compare(
+            {"--animate": animate is not None, "--localise": localise, "--export": bool(export)}
+        )
         return _compare(study, options, runs=runs_wanted(runs, quick=quick), noise_db=noise_db)
     from octant.geometries.files import write_text
     from octant.navigation.missions.metrics import measure
     from octant.navigation.missions.summary import summarise, summary_sentences
+    from octant.reader_design.drives.export import OUTPUTS, DriveExport, write_drives
     from octant.reader_design.experiments.missions.advice import advise
     from octant.reader_design.experiments.missions.compute import drive, mission_runs
     from octant.reader_design.experiments.missions.localise import (
         localisation_lines,
         localise_runs,
     )
-    from octant.reader_design.experiments.missions.planned import MapStore
+    from octant.reader_design.experiments.missions.logs import mission_logs
     from octant.reader_design.keeping.results import (
         STUDY_FILE,
         files_of,
@@ -123,6 +133,7 @@ def navigate(
         write_once,
     )
     from octant.reader_design.keeping.workers import open_crew
+    from octant.reader_design.mapping.pose_filter import MapStore
     from octant.reader_design.setting.cost import mission_cost, reader_cost
     from octant.reader_design.setting.setting import build_setting, check_navigator, mission_table
     from octant.reader_design.setting.solving import solved
@@ -136,10 +147,12 @@ def navigate(
     wanted = {"mission.runs": runs_wanted(runs, quick=quick), "mission.noise_db": noise_db}
     changed = vary(loaded, {key: value for key, value in wanted.items() if value is not None})
     loaded = options.seeded(replace(changed, sweep=loaded.sweep))
+    wanted_drives = DriveExport(kinds=export, runs=export_run)
+    wanted_drives.check(mission_table(loaded).runs)
     text, folder = to_toml(loaded, relative_to=out), out / "runs"
     setting = build_setting(loaded)
     if not options.dry_run:
-        refuse_another(out, text, force=options.force, outputs=_OUTPUTS)
+        refuse_another(out, text, force=options.force, outputs=(*_OUTPUTS, OUTPUTS))
         options.approve(
             reader_cost(loaded).and_then(mission_cost(loaded, mission_table(loaded).runs))
         )
@@ -164,6 +177,15 @@ def navigate(
         force=options.force,
         progress=progress,
     )
+    drives = write_drives(
+        mission_logs(driven, results, wanted_drives.numbers),
+        wanted_drives,
+        out,
+        stamp=folder / "drives.json",
+        inputs=[loaded, [results[k] for k in wanted_drives.numbers]],
+        force=options.force,
+        progress=progress,
+    )
     advice = advise(setting, results)
     lines = [
         *summary_sentences(summarise(metrics)),
@@ -178,16 +200,23 @@ def navigate(
             force=options.force,
             progress=Progress(),
         )
-    more = _MORE if found else ()
+    more = (*(_MORE if found else ()), *([_LEARNED] if results[0].learned else []))
     return Ended(
         lines=tuple(lines),
         written=(
             *files_of(out, (*_FILES, *more, _REPORT, "figures/*.png")),
             *([animate] if animate else ()),
+            *drives,
         ),
-        tables=tuple(out / name for name in (*_FILES[:2], *more)),
+        tables=tuple(out / name for name in (*_FILES[:2], *more) if name.endswith(".csv")),
         verdict=judged(sum(m.success for m in metrics) / len(metrics)),
     )
+
+
+def _refuse_beside_compare(given: Mapping[str, bool]) -> None:
+    for option in (name for name, wanted in given.items() if wanted):
+        msg = f"{option} is for one study, but --compare drives many; give one of them."
+        raise ConfigError(msg)
 
 
 def _refuse_animation(animate: Path | None, out: Path, options: RunOptions) -> None:
@@ -207,7 +236,7 @@ def _refuse_animation(animate: Path | None, out: Path, options: RunOptions) -> N
 def _forecast(setting: "Setting", folder: Path) -> Ended:
     """Return what would be driven; field maps, which decide what is kept, are not made for it."""
     from octant.reader_design.experiments.missions.compute import count_kept, mission_runs
-    from octant.reader_design.experiments.missions.field_maps import map_forecast
+    from octant.reader_design.mapping.field_maps import map_forecast
 
     runs = setting.mission.runs
     if setting.mission.navigator == "map":
@@ -276,6 +305,7 @@ def _publish(
         write_localisation,
     )
     from octant.reader_design.experiments.missions.page import mission_report
+    from octant.reader_design.mapping.learned_file import learned_text
     from octant.reader_design.showing.pages import ReportLink, render_report
     from octant.reader_design.showing.plan import plan_of
     from octant.reader_design.showing.style import save_figure
@@ -298,6 +328,9 @@ def _publish(
     if rules is not None:
         figures["membership"] = rules
     tables = [missions, summary, trajectory]
+    if results[0].learned is not None:
+        write_text(out / _LEARNED, learned_text(results[0].learned))
+        tables.append(out / _LEARNED)
     if found:
         tables += write_localisation(found, results, out)
         figures["localisation"] = localisation_figure(found, results, title=title)
@@ -331,11 +364,11 @@ def _compare(
     import msgspec
 
     from octant.reader_design.experiments.missions.comparison import (
-        load_comparison,
         plan_comparison,
         run_comparison,
     )
     from octant.reader_design.experiments.missions.comparison_page import HEADER, table_row
+    from octant.reader_design.experiments.missions.comparison_table import load_comparison
     from octant.reader_design.keeping.results import files_of
     from octant.reader_design.setting.cost import mission_cost
 

@@ -7,9 +7,11 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from octant.em.antennas.embedded import ReaderResponse
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import ConfigError, OctantError, SweepStateError
 from octant.geometries.tolerances import LENGTHS
+from octant.reader_design.experiments.optimise.space import key_value, with_values
 from octant.reader_design.keeping.keeper import RecordCodec, map_cases
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.keeping.workers import Crew
@@ -17,6 +19,7 @@ from octant.reader_design.setting.design import reader_responses
 from octant.reader_design.setting.samples import free_points_m, grid_azimuths_rad, sample_rss_w
 from octant.reader_design.setting.scores import score_rss
 from octant.reader_design.setting.setting import Sampling, Setting, build_setting
+from octant.reader_design.setting.tangents import refuse_without_derivatives, tangents
 from octant.reader_design.study_file.reader import Reader
 from octant.reader_design.study_file.schema import Study
 
@@ -84,6 +87,47 @@ class Evaluation:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class SlopeCase:
+    """A design, and the keys of ``[reader]`` by which its scores are differentiated.
+
+    Attributes
+    ----------
+    design : The design.
+    names : (p,) — The keys.
+    """
+
+    design: Reader
+    names: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Slopes:
+    """Derivatives of the scores of an `Evaluation` by keys of ``[reader]``, per metre or ohm.
+
+    Attributes
+    ----------
+    right_share, margin_db, bearing_error_deg, front_to_back_db, level_w : (p, d) float64 — By key
+        and distance [unit of the score per m or ohm].
+    footprint_m, height_m : (p,) float64 — Of the sizes [m per m or ohm].
+    """
+
+    right_share: FloatArray
+    margin_db: FloatArray
+    bearing_error_deg: FloatArray
+    front_to_back_db: FloatArray
+    level_w: FloatArray
+    footprint_m: FloatArray
+    height_m: FloatArray
+
+    def __post_init__(self) -> None:
+        count = len(self.height_m)
+        for name in (*ARRAYS, "footprint_m", "height_m"):
+            shape: tuple[int | None, ...] = (count, None) if name in ARRAYS else (count,)
+            array = frozen_array(getattr(self, name), name=name, shape=shape, error=SweepStateError)
+            object.__setattr__(self, name, array)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Bench:
     """Where designs are evaluated: tag and reader in free space.
 
@@ -116,12 +160,14 @@ def bench(study: Study) -> Bench:
     if study.optimise is None:
         msg = "the study has no table [optimise], but a search needs one; add it."
         raise ConfigError(msg)
-    if study.reader.response == "files":
+    if not study.reader.drawn:
         msg = (
-            'reader.response is "files", but a search needs a model that follows the design; give '
-            '"fullwave", "rays" or "isolated".'
+            f"reader.response is {study.reader.response!r}, but a search needs a model that "
+            'follows the design; give "fullwave", "rays" or "isolated".'
         )
         raise ConfigError(msg)
+    if study.optimise.method == "gradient":
+        refuse_without_derivatives(study.reader, study.optimise.parameters.given())
     setting, table = build_setting(study, sampling=Sampling()), study.optimise
     return Bench(
         setting=setting,
@@ -146,14 +192,22 @@ def rss_over_azimuth(
     distances_m : Horizontal distances of the tag [m].
     """
     responses = reader_responses(design, place.study.radio)
+    rss, azimuths, elements = _rss_of(place, responses, distances_m)
+    notes = dict.fromkeys((*design.notes(), *(w for r in responses for w in r.warnings)))
+    return rss, azimuths, elements, tuple(notes)
+
+
+def _rss_of(
+    place: Setting, responses: tuple[ReaderResponse, ...], distances_m: Sequence[float]
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return RSS [W] and azimuths of the tag and of the antennas [rad] of given responses."""
     elements = np.asarray(responses[0].azimuths_rad, dtype=np.float64)
     tag = place.reference_tag
     link = place.with_responses(responses).free_link(tag)
     azimuths = grid_azimuths_rad(elements.size, place.sampling.free_azimuths)
     origin = tag.position_m[:2]
     rss = sample_rss_w(link, origin + free_points_m(distances_m), origin, azimuths)
-    notes = dict.fromkeys((*design.notes(), *(w for r in responses for w in r.warnings)))
-    return rss, azimuths, elements, tuple(notes)
+    return rss, azimuths, elements
 
 
 def evaluate(place: Bench, design: Reader) -> Evaluation:
@@ -218,6 +272,68 @@ def kept_evaluations(
     return tuple(replace(one.value, design=design) for one, design in pairs)
 
 
+def slopes(place: Bench, case: SlopeCase) -> Slopes:
+    """Return the derivatives of a design's scores: one solution, whatever the number of keys.
+
+    Parameters
+    ----------
+    place, case : Where it is evaluated, and the design with the keys.
+    """
+    columns: dict[str, list[FloatArray]] = {name: [] for name in ARRAYS}
+    sizes = []
+    for name, tangent in tangents(case.design, place.study.radio, case.names).items():
+        ends = [
+            _scores_of(*_rss_of(place.setting, responses, place.distances_m))
+            for responses in (tangent.before, tangent.after)
+        ]
+        over = 0.5 / tangent.step
+        for score, column in columns.items():
+            column.append(over * (ends[1][score] - ends[0][score]))
+        sizes.append(over * _size_difference(place, case.design, name, tangent.step))
+    footprint, height = np.array(sizes).reshape(-1, 2).T
+    return Slopes(
+        footprint_m=footprint,
+        height_m=height,
+        **{name: np.array(column) for name, column in columns.items()},
+    )
+
+
+def _size_difference(place: Bench, design: Reader, name: str, step: float) -> FloatArray:
+    """Return by how much footprint and height [m] differ a step to either side of a key."""
+    frequency = place.study.radio.frequency_hz
+    value = key_value(design, name, frequency)
+    ends = [
+        np.array(with_values(design, {name: value + s}).size_m(frequency)) for s in (-step, step)
+    ]
+    difference: FloatArray = ends[1] - ends[0]
+    return difference
+
+
+def kept_slopes(
+    place: Bench, case: SlopeCase, folder: Path, *, progress: Progress | None = None
+) -> Slopes:
+    """Return a design's derivatives, read from their file or computed and kept.
+
+    Parameters
+    ----------
+    place, case : Where it is evaluated, and the design with the keys.
+    folder : Folder of the evaluations.
+    progress : Shows files that cannot be used.
+    """
+    (kept,) = map_cases(
+        slopes,
+        (case,),
+        context=place,
+        folder=folder,
+        codec=RecordCodec(Slopes),
+        leave_out=LEFT_OUT,
+        progress=progress,
+        label="derivatives",
+    )
+    found: Slopes = kept.value
+    return found
+
+
 def _beyond_limits(place: Bench, width_m: float, height_m: float) -> str:
     """Return why a design is larger than allowed; empty when it is not."""
     sizes = (
@@ -232,6 +348,12 @@ def _beyond_limits(place: Bench, width_m: float, height_m: float) -> str:
 
 def _scores(place: Bench, design: Reader) -> tuple[dict[str, FloatArray], tuple[str, ...]]:
     rss, azimuths, elements, notes = rss_over_azimuth(place.setting, design, place.distances_m)
+    return _scores_of(rss, azimuths, elements), notes
+
+
+def _scores_of(
+    rss: FloatArray, azimuths: FloatArray, elements: FloatArray
+) -> dict[str, FloatArray]:
     found = [score_rss(rss[i : i + 1], azimuths, elements) for i in range(len(rss))]
     return {
         "right_share": np.array([s.right_share for s in found]),
@@ -239,4 +361,4 @@ def _scores(place: Bench, design: Reader) -> tuple[dict[str, FloatArray], tuple[
         "bearing_error_deg": np.degrees([s.vector_rms_rad for s in found]),
         "front_to_back_db": np.array([s.front_to_back_mean_db for s in found]),
         "level_w": rss.max(axis=-1).mean(axis=-1),
-    }, notes
+    }

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from octant.em.decibels import power_dbm
 from octant.reader_design.experiments.optimise.evaluation import Evaluation
@@ -12,6 +13,8 @@ from octant.reader_design.study_file.optimise import SMALLER_IS_BETTER, Goal
 BALANCE = 0.05
 """Weight of the mean slack beside the least one [-]: of two designs with the same weakest point
 the one that is better elsewhere wins, so that the best one lies on the Pareto front."""
+
+FloatArray = npt.NDArray[np.float64]
 
 FULL_SHARE = 1.0 - 1e-12
 """A share of right antennas from here on cannot be improved [-]."""
@@ -41,8 +44,7 @@ class Targets:
         ----------
         evaluation, goal : A design with scores; which score, at which distances.
         """
-        at = [i for i, d in enumerate(self.distances_m) if not goal.at_m or d in goal.at_m]
-        level = power_dbm(np.maximum(evaluation.level_w[at], 1e-30))
+        at = self._at(goal)
         match goal.score:
             case "right_share":
                 value = evaluation.right_share[at].mean()
@@ -52,16 +54,30 @@ class Targets:
                 value = evaluation.bearing_error_deg[at].max()
             case "front_to_back_db":
                 value = evaluation.front_to_back_db[at].mean()
-            case "level_dbm":
-                value = level.min()
-            case "gain_db":
-                own = level if self.reference is None else power_dbm(self.reference.level_w[at])
-                value = (level - own).min()
+            case "level_dbm" | "gain_db":
+                value = self.levels_db(evaluation, goal).min()
             case "footprint_m":
                 value = evaluation.footprint_m
             case "height_m":
                 value = evaluation.height_m
         return float(value)
+
+    def levels_db(self, evaluation: Evaluation, goal: Goal) -> FloatArray:
+        """Return (d,) levels [dBm], or gains over the reference [dB], at a goal's distances.
+
+        Parameters
+        ----------
+        evaluation, goal : A design with scores; a goal of ``level_dbm`` or ``gain_db``.
+        """
+        at = self._at(goal)
+        level: FloatArray = power_dbm(np.maximum(evaluation.level_w[at], 1e-30))
+        if goal.score == "level_dbm":
+            return level
+        own = level if self.reference is None else power_dbm(self.reference.level_w[at])
+        return level - own
+
+    def _at(self, goal: Goal) -> list[int]:
+        return [i for i, d in enumerate(self.distances_m) if not goal.at_m or d in goal.at_m]
 
     def scores(self, evaluation: Evaluation) -> tuple[float, ...]:
         """Return the score of each goal, in its own unit [-].
@@ -102,13 +118,22 @@ class Targets:
         """
         if not evaluation.feasible:
             return -np.inf
-        slacks = self.slacks(evaluation)
-        full = [
+        slacks, counts = self.slacks(evaluation), self.counting(evaluation)
+        counting = [slack for slack, counted in zip(slacks, counts, strict=True) if counted]
+        return min(counting) + BALANCE * float(np.mean(slacks))
+
+    def counting(self, evaluation: Evaluation) -> tuple[bool, ...]:
+        """Return which goals count for the least slack; all where none else would.
+
+        Parameters
+        ----------
+        evaluation : A design with scores.
+        """
+        full = tuple(
             goal.score == "right_share" and score >= FULL_SHARE
             for goal, score in zip(self.goals, self.scores(evaluation), strict=True)
-        ]
-        counting = [s for s, done in zip(slacks, full, strict=True) if not done] or list(slacks)
-        return min(counting) + BALANCE * float(np.mean(slacks))
+        )
+        return tuple(all(full) or not done for done in full)
 
     def met(self, evaluation: Evaluation) -> tuple[bool, ...]:
         """Return which goals a design meets.

@@ -66,8 +66,11 @@ def design_text(design: Reader, frequency_hz: float) -> str:
     length = 1e3 * (design.element(frequency_hz).length_m or 0.0)
     plates = "no plates"
     if body.has_plates:
+        between = "".join(
+            f", {1e3 * h:.1f} mm at {1e3 * r:.1f} mm" for r, h in body.plate_outline_m[1:-1]
+        )
         plates = (
-            f"plates {1e3 * body.plate_height_axis_m:.1f} mm high at the axis and "
+            f"plates {1e3 * body.plate_height_axis_m:.1f} mm high at the axis{between} and "
             f"{1e3 * body.plate_height_m:.1f} mm at the rim, "
             f"{1e3 * body.plate_outer_radius_m:.1f} mm long"
         )

@@ -7,14 +7,15 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from octant.geometries.errors import ConfigError
 from octant.geometries.files import write_text
-from octant.reader_design.experiments.optimise.drawing import drawing, save_drawing
 from octant.reader_design.experiments.optimise.evaluation import (
     Bench,
     Evaluation,
+    SlopeCase,
+    Slopes,
     bench,
     kept_evaluations,
+    kept_slopes,
     rss_over_azimuth,
 )
 from octant.reader_design.experiments.optimise.figures import (
@@ -36,6 +37,7 @@ from octant.reader_design.experiments.optimise.search import (
     Trial,
     planned_evaluations,
     search,
+    table_of,
 )
 from octant.reader_design.experiments.optimise.shortlist import front, short_list
 from octant.reader_design.keeping.keeper import RecordCodec
@@ -46,6 +48,7 @@ from octant.reader_design.setting.design import FULLWAVE
 from octant.reader_design.showing.pages import render_report
 from octant.reader_design.showing.style import save_figure
 from octant.reader_design.showing.tables import put_table
+from octant.reader_design.showing.workshop import drawing, save_drawing
 from octant.reader_design.study_file.loading import to_toml
 from octant.reader_design.study_file.optimise import Optimise
 from octant.reader_design.study_file.reader import Reader
@@ -63,6 +66,7 @@ DESIGN_COLUMNS = (
     "antenna_radius_m",
     "plate_height_m",
     "plate_height_axis_m",
+    "plate_profile_m",
     "plate_outer_radius_m",
     "ground_plane_m",
     "gap_m",
@@ -158,23 +162,6 @@ def run_optimise(
     return SearchOutcome(content=content, report=report)
 
 
-def table_of(study: Study) -> Optimise:
-    """Return the study's table ``[optimise]``; refuses a study without it.
-
-    Parameters
-    ----------
-    study : The study.
-    """
-    if study.optimise is None:
-        msg = (
-            "the study has no table [optimise], but a search needs one; add it, with what is "
-            "varied, such as parameters = {plate_height_m = [0.05, 0.10]}, and a goal: "
-            '[[optimise.goal]] with score = "margin_db" and value = 2.6.'
-        )
-        raise ConfigError(msg)
-    return study.optimise
-
-
 def _searched(
     place: Bench, table: Optimise, folder: Path, *, crew: Crew | None, progress: Progress
 ) -> Search:
@@ -198,7 +185,11 @@ def _searched(
             tell(len(done))
             return found[design]
 
-        return search(place.study, table, evaluated, survey)
+        def slopes(design: Reader, names: tuple[str, ...]) -> Slopes:
+            case = SlopeCase(design=design, names=names)
+            return kept_slopes(place, case, folder, progress=messages)
+
+        return search(place.study, table, evaluated, survey, slopes=slopes)
 
 
 def plan_lines(study: Study, out_dir: Path) -> tuple[str, ...]:
@@ -277,7 +268,7 @@ def _write_tables(content: SearchContent, out_dir: Path) -> None:
             trial.stage,
             trial.attainment if evaluation.feasible else "",
             *scores,
-            *("" if value is None else value for value in values),
+            *(_cell(value) for value in values),
             evaluation.footprint_m,
             evaluation.height_m,
             evaluation.reason,
@@ -285,6 +276,13 @@ def _write_tables(content: SearchContent, out_dir: Path) -> None:
 
     for name, trials in (("optimise", content.search.trials), ("pareto", front(content.search))):
         put_table(str(out_dir / f"{name}.csv"), header, map(row, trials), force=True)
+
+
+def _cell(value: object) -> object:
+    """Return a value as a table holds it: nothing for None, several beside each other."""
+    if isinstance(value, tuple):
+        return ";".join(f"{one:g}" for one in value)
+    return "" if value is None else value
 
 
 def _best_study(study: Study, winner: Trial) -> str:

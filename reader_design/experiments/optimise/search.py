@@ -5,6 +5,7 @@ takes the same steps to the same end.
 """
 
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -12,8 +13,9 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.geometries.errors import ConfigError, SweepStateError
-from octant.reader_design.experiments.optimise.evaluation import Evaluation
+from octant.reader_design.experiments.optimise.evaluation import Evaluation, Slopes
 from octant.reader_design.experiments.optimise.goals import Targets
+from octant.reader_design.experiments.optimise.gradient import Limits, ascend
 from octant.reader_design.experiments.optimise.space import Box, boxes, survey_designs
 from octant.reader_design.study_file.optimise import Optimise
 from octant.reader_design.study_file.reader import Reader
@@ -112,6 +114,23 @@ class _Log:
         return self.by_design[design]
 
 
+def table_of(study: Study) -> Optimise:
+    """Return the study's table ``[optimise]``; refuses a study without it.
+
+    Parameters
+    ----------
+    study : The study.
+    """
+    if study.optimise is None:
+        msg = (
+            "the study has no table [optimise], but a search needs one; add it, with what is "
+            "varied, such as parameters = {plate_height_m = [0.05, 0.10]}, and a goal: "
+            '[[optimise.goal]] with score = "margin_db" and value = 2.6.'
+        )
+        raise ConfigError(msg)
+    return study.optimise
+
+
 def planned_evaluations(study: Study, table: Optimise) -> int:
     """Return how many designs a search evaluates at most: reader, survey, budgets of refinement.
 
@@ -130,6 +149,8 @@ def search(
     evaluate: Callable[[Reader], Evaluation],
     prepare: Callable[[Sequence[Reader]], object] | None = None,
     attainment: Callable[[Any], float] | None = None,
+    *,
+    slopes: Callable[[Reader, tuple[str, ...]], Slopes] | None = None,
 ) -> Search:
     """Return every design that the search of a study's ``[optimise]`` tries, judged by its goals.
 
@@ -146,7 +167,16 @@ def search(
         compute them at the same time.
     attainment : Judges what ``evaluate`` returned in place of the goals: more is better, minus
         infinity is infeasible [-].
+    slopes : Returns the derivatives of a design's scores by keys, for the method ``gradient``.
     """
+    if table.method != "gradient":
+        slopes = None
+    elif slopes is None or attainment is not None:
+        msg = (
+            'optimise.method is "gradient", which has derivatives of goals only, not of an '
+            'objective of your own; give "nelder-mead" or "cobyqa".'
+        )
+        raise ConfigError(msg)
     reader = evaluate(study.reader)
     reference = reader if reader.feasible else None
     by_goals = attainment is None
@@ -180,7 +210,10 @@ def search(
     best.sort(key=lambda pair: -pair[0].attainment)
     for trial, box in best[: table.starts] if table.evaluations else ():
         start = box.point(trial.evaluation.design, frequency_hz=frequency)
-        _refine(table, log, box, start=start, generator=generator)
+        if slopes is not None:
+            _ascend(study, log, box, start=trial, targets=targets, slopes=slopes)
+        else:
+            _refine(table, log, box, start=start, generator=generator)
     return Search(trials=tuple(log.trials), targets=targets)
 
 
@@ -197,6 +230,36 @@ def _nothing_feasible(trials: Sequence[Trial]) -> str:
         f"none of the {len(trials)} designs of the survey is feasible, so there is nothing to "
         f"refine; the first reason: {reasons[0]} Change optimise.parameters, choices or limits."
     )
+
+
+def _ascend(
+    study: Study,
+    log: _Log,
+    box: Box,
+    *,
+    start: Trial,
+    targets: Targets,
+    slopes: Callable[[Reader, tuple[str, ...]], Slopes],
+) -> None:
+    """Refine by derivatives from a trial until nothing is gained, or the budget is spent."""
+    table = table_of(study)
+    most = len(log.trials) + table.evaluations
+
+    def tried(design: Reader) -> Evaluation:
+        if design not in log.by_design and len(log.trials) >= most:
+            raise _BudgetSpentError
+        return log.tried(design, "refinement").evaluation
+
+    with suppress(_BudgetSpentError):
+        ascend(
+            box,
+            start.evaluation,
+            targets=targets,
+            limits=Limits(footprint_m=table.footprint_m, height_m=table.height_m),
+            frequency_hz=study.radio.frequency_hz,
+            tried=tried,
+            slopes=slopes,
+        )
 
 
 def _refine(

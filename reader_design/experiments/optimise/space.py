@@ -1,6 +1,7 @@
 """The space of designs: survey points, and the box of parameters as the unit cube."""
 
 import itertools
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -8,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 from msgspec.structs import replace
 
+from octant.reader_design.setting.tangents import PROFILE
 from octant.reader_design.study_file.optimise import Optimise
 from octant.reader_design.study_file.reader import Reader
 from octant.reader_design.study_file.schema import Study
@@ -45,11 +47,11 @@ class Box:
         point : (p,) array_like — Place between the bounds, 0 to 1, clipped [-].
         """
         share = np.clip(np.asarray(point, dtype=np.float64), 0.0, 1.0)
-        values: dict[str, Any] = {
+        values = {
             name: _stepped(name, low, low + float(s) * (high - low), high)
             for name, low, high, s in zip(self.names, self.low, self.high, share, strict=True)
         }
-        return replace(self.base, **values)
+        return with_values(self.base, values)
 
     def point(self, design: Reader, *, frequency_hz: float) -> FloatArray:
         """Return where a design lies in the unit cube [-]; beyond a bound, on it.
@@ -60,9 +62,33 @@ class Box:
         frequency_hz : Frequency at which antennas without a length are resonant [Hz].
         """
         low, high = np.array(self.low), np.array(self.high)
-        values = [_value(design, name, frequency_hz) for name in self.names]
+        values = [key_value(design, name, frequency_hz) for name in self.names]
         share: FloatArray = np.clip((np.array(values) - low) / (high - low), 0.0, 1.0)
         return share
+
+
+def profile_key(number: int) -> str:
+    """Return the name of one height of the plates' profile, counted from the axis [-].
+
+    Parameters
+    ----------
+    number : Which one, from 0.
+    """
+    return f"{PROFILE}.{number}"
+
+
+def with_values(design: Reader, values: Mapping[str, float]) -> Reader:
+    """Return a design with other values of keys, heights of the plates' profile among them.
+
+    Parameters
+    ----------
+    design, values : The design; values by key [m], [ohm].
+    """
+    profile = list(design.plate_profile_m)
+    for name in [name for name in values if name.startswith(f"{PROFILE}.")]:
+        profile[int(name.rpartition(".")[2])] = values[name]
+    changes: dict[str, Any] = {k: v for k, v in values.items() if not k.startswith(f"{PROFILE}.")}
+    return replace(design, plate_profile_m=tuple(profile), **changes)
 
 
 def _stepped(name: str, low: float, value: float, high: float) -> float:
@@ -71,8 +97,16 @@ def _stepped(name: str, low: float, value: float, high: float) -> float:
     return min(max(round(value * per_unit) / per_unit, low), high)
 
 
-def _value(design: Reader, name: str, frequency_hz: float) -> float:
-    """Return a parameter of a design, defaults resolved [m], [ohm]."""
+def key_value(design: Reader, name: str, frequency_hz: float) -> float:
+    """Return a parameter of a design, defaults resolved [m], [ohm].
+
+    Parameters
+    ----------
+    design, name : The design, and a key of ``[reader]`` that may vary.
+    frequency_hz : Frequency at which antennas without a length are resonant [Hz].
+    """
+    if name.startswith(f"{PROFILE}."):
+        return design.plate_profile_m[int(name.rpartition(".")[2])]
     if name == "antenna_length_m":
         return design.element(frequency_hz).length_m or 0.0
     value = getattr(design, name)
@@ -89,7 +123,11 @@ def boxes(study: Study, table: Optimise) -> tuple[Box, ...]:
     study : Its ``[reader]`` has the values of all that is neither parameter nor choice.
     table : Parameters and choices.
     """
-    base, choices, bounds = study.reader, table.choices.given(), table.parameters.given()
+    base, choices, given = study.reader, table.choices.given(), table.parameters.given()
+    bounds: dict[str, tuple[float, float]] = {}
+    for name, pair in given.items():
+        heights = map(profile_key, range(len(base.plate_profile_m)))
+        bounds |= dict.fromkeys(heights, pair) if name == PROFILE else {name: pair}
     combinations: list[dict[str, Any]] = [
         dict(zip(choices, values, strict=True)) for values in itertools.product(*choices.values())
     ]

@@ -11,7 +11,7 @@ from octant.reader_design.setting.design import FULLWAVE, solutions
 from octant.reader_design.setting.reasons import rule_sentences
 from octant.reader_design.setting.scale import scale_note
 from octant.reader_design.showing.designs_view import designs_table, designs_widget
-from octant.reader_design.showing.matching_lines import matching_lines
+from octant.reader_design.showing.matching_lines import Behind, matching_lines
 from octant.reader_design.showing.pages import (
     FigureFiles,
     ReportSection,
@@ -94,12 +94,16 @@ def reader_section(content: StudyContent, figures: FigureFiles) -> ReportSection
     carrier_hz = setting.study.radio.frequency_hz
     tables: tuple[ReportTable, ...] = ()
     matched: tuple[str, ...] = ()
-    if design.response == FULLWAVE:
+    if design.has_ports:
         ports = solutions(design, (carrier_hz,))[0].ports
         tables = port_tables(ports)
         matched = tuple(
             matching_lines(
-                ports.admittance_s[None], carrier_hz, at_hz=carrier_hz, load_ohm=design.load_ohm
+                ports.admittance_s[None],
+                carrier_hz,
+                at_hz=carrier_hz,
+                load_ohm=design.load_ohm,
+                behind=Behind.of(design, (ports,)),
             )
         )
     outside = scale_note(design, carrier_hz)
@@ -138,6 +142,9 @@ def thesis_section(content: StudyContent, figures: FigureFiles) -> ReportSection
 
 def _design_points(content: StudyContent) -> tuple[str, ...]:
     design = content.chosen_cell.design
+    if design.response == "metal":
+        plane = ", over an infinite plane" if design.ground == "infinite" else ""
+        return (f"{design.antennas} ports on metal: {design.label()}{plane}",)
     if design.response == "files":
         turn = ", turned to each antenna's azimuth" if design.pattern_turn == "each" else ""
         return (
@@ -168,7 +175,7 @@ def _design_points(content: StudyContent) -> tuple[str, ...]:
     if content.setting.study.reader.response == FULLWAVE:
         points.append(
             f"wire of {1000 * design.wire_radius_m:.3g} mm radius, feeds of "
-            f"{1000 * design.feed_gap_m:.3g} mm, loads of {design.load_ohm:g} ohm"
+            f"{1000 * design.feed_gap_m:.3g} mm, loads of {design.loads_text()}"
         )
     points += list(design.notes())
     return tuple(points)

@@ -82,7 +82,7 @@ def error_maps(
     places = places_m[standing]
     tables = np.full((3, len(setting.tags), *standing.shape), np.nan)
     for number, tag in enumerate(setting.tags):
-        link = setting.link(tag)
+        link = setting.link(tag, places_m=places)
         columns = np.empty((3, len(places)))
         powers = []
         with progress.count(len(places), label=f"bearing errors of tag {tag.id}") as done:

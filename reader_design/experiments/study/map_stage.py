@@ -105,7 +105,7 @@ def mapped(_context: None, case: MapCase) -> "xr.Dataset":
     answers: list[Answers | None] = []
     for tag in setting.tags:
         with progress.count(x.size * y.size, label=f"map of tag {tag.id}") as done:
-            one, answer = _map_of(setting.link(tag), (x, y), heading_rad, done)
+            one, answer = _map_of(setting.link(tag, places_m=grid), (x, y), heading_rad, done)
         maps.append(one)
         answers.append(answer)
     ranges = [read_range(setting, tag) if is_woken(study, tag) else None for tag in setting.tags]

@@ -74,7 +74,7 @@ def _first_screen(content: StudyContent) -> FirstScreen:
     design = content.chosen_cell.design
     grades: list[Mark] = ["poor", "fair", "good"]
     marks = [number.grade for number in verdict.numbers]
-    drawn = design.response != "files"
+    drawn = design.drawn
     advice = verdict.advice
     further = content.choice.reason[:1] if len(content.cells) > 1 else (_one_design(content),)
     return FirstScreen(

@@ -1,6 +1,7 @@
 """What a study leaves for people: results, tables, figures and the report."""
 
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,7 +11,9 @@ from octant.reader_design.experiments.study.content import StudyContent
 from octant.reader_design.experiments.study.page import study_report
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.keeping.results import write_once
+from octant.reader_design.keeping.workers import Crew
 from octant.reader_design.setting.setting import Setting
+from octant.reader_design.showing.drawing import Group, drawn_figures
 from octant.reader_design.showing.netcdf import write_dataset
 from octant.reader_design.showing.pages import render_report
 from octant.reader_design.showing.tables import put_table
@@ -27,6 +30,7 @@ def publish(
     *,
     force: bool,
     progress: Progress,
+    crew: Crew | None = None,
 ) -> None:
     """Write results, tables, figures and report, unless these are there already.
 
@@ -35,12 +39,13 @@ def publish(
     content, room_map : What was found, units as there; maps of the chosen reader [W].
     rooms : Name, file name and scene of the study's room and of its layouts [m].
     out_dir, force, progress : Folder of the results; write all the same; shows figures.
+    crew : Workers that share the figures; None: this process draws.
     """
 
     def write() -> list[Path]:
         written = _results(content, room_map, out_dir)
         written += _tables(content.missions, out_dir)
-        figures = _figures(content, room_map, rooms, out_dir, progress)
+        figures = _figures(_groups(content, room_map, rooms), out_dir, progress, crew)
         written += [path for entries in figures.values() for _, _, path in entries]
         report = out_dir / "report.html"
         with progress.during("report"):
@@ -89,15 +94,24 @@ def _tables(missions: Sequence[RoomMission], out_dir: Path) -> list[Path]:
 
 
 def _figures(
-    content: StudyContent,
-    room_map: "xr.Dataset",
-    rooms: Sequence[tuple[str, str, Setting]],
-    out_dir: Path,
-    progress: Progress,
+    groups: Sequence[Group], out_dir: Path, progress: Progress, crew: Crew | None
 ) -> dict[str, list[tuple[str, str, Path]]]:
     """Draw and write all figures; return title, caption and file of each by section."""
-    import itertools
+    entries: dict[str, list[tuple[str, str, Path]]] = {}
+    drawn = drawn_figures(groups, crew)
+    with progress.track(drawn, label="figures") as figures:
+        for one in figures:
+            path = out_dir / "figures" / one.file
+            with whole_file(path) as part:
+                part.write_bytes(one.png)
+            entries.setdefault(one.section, []).append((one.title, one.caption, path))
+    return entries
 
+
+def _groups(
+    content: StudyContent, room_map: "xr.Dataset", rooms: Sequence[tuple[str, str, Setting]]
+) -> list[Group]:
+    """Return what makes the figures of each part of the report, in its order."""
     from octant.reader_design.experiments.study.figures import (
         mission_figures,
         reader_figures,
@@ -108,28 +122,23 @@ def _figures(
     from octant.reader_design.experiments.study.sweep_figures import sweep_figures
     from octant.reader_design.experiments.study.thesis_plots import thesis_figures
     from octant.reader_design.showing.plan import plan_of
-    from octant.reader_design.showing.style import save_figure
 
-    study = content.setting.study
-    cell = content.chosen_cell
+    study, setting, cell = content.setting.study, content.setting, content.chosen_cell
     elements = cell.design.body().element_azimuths_rad
     plans = [plan_of(built.scene, built.reader_z_m) for _, _, built in rooms]
     pairs = list(zip(content.missions, plans, strict=False))
-    drawn = itertools.chain(
-        scene_figures(content.setting),
-        sweep_figures(
-            content.cells, content.candidates, content.choice, frequency_hz=study.radio.frequency_hz
-        ),
-        () if content.thesis is None else thesis_figures(content.thesis, content.cells),
-        reader_figures(study, cell, elements, room_map),
-        room_figures(content.setting, room_map, elements),
-        rfid_figures(content.setting, room_map),
-        mission_figures(content.setting, pairs, label=cell.label),
-    )
-    entries: dict[str, list[tuple[str, str, Path]]] = {}
-    with progress.track(drawn, label="figures") as figures:
-        for one in figures:
-            path = out_dir / "figures" / one.file
-            save_figure(one.figure, path)
-            entries.setdefault(one.section, []).append((one.title, one.caption, path))
-    return entries
+    hertz = study.radio.frequency_hz
+    swept = (content.cells, content.candidates, content.choice)
+    groups: list[Group] = [
+        partial(scene_figures, setting),
+        partial(sweep_figures, *swept, frequency_hz=hertz),
+    ]
+    if content.thesis is not None:
+        groups.append(partial(thesis_figures, content.thesis, content.cells))
+    groups += [
+        partial(reader_figures, study, cell, elements, room_map),
+        partial(room_figures, setting, room_map, elements),
+        partial(rfid_figures, setting, room_map),
+        partial(mission_figures, setting, pairs, label=cell.label),
+    ]
+    return groups

@@ -121,5 +121,7 @@ def _paths_point(solver: Solver) -> str:
     if solver.diffraction:
         over = f"up to {solver.max_diffractions} of them over edges (uniform theory of diffraction)"
     through = "through sheets with a thickness" if solver.transmission else "none through walls"
-    how = f", as far as {solver.rays:,.0f} rays find them" if solver.search == "rays" else ""
+    how = ""
+    if solver.search == "rays":
+        how = f", all but what would add {solver.ray_tolerance_db:g} dB, as rays find them"
     return f"paths of up to {solver.max_reflections} bends, {over}, {through}{how}"

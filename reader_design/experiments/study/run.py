@@ -8,12 +8,13 @@ where the last run stopped, however that ended.
 import re
 import time
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import msgspec
 
-from octant.em.blocks import cores
+from octant.em.blocks import cores, one_blas_thread
 from octant.geometries.errors import SweepStateError
 from octant.geometries.files import write_text
 from octant.reader_design.experiments.choice.thesis_claims import claim_sentence
@@ -28,12 +29,13 @@ from octant.reader_design.experiments.study.shortlist import (
     NamedRoom,
     candidates_of,
     drive_shortlist,
+    ranked_by_missions,
 )
 from octant.reader_design.experiments.study.tolerance_stage import tolerance_stage
 from octant.reader_design.experiments.sweep.cells import run_sweep
 from octant.reader_design.experiments.sweep.cost import cell_cost
 from octant.reader_design.experiments.sweep.cost import plan_lines as sweep_lines
-from octant.reader_design.experiments.sweep.plan import SweepPlan, plan_sweep
+from octant.reader_design.experiments.sweep.plan import PlannedCell, plan_sweep
 from octant.reader_design.experiments.sweep.table import (
     CELLS_FOLDER,
     known_rows,
@@ -41,7 +43,7 @@ from octant.reader_design.experiments.sweep.table import (
 )
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.keeping.results import refuse_another
-from octant.reader_design.keeping.workers import open_crew
+from octant.reader_design.keeping.workers import Crew, begun, open_crew
 from octant.reader_design.setting.cost import (
     Cost,
     counted,
@@ -188,96 +190,101 @@ def run_study(
     progress = progress or Progress()
     text = (QUICK_LINE if quick else "") + to_toml(study, relative_to=out_dir)
     refuse_another(out_dir, text, force=force, outputs=OUTPUTS)
-    with collected_warnings() as warned:
-        first = _setting(study, quick=quick)
-        rooms = list(_rooms(first))
-        for note in dict.fromkeys(note for _, _, there in rooms for note in there.notes):
-            progress.say(note)
-        if study.mission is not None:
-            check_navigator(study)
-        if approve is not None:
-            approve(study_cost(study, quick=quick))
-        write_text(out_dir / "study.toml", text)
-        plan = plan_sweep(first)
-        cells = _swept(plan, out_dir, workers=workers, cluster=cluster, progress=progress)
-        scored = [c for c in cells if c.free is not None]
-        _refuse_nothing_scored(cells)
-        candidates = candidates_of(study, cells)
-        choice = choose(candidates, model=study.reader.response, rules=study.choice)
-        chosen = scored[choice.chosen]
-        progress.say(choice.reason[0])
-        settings = {p.key: p.setting for p in plan.cells}
-
-        def rooms_of(cell: Cell) -> list[NamedRoom]:
-            own = settings[cell.key]
-            if own.scene is not first.scene or own.study.room != study.room:
-                return list(_rooms(own))
-            return [(name, slug, _standing(there, own)) for name, slug, there in rooms]
-
-        setting = settings[chosen.key]
-        with progress.during("errors of the approximations"):
-            approximations = approximation_errors(setting)
-        stages = out_dir / "stages"
-        room_map = map_stage(MapCase(setting=setting, progress=progress), stages)
-        thesis = None
-        if study.report.thesis and all(cell.label == cell.design.label() for cell in cells):
-            # the thesis varies antenna, r_a and h_p alone
-            with progress.during("the set-up of the thesis"):
-                thesis = thesis_setup(cells, study.radio, stages, progress)
-        driven = drive_shortlist(
-            rooms_of,
-            scored,
-            choice,
-            most_runs=QUICK_RUNS if quick else None,
-            folder=stages,
-            progress=progress,
-        )
-        as_built = None
-        if not quick:
-            second = scored[choice.ranking[1]] if len(scored) > 1 else None
-            as_built = tolerance_stage(
-                setting.study,
-                second,
-                folder=out_dir / "tolerance",
+    with ExitStack() as stack:
+        stack.enter_context(one_blas_thread())  # its matrices are small: threads would only wait
+        with collected_warnings() as warned:
+            first = _setting(study, quick=quick)
+            rooms = list(_rooms(first))
+            for note in dict.fromkeys(note for _, _, there in rooms for note in there.notes):
+                progress.say(note)
+            if study.mission is not None:
+                check_navigator(study)
+            if approve is not None:
+                approve(study_cost(study, quick=quick))
+            write_text(out_dir / "study.toml", text)
+            plan = plan_sweep(first)
+            missing = missing_cells(plan, known_rows(plan, out_dir, progress=Progress()))
+            crew = stack.enter_context(_crew(missing, workers=workers, cluster=cluster))
+            cells = run_sweep(
+                plan,
+                out_dir / CELLS_FOLDER,
+                crew=crew if len(missing) > 1 or cluster else None,
                 progress=progress,
-                workers=workers,
             )
-        rooms = rooms_of(chosen)
-        for mission in driven[0].missions:
-            progress.say(mission_sentence(mission))
-    content = StudyContent(
-        setting=setting,
-        cells=cells,
-        candidates=candidates,
-        choice=choice,
-        driven=driven,
-        notes=tuple(dict.fromkeys((*(n for _, _, b in rooms for n in b.notes), *warned))),
-        study_toml=text,
-        quick=quick,
-        seconds=time.perf_counter() - began,
-        approximations=approximations,
-        as_built=as_built,
-        thesis=thesis,
-    )
-    publish(content, room_map, rooms, out_dir, force=force, progress=progress)
+            scored = [c for c in cells if c.free is not None]
+            _refuse_nothing_scored(cells)
+            candidates = candidates_of(study, cells)
+            choice = choose(candidates, model=study.reader.response, rules=study.choice)
+            settings = {p.key: p.setting for p in plan.cells}
+
+            def rooms_of(cell: Cell) -> list[NamedRoom]:
+                own = settings[cell.key]
+                if own.scene is not first.scene or own.study.room != study.room:
+                    return list(_rooms(own))
+                return [(name, slug, _standing(there, own)) for name, slug, there in rooms]
+
+            stages = out_dir / "stages"
+            driven = drive_shortlist(
+                rooms_of,
+                scored,
+                choice,
+                most_runs=QUICK_RUNS if quick else None,
+                folder=stages,
+                progress=progress,
+                crew=crew,
+            )
+            choice, driven = ranked_by_missions(choice, candidates, driven)
+            chosen = scored[choice.chosen]
+            progress.say(choice.reason[0])
+            setting = settings[chosen.key]
+            approximated = begun(crew, approximation_errors, setting)
+            room_map = map_stage(MapCase(setting=setting, progress=progress), stages)
+            thesis = None
+            if study.report.thesis and all(cell.label == cell.design.label() for cell in cells):
+                # the thesis varies antenna, r_a and h_p alone
+                with progress.during("the set-up of the thesis"):
+                    thesis = thesis_setup(cells, study.radio, stages, progress)
+            with progress.during("errors of the approximations"):
+                approximations = approximated()
+            as_built = None
+            if not quick:
+                second = scored[choice.ranking[1]] if len(scored) > 1 else None
+                as_built = tolerance_stage(
+                    setting.study,
+                    second,
+                    folder=out_dir / "tolerance",
+                    progress=progress,
+                    workers=workers,
+                )
+            rooms = rooms_of(chosen)
+            for mission in driven[0].missions:
+                progress.say(mission_sentence(mission))
+        content = StudyContent(
+            setting=setting,
+            cells=cells,
+            candidates=candidates,
+            choice=choice,
+            driven=driven,
+            notes=tuple(dict.fromkeys((*(n for _, _, b in rooms for n in b.notes), *warned))),
+            study_toml=text,
+            quick=quick,
+            seconds=time.perf_counter() - began,
+            approximations=approximations,
+            as_built=as_built,
+            thesis=thesis,
+        )
+        publish(content, room_map, rooms, out_dir, force=force, progress=progress, crew=crew)
     return StudyOutcome(content=content, folder=out_dir, report=out_dir / "report.html")
 
 
-def _swept(
-    plan: SweepPlan,
-    out_dir: Path,
-    *,
-    workers: int | None,
-    cluster: str | None,
-    progress: Progress,
-) -> tuple[Cell, ...]:
-    missing = missing_cells(plan, known_rows(plan, out_dir, progress=Progress()))
+def _crew(
+    missing: Sequence[PlannedCell], *, workers: int | None, cluster: str | None
+) -> AbstractContextManager[Crew | None]:
+    """Return the workers of a whole study; processes only where the sweep is worth their start."""
     if workers is None:
-        long = sum(cell_cost(p).seconds for p in missing) > WORTH_PROCESSES_S
+        long = sum(cell_cost(cell).seconds for cell in missing) > WORTH_PROCESSES_S
         workers = cores() if long else 1
-    workers = min(workers, max(1, len(missing)))
-    with open_crew(workers=workers, cluster=cluster if missing else None) as crew:
-        return run_sweep(plan, out_dir / CELLS_FOLDER, crew=crew, progress=progress)
+    return open_crew(workers=workers, cluster=cluster if missing else None)
 
 
 def _standing(there: Setting, own: Setting) -> Setting:

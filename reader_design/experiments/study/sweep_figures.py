@@ -72,7 +72,7 @@ def sweep_figures(
         yield from _comparisons(good, candidates, choice)
     for kind in dict.fromkeys(c.design.antenna_kind for c in good):
         shown = [c for c in good if c.design.antenna_kind == kind][:MOST_PANELS]
-        if kind != "files":
+        if shown[0].design.drawn:
             yield _element_figure(kind, shown[0].design.element(frequency_hz))
         yield _distance_figure(kind, shown)
 
@@ -195,11 +195,12 @@ def _distance_figure(kind: str, shown: Sequence[Cell]) -> NamedFigure:
     """Return the RSS of the designs of one kind of antenna against distance."""
     heights = len({c.design.plate_height_m for c in shown})
     panels = [DistancePanel(title="\n".join(_panel_title(c)), rss_w=c.travel_rss_w) for c in shown]
-    designs = "designs from files" if kind == "files" else f"{kind} designs"
+    readers = f"readers from {kind}" if kind in {"files", "metal"} else f"{kind}s"
+    designs = f"designs from {kind}" if kind in {"files", "metal"} else f"{kind} designs"
     return NamedFigure(
         file=f"rss_distance_{kind}.png",
         section="sweep",
-        title=f"RSS against distance, {'readers from files' if kind == 'files' else kind + 's'}",
+        title=f"RSS against distance, {readers}",
         caption="What each antenna receives in free space while the robot moves away from the "
         "point under the tag with antenna 1 facing the tag; a good design keeps antenna 1 on top "
         "and the curves apart.",
@@ -215,7 +216,7 @@ def _distance_figure(kind: str, shown: Sequence[Cell]) -> NamedFigure:
 def _panel_title(cell: Cell) -> Iterator[str]:
     """Yield the lines that tell a cell from others of its antenna, lengths in cm."""
     design = cell.design
-    height = f", h_p = {100 * design.plate_height_m:.4g} cm" if design.response != "files" else ""
+    height = f", h_p = {100 * design.plate_height_m:.4g} cm" if design.drawn else ""
     yield f"r_a = {100 * design.antenna_radius_m:.4g} cm{height}"
     yield from textwrap.wrap(cell.label.removeprefix(design.label()).strip(), PANEL_LETTERS)
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from octant.reader_design.experiments.sweep.maps import design_maps
 from octant.reader_design.experiments.sweep.results import SweepResults
 from octant.reader_design.keeping.versions import versions
 from octant.reader_design.showing.designs_view import Column, designs_table, designs_widget
@@ -20,6 +21,8 @@ FIRST = ("right_share", "vector_rms_rad", "margin_worst_db", "level_median_dbm")
 """Scores that come first, in the room where there is one."""
 MOST_DESIGNS = 400
 """Designs that a page holds [-]."""
+PARAMETER = 2
+"""Place of the parameters' columns, after the scores that come first [-]."""
 ROUNDING = 1e-9
 """Numbers that are nothing but rounding, in the unit in which they are shown [any]."""
 PLACES = {"free_space": "in free space", "room": "in the room"}
@@ -46,6 +49,11 @@ def sweep_report(results: SweepResults, study_toml: str) -> Report:
         for k in np.flatnonzero(status == "failed")
     ]
     widget = designs_widget(labels, ordered)
+    all_done = sorted(_columns(table.isel(cell=every), results.parameters), key=lambda one: one[0])
+    maps = design_maps(
+        [column for (kind, _), column in all_done if kind == PARAMETER],
+        [column for (kind, _), column in all_done if kind != PARAMETER],
+    )
     found = "; ".join(f"{n.removesuffix('_version')} {v}" for n, v in versions().items())
     tables = [
         designs_table(
@@ -81,6 +89,7 @@ def sweep_report(results: SweepResults, study_toml: str) -> Report:
                 widgets=() if widget is None else (widget,),
                 tables=tuple(tables) if len(done) else tuple(tables[1:]),
             ),
+            *((ReportSection(heading="Maps", figures=maps),) if maps else ()),
             ReportSection(
                 heading="Reproduce it",
                 paragraphs=(f"Versions: {found}.",),
@@ -105,7 +114,7 @@ def _columns(
     for number, name in enumerate(parameters):
         item = table[name]
         column = _column(_heading(name), item.values, str(item.attrs.get("units", "1")))
-        yield (2, number), column
+        yield (PARAMETER, number), column
     number = 0
     for key, item in table.data_vars.items():
         name = str(key)

@@ -54,7 +54,7 @@ def sweep(*, study: Path | None, options: RunOptions, merge: bool) -> Ended:
         text = to_toml(loaded, relative_to=options.out)
         page = render_report(sweep_report(open_sweep(options.out), text))
         report = options.out / "report.html"
-        if not report.is_file() or report.read_text("utf-8") != page:
+        if not report.is_file() or report.read_bytes() != page.encode("utf-8"):
             write_text(report, page)
     return Ended(
         lines=outcome.lines(),

@@ -106,8 +106,18 @@ def compute_case(context: ToleranceContext, case: Case) -> CaseScores:
     context, case : What all cases share; the case.
     """
     context = _shifted(context, case.deviation)
-    setting = context.setting.with_responses(built_responses(context.study, case))
-    sampling, responses = setting.sampling, setting.responses
+    return scores_of(context, built_responses(context.study, case))
+
+
+def scores_of(context: ToleranceContext, responses: tuple[ReaderResponse, ...]) -> CaseScores:
+    """Return the scores of a reader by its responses.
+
+    Parameters
+    ----------
+    context, responses : What all cases share; patterns at each frequency.
+    """
+    setting = context.setting.with_responses(responses)
+    sampling = setting.sampling
     elements = np.asarray(responses[0].azimuths_rad, dtype=np.float64)
     azimuths = grid_azimuths_rad(elements.size, sampling.free_azimuths)
     tag = setting.reference_tag
@@ -176,6 +186,7 @@ def built_responses(study: Study, case: Case) -> tuple[ReaderResponse, ...]:
         study.radio.frequencies_hz,
         cells_per_wavelength=cut.cells_per_wavelength,
         keep=False,
+        feeding=cut.feeding(),
         **cut.feed(),
     )
     return tuple(solution.response for solution in solutions)

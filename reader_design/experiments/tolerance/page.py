@@ -1,5 +1,7 @@
 """What a tolerance study says: sentences, tables and a section of a report."""
 
+import numpy as np
+
 from octant.navigation.statistics import Interval
 from octant.reader_design.experiments.tolerance.ranking import confidence_sentence
 from octant.reader_design.experiments.tolerance.study import (
@@ -82,7 +84,7 @@ def tolerance_section(
         heading="As built",
         paragraphs=summary_sentences(result),
         warnings=_doubts(result),
-        tables=(*_spread_tables(result), _slope_table(result)),
+        tables=(*_spread_tables(result), _slope_table(result), *_linear_tables(result)),
         figures=figures,
     )
 
@@ -147,6 +149,34 @@ def _spread_tables(result: ToleranceStudy) -> tuple[ReportTable, ...]:
     return tuple(tables)
 
 
+def _linear_tables(result: ToleranceStudy) -> tuple[ReportTable, ...]:
+    """Return the linear estimate beside the readers that were built; nothing without one."""
+    if result.linear is None:
+        return ()
+    values = result.chosen.values[~np.isnan(result.chosen.values).any(axis=1)]
+    rows = []
+    for view, linear, built in zip(result.shown, result.linear.T, values.T, strict=True):
+        if np.isnan(linear).any():
+            continue
+        unit = view.change_unit
+        ends = (np.quantile(some, (0.05, 0.95)) for some in (linear, built))
+        rows.append(
+            (
+                view.label(),
+                *(rounded(float(some.std()), unit) for some in (linear, built)),
+                *(" to ".join(rounded(float(end), view.unit) for end in pair) for pair in ends),
+            )
+        )
+    table = ReportTable(
+        caption=f"Spread of {len(result.linear)} readers whose ports are linear in their errors, "
+        f"from one solution, beside {len(values)} that were built: standard deviation, and 5 % to "
+        "95 %.",
+        header=("score", "deviation, linear", "built", "5 % to 95 %, linear", "built"),
+        rows=tuple(rows),
+    )
+    return (table,)
+
+
 def _slope_table(result: ToleranceStudy) -> ReportTable:
     names = list(dict.fromkeys(s.parameter for s in result.slopes))
     views = [view for view in result.shown if any(s.score == view.name for s in result.slopes)]
@@ -161,8 +191,9 @@ def _slope_table(result: ToleranceStudy) -> ReportTable:
         )
         rows.append((f"{name} [per {per}]", *cells))
     return ReportTable(
-        caption="Slopes around the drawing, for errors that all antennas or plates share: central "
-        "difference ± its change with half the step, or less / more where the score bends.",
+        caption=f"Slopes around the drawing by {result.tolerance.slopes}, for errors that all "
+        "antennas or plates share: central difference ± its change with half the step, or less / "
+        "more where the score bends.",
         header=("parameter", *(f"{view.title} [{view.change_unit}]" for view in views)),
         rows=tuple(rows),
     )

@@ -142,6 +142,7 @@ def tolerance_dataset(result: ToleranceStudy) -> "xr.Dataset":
             ["sample"], factors, units="1", long_name=f"{kind} over the study's"
         )
     variables.update(_slope_variables(result))
+    variables.update(_linear_variables(result))
     names = {
         "design": [one.name for one in designs],
         "parameter": [p.name for p in result.parameters],
@@ -193,6 +194,22 @@ def _slope_variables(result: ToleranceStudy) -> "dict[str, xr.Variable]":
                 missing="no slope",
             )
     return out
+
+
+def _linear_variables(result: ToleranceStudy) -> "dict[str, xr.Variable]":
+    """Return the scores of ports to first order; nothing without derivatives."""
+    if result.linear is None:
+        return {}
+    return {
+        f"linear_{view.name}": variable(
+            ["draw"],
+            column,
+            units=view.unit,
+            long_name=f"{view.title}, ports to first order",
+        )
+        for view, column in zip(result.shown, result.linear.T, strict=True)
+        if not np.isnan(column).any()
+    }
 
 
 def _figures(result: ToleranceStudy, folder: Path) -> tuple[ReportFigure, ...]:

@@ -3,9 +3,14 @@
 from pathlib import Path
 
 from octant.geometries.files import write_text
+from octant.reader_design.experiments.tolerance.linear import single_steps
 from octant.reader_design.experiments.tolerance.page import tolerance_section
 from octant.reader_design.experiments.tolerance.results import FILES, write_results
-from octant.reader_design.experiments.tolerance.study import planned, run_tolerance_study
+from octant.reader_design.experiments.tolerance.study import (
+    DERIVATIVES,
+    planned,
+    run_tolerance_study,
+)
 from octant.reader_design.keeping.keeper import RecordCodec
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.keeping.results import STUDY_FILE, refuse_another, write_once
@@ -14,6 +19,8 @@ from octant.reader_design.study_file.loading import to_toml
 from octant.reader_design.study_file.schema import Study
 
 CASES = "cases"
+OF_A_SOLUTION = 0.4
+"""Time of the derivative by one antenna's or plate's error over that of a built reader [-]."""
 
 
 def plan_lines(study: Study, out_dir: Path, *, samples: int | None = None) -> tuple[str, ...]:
@@ -42,7 +49,14 @@ def tolerance_cost(study: Study, *, samples: int | None = None) -> Cost:
     """
     plan = planned(study, samples=samples)
     built = reader_cost(study, symmetric=False).times(plan.built, "readers", "tolerance.samples")
-    return built.and_then(reader_cost(study).times(plan.readers - plan.built, "other readers"))
+    cost = built.and_then(reader_cost(study).times(plan.readers - plan.built, "other readers"))
+    if study.tolerance is None or study.tolerance.slopes != DERIVATIVES:
+        return cost
+    moves = OF_A_SOLUTION * len(single_steps(study.reader.antennas))
+    own = reader_cost(study, symmetric=False).times(
+        1 + round(moves), "readers' worth of derivatives"
+    )
+    return cost.and_then(own)
 
 
 def run_tolerance(

@@ -1,20 +1,42 @@
-"""How scores change with errors that all antennas share: differences around the drawing."""
+"""How scores change with errors that all antennas share: differences around the drawing.
 
-from dataclasses import dataclass
+They are those of readers that are solved, or of one solution's tangent.
+"""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
 from octant.geometries.build_errors import BuildErrors, common_errors
-from octant.reader_design.experiments.tolerance.cases import Case, CaseScores
+from octant.reader_design.experiments.tolerance.cases import (
+    LEFT_OUT,
+    Case,
+    CaseScores,
+    ToleranceContext,
+    scores_of,
+)
 from octant.reader_design.experiments.tolerance.draws import Deviation, as_drawn
 from octant.reader_design.experiments.tolerance.views import View, values_of
+from octant.reader_design.keeping.keeper import RecordCodec, map_cases
+from octant.reader_design.keeping.progress import Progress
+from octant.reader_design.setting.tangents import BuildStep, built_along
 from octant.reader_design.study_file.reader import Reader
 
 FloatArray = npt.NDArray[np.float64]
 
 STEPS = 4
 """Readers that are solved for the slopes against one parameter [-]."""
+
+PARTS = (-1.0, 1.0, -0.5, 0.5)
+"""Steps at which each parameter is probed [its step]."""
+
+MOVED = 1e-3
+"""Half of the difference over which derivatives by a parameter are taken [mm, deg]."""
+
+ON_TANGENT = 0.02
+"""Step of the differences along a tangent [mm, deg]: what is left of third order is 1e-6."""
 
 SAME_SLOPE = 0.05
 """Share [-] of the steeper slope by which slopes of two steps may differ and count as one."""
@@ -129,10 +151,96 @@ def sensitivity_cases(design: Reader, parameters: tuple[Parameter, ...]) -> tupl
     count = design.antennas
     cases = [Case(design=design, deviation=as_drawn(count))]
     for parameter in parameters:
-        for part in (-1.0, 1.0, -0.5, 0.5):
+        for part in PARTS:
             errors = parameter.errors(count, part * parameter.step)
             cases.append(Case(design=design, deviation=Deviation(build=errors)))
     return tuple(cases)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class TangentCase:
+    """A drawing whose scores are wanted along its tangents.
+
+    Attributes
+    ----------
+    design, parameters : The drawing, and what to vary.
+    """
+
+    design: Reader
+    parameters: tuple[Parameter, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TangentScores:
+    """What came out, in the order of :func:`sensitivity_cases`.
+
+    Attributes
+    ----------
+    around : Scores of the drawing and to its sides.
+    """
+
+    around: tuple[CaseScores, ...]
+
+
+def on_tangent(parameters: tuple[Parameter, ...]) -> tuple[Parameter, ...]:
+    """Return parameters with the steps that are taken along a tangent.
+
+    Parameters
+    ----------
+    parameters : What to vary.
+    """
+    return tuple(replace(parameter, step=ON_TANGENT) for parameter in parameters)
+
+
+def tangent_scores(context: ToleranceContext, case: TangentCase) -> TangentScores:
+    """Return the scores of a drawing and to its sides: one solution, whatever the parameters.
+
+    Parameters
+    ----------
+    context, case : What all cases share; the drawing and what to vary.
+    """
+    count, parameters = case.design.antennas, case.parameters
+    steps = [
+        BuildStep(
+            before=parameter.errors(count, -MOVED),
+            after=parameter.errors(count, MOVED),
+            step=MOVED,
+        )
+        for parameter in parameters
+    ]
+    amounts = [tuple(part * parameter.step for part in PARTS) for parameter in parameters]
+    amounts[0] = (0.0, *amounts[0])
+    found = built_along(case.design, context.study.radio, steps, amounts)
+    return TangentScores(
+        around=tuple(scores_of(context, responses) for one in found for responses in one)
+    )
+
+
+def kept_tangent_scores(
+    context: ToleranceContext, case: TangentCase, folder: Path, *, progress: Progress | None = None
+) -> tuple[CaseScores, ...]:
+    """Return the scores of `tangent_scores`, read from their file or computed and kept.
+
+    Parameters
+    ----------
+    context, case : What all cases share; the drawing and what to vary.
+    folder : Where the cases' files lie.
+    progress : Shows files that cannot be used.
+    """
+    (kept,) = map_cases(
+        tangent_scores,
+        (case,),
+        context=context,
+        folder=folder,
+        codec=RecordCodec(TangentScores),
+        leave_out=LEFT_OUT,
+        progress=progress,
+        label="derivatives",
+    )
+    if kept.reason:
+        return (CaseScores(reason=kept.reason),) * (1 + STEPS * len(case.parameters))
+    found: TangentScores = kept.value
+    return found.around
 
 
 def slopes(
@@ -144,13 +252,13 @@ def slopes(
     ----------
     parameters : What was varied.
     shown : Scores; shares are left out, as they change in steps.
-    results : Of :func:`sensitivity_cases`, in their order.
+    results : Of :func:`sensitivity_cases`, in their order, or of the tangent.
     """
     views = tuple(view for view in shown if not view.name.endswith("share"))
     table = values_of(views, results)
     out = []
     for p, parameter in enumerate(parameters):
-        low, high, near_low, near_high = table[1 + 4 * p : 5 + 4 * p]
+        low, high, near_low, near_high = table[1 + STEPS * p : 1 + STEPS * (p + 1)]
         for v, view in enumerate(views):
             out.append(
                 _slope(

@@ -23,11 +23,15 @@ from octant.reader_design.experiments.tolerance.draws import (
     drawn_deviation,
     regressors,
 )
+from octant.reader_design.experiments.tolerance.linear import linear_estimate
 from octant.reader_design.experiments.tolerance.ranking import RoomRss, wins, wins_over_places
 from octant.reader_design.experiments.tolerance.sensitivity import (
     STEPS,
     Parameter,
     Slope,
+    TangentCase,
+    kept_tangent_scores,
+    on_tangent,
     parameters_of,
     sensitivity_cases,
     slopes,
@@ -47,6 +51,9 @@ FloatArray = npt.NDArray[np.float64]
 
 PROBABILITIES = (0.5, 0.05, 0.95)
 """Quantiles that a study gives of every score [-]."""
+
+DERIVATIVES = "derivatives"
+"""How slopes come without solving more readers than the drawing [-]."""
 
 PLACE_RESAMPLES = 200
 """Resamples of the room's places [-]."""
@@ -94,6 +101,8 @@ class ToleranceStudy:
     explained : For every score; None where nothing varies or samples are too few.
     confidence : Share of built readers in which the chosen design beats each rival.
     confidence_places : The same over resampled places of the room; empty without a room.
+    linear : (d, v) float64 — Scores of readers with ports to first order, a row a draw of errors
+        [units of the views], NaN in the room; None without derivatives.
     """
 
     study: Study
@@ -107,6 +116,7 @@ class ToleranceStudy:
     explained: tuple[Explained | None, ...]
     confidence: tuple[Interval, ...]
     confidence_places: tuple[Interval, ...]
+    linear: FloatArray | None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -156,7 +166,7 @@ def planned(study: Study, *, samples: int | None = None, rivals: int = 0) -> Pla
     designs = 1 + len(tolerance.rivals) + rivals
     return Planned(
         drawings=designs,
-        slopes=STEPS * len(parameters_of(study.reader)),
+        slopes=2 if tolerance.slopes == DERIVATIVES else STEPS * len(parameters_of(study.reader)),
         designs=designs,
         samples=samples or tolerance.samples,
     )
@@ -202,8 +212,14 @@ def run_tolerance_study(
     designs = [("the study's reader", study.reader)]
     designs += [(rival.name, _rival_design(study, rival)) for rival in tolerance.rivals]
     designs += rivals
-    parameters = parameters_of(designs[0][1])
-    cases = list(sensitivity_cases(designs[0][1], parameters))
+    drawing = designs[0][1]
+    parameters = parameters_of(drawing)
+    if tolerance.slopes == DERIVATIVES:
+        parameters = on_tangent(parameters)
+        cases = [Case(design=drawing, deviation=as_drawn(drawing.antennas))]
+    else:
+        cases = list(sensitivity_cases(drawing, parameters))
+    around = len(cases)
     cases += [Case(design=d, deviation=as_drawn(d.antennas)) for _, d in designs[1:]]
     first_sample = len(cases)
     for _, design in designs:
@@ -221,7 +237,6 @@ def run_tolerance_study(
             for index in range(count)
         ]
     results = run_cases(context, cases, folder, workers=workers, cluster=cluster, progress=progress)
-    around = 1 + STEPS * len(parameters)
     nominal = (results[0], *results[around:first_sample])
     for (name, _), case in zip(designs, nominal, strict=True):
         _refuse_unbuilt(name, case)
@@ -239,6 +254,16 @@ def run_tolerance_study(
         for i, (name, design) in enumerate(designs)
     ]
     deviations = [case.deviation for case in cases[first_sample : first_sample + count]]
+    beside = results[:around]
+    if tolerance.slopes == DERIVATIVES:
+        tangent = TangentCase(design=drawing, parameters=parameters)
+        beside = kept_tangent_scores(context, tangent, folder, progress=progress)
+    found = slopes(parameters, shown, beside)
+    linear = None
+    if tolerance.slopes == DERIVATIVES:
+        linear = linear_estimate(
+            context, drawing, tolerance, shown, folder=folder, progress=progress
+        )
     return ToleranceStudy(
         study=study,
         tolerance=msgspec.structs.replace(tolerance, samples=count),
@@ -247,7 +272,8 @@ def run_tolerance_study(
         rivals=tuple(built[1:]),
         deviations=tuple(deviations),
         parameters=parameters,
-        slopes=slopes(parameters, shown, results[:around]),
+        slopes=found,
+        linear=linear,
         explained=_explained(built[0], deviations),
         confidence=tuple(wins(built[0].samples, rival.samples) for rival in built[1:]),
         confidence_places=_over_places(context, built) if tolerance.room else (),

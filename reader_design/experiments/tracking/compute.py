@@ -12,6 +12,7 @@ from octant.geometries.files import write_text
 from octant.navigation.estimators.ekf_slam import SlamRecord
 from octant.navigation.tracking.closed_loop import TrackingRecord
 from octant.navigation.tracking.neighbouring import StabilityReport
+from octant.reader_design.drives.export import OUTPUTS
 from octant.reader_design.experiments.tracking.chapters import (
     FEEDBACK_TASKS,
     NOMINAL_RUNS,
@@ -286,7 +287,7 @@ def run_tracking(
     if approve is not None:
         approve(tracking_cost(settings.track))
     text = to_toml(study, relative_to=out_dir)
-    refuse_another(out_dir, text, force=force, outputs=(*FILES, "*.csv", "figures/*.png"))
+    refuse_another(out_dir, text, force=force, outputs=(*FILES, "*.csv", "figures/*.png", OUTPUTS))
     write_text(out_dir / "study.toml", text)
     content = _computed(
         settings, text, out_dir, workers=workers, cluster=cluster, progress=progress

@@ -54,6 +54,6 @@ def small_png(png: bytes) -> bytes:
         height = round(image.height * FIGURE_WIDTH / image.width)
         image = image.resize((FIGURE_WIDTH, height), Image.Resampling.LANCZOS)
     out = io.BytesIO()
-    image.quantize(_COLOURS, dither=Image.Dither.NONE).save(out, "PNG", optimize=True)
+    image.quantize(_COLOURS, dither=Image.Dither.NONE).save(out, "PNG", compress_level=6)
     small = out.getvalue()
     return small if len(small) < len(png) else png

@@ -227,6 +227,16 @@ def test_conical_patch_is_silent_on_its_axis_and_on_the_horizon():
     assert np.abs(disc.far_field([np.pi, 0.5 * np.pi + 1e-12], 0.0)).max() < 1e-10
 
 
+@pytest.mark.parametrize("kind", ["monopole", "patch"])
+def test_along_the_plane_under_an_antenna_counts_as_above_it(kind):
+    """Else rounding would choose, between ends of one height, between its most and nothing."""
+    antenna = make_antenna(kind, F, axis=(0, 0, 1))
+    along = antenna.far_field(0.5 * np.pi + np.array([-1e-15, 0.0, 1e-15, 1e-10]), 0.3)
+    assert np.abs(along).max() > 0.1
+    assert along == pytest.approx(np.tile(along[0], (4, 1)), abs=1e-8)
+    assert np.abs(antenna.far_field(0.5 * np.pi + 1e-8, 0.3)).max() == 0.0
+
+
 @pytest.mark.parametrize("diameter_m", [0.08, 0.15, 0.17])
 def test_conical_patch_of_any_diameter_has_mean_gain_one(diameter_m):
     disc = make_antenna("conical_patch", F, length_m=diameter_m, axis=(1, -2, 0.5))

@@ -176,7 +176,7 @@ def test_the_message_is_one_sentence_and_names_the_file(write):
 
 
 def test_an_unknown_format_name_lists_the_known_ones(write):
-    with pytest.raises(PatternFileError, match="ffe, ffd, ffs, nec, msi, csv"):
+    with pytest.raises(PatternFileError, match="ffe, ffd, ffs, cst, nec, msi, ngmn, csv"):
         read_pattern(write("a.ffe", WHOLE["ffe"]), format="grd")
 
 

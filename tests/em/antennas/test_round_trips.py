@@ -1,5 +1,6 @@
 """What is written comes back."""
 
+import re
 import warnings
 from dataclasses import replace
 from pathlib import Path
@@ -36,6 +37,37 @@ def same_grid(a, b):
     np.testing.assert_allclose(a.phi_rad, b.phi_rad, rtol=1e-15, atol=1e-15)
     assert (a.frequency_hz, a.kind, a.phase_known) == (b.frequency_hz, b.kind, b.phase_known)
     np.testing.assert_array_equal(a.origin_m, b.origin_m)
+
+
+def columns_by_name(path):
+    """A plain reader of .ffe by FEKO's description: #Key: value, one line of names, numbers."""
+    lines = path.read_text().splitlines()
+    keys = dict(line[1:].split(": ", 1) for line in lines if re.match(r"#\w[^\"]*: ", line))
+    (names,) = (re.findall(r'"([^"]+)"', line) for line in lines if line.startswith('#  "'))
+    rows = [line.split() for line in lines if line and line[0] not in "#*"]
+    return keys, dict(zip(names, np.array(rows, dtype=float).T, strict=True))
+
+
+def test_another_reader_of_ffe_finds_the_same_field_and_gains(tmp_path):
+    made = table(3)
+    write_ffe(tmp_path / "a.ffe", (made,))
+    keys, found = columns_by_name(tmp_path / "a.ffe")
+    assert float(keys["Frequency"]) == made.frequency_hz
+    samples = [int(keys[f"No. of {angle} Samples"]) for angle in ("Theta", "Phi")]
+    assert samples == [7, 9]  # the last azimuth is the first again
+    field = np.moveaxis(np.concatenate((made.field, made.field[:, :, :1]), axis=2), 2, 1)
+    np.testing.assert_allclose(found["Theta"], np.tile(np.arange(7) * 30.0, 9), atol=1e-12)
+    np.testing.assert_allclose(found["Phi"], np.repeat(np.arange(9) * 45.0, 7), atol=1e-12)
+    gain = np.abs(field) ** 2
+    for part, (name, wave) in enumerate((("Gain(Theta)", "Etheta"), ("Gain(Phi)", "Ephi"))):
+        np.testing.assert_allclose(found[name], 10.0 * np.log10(gain[part]).reshape(-1), atol=1e-9)
+        volt = found[f"Re({wave})"] + 1j * found[f"Im({wave})"]
+        # peak r E of a watt of isotropic power: sqrt(2 eta / 4 pi) V
+        scale = np.sqrt(2.0 * 376.730313668 / (4.0 * np.pi))
+        np.testing.assert_allclose(volt, scale * field[part].reshape(-1), rtol=1e-9)
+    np.testing.assert_allclose(
+        found["Gain(Total)"], 10.0 * np.log10(gain.sum(axis=0)).reshape(-1), atol=1e-9
+    )
 
 
 @given(

@@ -1,4 +1,6 @@
-"""Touchstone version 1: the layout of the specification, and back."""
+"""Touchstone: the layout of the specification, and back, and what scikit-rf reads."""
+
+import re
 
 import numpy as np
 import pytest
@@ -74,7 +76,11 @@ def test_noise_of_a_two_port_is_left_out(write):
         ("a.s1p", "# GHz Z RI R 50\n1 0 0\n", "line 1: option 'Z'"),
         ("a.s1p", "# GHz S RI R\n1 0 0\n", "line 1: '' is not a finite number"),
         ("a.s1p", "# GHz S RI R 0\n1 0 0\n", "line 1: reference 0 ohm"),
-        ("a.s1p", "[Version] 2.0\n# GHz S RI R 50\n1 0 0\n", "line 1: version 2"),
+        (
+            "a.s1p",
+            "# GHz S RI R 50\n[Number of Ports] 1\n1 0 0\n",
+            "line 2: a keyword of version 2",
+        ),
         ("a.s1p", "# GHz S RI R 50\n", "line 1: no frequency"),
         ("a.s1p", "# GHz S RI R 50\n1 0 0\n1 0 0\n", "line 3: frequency 1 does not ascend"),
         ("a.s1p", "# GHz S RI R 50\n-1 0 0\n", "line 2: frequency -1 is below 0"),
@@ -166,3 +172,92 @@ def test_port_impedances_that_are_not_told_are_warned_of(text, write):
     with pytest.warns(PhysicsWarning, match="reference is in doubt"):
         read = read_touchstone(write("a.s1p", text))
     assert read.reference_ohm == 50.0
+
+
+def version_2(s, form="RI", shape="Full", order="12_21", reference=None, width=3):
+    """A file of version 2 by the specification, its lines cut anywhere."""
+    count, n = s.shape[:2]
+    lines = ["! by hand", "[Version] 2.0", "# GHz S " + form, f"[Number of Ports] {n}"]
+    if n == 2:
+        lines.append(f"[Two-Port Data Order] {order}")
+    lines.append(f"[Number of Frequencies] {count}")
+    if reference:
+        lines += ["[Reference]", *(f"{value:g}" for value in reference)]
+    if shape != "Full":
+        lines.append(f"[Matrix Format] {shape}")
+    lines += ["[Begin Information]", "anything [at all", "[End Information]", "[Network Data]"]
+    for k in range(count):
+        words = [f"{2.0 + 0.1 * k!r}"]
+        for i in range(n):
+            for j in range(n):
+                if (shape == "Lower" and j > i) or (shape == "Upper" and j < i):
+                    continue
+                value = s[k, j, i] if n == 2 and order == "21_12" else s[k, i, j]
+                pair = (value.real, value.imag)
+                if form != "RI":
+                    size = abs(value) if form == "MA" else 20 * np.log10(abs(value))
+                    pair = (size, np.degrees(np.angle(value)))
+                words += [repr(float(x)) for x in pair]
+        lines += [" ".join(words[i : i + width]) for i in range(0, len(words), width)]
+    return "\n".join([*lines, "[End]"]) + "\n"
+
+
+@pytest.mark.parametrize("form", ["RI", "MA", "DB"])
+@pytest.mark.parametrize("ports", [1, 2, 5])
+@pytest.mark.parametrize("shape", ["Full", "Lower", "Upper"])
+def test_version_2_reads_as_it_is_specified(ports, shape, form, write):
+    s = matrices(ports)
+    if shape != "Full":
+        s = s + s.transpose(0, 2, 1)
+    for order in ("12_21", "21_12"):
+        back = read_touchstone(write("a.ts", version_2(s, form, shape, order)))
+        np.testing.assert_allclose(back.s_matrices, s, rtol=1e-12)
+        np.testing.assert_allclose(back.frequencies_hz, [2.0e9, 2.1e9, 2.2e9])
+        assert back.reference_ohm == 50.0
+
+
+def test_version_2_has_a_reference_for_each_port(write):
+    text = version_2(matrices(3), reference=(50.0, 75.0, 10.0))
+    back = read_touchstone(write("a.s3p", text))
+    np.testing.assert_array_equal(back.reference_ohm, np.tile([50.0, 75.0, 10.0], (3, 1)))
+
+
+def test_scikit_rf_reads_the_same_from_both_versions(write, tmp_path):
+    network = pytest.importorskip("skrf").Network
+    s = matrices(4)
+    # scikit-rf takes the free text between its keywords for numbers
+    text = re.sub(r"(?s)\[Begin.*End Information\]\n", "", version_2(s, "MA"))
+    first = write("a.s4p", text)
+    np.testing.assert_allclose(network(str(first)).s, read_touchstone(first).s_matrices, rtol=1e-12)
+    write_touchstone(tmp_path / "b.s4p", [2.0e9, 2.1e9, 2.2e9], s, reference_ohm=75.0)
+    second = network(str(tmp_path / "b.s4p"))
+    np.testing.assert_array_equal(second.s, s)
+    np.testing.assert_array_equal(second.f, [2.0e9, 2.1e9, 2.2e9])
+    assert (second.z0 == 75.0).all()
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (("[Version] 2.0", "[Version] 3.0"), "line 2: Touchstone version 3.0"),
+        (("[Number of Ports] 2\n", ""), r"\[Number of Ports\] is missing"),
+        (("[Two-Port Data Order] 12_21\n", ""), r"\[Two-Port Data Order\] is missing"),
+        (("[Number of Frequencies] 3", "[Number of Frequencies] 4"), "3 frequencies where 4"),
+        (("# GHz S RI", "# GHz Z RI"), "option 'Z' is not read"),
+        (("[Network Data]", "[Mixed-Mode Order] D2,3\n[Network Data]"), "mixed modes"),
+        (("[Network Data]", "[Reference] 50\n[Network Data]"), "line 9: .* stands|lacks"),
+        (("[Network Data]", "[Reference] 50 -1\n[Network Data]"), "above 0"),
+        (("[Network Data]\n", "[Anything]\n"), r"keyword \[anything\] is unknown"),
+        (("[End]", "1 2 3\n[End]"), "ends after 3 of 9"),
+    ],
+)
+def test_version_2_with_something_wrong_is_refused(change, said, write):
+    with pytest.raises(PatternFileError, match=said):
+        read_touchstone(write("bad.s2p", version_2(matrices(2)).replace(*change)))
+
+
+def test_version_2_that_is_cut_off_is_refused(write):
+    text = version_2(matrices(2))
+    for share in (0.2, 0.5, 0.9):
+        with pytest.raises(PatternFileError):
+            read_touchstone(write("bad.s2p", text[: int(share * len(text))]))

@@ -18,6 +18,10 @@ SCENES = int(os.environ.get("OCTANT_LATTICE_SCENES", "12"))
 ONCE_WRONG = (
     *(171, 294, 391, 431, 515, 559, 560, 3727, 3790, 4588, 6287, 7134, 7995, 8494),
     *(574, 2434, 4676, 6029, 6935),  # in line with a rim, two edges of one corner, a foot
+    *(6069, 7811, 9892, 4553),  # a leg along an edge, from a tip along a face
+    *(9277, 3544, 30111),  # beside a rim that is passed, on both boundaries of two edges
+    40196,  # more paths that touch edges than a chunk of images
+    *(30279, 1216),  # along a pane between two edges, where the material of an edge changes
 )
 F = 2.4e9
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from rooms import l_shaped_room
 
 from octant.em.antennas.kinds import make_antenna
 from octant.em.fields.gains import path_gains
@@ -261,3 +262,35 @@ def test_normal_incidence_turns_the_horizontal_field_over(tilt):
 
     expected = 1.640922376984585 * (wave(1.0) - wave(3.0))
     assert g.gain.sum() == pytest.approx(expected, rel=1e-6)
+
+
+def awkward_places(count):
+    """Return receivers at random, level with things, in planes of the source, under and outside."""
+    rng = np.random.default_rng(3)
+    places = rng.uniform((0.1, 0.1, 0.1), (4.9, 3.9, 2.9), (count, 3))
+    places[::3] = np.round(places[::3] * 2.0) / 2.0 + 0.0  # on a lattice: rims, edges, walls
+    places[1::7, 0] = 1.25
+    places[5::11] += (6.0, 0.0, 0.0)
+    return places
+
+
+@pytest.mark.parametrize("source", [(1.25, 1.0, 1.5), (3.0, 2.0, 1.0)])
+def test_many_receivers_have_to_the_bit_the_paths_that_each_has_by_itself(source):
+    room = l_shaped_room((5.0, 4.0, 3.0), (2.0, 1.5)) if source[0] < 2.0 else box_room((5, 4, 3))
+    block = cabinet((0.5, 1.0, 1.0), position_m=(2.0, 1.5, 0.0))
+    high = cabinet((0.5, 0.5, 0.5), position_m=(0.5, 2.5, 1.5))
+    built = build_scene(room, objects=[block, high])
+    radio = radio_scene(built, F)
+    everywhere = [[-np.inf] * 3, [np.inf] * 3]
+    candidates = Candidates(images=search_images(built, source, 3, region_m=everywhere))
+    places = awkward_places(300)
+    places = places[np.linalg.norm(places - source, axis=1) > 1e-3]
+    found = trace_paths(radio, candidates, places)
+    assert len(found.receiver) > 1000
+    for i, one in enumerate(places):
+        alone = trace_paths(radio, candidates, one[None])
+        mine = found.receiver == i
+        assert np.array_equal(found.kind[mine][:, : alone.kind.shape[1]], alone.kind)
+        assert np.array_equal(found.element[mine][:, : alone.kind.shape[1]], alone.element)
+        width = alone.vertices_m.shape[1]
+        assert np.array_equal(found.vertices_m[mine][:, :width], alone.vertices_m)

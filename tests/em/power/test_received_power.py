@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from rooms import l_shaped_room
 
 from octant.em.antennas.kinds import Antenna, make_antenna
 from octant.em.blocks import run_blocks
@@ -187,7 +188,44 @@ def test_every_heading_of_a_place_has_the_bits_of_its_pose(box_scene, rays):
         assert (grid.local_mean_w[:, j] == one.local_mean_w).all()
         assert (grid.path_count == one.path_count).all()
     assert (link.rss_by_heading_w(places, headings) == grid.coherent_w).all()
+    turning = np.repeat(np.column_stack((places, np.zeros(150))), 6, axis=0)
+    turning[:, 2] = np.tile(headings, 150)
+    for poses in (turning, turning[:-2], np.vstack((turning[:6], turning))):
+        one = link.power(poses)
+        apart = [link.power(pose[None]) for pose in poses[:40]]
+        assert (one.coherent_w[:40] == np.vstack([each.coherent_w for each in apart])).all()
+        assert (one.path_count[:40] == np.concatenate([e.path_count for e in apart])).all()
+        assert len(one.coherent_w) == len(one.path_count) == len(poses)
     assert (np.ptp(grid.coherent_w, axis=1) > 0.0).all()
+
+
+@pytest.mark.parametrize("passes", [False, True])
+def test_one_place_at_a_time_has_the_bits_of_all_together(isolated, passes):
+    objects = [
+        box((0.6, 0.1, 1.8), material="wood", position_m=(2.0, 2.0, 0.01), yaw_deg=20.0),
+        box((0.5, 0.5, 1.0), material="metal", position_m=(0.5, 3.0, 0.0)),
+        box((0.5, 1.0, 0.8), material="metal", position_m=(3.5, 0.5, 0.0)),
+    ]
+    scene = build_scene(l_shaped_room((5.0, 5.0, 3.0), (2.0, 1.5)), objects=objects)
+    link = reader_link(
+        radio_scene(scene, F, transmission=passes),
+        tag_position_m=TAG,
+        tag_antenna=make_antenna("dipole", F),
+        tag_power_w=1.0,
+        response=isolated,
+        reader_height_m=0.3,
+        solver=SolverSettings(max_reflections=3),
+    )
+    poses = np.random.default_rng(5).uniform((0.1, 0.1, -3.0), (4.9, 4.9, 3.0), (120, 3))
+    poses[::3, :2] = np.round(2.0 * poses[::3, :2]) / 2.0  # corners of cells, level with things
+    together = link.power(poses)
+    alone = [link.power(pose[None]) for pose in poses]
+    for one, name in zip(together, together._fields, strict=True):
+        assert np.array_equal(one, np.concatenate([getattr(found, name) for found in alone]))
+    images = link.bands[0].images
+    tried = [len(images.at(np.array([x, y, 0.3])).leaves) for x, y in poses[:, :2]]
+    assert np.mean(tried) < 0.4 * len(images.tree.leaves)
+    assert max(together.path_count) > 20
 
 
 def test_no_place_and_no_heading_are_empty_results(box_scene, isolated):

@@ -1,19 +1,18 @@
 """Matching: against closed forms, textbook examples and circuits worked out another way."""
 
+import itertools
 import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
+from octant.em.reader.ladders import Ladder, Part, l_networks, pi_networks
 from octant.em.reader.matching import (
-    LNetwork,
     Match,
-    Part,
     best_real_load_ohm,
     conjugate_match_ohm,
-    l_networks,
     match_reader,
     matched_band_hz,
     port_reflection_db,
@@ -31,29 +30,30 @@ def reflection(z, r0):
 def test_the_textbook_example():
     # Pozar, Microwave Engineering, example 5.1: 200 - j100 ohm to 100 ohm at 500 MHz.
     values = {
-        (n.series.kind, n.shunt.kind): (n.series.value, n.shunt.value)
+        tuple(part.kind for _, part in n.parts): tuple(part.value for _, part in n.parts)
         for n in l_networks(200 - 100j, source_ohm=100.0, frequency_hz=FREQUENCY_HZ)
     }
-    assert values["L", "C"] == pytest.approx((38.8e-9, 0.92e-12), rel=0.01)
-    assert values["C", "L"] == pytest.approx((2.61e-12, 46.1e-9), rel=0.01)
+    assert values["C", "L"] == pytest.approx((0.92e-12, 38.8e-9), rel=0.01)
+    assert values["L", "C"] == pytest.approx((46.1e-9, 2.61e-12), rel=0.01)
 
 
 @given(
     st.floats(1.0, 2000.0), st.floats(-2000.0, 2000.0), st.floats(5.0, 500.0), st.floats(1e8, 6e9)
 )
+@example(7.0, 1.4e-45, 7.0, 1e8)
 def test_every_network_matches_and_there_is_one(r, x, r0, frequency_hz):
     found = l_networks(complex(r, x), source_ohm=r0, frequency_hz=frequency_hz)
-    for network in found:
+    higher = max((r * r + x * x) / r, r0)
+    lower = min((r * r + x * x) / r, r0)
+    quality = 2.0 * math.sqrt(higher / lower)
+    bridges = pi_networks(complex(r, x), source_ohm=r0, frequency_hz=frequency_hz, quality=quality)
+    assert len(bridges) >= 2
+    for network in found + bridges:
         w = 2j * math.pi * frequency_hz
-        series, shunt = (
-            w * p.value if p.kind == "L" else 1 / (w * p.value)
-            for p in (network.series, network.shunt)
-        )
         z = complex(r, x)
-        if network.shunt_at == "antenna":
-            z = series + shunt * z / (shunt + z)
-        else:
-            z = shunt * (series + z) / (shunt + series + z)
+        for place, part in network.parts:
+            own = w * part.value if part.kind == "L" else 1 / (w * part.value)
+            z = z + own if place == "in series" else z * own / (z + own)
         assert reflection(z, r0) < 1e-6
         seen = network.seen_by_source_ohm(frequency_hz, antenna_ohm=complex(r, x))
         assert complex(seen) == pytest.approx(z, rel=1e-9)
@@ -117,13 +117,58 @@ def test_networks_on_coupled_ports_match_both_and_hold_over_the_band():
 
 
 def test_parts_of_the_e24_series_are_the_nearest():
-    assert Part(kind="L", value=5.05e-9).nearest_e24.value == pytest.approx(5.1e-9)
-    assert Part(kind="C", value=0.97e-12).nearest_e24.value == pytest.approx(1.0e-12)
-    network = LNetwork(
-        series=Part(kind="L", value=3.7e-9), shunt=Part(kind="C", value=0.4e-12), shunt_at="antenna"
-    )
-    match = Match(networks=(network,), source_ohm=50.0).nearest_e24
-    assert str(match.networks[0]) == "3.6 nH in series and 0.39 pF across the antenna"
+    assert Part(kind="L", value=5.05e-9).e24().value == pytest.approx(5.1e-9)
+    assert Part(kind="C", value=0.97e-12).e24().value == pytest.approx(1.0e-12)
+    assert Part(kind="C", value=0.97e-12).e24(-1).value == pytest.approx(0.91e-12)
+    assert Part(kind="C", value=9.1e-12).e24(1).value == pytest.approx(10e-12)
+    ladder = Ladder.of_text("3.7 nH in series, 0.4 pF across")
+    assert str(ladder.nearest_e24) == "3.6 nH in series, 0.39 pF across"
+
+
+def test_bought_parts_are_the_best_of_those_around_and_their_errors_are_counted():
+    y, f = coupled()[None], [FREQUENCY_HZ]
+    match = match_reader(y, f, at_hz=FREQUENCY_HZ, source_ohm=50.0)
+    bought = match.bought(y, f)
+    level = float(bought.reflection_db(y, f).max())
+    near = [[part.e24(step).value for step in (-1, 0, 1)] for _, part in match.networks[0].parts]
+    kinds = match.networks[0].kind
+    tried = []
+    for values in itertools.product(*near):
+        text = ", ".join(
+            f"{1e9 * v:.6g} nH {place}" if kind == "L" else f"{1e12 * v:.6g} pF {place}"
+            for v, (place, kind) in zip(values, kinds, strict=True)
+        )
+        one = Match(networks=(Ladder.of_text(text),) * 2, source_ohm=50.0)
+        tried.append(float(one.reflection_db(y, f).max()))
+    assert level == pytest.approx(min(tried), abs=1e-6)
+    # All parts at both ends of 5 %, one after another.
+    ends = []
+    for factors in itertools.product((0.95, 1.05), repeat=2):
+        parts = tuple(
+            Part(kind=part.kind, value=k * part.value)
+            for k, (_, part) in zip(factors, bought.networks[0].parts, strict=True)
+        )
+        one = Match(networks=(bought.networks[0].of_parts(parts),) * 2, source_ohm=50.0)
+        ends.append(float(one.reflection_db(y, f).max()))
+    assert bought.worst_db(y, f, tolerance=0.05)[0] == pytest.approx(max(ends))
+
+
+def test_one_network_for_unequal_antennas_is_the_best_of_its_kind():
+    y = np.diag([1.0 / (190 + 60j), 1.0 / (220 + 40j)])[None]
+    f = [FREQUENCY_HZ]
+    match = match_reader(y, f, at_hz=FREQUENCY_HZ, source_ohm=50.0)
+    assert len(match.different) == 2
+    one = match.alike.bought(y, f)
+    assert len(one.different) == 1
+    level = one.reflection_db(y, f).max()
+    both = [Match(networks=(n, n), source_ohm=50.0) for n in match.networks]
+    assert level < min(each.reflection_db(y, f).max() for each in both)
+
+
+@pytest.mark.parametrize("text", ["", "3 nH", "3 nF in series, 2", "0 pF across", "-1 pF across"])
+def test_texts_that_are_no_networks_are_refused(text):
+    with pytest.raises(AntennaError, match="is no network"):
+        Ladder.of_text(text)
 
 
 def test_an_antenna_without_resistance_is_refused():

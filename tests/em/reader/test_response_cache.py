@@ -3,6 +3,7 @@
 import concurrent.futures
 import sys
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,6 +11,8 @@ import pytest
 from octant.em.antennas.kinds import make_antenna
 from octant.em.reader import cache as response_cache
 from octant.em.reader.cache import CACHE_VARIABLE, cache_folder, cached_responses
+from octant.em.reader.fullwave.conductor import Conductor
+from octant.em.reader.fullwave.ported import ported_mesh, strip
 from octant.em.reader.fullwave.response import response_of, solved_reader
 from octant.em.reader.fullwave.solve import solve_reader
 from octant.geometries.errors import CacheWarning, GeometryError
@@ -94,12 +97,23 @@ def test_one_solution_serves_all_loads(tmp_path, calls):
         {"shape": {"ground_plane_shape": "round"}},
         {"shape": {"ground_plane_m": 0.21}},
         {"shape": {"plate_height_m": 0.08}},
+        {"conductor": Conductor(conductivity_s_per_m=5.8e7)},
     ],
 )
 def test_everything_that_changes_the_solution_changes_the_key(tmp_path, calls, change):
     ask(tmp_path)
     ask(tmp_path, **change)
     assert len(calls) == 2
+
+
+def test_the_conductor_of_any_metal_changes_the_key():
+    part = ("arm", *strip((0, 0, 0), (0, 0, 0.03), width_m=0.002, across=(0, 1, 0), rows=6))
+    mesh = ported_mesh([part], [("ground", "arm")], frequency_hz=F, ground=True)
+    copper = Conductor(conductivity_s_per_m=5.8e7)
+    metals = (None, copper, replace(copper, roughness_factor=2.0))
+    made = [replace(mesh, conductor=metal) for metal in metals]
+    made.append(replace(made[1], wire_radius_m=np.full(len(mesh.faces), 0.0005)))
+    assert len({response_cache._mesh_hash(one) for one in made}) == 4
 
 
 def test_another_solver_does_not_read_old_files(tmp_path, calls, monkeypatch):

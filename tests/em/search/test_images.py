@@ -1,8 +1,9 @@
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import fields, replace
+from dataclasses import fields
 
 import numpy as np
 import pytest
+from cluttered_scenes import cluttered_scene, holds_sequence
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from rooms import l_shaped_room
@@ -16,7 +17,7 @@ from octant.em.search.candidates import Candidates
 from octant.em.search.images import search_images
 from octant.geometries.bodies import Body
 from octant.geometries.errors import GeometryError
-from octant.geometries.furniture import box, cylinder
+from octant.geometries.furniture import box
 from octant.geometries.rooms import box_room
 from octant.geometries.scene import build_scene, free_space_scene
 
@@ -150,58 +151,12 @@ def test_bad_searches_are_refused(box_scene):
         trace_paths(radio_scene(box_scene, 2.4e9), Candidates(images=tree), [(6.0, 1.0, 1.0)])
 
 
-def _cluttered_scene(rng):
-    """A closed, open or missing room with solids that may cross or be inside out, and sheets."""
-    room = (
-        box_room((4.0, 3.0, 2.5)),
-        l_shaped_room((4.0, 3.0, 2.5), (1.7, 1.2)),
-        tuple(b for b in box_room((4.0, 3.0, 2.5)) if b.name != "ceiling"),
-        (),
-    )[rng.integers(4)]
-    things = [
-        cylinder(
-            float(rng.uniform(0.2, 0.5)),
-            float(rng.uniform(0.4, 1.5)),
-            material="metal",
-            sides=5,
-            position_m=tuple(rng.uniform((0.5, 0.5, 0.0), (2.5, 1.5, 0.6))),
-            name="column",
-        )
-    ]
-    for k in range(int(rng.integers(0, 2))):
-        solid = box(
-            tuple(rng.uniform(0.3, 1.2, 3)),
-            material="metal",
-            position_m=(*rng.uniform(0.1, 1.6, 2), float(rng.choice([0.0, 0.7]))),
-            yaw_deg=float(rng.choice([0.0, 31.0])),
-            name=f"box{k}",
-        )
-        inside_out = rng.random() < 0.3
-        things.append(replace(solid, faces=solid.faces[:, ::-1]) if inside_out else solid)
-    for k in range(int(rng.integers(0, 4))):
-        corners = rng.uniform((0.2, 0.2, 0.1), (2.6, 1.9, 2.2), (3, 3))
-        things.append(
-            Body(name=f"sheet{k}", vertices_m=corners, faces=[[0, 1, 2]], material="wood")
-        )
-    return build_scene(room, objects=things)
-
-
-def _branch(tree, image, planes):
-    """Whether the tree holds a sequence of planes that ends in an image."""
-    if not planes:
-        return image == 0
-    return any(
-        tree.branch_plane[b] == planes[-1] and _branch(tree, tree.branch_parent[b], planes[:-1])
-        for b in range(tree.branch_start[image], tree.branch_start[image + 1])
-    )
-
-
 @pytest.mark.parametrize("opaque", ["all", "none", "some"])
 @given(seed=st.integers(0, 10_000))
 def test_nothing_that_can_carry_a_path_is_pruned(opaque, seed):
     """Every sequence of the unpruned search is in the tree, whatever the walls let through."""
     rng = np.random.default_rng(seed)
-    scene = _cluttered_scene(rng)
+    scene = cluttered_scene(rng)
     count = len(scene.facets.facet_plane)
     mask = {"all": np.ones(count), "none": np.zeros(count), "some": rng.random(count) < 0.7}
     source = rng.uniform((0.1, 0.1, 0.1), (2.2, 1.7, 2.4))
@@ -209,7 +164,7 @@ def test_nothing_that_can_carry_a_path_is_pruned(opaque, seed):
     for receiver in rng.uniform((0.1, 0.1, 0.1), (2.2, 1.7, 2.4), (3, 3)):
         for planes, place, _ in slow_sequences(scene, source, receiver, 2, mask[opaque]):
             at = np.flatnonzero(np.abs(tree.image_m - place).max(axis=1) < 1e-7)
-            assert any(_branch(tree, image, planes) for image in at)
+            assert any(holds_sequence(tree, image, planes) for image in at)
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -243,7 +198,7 @@ def test_a_facet_lit_through_several_windows_counts_whole(seed):
     for receiver in rng.uniform((-2.5, -2.0, 0.2), (2.5, 2.0, 1.8), (20, 3)):
         for planes, place, _ in slow_sequences(scene, source, receiver, 3):
             at = np.flatnonzero(np.abs(tree.image_m - place).max(axis=1) < 1e-7)
-            assert any(_branch(tree, image, planes) for image in at)
+            assert any(holds_sequence(tree, image, planes) for image in at)
             found += len(planes) == 3
     assert found > 0
 

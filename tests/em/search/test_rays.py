@@ -93,28 +93,6 @@ def test_more_rays_miss_fewer_paths_and_none_in_the_end(furnished):
     assert counts[0] < counts[1] < counts[2] == full
 
 
-@pytest.mark.parametrize("rays", [1_000, 4_000, 16_000])
-def test_the_estimate_lies_between_what_was_found_and_what_there_is(furnished, rays):
-    """A hundred times the rays stand for all there is; an estimate may fall short, as it says."""
-    few, many = (ray_search(furnished, TX, 3, rays=n) for n in (rays, 100 * rays))
-    missing = many.found - few.found
-    assert (few.estimated_total[1:] <= many.found[1:] * 1.05).all()
-    told = few.estimated_total - few.found
-    assert told[1:].sum() > 0.25 * missing[1:].sum()
-    assert few.unseen_share[-1] > many.unseen_share[-1] > 0.0
-
-
-def test_the_unseen_share_is_the_share_of_new_rays_that_meet_something_new(furnished):
-    """Good and Turing: of further rays, that share follows sequences not seen before."""
-    few = ray_search(furnished, TX, 3, rays=8_000)
-    known = sequences(few.tree)
-    fresh = ray_search(furnished, TX, 3, rays=9_002)
-    new = sum(len(s) == 3 for s in sequences(fresh.tree) - known)
-    expected = few.unseen_share[3] * 9_002
-    assert new < expected  # several rays may meet the same new sequence
-    assert new > 0.25 * expected
-
-
 def test_density_counts_the_rays_in_a_solid_angle(furnished):
     found = ray_search(furnished, TX, 1, rays=40_000)
     assert found.rays_per_sr == pytest.approx(40_000 / (4 * np.pi))
@@ -148,7 +126,6 @@ def test_the_images_do_not_depend_on_the_number_of_threads(furnished):
     for field in fields(results[0].tree):
         mine, other = (getattr(r.tree, field.name) for r in results)
         assert np.array_equal(mine, other)
-    assert results[0].met_once.tolist() == results[1].met_once.tolist()
 
 
 def test_the_caller_chooses_the_search(furnished):
@@ -158,7 +135,7 @@ def test_the_caller_chooses_the_search(furnished):
     solver = replace(solver, search="rays")
     rays = search_candidates(radio, TX, solver, progress=lambda *t: steps.append(t)).images
     assert complete.kept[1] >= rays.kept[1] > 0
-    assert steps[-1] == (500, 500)
+    assert steps[-1] == (496, 496)
     with pytest.raises(GeometryError, match="'luck' is unknown"):
         search_candidates(radio, TX, replace(solver, search="luck"))
 
@@ -166,8 +143,9 @@ def test_the_caller_chooses_the_search(furnished):
 def test_little_is_no_error():
     assert ray_search(free_space_scene(), TX, 3, rays=10).found.tolist() == [1, 0, 0, 0]
     none = ray_search(free_space_scene(), TX, 0, rays=10)
-    assert none.tree.kept.tolist() == none.estimated_total.tolist() == [1]
+    assert none.tree.kept.tolist() == none.found.tolist() == [1]
+    assert none.tree.rays.missing == 0.0
     with pytest.raises(GeometryError, match="too few"):
-        ray_search(free_space_scene(), TX, 1, rays=1)
+        ray_search(free_space_scene(), TX, 1, rays=7)
     with pytest.raises(GeometryError, match="negative"):
         ray_search(free_space_scene(), TX, -1)

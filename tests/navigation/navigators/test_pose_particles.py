@@ -125,16 +125,28 @@ def test_from_nowhere_the_pose_is_found(pose_filter, seed):
     assert len(belief.weights) < 4000
 
 
-def test_a_carried_robot_is_lost_and_then_found(pose_filter):
-    rng, pose = np.random.default_rng(4), np.array([1.2, 1.0, 0.3])
+@pytest.mark.parametrize("seed", [4, 5, 6, 7])
+def test_a_carried_robot_is_found_again(pose_filter, seed):
+    rng, pose = np.random.default_rng(seed), np.array([1.2, 1.0, 0.3])
     belief, pose = drive(pose_filter, pose_filter.start(rng, pose=pose), pose, rng, steps=10)
     pose = np.array([1.2, 1.4, 3.0])
-    restarted = False
-    for _ in range(40):
-        belief, pose = drive(pose_filter, belief, pose, rng, steps=1)
-        restarted |= len(belief.weights) > 2000
-    assert restarted
+    belief, pose = drive(pose_filter, belief, pose, rng, steps=1)
+    assert off_m(pose_filter, belief, pose) > 0.3
+    belief, pose = drive(pose_filter, belief, pose, rng, steps=60)
     assert off_m(pose_filter, belief, pose) < 0.03
+
+
+def test_the_limit_of_the_lost_pose_follows_from_how_well_the_maps_fit(pose_filter):
+    rng = np.random.default_rng(1)
+    poses = np.column_stack([rng.uniform(0.3, 2.1, (40, 2)), rng.uniform(-np.pi, np.pi, 40)])
+    fitting = np.array([reading(pose, rng, noise_db=0.0) for pose in poses]).swapaxes(0, 1)
+    assert pose_filter.limit_of(poses, fitting, rng) == pose_filter.rivals_limit == 0.35
+    poor = fitting * rng.exponential(size=fitting.shape)
+    limit = pose_filter.limit_of(poses, poor, rng)
+    assert 0.5 < limit <= 0.95
+    belief = replace(pose_filter.start(rng, pose=poses[0]), rivals=0.45)
+    assert pose_filter.lost(belief)
+    assert not replace(pose_filter, rivals_limit=limit).lost(belief)
 
 
 def test_the_likelihood_is_that_of_the_formula(maps):
@@ -196,6 +208,7 @@ def test_the_map_navigator_arrives_where_counting_does_not(pose_filter, follower
     start, rng = np.array([0.4, 0.4, 2.0]), np.random.default_rng(0)
     by_map = MapNavigator(
         hears=("a", "b", "c"),
+        targets=(0,),
         filter=pose_filter,
         follower=follower,
         start_pose=start,
@@ -210,3 +223,18 @@ def test_the_map_navigator_arrives_where_counting_does_not(pose_filter, follower
     assert driven(unsure, start, rng, limit=60) is None
     with pytest.raises(NavigationError, match="tag number 2"):
         by_map.begin(1, None, heading_rad=0.0)
+
+
+def test_the_robot_drives_to_where_the_tag_was_found_to_hang(pose_filter, follower):
+    start, rng, off_m = np.array([0.4, 0.4, 2.0]), np.random.default_rng(0), np.zeros((TAGS, 3))
+    off_m[1, :2] = 0.15, -0.1
+    by_map = MapNavigator(
+        hears=("a", "b", "c"),
+        targets=(1,),
+        filter=replace(pose_filter, base_m=off_m),
+        follower=follower,
+        start_pose=start,
+        arrival_radius_m=0.1,
+        tag_sd_m=0.01,
+    )
+    assert math.dist(driven(by_map, start, rng)[:2], GOAL[0] + off_m[1, :2]) < 0.04

@@ -17,6 +17,12 @@ def wall(points):
     return (np.abs(x - 2.0) < 0.1) & (y < 2.5)
 
 
+def inside_wall(place):
+    """Whether a place is in the wall by more than half a square of the occupancy grid."""
+    x, y = place
+    return abs(x - 2.0) < 0.0875 and y < 2.4875
+
+
 def driven(plan, start, goal, step=0.05):
     place, length = np.array(start), 0.0
     for _ in range(500):
@@ -27,7 +33,7 @@ def driven(plan, start, goal, step=0.05):
         move = min(step, left)
         place = place + (point - place) * move / left
         length += move
-        assert not wall(place[None])[0]
+        assert not inside_wall(place)
     return place, length
 
 
@@ -64,3 +70,33 @@ def test_an_occupancy_grid_says_what_it_was_made_from():
     clear &= np.abs(points[:, 1] - 2.5) > 0.02
     assert (grid(points) == wall(points))[clear].all()
     assert grid(np.array([[-1.0, 1.0]])).all()
+
+
+def test_with_a_margin_the_straight_way_keeps_off_a_corner_but_leads_out_of_a_narrow_place():
+    plan = floor_plan(LOW, HIGH, [(3.0, 0.5)], blocked=wall)
+    over_the_corner = np.array([1.6, 2.4]), np.array([2.4, 2.72])
+    assert plan.sees(*over_the_corner)
+    assert not plan.sees(*over_the_corner, margin_m=0.1)
+    beside, off, along = np.array([1.87, 1.5]), np.array([1.5, 1.5]), np.array([1.87, 0.5])
+    assert plan.sees(beside, off, margin_m=0.2)
+    assert plan.sees(beside, along)
+    assert not plan.sees(beside, along, margin_m=0.2)
+
+
+def least_clearance(margin_m):
+    """How near the way round the wall comes to it, over the part beside its end."""
+    plan = floor_plan(LOW, HIGH, [(3.0, 0.5)], blocked=wall)
+    place, least = np.array([1.0, 0.5]), math.inf
+    for _ in range(500):
+        point = plan.towards(place, 0, margin_m=margin_m)
+        left = math.dist(place, point)
+        if left < 1e-9:
+            return least
+        place = place + (point - place) * min(0.05, left) / left
+        least = min(least, plan.clearance_m(place))
+    raise AssertionError
+
+
+def test_a_margin_keeps_the_way_off_walls_by_as_much():
+    assert least_clearance(0.0) < 0.03
+    assert least_clearance(0.1) > 0.07

@@ -12,7 +12,12 @@ from hypothesis import strategies as st
 from octant.geometries.errors import NavigationError
 from octant.navigation.robot.drive import DifferentialDrive
 from octant.navigation.robot.motion import move
-from octant.navigation.robot.odometry import counted_rotation, wheel_travel
+from octant.navigation.robot.odometry import (
+    Rolling,
+    RollingWheels,
+    counted_rotation,
+    wheel_travel,
+)
 from octant.navigation.tracking.shapes import lemniscate
 from octant.navigation.tracking.trajectories import desired_trajectory
 
@@ -95,3 +100,12 @@ def test_a_wrong_method_or_tick_is_one_sentence():
         move([0, 0, 0], distance_m=1.0, turn_rad=0.0, method="heun")
     with pytest.raises(NavigationError, match="tick_rad is 0"):
         counted_rotation(np.ones((1, 2)), tick_rad=0.0)
+
+
+def test_turned_is_the_inverse_of_roll():
+    rolling = Rolling(slip_sd=0.05, scale_sd=0.02, linear_m_per_s=-0.01, angular_rad_per_s=0.1)
+    robot = DifferentialDrive()
+    forth, back = (RollingWheels(rolling, robot, np.random.default_rng(3)) for _ in range(2))
+    for rotations in ([0.3, 0.5], [-1.0, 2.0], [0.0, 0.1]):
+        rolled = forth.roll(np.array(rotations), period_s=0.7)
+        np.testing.assert_allclose(back.turned(rolled, period_s=0.7), rotations, atol=1e-12)

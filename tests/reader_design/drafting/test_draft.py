@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from robot_worlds import warehouse
 
 from octant.geometries.bodies import Body
 from octant.geometries.errors import ConfigError
@@ -257,3 +258,9 @@ def test_other_words_for_materials_lead_to_those_of_the_table():
         assert known_as(word) == name
         with pytest.raises(MaterialRangeError, match=f"did you mean '{name}'"):
             material(word)
+
+
+def test_a_slab_s_floor_is_its_top_though_furniture_begins_below_it(tmp_path):
+    draft = draft_study(warehouse(tmp_path), tmp_path / "warehouse.toml")  # refuses a bad start
+    # 12.4 cm of slab, set 9.0092 cm deep: walls and racks begin at zero, inside it
+    assert draft.setting.scene.floor_height_m == pytest.approx(0.124 - 0.090092, abs=1e-3)

@@ -1,5 +1,8 @@
 """Small netCDF files keep bits, and need units and coordinates."""
 
+import io
+
+import h5py
 import numpy as np
 import pytest
 
@@ -17,6 +20,9 @@ def test_small_netcdf_needs_units_and_coordinates_and_keeps_bits():
     arrays, attributes = read_netcdf(data)
     assert arrays["word"].tolist() == ["eins", "zwei µ"]
     np.testing.assert_array_equal(arrays["x"], [1.0, np.nan])
+    with h5py.File(io.BytesIO(data)) as file:
+        said = {name: "missing" in item.attrs for name, item in file.items()}
+    assert said == {"x": True, "word": False, "empty": False}  # where NaN is, it has a meaning
     assert (arrays["empty"], attributes["note"], attributes["count"]) == (0.1, "µ", 3)
     with pytest.raises(ValueError, match="units"):
         netcdf_bytes({"x": (["x"], [1.0], "", "place")}, {})

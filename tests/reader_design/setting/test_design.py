@@ -16,6 +16,8 @@ from octant.reader_design.setting.design import (
 )
 from octant.reader_design.study_file.loading import parse_study
 from octant.reader_design.study_file.reader import Reader
+from octant.reader_design.study_file.reader_feed import ReaderFeed
+from octant.reader_design.study_file.reader_metal import DipoleBody, ReaderPort
 from octant.reader_design.study_file.room import Box
 
 THESIS = Reader(
@@ -55,6 +57,7 @@ def test_equal_designs_have_equal_keys_and_every_parameter_changes_the_key():
         "antenna_radius_m": 0.09,
         "plate_height_m": 0.0,
         "plate_height_axis_m": 0.04,
+        "plate_profile_m": (0.07, 0.06),
         "plate_outer_radius_m": 0.08,
         "ground_plane_m": 0.22,
         "ground_plane_shape": "round",
@@ -65,13 +68,29 @@ def test_equal_designs_have_equal_keys_and_every_parameter_changes_the_key():
         "load_ohm": 75.0,
         "wire_radius_m": 0.001,
         "feed_gap_m": 0.0,
+        "line": ReaderFeed(),
         "objects": (Box(size_m=(0.1, 0.1, 0.1), material="pec", position_m=(0.0, 0.0, -0.3)),),
     }
+    of_conductor = {
+        "conductivity_s_per_m": 1e7,
+        "sheet_thickness_m": 0.002,
+        "roughness_factor": 1.5,
+    }
+    of_metal = {
+        "bodies": (DipoleBody(name="arm", length_m=0.06),),
+        "ports": (ReaderPort(between=("arm.low", "arm.high")),),
+        "ground": "infinite",
+        "refine": False,
+    }
     how = {"cells_per_wavelength", "response", "pattern_files", "pattern_turn"}
-    assert set(changes) == set(Reader.__struct_fields__) - how
+    assert set(changes) | set(of_metal) | set(of_conductor) == set(Reader.__struct_fields__) - how
+    metal = msgspec.structs.replace(THESIS, response="metal")
     varied = [msgspec.structs.replace(THESIS, **{n: v}) for n, v in changes.items()]
-    keys = {content_hash(reader.as_dict()) for reader in varied}
-    assert len(keys | {content_hash(THESIS.as_dict())}) == len(changes) + 1
+    varied += [msgspec.structs.replace(metal, **{n: v}) for n, v in of_metal.items()]
+    copper = msgspec.structs.replace(THESIS, conductivity_s_per_m=5.8e7)
+    varied += [msgspec.structs.replace(copper, **{n: v}) for n, v in of_conductor.items()]
+    keys = {content_hash(reader.as_dict()) for reader in (THESIS, metal, copper, *varied)}
+    assert len(keys) == len(varied) + 3
 
 
 def test_canonical_json_does_not_depend_on_the_order_of_keys_and_reads_back():

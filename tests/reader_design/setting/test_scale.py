@@ -41,7 +41,9 @@ def test_a_scaled_reader_has_the_same_ports_at_the_scaled_frequency():
 
 def test_every_length_of_the_reader_scales_but_its_height():
     lengths = {f.name for f in msgspec.structs.fields(Reader) if f.name.endswith("_m")}
-    assert set(LENGTHS_OF_READER) == lengths - {"height_m"}
+    others = {"height_m", "plate_profile_m", "conductivity_s_per_m", "sheet_thickness_m"}
+    assert set(LENGTHS_OF_READER) == lengths - others
+    assert scaled(Reader(plate_profile_m=(0.04, 0.05)), 2.0).plate_profile_m == (0.08, 0.1)
 
 
 @pytest.mark.parametrize("band", [*PRESETS_HZ, 433e6])

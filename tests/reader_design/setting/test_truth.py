@@ -123,3 +123,11 @@ def test_one_tag_above_a_small_room_is_reached_by_map_though_the_wheels_slip():
         result = runs.job(seed)
         assert result.outcome == "completed"
         assert np.linalg.norm(result.arrival_points_m[0] - [3.0, 2.0]) < 0.05
+
+
+def test_readings_have_the_noise_of_the_world_and_navigators_that_of_the_study():
+    (runs,) = mission_runs(setting_of("[truth]\nnoise_db = 6.0\n"))
+    rng, pose = np.random.default_rng(1), POSES[0]
+    level = 10.0 * np.log10([runs.job.sensor.read(pose, "a", rng) for _ in range(200)])
+    assert np.std(level, axis=0) == pytest.approx(6.0, rel=0.2)
+    assert runs.setting.mission.noise_db == 1.0

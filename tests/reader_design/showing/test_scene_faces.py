@@ -11,8 +11,8 @@ from octant.geometries.furniture import box, cabinet
 from octant.geometries.mesh_files import save_bodies
 from octant.geometries.rooms import Doorway, box_room
 from octant.geometries.scene import build_scene
-from octant.reader_design.face.scene_glb import closes_room, tube
 from octant.reader_design.showing.scene_faces import hidden_points, scene_faces
+from octant.reader_design.showing.scene_glb import closes_room, tube
 from octant.reader_design.showing.scene_picture import View
 
 ABOVE = View(azimuth_deg=-60.0, elevation_deg=35.0).towards

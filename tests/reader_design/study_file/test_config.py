@@ -298,6 +298,7 @@ def test_rules_of_the_choice_are_data_of_the_study():
         ),
         ("[choice]\ncriterion = []\n", "criterion"),
         ("[choice]\nmissions = 0\n", "missions"),
+        ("[choice]\nby_missions = true\nmissions = 3\n", r"no \[mission\]"),
         ("[scoring]\nfloor_dbm = 0.0\n", "codes must rise"),
         ("[scoring]\nbits = 17\n", "bits"),
         ("[scoring]\nnoise_db = -1.0\n", "noise_db"),

@@ -10,7 +10,7 @@ import msgspec
 import pytest
 
 from octant.geometries.errors import ConfigError
-from octant.reader_design.experiments.missions.comparison import Comparison
+from octant.reader_design.experiments.missions.comparison_table import Comparison
 from octant.reader_design.study_file.loading import study_of_tables
 from octant.reader_design.study_file.quantities import limits, range_text
 from octant.reader_design.study_file.schema import Study

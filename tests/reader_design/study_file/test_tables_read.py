@@ -42,13 +42,14 @@ TABLES = {
     "truth": "[truth]\ntag_sd_m = 0.01",
     "dock": '[dock]\ntag = "tag"\nlandmark_position_m = [0.5, 2.0, 0.5]',
 }
-READ_BY_ALL = {"name", "seed", "radio", "room", "tag", "reader", "solver"}
+READ_BY_ALL = {"name", "seed", "radio", "room", "tag", "reader", "solver", "log", "calibration"}
 QUESTIONS = {"paths", "explain", "scene", "map", "rss", "reader"}
+LOGS = {"simulate-log", "replay", "compare", "calibrate"}
 NO_STUDY = {"demo", "audit", "completion", "init", "materials", "warm-up"}
 
 
 def test_every_verb_and_every_table_is_thought_of():
-    assert set(cli.octant.list_commands(None)) == EXPERIMENTS | QUESTIONS | NO_STUDY
+    assert set(cli.octant.list_commands(None)) == EXPERIMENTS | QUESTIONS | LOGS | NO_STUDY
     tables = {field.encode_name for field in msgspec.structs.fields(Study)}
     assert tables == READ_BY_ALL | set(TABLES)
     assert set(READ_BY) == set(TABLES)

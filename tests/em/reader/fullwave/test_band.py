@@ -60,7 +60,7 @@ def test_bands_that_cannot_be_are_refused(band, mesh):
 
 
 def test_a_wide_band_is_sampled_until_it_is_predicted_within_60_db():
-    # 201 frequencies over more than an octave; each tenth is solved by itself.
+    # 201 frequencies over more than an octave, each solved by itself too.
     mesh = dipole_mesh(frequency_hz=3.5e9, cells_per_wavelength=6.0)
     wanted = np.linspace(1.5e9, 3.5e9, 201)
     calls = []
@@ -68,7 +68,7 @@ def test_a_wide_band_is_sampled_until_it_is_predicted_within_60_db():
     assert calls == list(range(1, len(band.results) + 1))
     assert len(band.results) < 12
     assert band.error < 1e-3
-    for frequency_hz in wanted[3::20]:
+    for frequency_hz in wanted:
         direct = solve_reader(mesh, frequency_hz=float(frequency_hz))
         between = band.at(float(frequency_hz))
         assert np.abs(between.s_matrix - direct.s_matrix).max() < 1e-3

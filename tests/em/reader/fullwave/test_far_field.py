@@ -37,6 +37,7 @@ def random_currents(size, seed, *, cases=2, count=40):
 )
 @example(size=7.1, seed=0, columns=240, theta=[0.0, 0.5 * math.pi, math.pi])
 @example(size=0.34375, seed=2, columns=1, theta=[1.0])
+@example(size=1.46875, seed=6633, columns=4, theta=[1.0])
 @example(size=60.0, seed=1, columns=3, theta=[0.0, 1.0, math.pi])
 def test_the_fields_everywhere_follow_from_few_directions(size, seed, columns, theta):
     currents = random_currents(size, seed)

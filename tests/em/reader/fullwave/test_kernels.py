@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
-from octant.em.reader.fullwave import _far_kernels
+from octant.em.reader.fullwave import _far_kernels, _phase_kernels
 from octant.em.reader.fullwave.basis import (
     CLOSE_POINTS,
     CLOSE_WEIGHTS,
@@ -187,3 +187,11 @@ def test_the_phases_equal_the_exponential(span):
     out = np.empty((30, 50), dtype=complex)
     _far_kernels.fill_phases(direction, point, 5, 35, out)
     np.testing.assert_allclose(out, np.exp(1j * (direction[5:35] @ point)), atol=1e-12)
+
+
+def test_logarithms_in_lanes_are_those_of_numpy():
+    rng = np.random.default_rng(3)
+    given = np.concatenate((1.0 + 10.0 ** rng.uniform(-15.0, 15.0, 1000), [1.0, 2.0, 2.0**0.5]))
+    values = given.copy()
+    _phase_kernels.logarithms(values, values.view(np.int64), np.empty(len(values)), len(values))
+    assert values == pytest.approx(np.log(given), rel=1e-15, abs=0.0)

@@ -39,6 +39,7 @@ BODIES = [
     {"ground_plane_shape": "octagon", "antenna_radius_m": 0.09},
     {"plate_height_m": 0.03, "plate_height_axis_m": 0.10, "plate_outer_radius_m": 0.07},
     {"plate_height_m": 0.05, "plate_height_axis_m": 0.0},
+    {"plate_profile_m": (0.09, 0.06), "plate_height_axis_m": 0.06, "plate_outer_radius_m": 0.09},
     {"antennas": 5, "antenna_radius_m": 0.09},
 ]
 

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from threadpoolctl import threadpool_limits
 
 from octant.em.blocks import THREADS_VARIABLE
 from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
@@ -91,6 +92,26 @@ def test_the_matrix_is_the_same_bit_for_bit_on_any_number_of_threads(monkeypatch
     assert np.array_equal(matrices[0], matrices[2])
     if sectors == 1:
         assert np.array_equal(matrices[0][:, 0, :], matrices[0][:, 0, :].T)
+
+
+def test_solutions_and_patterns_are_the_same_bits_at_any_number_of_blas_threads():
+    body, found = reader_body(plate_height_m=0.03, ground_plane_m=0.2), []
+    mesh = reader_mesh(body, frequency_hz=FREQUENCY_HZ, cells_per_wavelength=4.0)
+    for threads in (1, 2):
+        with threadpool_limits(limits=threads, user_api="blas"):
+            result = solve_reader(mesh, symmetry=False)
+            found.append(
+                [
+                    result.admittance_s,
+                    result.unloaded.shorted_v.values,
+                    result.far_field(THETA[:, None], THETA),
+                    result.pattern_grid(THETA, 72),
+                    result.radiated_share,
+                    result.surface_currents(0),
+                ]
+            )
+    for one, two in zip(*found, strict=True):
+        assert one.tobytes() == two.tobytes()
 
 
 @pytest.mark.slow

@@ -1,6 +1,7 @@
 """Metal beside the reader: laid evenly, as its shape and not its drawing asks, with its turns."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from hypothesis import strategies as st
 
 from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
 from octant.em.reader.fullwave import solve
+from octant.em.reader.fullwave._orientation import oriented
 from octant.em.reader.fullwave.basis import best_sectors
 from octant.em.reader.fullwave.mesh import reader_mesh
 from octant.em.reader.fullwave.surroundings import even_mesh, surroundings_size
@@ -93,8 +95,27 @@ def test_a_body_has_as_many_functions_as_equal_triangles_of_that_edge(body, cell
         (cylinder(0.15, 0.2, material="pec", sides=6, position_m=(0.0, 0.0, -0.25)), 6, 6),
     ],
 )
-def test_a_body_keeps_the_turns_of_its_shape(body, antennas, sectors):
+def test_a_body_keeps_the_turns_of_its_shape_however_it_is_wound(body, antennas, sectors):
     assert surroundings_size((body,), edge_m=0.02, antennas=antennas)[1] == sectors
+    rng = np.random.default_rng(7)
+    faces = [face[:: rng.choice((1, -1))] for face in body.faces]
+    wound = replace(body, faces=np.array(faces))
+    assert surroundings_size((wound,), edge_m=0.02, antennas=antennas)[1] == sectors
+
+
+@pytest.mark.parametrize("axes", [(0, 1), (0, 2), (1, 2)], ids=["flat", "radial", "across"])
+def test_turned_sheets_are_wound_alike(axes):
+    grid = np.zeros((6, 3))
+    grid[:, list(axes)] = [(i, j) for i in range(3) for j in range(2)]
+    faces = np.array(((0, 1, 2), (1, 2, 3), (2, 3, 4), (5, 3, 4)))
+    normals = []
+    for k in range(4):
+        turn = np.linalg.matrix_power(np.array(((0, 1, 0), (-1, 0, 0), (0, 0, 1))), k)
+        wound = [face[:: 1 if (k + i) % 3 else -1] for i, face in enumerate(faces)]
+        found = oriented((grid + np.array((1.0, 0.2, 0.0))) @ turn, np.array(wound))
+        a, b, c = np.moveaxis(grid[found], 1, 0)
+        normals.append(np.cross(b - a, c - a))
+    assert np.abs(np.array(normals) - normals[0][0]).max() < 1e-12
 
 
 @given(

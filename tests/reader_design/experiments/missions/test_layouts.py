@@ -9,7 +9,8 @@ import pytest
 
 from octant.geometries.audit import audit_mesh
 from octant.geometries.mesh_files import load_bodies
-from octant.reader_design.experiments.missions.comparison import load_comparison, plan_comparison
+from octant.reader_design.experiments.missions.comparison import plan_comparison
+from octant.reader_design.experiments.missions.comparison_table import load_comparison
 from octant.reader_design.experiments.missions.compute import mission_space
 from octant.reader_design.setting.setting import build_setting
 from octant.reader_design.study_file.loading import load_study
@@ -43,10 +44,10 @@ def reached_from(start_m, space, low_m, high_m):
     return low_m + SPACING_M * np.array(sorted(seen))
 
 
-def test_there_are_the_nine_layouts_and_the_room_in_which_the_robot_arrives():
+def test_there_are_the_ten_layouts_and_the_room_in_which_the_robot_arrives():
     names = {load_study(path).name for path in STUDIES}
-    assert len(STUDIES) == 10
-    assert len(names) == 10
+    assert len(STUDIES) == 11
+    assert len(names) == 11
 
 
 @pytest.mark.parametrize("path", STUDIES, ids=stem)
@@ -99,7 +100,7 @@ def test_every_cell_of_the_comparisons_is_a_study(path):
             comparison.links,
             comparison.readers,
             comparison.controllers,
-            comparison.worlds,
+            comparison.every_world(),
         )
     ]
     assert len(cells) == np.prod(sizes)

@@ -10,8 +10,9 @@ import xarray as xr
 
 from octant.reader_design.experiments.missions.stage import RoomMission
 from octant.reader_design.experiments.study.mission_sections import shortlist_table
-from octant.reader_design.experiments.study.shortlist import DrivenDesign
+from octant.reader_design.experiments.study.shortlist import DrivenDesign, ranked_by_missions
 from octant.reader_design.setting.ranking import Candidate, choose
+from octant.reader_design.setting.reasons import MISSIONS
 from octant.reader_design.setting.scores import score_rss
 from octant.reader_design.study_file.choice import Choice
 from octant.reader_design.study_file.reader import Reader
@@ -91,3 +92,44 @@ def test_short_list_shows_missions_beside_scores_and_says_why():
     assert "95.0 % against 75.0 %" in cells["why it stands here"]
     assert table.rows[1][6] == "could not be driven"
     assert table.rows[2][6] == "not driven"
+
+
+def pool_of(*shares):
+    return [
+        Candidate(
+            label=f"reader {share:g}",
+            key=f"{share:g}",
+            free=SCORES,
+            room=dataclasses.replace(SCORES, right_share=share),
+        )
+        for share in shares
+    ]
+
+
+def test_missions_rank_the_designs_that_drove_and_the_reason_says_what_they_changed():
+    pool = pool_of(0.9, 0.7, 0.5, 0.3)
+    rules = Choice(missions=3, by_missions=True)
+    choice = choose(pool, model="fullwave", rules=rules)
+    driven = (
+        DrivenDesign(index=0, missions=(mission([1, 0, 0, 0]),)),
+        DrivenDesign(index=1, missions=(mission([], reason="the reader is deaf"),)),
+        DrivenDesign(index=2, missions=(mission([1, 1, 1, 0]),)),
+    )
+    ranked, order = ranked_by_missions(choice, pool, driven)
+    assert choice.ranking == (0, 1, 2, 3)
+    assert ranked.ranking == (2, 0, 1, 3)
+    assert [one.index for one in order] == [2, 0, 1]
+    assert ranked.decided[:2] == (MISSIONS, MISSIONS)
+    assert "3 against 1 of 4 runs" in ranked.comparisons[0]
+    assert len(ranked.comparisons) == len(ranked.decided) == 4
+    told = " ".join(ranked.reason)
+    assert "By the scores alone reader 0.9 would have been chosen" in told
+
+
+def test_of_as_many_missions_the_better_scores_decide():
+    pool = pool_of(0.9, 0.5)
+    choice = choose(pool, model="fullwave", rules=Choice(missions=2, by_missions=True))
+    driven = tuple(DrivenDesign(index=k, missions=(mission([1, 1]),)) for k in range(2))
+    ranked, _ = ranked_by_missions(choice, pool, driven)
+    assert (ranked.ranking, ranked.decided) == (choice.ranking, choice.decided)
+    assert "did not change the choice" in " ".join(ranked.reason)

@@ -372,3 +372,16 @@ def test_the_verdict_is_kept_with_the_results(done):
     kept = open_results(done.folder).verdict
     assert (kept.sentence, kept.numbers) == (done.lines()[0], done.content.verdict.numbers)
     assert kept.advice.text() == done.content.verdict.advice.text()
+
+
+@pytest.mark.slow
+def test_missions_decide_between_the_best_designs_where_the_study_says_so(tmp_path):
+    text = TEXT[: TEXT.index("[[layout]]")] + "[choice]\nmissions = 2\nby_missions = true\n"
+    content = run_study(small(text), tmp_path, quick=True).content
+    reached = [sum(m.success for m in one.missions[0].metrics) for one in content.driven]
+    assert [one.index for one in content.driven] == list(content.choice.ranking[:2])
+    assert reached == sorted(reached, reverse=True)
+    assert content.choice.chosen == content.driven[0].index
+    told = " ".join(content.choice.reason)
+    assert "did not change the choice" in told or "By the scores alone" in told
+    assert content.setting.study.reader == content.chosen_cell.design

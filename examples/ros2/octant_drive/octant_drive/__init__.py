@@ -1,0 +1,1 @@
+"""Octant in a robot: the loop without ROS, and its nodes."""

@@ -1,0 +1,125 @@
+"""What is believed of a robot's pose: weighed particles, and the pose on which most agree."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from octant.navigation.angles import wrap_angle
+from octant.navigation.navigators.tag_places import TagPlaces
+
+FloatArray = npt.NDArray[np.float64]
+
+_CELL_M = 0.25
+_SECTORS = 12
+_NEAR_M = 0.5
+_NEAR_RAD = 0.6
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PoseEstimate:
+    """The pose on which most particles agree.
+
+    Parameters
+    ----------
+    pose : (3,) float64 — x, y [m], heading [rad].
+    share : Probability that the robot is near there [-].
+    covariance_m2 : (2, 2) float64 — Of the particles' places there [m²].
+    heading_sd_rad : Deviation of their headings [rad].
+    """
+
+    pose: FloatArray
+    share: float
+    covariance_m2: FloatArray
+    heading_sd_rad: float
+
+    @property
+    def spread_m(self) -> float:
+        """Return the deviation along the least known direction [m]."""
+        return math.sqrt(max(float(np.linalg.eigvalsh(self.covariance_m2)[-1]), 0.0))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PoseBelief:
+    """What is believed of the robot's pose, of levels, and of how far maps can be trusted.
+
+    Parameters
+    ----------
+    poses : (3, m) float64 — x, y [m] and heading [rad] of each particle.
+    weights : (m,) float64 — Their probabilities, adding up to one [-].
+    trusted : (t, s + 1) float64 — Probability of each supposed share of error for each tag, and of
+        an outlier [-].
+    level_db, level_variance : (t,) float64 — By how much a tag reads more than its map [dB], and
+        the variance of that [dB²].
+    gain_db, gain_variance : (n,) float64 — The same of an antenna against the others, [dB]
+        and [dB²].
+    places : Where the tags may really hang; None: where they were surveyed.
+    doubt : By how much the last readings speak for a robot that may be anywhere, rather than for
+        this belief: a log-likelihood, not negative [-].
+    rivals : Share of the last readings that were explained better by poses drawn anywhere [-].
+    estimate : The pose after the last reading, before particles are drawn anew; None: of another
+        moment.
+    """
+
+    poses: FloatArray
+    weights: FloatArray
+    trusted: FloatArray
+    level_db: FloatArray
+    level_variance: FloatArray
+    gain_db: FloatArray
+    gain_variance: FloatArray
+    places: TagPlaces | None = None
+    doubt: float = 0.0
+    rivals: float = 0.0
+    estimate: PoseEstimate | None = None
+
+
+def agreed(belief: PoseBelief) -> PoseEstimate:
+    """Return mean and covariance of the particles around the heaviest cell.
+
+    Parameters
+    ----------
+    belief : The particles.
+    """
+    number = pose_cells(belief.poses)
+    shares = np.bincount(number, weights=belief.weights)
+    pose = _mean_pose(belief.poses, belief.weights * (number == int(np.argmax(shares))))
+    for _ in range(2):
+        near = (
+            (belief.poses[0] - pose[0]) ** 2 + (belief.poses[1] - pose[1]) ** 2 < _NEAR_M**2
+        ) & (np.abs(wrap_angle(belief.poses[2] - pose[2])) < _NEAR_RAD)
+        weight = belief.weights * near
+        share = float(weight.sum())
+        pose = _mean_pose(belief.poses, weight)
+    off = belief.poses[:2] - pose[:2, None]
+    turn = wrap_angle(belief.poses[2] - pose[2])
+    return PoseEstimate(
+        pose=pose,
+        share=share,
+        covariance_m2=np.asarray((off * weight) @ off.T / share),
+        heading_sd_rad=math.sqrt(float(turn**2 @ weight) / share),
+    )
+
+
+def pose_cells(poses: FloatArray) -> npt.NDArray[np.int64]:
+    """Return the number of the cell of place and heading in which each particle is, (m,).
+
+    Parameters
+    ----------
+    poses : (3, m) float64 — x, y [m] and heading [rad].
+    """
+    x = np.floor((poses[0] - poses[0].min()) / _CELL_M).astype(np.int64)
+    y = np.floor((poses[1] - poses[1].min()) / _CELL_M).astype(np.int64)
+    sector = np.floor(poses[2] % (2.0 * np.pi) / (2.0 * np.pi) * _SECTORS).astype(np.int64)
+    sector = np.minimum(sector, _SECTORS - 1)
+    rows = int(y.max()) + 1
+    number: npt.NDArray[np.int64] = (x * rows + y) * _SECTORS + sector
+    return number
+
+
+def _mean_pose(poses: FloatArray, weights: FloatArray) -> FloatArray:
+    total = weights.sum()
+    heading = math.atan2(float(weights @ np.sin(poses[2])), float(weights @ np.cos(poses[2])))
+    x, y = poses[:2] @ weights / total
+    return np.array([x, y, heading])

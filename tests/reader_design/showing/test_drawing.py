@@ -1,0 +1,45 @@
+"""Figures are the same files whoever draws them."""
+
+import pickle
+from functools import partial
+
+from octant.reader_design.keeping.workers import GivenExecutor
+from octant.reader_design.showing.drawing import drawn_figures
+from octant.reader_design.showing.style import NamedFigure, figure_style, new_figure
+
+
+def two_figures(section):
+    for number in range(2):
+        with figure_style():
+            figure, axes = new_figure(width_in=3.0, height_in=2.0, title=f"{section} {number}")
+            axes[0, 0].plot([0.0, 1.0 + number])
+        yield NamedFigure(
+            file=f"{section}{number}.png",
+            section=section,
+            title="a line",
+            caption="A line.",
+            figure=figure,
+        )
+
+
+class Elsewhere(GivenExecutor):
+    """Runs calls at once, what goes in and out pickled as between processes."""
+
+    def __init__(self):
+        super().__init__(None)
+
+    def submit(self, call, /, *arguments):
+        from concurrent.futures import Future
+
+        call, arguments = pickle.loads(pickle.dumps((call, arguments)))  # noqa: S301
+        future = Future()
+        future.set_result(pickle.loads(pickle.dumps(call(*arguments))))  # noqa: S301
+        return future
+
+
+def test_workers_draw_the_figures_that_one_process_draws_in_the_same_order():
+    groups = [partial(two_figures, "sweep"), partial(two_figures, "room")]
+    here = list(drawn_figures(groups, None))
+    assert [one.file for one in here] == ["sweep0.png", "sweep1.png", "room0.png", "room1.png"]
+    assert list(drawn_figures(groups, Elsewhere())) == here
+    assert all(one.png.startswith(b"\x89PNG") for one in here)
