@@ -142,6 +142,9 @@ class LocalProcesses:
         if self._pool is None or self._lifeline is None:
             return
         self._lifeline.close()
+        # A worker that leaves while it hands over a result leaves half of it, and whoever reads it
+        # would wait for the rest as long as this process could still write it.
+        self._pool._result_queue._writer.close()  # noqa: SLF001  the executor has no name for it
         self._pool.shutdown(wait=True, cancel_futures=True)
         self._pool = self._lifeline = None
 

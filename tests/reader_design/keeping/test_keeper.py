@@ -406,6 +406,24 @@ def test_workers_leave_when_the_process_that_started_them_is_killed(tmp_path):
     assert not _runs(worker)
 
 
+@pytest.mark.slow
+def test_workers_that_are_stopped_while_they_hand_over_results_are_not_waited_for(tmp_path):
+    script = (
+        "import time\n"
+        "from octant.reader_design.keeping.workers import LocalProcesses\n"
+        "if __name__ == '__main__':\n"
+        "    for number in range(8):\n"
+        "        crew = LocalProcesses(1)\n"
+        "        crew.submit(bytes, 1).result()\n"
+        "        for _ in range(3):\n"
+        "            crew.submit(bytes, 30_000_000)\n"
+        "        time.sleep(0.01 * number)\n"
+        "        crew.stop()\n"
+    )
+    (tmp_path / "main.py").write_text(script)
+    _python(tmp_path / "main.py", timeout=120)
+
+
 def _runs(pid):
     try:
         state = Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0]
