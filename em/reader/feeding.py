@@ -62,6 +62,16 @@ class Cable:
         cosh, sinh, z = np.cosh(way), np.sinh(way), self.impedance_ohm
         return np.array([[cosh, z * sinh], [sinh / z, cosh]])
 
+    def seen_ohm(self, frequency_hz: float, end_ohm: complex) -> complex:
+        """Return the impedance at one end, the other ended by another [ohm].
+
+        Parameters
+        ----------
+        frequency_hz, end_ohm : Frequency [Hz]; what ends it [ohm].
+        """
+        (a, b), (c, d) = self.chain(frequency_hz)
+        return complex((a * end_ohm + b) / (c * end_ohm + d))
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Multiplexer:

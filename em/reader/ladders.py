@@ -205,7 +205,7 @@ class Ladder:
         )
 
     def seen_by_antenna_ohm(
-        self, frequency_hz: npt.ArrayLike, *, source_ohm: complex
+        self, frequency_hz: npt.ArrayLike, *, source_ohm: npt.ArrayLike
     ) -> ComplexArray:
         """Return the impedance at the antenna's end, the other ended by the source [ohm].
 
@@ -233,7 +233,7 @@ class Ladder:
         seen = np.asarray(end_ohm, dtype=np.complex128)
         for place, part in parts:
             z = part.impedance_ohm(frequency_hz)
-            seen = seen + z if place == "in series" else 1.0 / (1.0 / seen + 1.0 / z)
+            seen = seen + z if place == "in series" else seen * z / (seen + z)
         return np.asarray(seen)
 
     def chain(self, frequency_hz: float) -> ComplexArray:

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from octant.em.reader.feeding import Cable, Feeding, Multiplexer
 from octant.em.reader.fullwave._circuit import embedded_voltages, scattering
 from octant.em.reader.ladders import Ladder, l_networks, pi_networks
 
@@ -76,7 +77,9 @@ def matched_band_hz(
     return end(below, float(f[0])), end(above, float(f[-1]))
 
 
-def port_reflection_db(admittance_s: ComplexArray, load_ohm: npt.ArrayLike) -> FloatArray:
+def port_reflection_db(
+    admittance_s: ComplexArray, load_ohm: npt.ArrayLike, *, off_ohm: npt.ArrayLike | None = None
+) -> FloatArray:
     """Return the reflection at each port with loads on all of them, (f, n) [dB].
 
     Behind a network without losses it is also that at the network's other end.
@@ -85,14 +88,43 @@ def port_reflection_db(admittance_s: ComplexArray, load_ohm: npt.ArrayLike) -> F
     ----------
     admittance_s : (f, n, n) complex128 — Admittances of the ports without loads [S].
     load_ohm : (f, n) or less — Loads, also as sources of the driven port [ohm].
+    off_ohm : (f, n) or less — What ends the ports that are not driven instead [ohm]; None: loads.
     """
     f, n = admittance_s.shape[:2]
     loads = np.broadcast_to(np.asarray(load_ohm, dtype=np.complex128), (f, n))
-    size = [
-        np.abs(np.diagonal(scattering(y, load)))
-        for y, load in zip(admittance_s, loads, strict=True)
-    ]
-    return np.asarray(20.0 * np.log10(np.maximum(np.array(size), 1e-10)))
+    if off_ohm is not None:
+        volts, amperes = driven_alone(admittance_s, loads, off_ohm)
+        size = np.abs(volts - loads.conj() * amperes)
+    else:
+        size = np.array(
+            [
+                np.abs(np.diagonal(scattering(y, load)))
+                for y, load in zip(admittance_s, loads, strict=True)
+            ]
+        )
+    return np.asarray(20.0 * np.log10(np.maximum(size, 1e-10)))
+
+
+def driven_alone(
+    admittance_s: ComplexArray, load_ohm: npt.ArrayLike, off_ohm: npt.ArrayLike
+) -> tuple[ComplexArray, ComplexArray]:
+    """Return voltage [V] and current [A] at each port, (f, n), while it is driven by one volt.
+
+    Parameters
+    ----------
+    admittance_s : (f, n, n) complex128 — Admittances of the ports without loads [S].
+    load_ohm, off_ohm : (f, n) or less — Impedance of the driven port's source; what ends the other
+        ports meanwhile, which may be reactances alone [ohm].
+    """
+    f, n = admittance_s.shape[:2]
+    loads = np.broadcast_to(np.asarray(load_ohm, dtype=np.complex128), (f, n))
+    ends = np.broadcast_to(np.asarray(off_ohm, dtype=np.complex128), (f, n))
+    one = np.eye(n)
+    ended = np.where(one, loads[:, :, None], ends[:, None, :])  # frequency, driven port, port
+    ended_ports = one + ended[..., None] * admittance_s[:, None]
+    volts = np.linalg.solve(ended_ports, np.broadcast_to(one[..., None], (f, n, n, 1)))[..., 0]
+    amperes = np.einsum("fij,fij->fi", admittance_s, volts)
+    return np.diagonal(volts, axis1=1, axis2=2), amperes
 
 
 def best_real_load_ohm(admittance_s: ComplexArray) -> float:
@@ -140,6 +172,33 @@ def conjugate_match_ohm(admittance_s: ComplexArray) -> ComplexArray | None:
     return None
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OffState:
+    """What a multiplexer does with the antennas that are not connected.
+
+    Parameters
+    ----------
+    off_ohm : What it ends them with [ohm].
+    cable : What lies between each antenna's network and the multiplexer; None: no length.
+    """
+
+    off_ohm: complex
+    cable: Cable | None = None
+
+    def seen_ohm(self, frequency_hz: npt.ArrayLike) -> ComplexArray:
+        """Return what the networks of those antennas are ended with [ohm].
+
+        Parameters
+        ----------
+        frequency_hz : Frequency [Hz].
+        """
+        f = np.asarray(frequency_hz, dtype=np.float64)
+        if self.cable is None:
+            return np.full(f.shape, self.off_ohm, dtype=np.complex128)
+        seen = [self.cable.seen_ohm(float(one), self.off_ohm) for one in f.ravel()]
+        return np.array(seen).reshape(f.shape)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Match:
     """Networks without losses, one at each port of a reader.
@@ -147,10 +206,12 @@ class Match:
     Parameters
     ----------
     networks, source_ohm : Of the ports in order; resistance of source and load behind them [ohm].
+    off : How a multiplexer leaves the antennas that are not connected; None: each has a receiver.
     """
 
     networks: tuple[Ladder, ...]
     source_ohm: float
+    off: OffState | None = None
 
     def reflection_db(
         self, admittance_s: ComplexArray, frequencies_hz: npt.ArrayLike
@@ -161,11 +222,50 @@ class Match:
         ----------
         admittance_s, frequencies_hz : (f, n, n) admittances [S] at frequencies, (f,) [Hz].
         """
-        ended = [
-            network.seen_by_antenna_ohm(frequencies_hz, source_ohm=self.source_ohm)
-            for network in self.networks
-        ]
-        return port_reflection_db(admittance_s, np.stack(ended, axis=-1))
+        loads = self._ended_ohm(frequencies_hz, self.source_ohm)
+        if self.off is None:
+            return port_reflection_db(admittance_s, loads)
+        off_ohm = self._ended_ohm(frequencies_hz, self.off.seen_ohm(frequencies_hz))
+        return port_reflection_db(admittance_s, loads, off_ohm=off_ohm)
+
+    def seen_ohm(self, admittance_s: ComplexArray, frequency_hz: float) -> ComplexArray:
+        """Return (n,) the impedances that the connected antennas show at one frequency [ohm].
+
+        Parameters
+        ----------
+        admittance_s, frequency_hz : (n, n) admittances [S] at a frequency [Hz].
+        """
+        behind = self.source_ohm if self.off is None else self.off.seen_ohm(frequency_hz)
+        off_ohm = self._ended_ohm(frequency_hz, behind)
+        volts, amperes = driven_alone(admittance_s[None], self.source_ohm, off_ohm)
+        seen: ComplexArray = volts[0] / amperes[0]
+        return seen
+
+    def _ended_ohm(self, frequencies_hz: npt.ArrayLike, behind_ohm: npt.ArrayLike) -> ComplexArray:
+        """Return (..., n) what the networks end the antennas with [ohm]."""
+        ended = {
+            str(network): network.seen_by_antenna_ohm(frequencies_hz, source_ohm=behind_ohm)
+            for network in self.different
+        }
+        return np.stack([ended[str(network)] for network in self.networks], axis=-1)
+
+    def feeding(self, *, multiplexer_loss_db: float = 0.0) -> Feeding:
+        """Return the same as what lies between antennas and receivers.
+
+        Parameters
+        ----------
+        multiplexer_loss_db : Loss of the multiplexer, if there is one [dB].
+        """
+        feeding = Feeding(loads_ohm=(complex(self.source_ohm),), ladders=self.networks)
+        if self.off is None:
+            return feeding
+        multiplexer = Multiplexer(loss_db=multiplexer_loss_db, off_ohm=self.off.off_ohm)
+        return replace(feeding, cable=self.off.cable, multiplexer=multiplexer)
+
+    @property
+    def nearest_e24(self) -> "Match":
+        """The same with the nearest values of the E24 series."""
+        return replace(self, networks=tuple(network.nearest_e24 for network in self.networks))
 
     @property
     def different(self) -> tuple[Ladder, ...]:
@@ -201,20 +301,26 @@ class Match:
         ----------
         admittance_s, frequencies_hz : (f, n, n) admittances [S] at frequencies, (f,) [Hz].
         """
-        best = replace(self, networks=tuple(network.nearest_e24 for network in self.networks))
+        best = self.nearest_e24
         worst_db = float(best.reflection_db(admittance_s, frequencies_hz).max())
         better = True
         while better:
             better = False
-            for network, place, step in _steps(best):
-                parts = [part for _, part in network.parts]
-                parts[place] = parts[place].e24(step)
-                tried = best.exchanged(network, network.of_parts(tuple(parts)))
+            for tried in best.neighbours():
                 level_db = float(tried.reflection_db(admittance_s, frequencies_hz).max())
                 if level_db < worst_db - _BETTER_DB:
                     best, worst_db, better = tried, level_db, True
                     break
         return best
+
+    def neighbours(self) -> "Iterator[Match]":
+        """Yield the same with one part of one kind of network a step of the E24 series off."""
+        for network in self.different:
+            for place in range(len(network.parts)):
+                for step in (1, -1):
+                    parts = [part for _, part in network.parts]
+                    parts[place] = parts[place].e24(step)
+                    yield self.exchanged(network, network.of_parts(tuple(parts)))
 
     def worst_db(
         self, admittance_s: ComplexArray, frequencies_hz: npt.ArrayLike, *, tolerance: float
@@ -234,14 +340,6 @@ class Match:
             for corner in each
         ]
         return np.asarray(np.max(levels, axis=0))
-
-
-def _steps(match: Match) -> Iterator[tuple[Ladder, int, int]]:
-    """Yield each different network, the place of a part in it, and a step of its value."""
-    for network in match.different:
-        for place in range(len(network.parts)):
-            yield network, place, 1
-            yield network, place, -1
 
 
 def match_reader(
@@ -278,11 +376,23 @@ def match_reader(
 
 def _alike(of_ports: Sequence[tuple[Ladder, ...]], source_ohm: float) -> Iterator[Match]:
     """Yield a match for each kind of network that all ports can have."""
-    by_kind: dict[object, list[Ladder]] = {}
+    for networks in networks_by_kind(of_ports).values():
+        yield Match(networks=networks, source_ohm=source_ohm)
+
+
+def networks_by_kind(
+    of_ports: Sequence[tuple[Ladder, ...]],
+) -> dict[tuple[object, int], tuple[Ladder, ...]]:
+    """Return the networks of all ports by their kind, for those kinds that all ports can have.
+
+    Parameters
+    ----------
+    of_ports : The networks that each port can have; of two of a kind, the first is alike with the
+        others' first.
+    """
+    by_kind: dict[tuple[object, int], list[Ladder]] = {}
     for networks in of_ports:
         kinds = [network.kind for network in networks]
         for i, network in enumerate(networks):
             by_kind.setdefault((network.kind, kinds[:i].count(network.kind)), []).append(network)
-    for networks_of_kind in by_kind.values():
-        if len(networks_of_kind) == len(of_ports):
-            yield Match(networks=tuple(networks_of_kind), source_ohm=source_ohm)
+    return {kind: tuple(all_) for kind, all_ in by_kind.items() if len(all_) == len(of_ports)}

@@ -25,6 +25,7 @@ from octant.geometries.files import write_text
 from octant.reader_design.face.reader_figures import return_loss_figure
 from octant.reader_design.face.smith_figures import band_gain_figure, isolation_figure, smith_figure
 from octant.reader_design.keeping.progress import Progress
+from octant.reader_design.setting.feed_choice import FeedChoice, chosen_feed
 from octant.reader_design.showing.matching_lines import Behind, matching_lines
 from octant.reader_design.showing.netcdf import variable
 from octant.reader_design.study_file.reader import Reader
@@ -68,16 +69,20 @@ class ReaderBand:
 
     Parameters
     ----------
-    reader : The reader; its loads are the reference of the S-matrices.
-    carrier_hz : Frequency at which it is to be matched [Hz].
+    study : Its reader's loads are the reference of the S-matrices; at its carrier the reader is to
+        be matched.
     results : Solutions of one mesh, of rising frequency.
     error : What `solve_band_adaptively` says of the interpolation between few solutions [-].
     """
 
-    reader: Reader
-    carrier_hz: float
+    study: Study
     results: tuple[FullwaveResult, ...]
     error: float | None = None
+
+    @property
+    def reader(self) -> Reader:
+        """The reader."""
+        return self.study.reader
 
     @cached_property
     def frequencies_hz(self) -> FloatArray:
@@ -280,10 +285,15 @@ class ReaderBand:
         yield from matching_lines(
             self.admittance_s,
             self.frequencies_hz,
-            at_hz=self.carrier_hz,
+            at_hz=self.study.radio.frequency_hz,
             load_ohm=self.reader.load_ohm,
             behind=Behind.of(self.reader, self.results),
+            choice=self._choice,
         )
+
+    def _choice(self) -> FeedChoice | None:
+        """Return the feed that would match it and keep its bearing best."""
+        return chosen_feed(self.study, self.results, at_hz=self.study.radio.frequency_hz)
 
 
 def band_of(study: Study, frequencies_hz: Sequence[float], *, progress: Progress) -> ReaderBand:
@@ -325,7 +335,7 @@ def band_of(study: Study, frequencies_hz: Sequence[float], *, progress: Progress
     feeding = design.feeding()
     if feeding is not None:
         results = tuple(feeding.on(result) for result in results)
-    return ReaderBand(reader=design, carrier_hz=carrier_hz, results=results, error=band.error)
+    return ReaderBand(study=study, results=results, error=band.error)
 
 
 def _mesh(design: Reader, highest_hz: float, carrier_hz: float) -> ReaderMesh | PortedMesh:

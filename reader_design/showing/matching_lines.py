@@ -1,12 +1,14 @@
 """Whether a reader is matched, and what would match it, in sentences."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
+import msgspec
 import numpy as np
 import numpy.typing as npt
 
 from octant.em.reader.fullwave.loads import LoadedReader
+from octant.em.reader.match_search import OPEN_OHM, SHORT_OHM
 from octant.em.reader.matching import (
     MATCHED_DB,
     Match,
@@ -16,14 +18,16 @@ from octant.em.reader.matching import (
     port_reflection_db,
     vswr,
 )
+from octant.geometries.errors import OctantError
+from octant.reader_design.setting.feed_choice import TOLERANCE, FeedChoice, ProposedFeed
+from octant.reader_design.setting.feed_scores import BearingErrors
 from octant.reader_design.showing.workshop import networks_text
 from octant.reader_design.study_file.reader import Reader
+from octant.reader_design.study_file.reader_feed import ReaderFeed
+from octant.reader_design.study_file.toml import toml_text
 
 FloatArray = npt.NDArray[np.float64]
 ComplexArray = npt.NDArray[np.complex128]
-
-TOLERANCE = 0.05
-"""Tolerance of parts that can be bought [-]: E24 values are made for 5 %."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -61,6 +65,7 @@ def matching_lines(
     at_hz: float,
     load_ohm: float,
     behind: Behind | None = None,
+    choice: Callable[[], FeedChoice | None] = lambda: None,
 ) -> Iterator[str]:
     """Yield whether all ports are matched at a frequency, over which band, and else what would do.
 
@@ -70,6 +75,7 @@ def matching_lines(
     at_hz : Where they are to be matched [Hz]; the nearest of the frequencies counts.
     load_ohm : Resistance of source and load of every port [ohm].
     behind : What the receiver sees behind a feed; None: it is at the antennas.
+    choice : Gives the feed that keeps the bearing best; called where the ports are not matched.
     """
     f = np.atleast_1d(np.asarray(frequencies_hz, dtype=np.float64))
     carrier = int(np.abs(f - at_hz).argmin())
@@ -98,7 +104,15 @@ def matching_lines(
     if match is None:
         yield "No network of coils and capacitors matches all ports at once."
         return
-    yield from _network_lines(match, admittance_s, f, carrier)
+    chosen = None
+    try:
+        chosen = choice()
+    except OctantError as exc:  # of room or tags, which the ports do not need
+        yield f"What a match does to the bearing is not counted: {exc}"
+    if chosen is None:
+        yield from _network_lines(match, admittance_s, f, carrier)
+    else:
+        yield from _choice_lines(chosen, f, carrier)
 
 
 def _network_lines(
@@ -133,6 +147,74 @@ def _network_lines(
             f"{_level_text(level, f, carrier, floor_db=-40.0)}; off by {100.0 * TOLERANCE:g} %: "
             f"{_level_text(worst, f, carrier, floor_db=-40.0)}."
         )
+
+
+def _choice_lines(choice: FeedChoice, f: FloatArray, carrier: int) -> Iterator[str]:
+    """Yield the best feed, what it does to the bearing, and the best one without a multiplexer."""
+    best = choice.best
+    yield (
+        f"Of {best.tried} feeds of E24 values that reach {MATCHED_DB:g} dB over the band, this "
+        f"{'keeps the bearing best' if choice.keeps_bearing else 'loses least of the bearing'}: "
+        f"{_feed_text(best, f, carrier)}."
+    )
+    if not choice.keeps_bearing:
+        yield "None of them is as good as the reader before it in every score at every frequency."
+    yield from _error_lines(choice.before, best)
+    if choice.own_receivers is not None:
+        yield (
+            "The best without a multiplexer, each antenna with a receiver of its own: "
+            f"{_feed_text(choice.own_receivers, f, carrier)}."
+        )
+        yield from _error_lines(choice.before, choice.own_receivers)
+    lossless = choice.best.feed.multiplexer_loss_db == 0.0
+    put = "; put in the loss of your multiplexer" if lossless else ""
+    yield f"The first in the study file{put}:"
+    yield from _table_lines(best.feed)
+
+
+def _table_lines(feed: ReaderFeed) -> Iterator[str]:
+    """Yield the table ``[reader.feed]``, keys at their defaults left out."""
+    yield "[reader.feed]"
+    default = msgspec.to_builtins(ReaderFeed())
+    keys = {key: v for key, v in msgspec.to_builtins(feed).items() if v != default[key]}
+    yield from toml_text(keys).splitlines()
+
+
+def _error_lines(before: BearingErrors, proposed: ProposedFeed) -> Iterator[str]:
+    """Yield the scores of bearing before and behind a feed."""
+    at = ", ".join(f"{one / 1e9:.4g}" for one in proposed.frequencies_hz)
+    yield f"Bearing in free space at {at} GHz, before and behind it:"
+    after, degrees = proposed.errors, 180.0 / np.pi
+    for name, unit, old, new in (
+        ("vector sum, rms error", "°", before.vector_rms_rad, after.vector_rms_rad),
+        ("strongest antenna, rms error", "°", before.strongest_rms_rad, after.strongest_rms_rad),
+        ("wrong antenna strongest", " %", before.wrong_share, after.wrong_share),
+    ):
+        scale = degrees if unit == "°" else 100.0
+        was, now = (", ".join(f"{scale * v:.1f}" for v in values) for values in (old, new))
+        yield f"  {name}: {was}{unit} before, {now}{unit} behind."
+
+
+def _feed_text(proposed: ProposedFeed, f: FloatArray, carrier: int) -> str:
+    """Return networks, multiplexer and reflection of a feed in words."""
+    networks = networks_text(tuple(map(str, proposed.match.networks)))
+    off = "" if proposed.match.off is None else f", and a multiplexer that {_off_text(proposed)}"
+    return (
+        f"{networks}{off}; {_level_text(proposed.reflection_db, f, carrier, floor_db=-40.0)}; all "
+        f"parts off by {100.0 * TOLERANCE:g} % in the worst sense: "
+        f"{_level_text(proposed.worst_db, f, carrier, floor_db=-40.0)}"
+    )
+
+
+def _off_text(proposed: ProposedFeed) -> str:
+    """Return what the multiplexer does with the antennas that are not connected."""
+    feed = proposed.feed
+    end = complex(feed.off_resistance_ohm, feed.off_reactance_ohm)
+    ends = {SHORT_OHM: "shorts the ways", OPEN_OHM: "leaves the ways open"}
+    text = ends.get(end.real) if end.imag == 0.0 else None
+    text = text or f"ends the ways with {end:g} ohm"
+    cable = "" if feed.cable_m == 0.0 else f", each behind {1e3 * feed.cable_m:.3g} mm of line"
+    return f"{text} that are not connected{cable}"
 
 
 def _level_text(
