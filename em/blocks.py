@@ -5,7 +5,12 @@ import math
 import os
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ThreadPoolExecutor, as_completed
+from functools import lru_cache
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from threadpoolctl import ThreadpoolController
 
 BLOCK_SIZE = 256
 """Receivers per block [-]: enough to hide the call, few enough to share out evenly."""
@@ -98,8 +103,13 @@ def one_blas_thread() -> Iterator[None]:
     Products and factors of matrices depend on the number of threads in their last bits; what is
     kept or compared must not depend on who computed it.
     """
-    import scipy.linalg  # noqa: F401  its BLAS must be loaded to be limited
-    from threadpoolctl import threadpool_limits
-
-    with threadpool_limits(limits=1, user_api="blas"):
+    with _blas_libraries().limit(limits=1, user_api="blas"):
         yield
+
+
+@lru_cache(maxsize=1)  # the loaded libraries are listed by the system, which takes milliseconds
+def _blas_libraries() -> "ThreadpoolController":
+    import scipy.linalg  # noqa: F401  its BLAS must be loaded to be limited
+    from threadpoolctl import ThreadpoolController
+
+    return ThreadpoolController()

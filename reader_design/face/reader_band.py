@@ -15,10 +15,11 @@ import numpy.typing as npt
 from octant.em.antennas.pattern_files.touchstone import write_touchstone
 from octant.em.decibels import decibels
 from octant.em.reader.fullwave.band import NODES, solve_band_adaptively
+from octant.em.reader.fullwave.band_ports import ports_over
+from octant.em.reader.fullwave.loads import LoadedReader
 from octant.em.reader.fullwave.mesh import ReaderMesh, reader_mesh
 from octant.em.reader.fullwave.ported import PortedMesh
-from octant.em.reader.fullwave.result import FullwaveResult
-from octant.em.reader.hybrids import result_with_hybrids
+from octant.em.reader.hybrids import with_hybrids
 from octant.em.reader.matching import vswr
 from octant.geometries.errors import ConfigError
 from octant.geometries.files import write_text
@@ -76,7 +77,7 @@ class ReaderBand:
     """
 
     study: Study
-    results: tuple[FullwaveResult, ...]
+    results: tuple[LoadedReader, ...]
     error: float | None = None
 
     @property
@@ -139,7 +140,7 @@ class ReaderBand:
         for result in self.results:
             pattern = result.pattern_grid(theta, round(360.0 / GAIN_STEP_DEG))
             greatest.append((np.abs(pattern) ** 2).sum(axis=-1).max(axis=(1, 2)))
-            ahead = result.far_field(np.full(len(azimuths), 0.5 * math.pi), azimuths)
+            ahead = result.pattern_towards(np.full(len(azimuths), 0.5 * math.pi), azimuths)
             towards = (np.abs(ahead) ** 2).sum(axis=-1)  # antenna, direction
             mine = np.diagonal(towards).copy()
             np.fill_diagonal(towards, 0.0)
@@ -327,15 +328,22 @@ def band_of(study: Study, frequencies_hz: Sequence[float], *, progress: Progress
             f"band: {len(wanted)} frequencies from {len(band.results)} solutions; the last one was "
             f"predicted within {float(decibels(max(band.error**2, 1e-20))):.0f} dB in S."
         )
+    found = ports_over(band, wanted)
     with progress.track(wanted, label="band") as tracked:
-        results = tuple(band.at(f) for f in tracked)
+        results = tuple(next(found) for _ in tracked)
     hybrids = design.hybrids()
     if hybrids is not None:
-        results = tuple(result_with_hybrids(result, hybrids) for result in results)
+        results = tuple(_behind(hybrids, result) for result in results)
     feeding = design.feeding()
     if feeding is not None:
         results = tuple(feeding.on(result) for result in results)
     return ReaderBand(study=study, results=results, error=band.error)
+
+
+def _behind(hybrids: npt.NDArray[np.complex128], result: LoadedReader) -> LoadedReader:
+    """Return a solution behind hybrids, with the same loads."""
+    unloaded = with_hybrids(result.unloaded, hybrids)
+    return LoadedReader(unloaded=unloaded, load_ohm=result.load_ohm[: len(hybrids)])
 
 
 def _mesh(design: Reader, highest_hz: float, carrier_hz: float) -> ReaderMesh | PortedMesh:

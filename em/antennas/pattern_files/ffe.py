@@ -337,9 +337,11 @@ def _block_lines(path: Path, table: PatternTable) -> list[str]:
     power = np.abs(field) ** 2
     power = np.concatenate((power, power.sum(axis=0, keepdims=True)))
     gain_db = decibels(np.maximum(power, 1e-99))
-    for j, phi in enumerate(phi_deg):
-        for i, theta in enumerate(theta_deg):
-            e_t, e_p = volts[:, i, j]
-            values = (theta, phi, e_t.real, e_t.imag, e_p.real, e_p.imag, *gain_db[:, i, j])
-            lines.append(" ".join(f"{float(value)!r}" for value in values))
+    # One column a quantity, theta running first.
+    e_t, e_p = np.swapaxes(volts, 1, 2).reshape(2, -1)
+    gains_db = np.swapaxes(gain_db, 1, 2).reshape(3, -1)
+    angles = (np.tile(theta_deg, len(phi_deg)), np.repeat(phi_deg, len(theta_deg)))
+    columns = (*angles, e_t.real, e_t.imag, e_p.real, e_p.imag, *gains_db)
+    rows = np.stack(columns, axis=1).astype(np.float64).tolist()
+    lines += [" ".join(map(repr, row)) for row in rows]
     return lines

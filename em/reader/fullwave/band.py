@@ -57,6 +57,40 @@ class FullwaveBand:
         """Return (k,) the frequencies that were solved [Hz]."""
         return np.array([result.frequency_hz for result in self.results])
 
+    def shares(self, frequency_hz: float) -> npt.NDArray[np.complex128]:
+        """Return (k,) what each solution contributes at a frequency of the band [-].
+
+        Parameters
+        ----------
+        frequency_hz : Frequency [Hz], from the first to the last one solved.
+        """
+        nodes = self.frequencies_hz
+        if not nodes[0] * (1 - 1e-12) <= frequency_hz <= nodes[-1] * (1 + 1e-12):
+            msg = (
+                f"frequency_hz is {frequency_hz:g} Hz, but the band was solved from "
+                f"{nodes[0]:g} to {nodes[-1]:g} Hz; solve a wider band."
+            )
+            raise AntennaError(msg)
+        if self.weights is not None:
+            shares: npt.NDArray[np.complex128] = _shares(
+                nodes, self.weights, np.array([frequency_hz])
+            )[0]
+            return shares
+        products = [math.prod((frequency_hz - o) / (n - o) for o in nodes if o != n) for n in nodes]
+        return np.array(products, dtype=np.complex128)
+
+    @one_blas_thread()
+    def admittance_s(self, frequency_hz: float) -> npt.NDArray[np.complex128]:
+        """Return (n, n) the interpolated admittances of the ports without loads [S].
+
+        Parameters
+        ----------
+        frequency_hz : Frequency of the band [Hz].
+        """
+        both = zip(self.shares(frequency_hz), self.results, strict=True)
+        s_matrix = sum(w * r.s_matrix for w, r in both)
+        return admittance_of(np.asarray(s_matrix), self.results[0].load_ohm)
+
     @one_blas_thread()
     def at(self, frequency_hz: float) -> FullwaveResult:
         """Return the interpolated solution at a frequency of the band.
@@ -77,28 +111,15 @@ class FullwaveBand:
         common, of the scattering matrix and of the currents with all ports loaded: loads damp the
         resonances that the bare admittances have.
         """
-        nodes = self.frequencies_hz
-        if not nodes[0] * (1 - 1e-12) <= frequency_hz <= nodes[-1] * (1 + 1e-12):
-            msg = (
-                f"frequency_hz is {frequency_hz:g} Hz, but the band was solved from "
-                f"{nodes[0]:g} to {nodes[-1]:g} Hz; solve a wider band."
-            )
-            raise AntennaError(msg)
-        if self.weights is None:
-            weights = [
-                math.prod((frequency_hz - o) / (n - o) for o in nodes if o != n) for n in nodes
-            ]
-        else:
-            weights = list(_shares(nodes, self.weights, np.array([frequency_hz]))[0])
+        weights = self.shares(frequency_hz)
         first = self.results[0]
         load = first.load_ohm
-        s_matrix = sum(w * r.s_matrix for w, r in zip(weights, self.results, strict=True))
         loaded = sum(
             w * np.tensordot(r.embedded_voltages_v, r.halves_a_per_m, axes=(1, 0))
             for w, r in zip(weights, self.results, strict=True)
         )
         sheet = sum(w * r.sheet_ohm for w, r in zip(weights, self.results, strict=True))
-        admittance = admittance_of(np.asarray(s_matrix), load)
+        admittance = self.admittance_s(frequency_hz)
         back = np.linalg.inv(embedded_voltages(admittance, load))
         halves = np.tensordot(back, loaded, axes=(1, 0))
         return result_of(
@@ -113,6 +134,32 @@ class FullwaveBand:
             doubts=first.unloaded.doubts,
             half_space=first.unloaded.half_space,
         )
+
+
+def polynomial_shares(
+    nodes_hz: npt.NDArray[np.float64], frequency_hz: float
+) -> npt.NDArray[np.float64]:
+    """Return (k,) what values at nodes contribute to their polynomial at a frequency [-].
+
+    Parameters
+    ----------
+    nodes_hz, frequency_hz : (k,) Places of the values, and where they are wanted [Hz].
+    """
+    return np.array(
+        [math.prod((frequency_hz - o) / (n - o) for o in nodes_hz if o != n) for n in nodes_hz]
+    )
+
+
+def chebyshev_places_hz(low_hz: float, high_hz: float, count: int) -> npt.NDArray[np.float64]:
+    """Return the extrema of a Chebyshev polynomial over a band, its ends included [Hz].
+
+    Parameters
+    ----------
+    low_hz, high_hz, count : Ends of the band [Hz]; number of places, at least 2.
+    """
+    turn = np.cos(math.pi * np.arange(count) / (count - 1))
+    places: npt.NDArray[np.float64] = 0.5 * (low_hz + high_hz) - 0.5 * (high_hz - low_hz) * turn
+    return places
 
 
 def _shares(
@@ -147,8 +194,13 @@ def _rational_weights(
     place = (2.0 * nodes_hz - low - high) / (high - low)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # it did not reach rtol: the error tells
+        # Poles of residues near rounding do no harm, and to look for them takes scipy.stats.
         found = AAA(
-            place, flat @ np.exp(1j * phases), rtol=_AAA_RTOL, max_terms=len(place) // 2 + 1
+            place,
+            flat @ np.exp(1j * phases),
+            rtol=_AAA_RTOL,
+            max_terms=len(place) // 2 + 1,
+            clean_up=False,
         )
     weights = np.zeros(len(place), dtype=np.complex128)
     for point, weight in zip(found.support_points, found.weights, strict=True):
@@ -212,8 +264,7 @@ def solve_band_adaptively(
     if len(wanted) <= NODES:
         return solve_band(mesh, wanted, nodes=len(wanted), load_ohm=load_ohm)
     low, high = wanted[0], wanted[-1]
-    turn = np.cos(math.pi * np.arange(NODES) / (NODES - 1))
-    for place in 0.5 * (low + high) - 0.5 * (high - low) * turn:
+    for place in chebyshev_places_hz(low, high, NODES):
         solve(float(place))
     looked = np.linspace(low, high, _LOOKED)
     errors = [math.inf, math.inf]
@@ -267,8 +318,7 @@ def solve_band(
         raise AntennaError(msg)
     places = np.array(wanted)
     if len(wanted) > nodes:
-        turn = np.cos(math.pi * np.arange(nodes) / (nodes - 1))
-        places = 0.5 * (wanted[0] + wanted[-1]) - 0.5 * (wanted[-1] - wanted[0]) * turn
+        places = chebyshev_places_hz(wanted[0], wanted[-1], nodes)
     return FullwaveBand(
         results=tuple(
             solve_reader(

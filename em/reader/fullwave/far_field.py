@@ -175,18 +175,39 @@ class FarField:
         (k, t, columns, 2) complex128
             Both components.
         """
-        theta = np.asarray(theta_rad, dtype=np.float64)
+        phi = 2.0 * math.pi * np.arange(columns) / columns
+        spectrum, orders, turns = self._spectrum()
+        along = np.exp(1j * np.asarray(theta_rad, dtype=np.float64)[:, None] * orders)
+        around = np.exp(1j * turns[:, None] * phi)
+        return np.moveaxis(along @ (spectrum @ around), 1, -1)
+
+    @one_blas_thread()
+    def towards(
+        self, theta_rad: npt.NDArray[np.float64], phi_rad: npt.NDArray[np.float64]
+    ) -> npt.NDArray[np.complex128]:
+        """Return (k, d, 2) the fields towards single directions [unit of the values].
+
+        Parameters
+        ----------
+        theta_rad, phi_rad : (d,) float64 — Directions [rad].
+        """
+        spectrum, orders, turns = self._spectrum()
+        along = np.exp(1j * theta_rad[:, None] * orders)
+        around = np.exp(1j * phi_rad[:, None] * turns)
+        fields = np.einsum("dm,kcmn,dn->kdc", along, spectrum, around, optimize=True)
+        return np.asarray(fields)
+
+    def _spectrum(
+        self,
+    ) -> tuple[npt.NDArray[np.complex128], npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+        """Return the Fourier coefficients (k, 2, orders, turns), and both numbers of waves [-]."""
         _, rows, given, _ = self.values.shape
         beyond = -np.roll(self.values, given // 2, axis=2)[:, rows - 2 : 0 : -1]
         whole = np.concatenate((self.values, beyond), axis=1)
         spectrum = np.fft.fft2(whole, axes=(1, 2)) / (whole.shape[1] * given)
         orders = np.fft.fftfreq(whole.shape[1], 1.0 / whole.shape[1])
         turns = np.fft.fftfreq(given, 1.0 / given)
-        phi = 2.0 * math.pi * np.arange(columns) / columns
-        along = np.exp(1j * theta[:, None] * orders)
-        around = np.exp(1j * turns[:, None] * phi)
-        spectrum = np.moveaxis(spectrum, -1, 1)  # (k, 2, orders, turns)
-        return np.moveaxis(along @ (spectrum @ around), 1, -1)
+        return np.moveaxis(spectrum, -1, 1), orders, turns
 
     @one_blas_thread()
     def power_matrix(self) -> npt.NDArray[np.complex128]:

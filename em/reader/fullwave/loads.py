@@ -255,3 +255,21 @@ class LoadedReader:
         if self.unloaded.half_space:
             pattern[:, np.asarray(theta_rad) > BELOW_RAD] = 0.0
         return pattern
+
+    @one_blas_thread()
+    def pattern_towards(
+        self, theta_rad: npt.NDArray[np.float64], phi_rad: npt.NDArray[np.float64]
+    ) -> npt.NDArray[np.complex128]:
+        """Return the patterns of `pattern_grid` towards single directions, (n, d, 2) [-].
+
+        Parameters
+        ----------
+        theta_rad, phi_rad : (d,) float64 — Directions [rad].
+        """
+        fields = self.unloaded.shorted_v.towards(theta_rad, phi_rad)
+        patterns: npt.NDArray[np.complex128] = np.tensordot(
+            self.realised_weights, fields, axes=(1, 0)
+        )
+        if self.unloaded.half_space:
+            patterns[:, theta_rad > BELOW_RAD] = 0.0
+        return patterns
