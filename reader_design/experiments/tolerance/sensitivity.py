@@ -3,7 +3,7 @@
 They are those of readers that are solved, or of one solution's tangent.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -34,9 +34,6 @@ PARTS = (-1.0, 1.0, -0.5, 0.5)
 
 MOVED = 1e-3
 """Half of the difference over which derivatives by a parameter are taken [mm, deg]."""
-
-ON_TANGENT = 0.02
-"""Step of the differences along a tangent [mm, deg]: what is left of third order is 1e-6."""
 
 SAME_SLOPE = 0.05
 """Share [-] of the steeper slope by which slopes of two steps may differ and count as one."""
@@ -182,18 +179,11 @@ class TangentScores:
     around: tuple[CaseScores, ...]
 
 
-def on_tangent(parameters: tuple[Parameter, ...]) -> tuple[Parameter, ...]:
-    """Return parameters with the steps that are taken along a tangent.
-
-    Parameters
-    ----------
-    parameters : What to vary.
-    """
-    return tuple(replace(parameter, step=ON_TANGENT) for parameter in parameters)
-
-
 def tangent_scores(context: ToleranceContext, case: TangentCase) -> TangentScores:
     """Return the scores of a drawing and to its sides: one solution, whatever the parameters.
+
+    The steps along the tangent are those of whole solutions, so that a bend beside the drawing,
+    where the worst of several directions changes, is seen as it is by those.
 
     Parameters
     ----------

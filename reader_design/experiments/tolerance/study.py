@@ -31,7 +31,6 @@ from octant.reader_design.experiments.tolerance.sensitivity import (
     Slope,
     TangentCase,
     kept_tangent_scores,
-    on_tangent,
     parameters_of,
     sensitivity_cases,
     slopes,
@@ -215,7 +214,6 @@ def run_tolerance_study(
     drawing = designs[0][1]
     parameters = parameters_of(drawing)
     if tolerance.slopes == DERIVATIVES:
-        parameters = on_tangent(parameters)
         cases = [Case(design=drawing, deviation=as_drawn(drawing.antennas))]
     else:
         cases = list(sensitivity_cases(drawing, parameters))
