@@ -1,7 +1,7 @@
 """What is believed of a robot's pose: weighed particles, and the pose on which most agree."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -15,6 +15,10 @@ _CELL_M = 0.25
 _SECTORS = 12
 _NEAR_M = 0.5
 _NEAR_RAD = 0.6
+_PROVEN = 10.0
+
+MOST_PROOF = 30.0
+"""Evidence for a belief [-] at which it is not counted further: a pose that is known."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,9 +61,12 @@ class PoseBelief:
     places : Where the tags may really hang; None: where they were surveyed.
     doubt : By how much the last readings speak for a robot that may be anywhere, rather than for
         this belief: a log-likelihood, not negative [-].
+    proof : By how much the readings since the pose was open, or the known start, speak for this
+        belief, rather than for a robot that may be anywhere: not negative, and at most 30 [-].
     rivals : Share of the last readings that were explained better by poses drawn anywhere [-].
     estimate : The pose after the last reading, before particles are drawn anew; None: of another
         moment.
+    sure : The belief when it was proven and nothing spoke against it last; None: never.
     """
 
     poses: FloatArray
@@ -73,6 +80,50 @@ class PoseBelief:
     doubt: float = 0.0
     rivals: float = 0.0
     estimate: PoseEstimate | None = None
+    proof: float = MOST_PROOF
+    sure: "PoseBelief | None" = None
+
+    @property
+    def proven(self) -> bool:
+        """Return whether readings speak for this belief clearly enough to learn from it."""
+        return self.proof >= _PROVEN
+
+    @property
+    def faded(self) -> float:
+        """Return the probability that readings tell no more than the local mean does [-]."""
+        return float(np.mean(self.trusted[:, -2:].sum(axis=1)))
+
+    def judged(self, against: float) -> "PoseBelief":
+        """Return the belief with doubt and proof moved by the evidence of one reading.
+
+        Parameters
+        ----------
+        against : Logarithm of the likelihood's mean over poses drawn anywhere, over its mean by
+            this belief before the reading [-].
+        """
+        doubt = max(0.0, self.doubt + against)
+        proof = min(max(0.0, self.proof - against), MOST_PROOF)
+        belief = replace(self, doubt=doubt, proof=proof)
+        if doubt == 0.0 and belief.proven:
+            belief = replace(belief, sure=replace(belief, sure=None))
+        return belief
+
+    def unlearned(self) -> "PoseBelief":
+        """Return the belief with levels, gains and tags' places as when nothing spoke against it.
+
+        What a sum of evidence that never falls below 0 has found began when it was 0 last: what was
+        learned from then on was learned at a wrong pose.
+        """
+        if self.sure is None:
+            return self
+        return replace(
+            self,
+            level_db=self.sure.level_db,
+            level_variance=self.sure.level_variance,
+            gain_db=self.sure.gain_db,
+            gain_variance=self.sure.gain_variance,
+            places=self.sure.places,
+        )
 
 
 def agreed(belief: PoseBelief) -> PoseEstimate:

@@ -6,6 +6,7 @@ fading unknown (the local mean), and the readings decide between them.
 """
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,7 +21,13 @@ from octant.navigation.checks import check_positive
 from octant.navigation.navigators.drawing import systematic
 from octant.navigation.navigators.interface import Odometry
 from octant.navigation.navigators.learned import Learned
-from octant.navigation.navigators.pose_belief import PoseBelief, PoseEstimate, agreed, pose_cells
+from octant.navigation.navigators.pose_belief import (
+    MOST_PROOF,
+    PoseBelief,
+    PoseEstimate,
+    agreed,
+    pose_cells,
+)
 from octant.navigation.navigators.readings import PLACES, POSES, Reading, supposed_shares
 from octant.navigation.navigators.tag_places import TagPlaces, TagSurvey
 from octant.navigation.robot.floor import Blocked
@@ -39,13 +46,18 @@ _PER_CELL = 60
 _SCOUTS, _MANY_SCOUTS = 500, 2000
 _DRAWS = 50
 _EXPLORED = 0.2
+_WON_SHARE = 0.2
 _FRESH_WEIGHT = 0.01
 _RIVALS, _MOST_RIVALS = 0.35, 0.95
 _KEPT = 0.7
 _PLACED_M = 0.15
 _PLACED_PART = 8
 _DOUBT = 20.0
-_SETTLED_M = 0.02
+_FOUND = 0.5
+_SETTLED_M = 0.005
+_LOOKED_AGAIN = 0.25
+_FADED = 0.5
+_WIDE_RAD = 0.1
 _SELDOM_CARRIED = 1e-4
 _LEAST_PLACE_SD_M = 0.005
 _LEAST_LEVEL_SD_DB = 0.3
@@ -136,30 +148,29 @@ class PoseFilter:
             )
             raise NavigationError(msg)
 
-    def _share(self, belief: PoseBelief | None = None) -> float:
-        """Return the share of the error field that the field maps are expected to have.
+    def _share(self, belief: PoseBelief | None = None) -> tuple[float, float]:
+        """Return the shares of the error field that the field maps should have, and may have.
 
-        The poses between particles are not looked at: their distance counts as an error of the map;
-        so does the survey, where the tags' places are searched for.
+        The poses between particles are not looked at: their distance counts as an error of the map.
+        Where the tags' places are searched for, the survey may be exact, or as it says.
         """
-        share = float(np.mean(self.shares))
+        gap_m = 0.0 if belief is None else self._gap_m(belief, len(belief.weights))
         off_m = 0.0 if self.survey is None else math.sqrt(float(np.mean(self.survey.sd_m**2)))
-        if belief is not None:
-            off_m = math.hypot(off_m, self._gap_m(belief, len(belief.weights)))
-        return share + misplaced_share(off_m, wavelength_m=self.wavelength_m)
+        share = float(np.mean(self.shares))
+        return share + self._misplaced(gap_m), share + self._misplaced(math.hypot(off_m, gap_m))
 
-    def _place_shares(
-        self, belief: PoseBelief, places: TagPlaces, *, poses: int, drawn: int | None
-    ) -> FloatArray:
-        """Return the same of each tag for drawn poses and places: both have gaps, (t,)."""
-        gap = self._gap_m(belief, poses)
-        gaps = [
-            math.hypot(gap, places.gap_m(tag, drawn or len(places.weights[tag])))
-            for tag in range(self.maps.tags)
-        ]
-        more = [misplaced_share(g, wavelength_m=self.wavelength_m) for g in gaps]
+    def _place_shares(self, gap_m: float, place_gaps_m: Iterable[float]) -> FloatArray:
+        """Return what the field at places of the tags is expected to lack, (t,) [-].
+
+        gap_m and place_gaps_m (t,) are how far poses and places are apart, of which some stand for
+        all.
+        """
+        more = [self._misplaced(math.hypot(gap_m, one)) for one in place_gaps_m]
         shares: FloatArray = self.shares + np.array(more)
         return shares
+
+    def _misplaced(self, sd_m: float) -> float:
+        return misplaced_share(sd_m, wavelength_m=self.wavelength_m)
 
     def _gap_m(self, belief: PoseBelief, count: int) -> float:
         """Return about how far so many particles are apart, turns as the antennas move [m].
@@ -214,6 +225,7 @@ class PoseFilter:
             gain_db=np.zeros(antennas),
             gain_variance=np.full(antennas, self.gain_db**2),
             places=None if self.survey is None else self.survey.start(rng),
+            proof=0.0 if pose is None else MOST_PROOF,
         )
         if self.known is None:
             return belief
@@ -270,16 +282,8 @@ class PoseFilter:
             there = self.blocked(np.ascontiguousarray(belief.poses[:2].T))
             weights = np.where(there, 1e-3 * weights, weights)
         reading = self._reading(rss_db, belief)
-        near, told, share = self._near(belief), np.empty(0), self._share(belief)
-        placed, drawn = (near, PLACES) if near is not None else (self._settled(belief), 1)
-        if placed is not None:
-            told, parts = reading.by_places(
-                self.maps, placed, belief.poses, rng, drawn=drawn,
-                shares=self._place_shares(belief, placed, poses=len(weights), drawn=drawn),
-            )  # fmt: skip
-            logs = told.sum(axis=1)
-        else:
-            logs, parts = reading.by_map(self.maps, belief.poses, share=share)
+        searching = self._searching(belief)
+        logs, parts, told = self._explained(belief, reading, rng, searching=searching)
         before, weights = weights / weights.sum(), weights * np.exp(logs - logs.max())
         here = float(logs.max()) + math.log(float(weights.sum()))
         weights = weights / weights.sum()
@@ -296,44 +300,115 @@ class PoseFilter:
         )
         weighed = replace(weighed, estimate=agreed(weighed))
         weighed = self._learned(weighed, rss_db)
-        if near is not None:
+        if searching:
             weighed = self._placed(weighed, reading, before, told, rng)
-        count = max(self._wanted(weighed), round(_KEPT * len(weights)))
+        count = max(self._wanted(weighed, searching=searching), round(_KEPT * len(weights)))
         if len(weights) > 1.2 * self.particles:  # the pose is open: particles are everywhere
             weighed = replace(weighed, rivals=(1.0 - _RIVAL_SHARE) * belief.rivals)
             return self._drawn_anew(weighed, count, rng, scouts=None)
+        if self.survey is None:
+            return self._challenged(weighed, reading, float(logs.max()), count, rng)
+        some = belief.poses[:, systematic(before, POSES, rng)]
+        plain, _ = reading.by_map(self.maps, some, share=self._share(belief))
+        # Furniture that the maps lack can make places worth less than the local mean.
+        return self._judged(weighed, reading, max(here, _mean_of_logs(plain)), count, rng)
+
+    def _explained(
+        self, belief: PoseBelief, reading: Reading, rng: np.random.Generator, *, searching: bool
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return log-likelihoods (m,) of the poses, the shares' probabilities, and each tag's part.
+
+        By places of the tags where these are known, or being searched for: else by the field maps,
+        and without (m, t) of the tags.
+        """
+        places, poses = belief.places, belief.poses
+        if places is None or not (searching or self._found(places)):
+            logs, parts = reading.by_map(self.maps, poses, share=self._share(belief))
+            return logs, parts, np.empty((len(logs), 0))
+        sds_m = places.sd_m()
+        drawn = [PLACES if searching and sd > _SETTLED_M else None for sd in sds_m]
+        gaps_m = [
+            sd if count is None else places.gap_m(tag, count)
+            for tag, (sd, count) in enumerate(zip(sds_m, drawn, strict=True))
+        ]
+        shares = self._place_shares(self._gap_m(belief, poses.shape[1]), gaps_m)
+        told, parts = reading.by_places(self.maps, places, poses, rng, drawn=drawn, shares=shares)
+        return told.sum(axis=1), parts, told
+
+    def _challenged(
+        self,
+        belief: PoseBelief,
+        reading: Reading,
+        best: float,
+        count: int,
+        rng: np.random.Generator,
+    ) -> PoseBelief:
+        """Return the belief after its best pose, of log-likelihood best, met poses drawn anywhere.
+
+        Those that explain the reading better become particles.
+        """
         many = belief.rivals > 0.5 * self.rivals_limit
         scouts = self._anywhere(_MANY_SCOUTS if many else _SCOUTS, rng)
-        rival_logs, _ = reading.by_map(self.maps, scouts, share=share)
-        if self.survey is not None:
-            some = belief.poses[:, systematic(before, POSES, rng)]
-            plain, _ = reading.by_map(self.maps, some, share=share)
-            here = max(here, _mean_of_logs(plain))
-            return self._doubted(weighed, _mean_of_logs(rival_logs) - here, count, rng)
-        won = bool(rival_logs.max() > logs.max())
-        weighed = replace(weighed, rivals=(1.0 - _RIVAL_SHARE) * belief.rivals + _RIVAL_SHARE * won)
-        if self.lost(weighed):
-            return self._anew(weighed, rng)
-        if not won and 1.0 / float(np.sum(weights**2)) >= 0.5 * len(weights):
-            return weighed
-        chosen = np.exp(self.trust * (rival_logs - rival_logs.max()))
-        fresh = max(1, round((0.2 if won else self.fresh_share) * count))
-        scouts = scouts[:, systematic(chosen, fresh, rng)]
-        return self._drawn_anew(weighed, count, rng, scouts=scouts)
+        logs, _ = reading.by_map(self.maps, scouts, share=self._share(belief))
+        won = bool(logs.max() > best)
+        rivals = (1.0 - _RIVAL_SHARE) * belief.rivals + _RIVAL_SHARE * won
+        belief = replace(belief, rivals=rivals)
+        if self.lost(belief):
+            return self._anew(belief, rng)
+        if not won and _many_count(belief):
+            return belief
+        fresh = max(1, round((_WON_SHARE if won else self.fresh_share) * count))
+        return self._drawn_anew(belief, count, rng, scouts=self._likely(scouts, logs, fresh, rng))
 
-    def _near(self, belief: PoseBelief) -> TagPlaces | None:
-        """Return the tags' places if the pose is known well enough to look for them by it."""
-        if belief.places is None:
-            return None
+    def _judged(
+        self,
+        belief: PoseBelief,
+        reading: Reading,
+        here: float,
+        count: int,
+        rng: np.random.Generator,
+    ) -> PoseBelief:
+        """Return the belief after its evidence was compared with that of poses drawn anywhere.
+
+        The likelihood's mean over poses drawn anywhere, over its mean by the belief, exp(here), is
+        on average at most 1 as long as the belief is right, whatever the maps are worth; a sum of
+        logarithms that never falls below 0 exceeds 20 by chance hardly ever. Until as much speaks
+        for the belief, poses that explain the reading become particles.
+        """
+        scouts = self._anywhere(_SCOUTS if belief.proven else _MANY_SCOUTS, rng)
+        logs, _ = reading.by_map(self.maps, scouts, share=self._share(belief))
+        belief = belief.judged(_mean_of_logs(logs) - here)
+        if belief.doubt > _DOUBT:
+            return self._anew(belief.unlearned(), rng)
+        if belief.proven:
+            return (
+                belief if _many_count(belief) else self._drawn_anew(belief, count, rng, scouts=None)
+            )
+        fresh = round(_WON_SHARE * count)
+        return self._drawn_anew(belief, count, rng, scouts=self._likely(scouts, logs, fresh, rng))
+
+    def _likely(
+        self, scouts: FloatArray, logs: FloatArray, count: int, rng: np.random.Generator
+    ) -> FloatArray:
+        chosen = np.exp(self.trust * (logs - logs.max()))
+        likely: FloatArray = scouts[:, systematic(chosen, count, rng)]
+        return likely
+
+    def _searching(self, belief: PoseBelief) -> bool:
+        """Return whether the pose is known well enough to look for the tags' places by it.
+
+        At a wrong pose places would be found that fit it, and nothing would ever contradict it.
+        """
+        if belief.places is None or not belief.proven or belief.faded > _FADED:
+            return False
         estimate = agreed(belief)
-        known = estimate.share >= 0.9 and estimate.spread_m <= _PLACED_M
-        return belief.places if known else None
+        return estimate.share >= 0.9 and estimate.spread_m <= _PLACED_M
 
-    def _settled(self, belief: PoseBelief) -> TagPlaces | None:
-        """Return the tags' places if they are known, wherever the robot is."""
-        if belief.places is None or float(belief.places.sd_m().max()) > _SETTLED_M:
-            return None
-        return belief.places
+    def _found(self, places: TagPlaces) -> bool:
+        """Return whether the tags' places are known so well that any pose is weighed by them."""
+        surveyed_m = np.sqrt(np.mean(places.survey.sd_m**2, axis=1))
+        left, before = (sum(map(self._misplaced, sd)) for sd in (places.sd_m(), surveyed_m))
+        return left < _FOUND * before
 
     def _placed(
         self,
@@ -346,39 +421,21 @@ class PoseFilter:
         """Return the belief with the tags' places weighed by the reading, and poses by the others'.
 
         before (m,) and told (m, t) are the particles' weights before the reading, and by how much
-        each tag's reading changed their logarithms.
+        each tag's reading changed their logarithms. A tag whose place is known to some millimetres
+        is looked at by every fourth reading.
         """
         if belief.places is None:
             return belief
         others = told.sum(axis=1, keepdims=True) - told
+        places = belief.places
+        gaps_m = [places.gap_m(tag, len(one)) for tag, one in enumerate(places.weights)]
         logs = reading.of_places(
-            self.maps, belief.places, belief.poses, rng,
+            self.maps, places, belief.poses, rng,
             weights=before[:, None] * np.exp(others - others.max(axis=0)),
-            shares=self._place_shares(belief, belief.places, poses=POSES, drawn=None),
+            shares=self._place_shares(self._gap_m(belief, POSES), gaps_m),
+            wanted=(places.sd_m() > _SETTLED_M) | (rng.random(self.maps.tags) < _LOOKED_AGAIN),
         )  # fmt: skip
-        return replace(belief, places=belief.places.weighed(logs, rng))
-
-    def _doubted(
-        self,
-        belief: PoseBelief,
-        against: float,
-        count: int,
-        rng: np.random.Generator,
-    ) -> PoseBelief:
-        """Return the belief after its evidence was compared with that of poses drawn anywhere.
-
-        The likelihood's mean over poses drawn anywhere, over its mean by the belief, is on average
-        at most 1 as long as the belief is right, whatever the maps are worth; a sum of logarithms
-        that never falls below 0 exceeds 20 by chance hardly ever. Furniture that the maps lack can
-        make the tags' places worth less than the local mean: the better of the two counts.
-        """
-        doubt = max(0.0, belief.doubt + against)
-        if doubt > _DOUBT:
-            return self._anew(replace(belief, rivals=1.0, doubt=0.0), rng)
-        belief = replace(belief, doubt=doubt, rivals=(1.0 - _RIVAL_SHARE) * belief.rivals)
-        if 1.0 / float(np.sum(belief.weights**2)) >= 0.5 * len(belief.weights):
-            return belief
-        return self._drawn_anew(belief, count, rng, scouts=None)
+        return replace(belief, places=places.weighed(logs, rng))
 
     def _anew(self, belief: PoseBelief, rng: np.random.Generator) -> PoseBelief:
         """Return a belief that the robot may be anywhere; levels and gains stay known."""
@@ -388,12 +445,15 @@ class PoseFilter:
             poses=fresh.poses,
             weights=fresh.weights,
             trusted=fresh.trusted,
+            doubt=0.0,
+            proof=0.0,
             estimate=None,
         )
 
     def lost(self, belief: PoseBelief) -> bool:
         """Return whether poses drawn anywhere explain most of the last readings better.
 
+        Where the tags' places are searched for: whether too little speaks for the belief yet.
         That readings do not fit says that the map is wrong here, or the pose. At a wrong pose the
         best of many others is better; at the right one it is not more often than such maps allow.
 
@@ -401,6 +461,8 @@ class PoseFilter:
         ----------
         belief : The belief.
         """
+        if self.survey is not None:
+            return not belief.proven
         return belief.rivals > self.rivals_limit
 
     def limit_of(self, poses: FloatArray, rss_w: FloatArray, rng: np.random.Generator) -> float:
@@ -463,11 +525,9 @@ class PoseFilter:
         pose = estimate.pose[None]
         level, level_variance = belief.level_db.copy(), belief.level_variance.copy()
         gain, gain_variance = belief.gain_db.copy(), belief.gain_variance.copy()
-        shares, places = np.full(self.maps.tags, self._share()), belief.places
+        shares, places = np.full(self.maps.tags, self._share()[0]), belief.places
         if places is not None:
-            shares = self.shares + np.array(
-                [misplaced_share(sd, wavelength_m=self.wavelength_m) for sd in places.sd_m()]
-            )
+            shares = self.shares + np.array([self._misplaced(sd) for sd in places.sd_m()])
         for t in range(self.maps.tags):
             if places is None:
                 here = self.maps.rss_w(pose, tag=t)[0]
@@ -557,12 +617,12 @@ class PoseFilter:
             survey = replace(survey, known_m=off_m, known_sd_m=known.offset_sd_m)
         return replace(self, survey=survey, known=known)
 
-    def _wanted(self, belief: PoseBelief) -> int:
+    def _wanted(self, belief: PoseBelief, *, searching: bool) -> int:
         """Return how many particles the belief needs: some for each cell that really counts."""
         number = pose_cells(belief.poses)
         shares = np.bincount(number, weights=belief.weights)
         cells = math.exp(-float(np.sum(shares[shares > 0.0] * np.log(shares[shares > 0.0]))))
-        least = self.particles // _PLACED_PART if self._near(belief) is not None else self.particles
+        least = self.particles // _PLACED_PART if searching else self.particles
         return round(max(least, min(_MOST, _PER_CELL * cells)))
 
     def _drawn_anew(
@@ -585,7 +645,12 @@ class PoseFilter:
         poses = belief.poses[:, chosen]
         poses[:2] += _BLUR_M * rng.standard_normal((2, kept))
         poses[2] += _BLUR_RAD * rng.standard_normal(kept)
-        share = _FRESH_WEIGHT if belief.places is None else _SELDOM_CARRIED
+        # What only the local mean explains leaves the pose open by about a wavelength.
+        wide = rng.random(kept) < belief.faded
+        poses[:2] += wide * self.wavelength_m * rng.standard_normal((2, kept))
+        poses[2] += wide * _WIDE_RAD * rng.standard_normal(kept)
+        known = belief.places is not None and belief.proven
+        share = _SELDOM_CARRIED if known else _FRESH_WEIGHT
         weights = np.concatenate(
             [np.full(kept, (1.0 - share) / kept), np.full(fresh, share / fresh)]
         )
@@ -609,6 +674,11 @@ class PoseFilter:
             raise NavigationError(msg)
         points = points[np.arange(count) % len(points)]
         return np.vstack([points.T, rng.uniform(-np.pi, np.pi, count)])
+
+
+def _many_count(belief: PoseBelief) -> bool:
+    """Return whether half of the particles count, or more."""
+    return bool(1.0 / float(np.sum(belief.weights**2)) >= 0.5 * len(belief.weights))
 
 
 def _mean_of_logs(logs: FloatArray) -> float:

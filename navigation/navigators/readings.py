@@ -1,6 +1,7 @@
 """How well poses explain a reading of all tags: by field maps, or by places that tags may have."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -45,14 +46,15 @@ class Reading:
     trust: float
 
     def by_map(
-        self, maps: FieldMap, poses: FloatArray, *, share: float
+        self, maps: FieldMap, poses: FloatArray, *, share: tuple[float, float]
     ) -> tuple[FloatArray, FloatArray]:
         """Return log-likelihoods (m,) of poses by field maps, and the shares' probabilities after.
 
         Parameters
         ----------
         maps, poses : Of all tags; (3, m) x, y [m], heading [rad].
-        share : Power of the expected error field over the local mean [-].
+        share : Power of the error field over the local mean that is expected, and that may well be
+            there [-].
         """
         logs = np.empty(poses.shape[1])
         parts = np.empty((poses.shape[1], *self.trusted.shape))
@@ -60,8 +62,8 @@ class Reading:
             np.ascontiguousarray(poses), _grid(maps.x_m, maps.y_m), maps.levels,
             _grid(maps.node_x_m, maps.node_y_m), maps.means, maps.powers_w, maps.ring,
             maps.shift_rad * maps.levels.shape[4] / (2.0 * math.pi), self.rss_db, self.level_db,
-            self.level_variance, self.gain_db, supposed_shares(share), self.floors_w, self.noise_db,
-            self.fading_db, self.outlier_db, self.trust, self.trusted, logs, parts,
+            self.level_variance, self.gain_db, supposed_shares(*share), self.floors_w,
+            self.noise_db, self.fading_db, self.outlier_db, self.trust, self.trusted, logs, parts,
         )  # fmt: skip
         return logs, parts
 
@@ -72,24 +74,26 @@ class Reading:
         poses: FloatArray,
         rng: np.random.Generator,
         *,
-        drawn: int,
+        drawn: Sequence[int | None],
         shares: FloatArray,
     ) -> tuple[FloatArray, FloatArray]:
         """Return log-likelihoods (m, t) of poses, of each tag's reading, and the shares' after.
 
-        Some places of each tag are drawn, and all poses are weighed by the mean over these.
+        Some places of each tag are drawn, and all poses are weighed by the mean over these; or by
+        its mean place.
 
         Parameters
         ----------
         maps, places : For the local means; where the tags may hang.
         poses, rng : (3, m) x, y [m], heading [rad]; draws the places.
-        drawn : How many places of each tag.
+        drawn : For each tag, how many of its places; None: the mean of all.
         shares : (t,) float64 — Power of each tag's expected error field over the local mean [-].
         """
         logs = np.zeros((poses.shape[1], len(self.rss_db)))
         parts = np.empty((poses.shape[1], *self.trusted.shape))
-        for tag in range(len(self.rss_db)):
-            some = places.drawn(tag, drawn, rng)
+        means_m = places.mean_m()
+        for tag, count in enumerate(drawn):
+            some = means_m[tag : tag + 1] if count is None else places.drawn(tag, count, rng)
             _, logs[:, tag], parts[:, tag] = self._one(
                 maps, places, tag, poses, some, share=float(shares[tag])
             )
@@ -104,6 +108,7 @@ class Reading:
         *,
         weights: FloatArray,
         shares: FloatArray,
+        wanted: npt.NDArray[np.bool_],
     ) -> list[FloatArray | None]:
         """Return for each tag the log-likelihood of its reading at every place that it may have.
 
@@ -112,10 +117,11 @@ class Reading:
         maps, places, poses, rng, shares : As for `by_places` [m], [rad], [-].
         weights : (m, t) float64 — Probabilities of the poses by all that is known but the reading
             of that tag [-].
+        wanted : (t,) bool — Tags that are looked for; of others None is returned.
         """
         found: list[FloatArray | None] = []
         for tag in range(len(self.rss_db)):
-            if not np.any(self.rss_db[tag] > -np.inf):
+            if not wanted[tag] or not np.any(self.rss_db[tag] > -np.inf):
                 found.append(None)
                 continue
             some = poses[:, systematic(weights[:, tag], POSES, rng)]
@@ -149,15 +155,17 @@ class Reading:
         return each, logs, parts
 
 
-def supposed_shares(least: float) -> FloatArray:
-    """Return the supposed shares of the error field: expected, in between, everything, (3,) [-].
+def supposed_shares(least: float, more: float = 0.0) -> FloatArray:
+    """Return the supposed shares of the error field: expected, more, everything, (3,) [-].
+
+    More is half way to everything, in decibels, or what may well be there, if that is greater.
 
     Parameters
     ----------
-    least : What is expected [-].
+    least, more : What is expected, and what may well be there [-].
     """
     least = min(max(least, 1e-3), 0.9)
-    return np.array([least, math.sqrt(least), 1.0])
+    return np.array([least, max(math.sqrt(least), min(more, 0.95)), 1.0])
 
 
 def _grid(x_m: FloatArray, y_m: FloatArray) -> FloatArray:

@@ -23,7 +23,7 @@ from octant.navigation.navigators.drawing import systematic
 FloatArray = npt.NDArray[np.float64]
 
 _CELL_M = 0.02
-_PER_CELL = 40
+_PER_CELL, _PER_CELL_AT_START = 40, 80
 _FRESH_SHARE = 0.02
 _DISBELIEVED = 0.1
 _BLUR = 0.5
@@ -66,15 +66,18 @@ class TagSurvey:
         ----------
         rng : Source of the places.
         """
-        surveyed = round(_DISBELIEVED * self.most)
-        draws = rng.standard_normal((len(self.paths), self.most - surveyed, 3))
-        known = self.known_m[:, None] + self.known_sd_m[:, None] * draws
-        offsets = tuple(
-            np.concatenate([there, self.prior(tag, surveyed, rng)])
-            for tag, there in enumerate(known)
-        )
-        weights = np.full(self.most, 1.0 / self.most)
-        return TagPlaces(survey=self, offsets_m=offsets, weights=(weights,) * len(self.paths))
+        found = [self._at_start(tag, rng) for tag in range(len(self.paths))]
+        weights = tuple(np.full(len(one), 1.0 / len(one)) for one in found)
+        return TagPlaces(survey=self, offsets_m=tuple(found), weights=weights)
+
+    def _at_start(self, tag: int, rng: np.random.Generator) -> FloatArray:
+        """Return places of a tag as earlier drives have found it, and some as the survey has it."""
+        cells = (2.0 * math.pi) ** 1.5 * float(np.prod(self.known_sd_m[tag] / _CELL_M))
+        count = max(min(round(_PER_CELL_AT_START * cells), self.most), self.least)
+        surveyed = round(_DISBELIEVED * count)
+        draws = rng.standard_normal((count - surveyed, 3))
+        known = self.known_m[tag] + self.known_sd_m[tag] * draws
+        return np.concatenate([known, self.prior(tag, surveyed, rng)])
 
     def prior(self, tag: int, count: int, rng: np.random.Generator) -> FloatArray:
         """Return places of a tag as the survey has them, (count, 3) [m].

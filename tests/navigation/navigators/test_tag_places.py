@@ -86,10 +86,16 @@ def survey_filter(room):
     )
 
 
-def driven(pose_filter, links, *, steps=22, slip=0.04):
+START = np.array([1.6, 1.2, 0.4])
+
+
+def driven(pose_filter, links, *, steps=22, slip=0.04, told=START):
     """Return belief and true pose after an arc in which the wheels slip."""
-    rng, pose = np.random.default_rng(5), np.array([1.6, 1.2, 0.4])
-    belief = pose_filter.start(rng, pose=pose)
+    rng = np.random.default_rng(5)
+    return on(pose_filter, pose_filter.start(rng, pose=told), START, links, rng, steps, slip=slip)
+
+
+def on(pose_filter, belief, pose, links, rng, steps, *, slip=0.04):
     for _ in range(steps):
         belief = pose_filter.moved(belief, Odometry(distance_m=0.08, turn_rad=0.16), rng)
         pose = move(pose, distance_m=0.08 * (1.0 - slip), turn_rad=0.16 * (1.0 + slip))
@@ -122,6 +128,39 @@ def test_believing_the_survey_the_pose_is_not_found_as_well(survey_filter, links
     belief, pose = driven(replace(survey_filter, survey=None), links)
     estimate = survey_filter.estimate(belief)
     assert math.dist(estimate.pose[:2], pose[:2]) > 0.03
+
+
+def test_a_robot_that_is_carried_finds_itself_by_the_places_that_it_keeps(survey_filter, links):
+    belief, _ = driven(survey_filter, links)
+    found = belief.places.mean_m()
+    carried, rng = np.array([1.55, 1.8, -2.0]), np.random.default_rng(2)
+    belief, pose = on(survey_filter, belief, carried, links, rng, 4)
+    assert math.dist(survey_filter.estimate(belief).pose[:2], pose[:2]) > 0.3
+    belief, pose = on(survey_filter, belief, pose, links, rng, 20)
+    assert math.dist(survey_filter.estimate(belief).pose[:2], pose[:2]) < 0.02
+    assert not survey_filter.lost(belief)
+    kept = np.sqrt(np.mean((belief.places.mean_m() - OFF) ** 2))
+    assert kept < np.sqrt(np.mean((found - OFF) ** 2)) + 0.005
+
+
+def test_a_pose_that_is_not_known_moves_no_place(survey_filter, links):
+    rng = np.random.default_rng(1)
+    before = survey_filter.start(rng, pose=None)
+    assert not before.proven
+    belief, _ = on(survey_filter, before, START, links, rng, 2)
+    assert belief.places is before.places
+    assert survey_filter.lost(belief)
+
+
+def test_as_many_places_are_supposed_as_the_survey_leaves_open(survey_filter):
+    rng = np.random.default_rng(0)
+    counts = []
+    for sd_m in (0.005, 0.02, 0.05):
+        sd = np.full((3, 3), sd_m)
+        survey = replace(survey_filter.survey, sd_m=sd, known_sd_m=sd)
+        counts.append(len(survey.start(rng).weights[0]))
+    # 80 in each cube of 2 cm of a normal distribution's volume, (2 pi)^(3/2) sd^3.
+    assert counts == [survey.least, round(80 * (2 * np.pi) ** 1.5), survey.most]
 
 
 def test_systematic_drawing_takes_each_particle_as_often_as_it_weighs():
