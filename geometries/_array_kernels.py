@@ -54,3 +54,13 @@ def first_not_below(keys, value):
         else:
             high = middle
     return low
+
+
+@kernel(forceinline=True)
+def at(first, i):
+    """Return first + i as an index that is not counted from the end where it is below zero.
+
+    Only of such indices the compiler sees that neighbours stand together, and takes several at
+    once; a slice would do, but counts its references with every use.
+    """
+    return np.uint64(first) + np.uint64(i)

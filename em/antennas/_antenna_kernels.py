@@ -75,12 +75,15 @@ def _closed_form_field(antenna, dx, dy, dz):
         return _patch_field(antenna, dx, dy, dz, c)
     if antenna.kind == CONICAL_PATCH:
         return _disc_field(antenna, dx, dy, dz, c)
-    return wire_field(antenna, dx, dy, dz)
+    return wire_field(antenna, antenna.kind == ISOTROPIC_THETA, dx, dy, dz)
 
 
 @kernel(forceinline=True)
-def wire_field(antenna, dx, dy, dz):
-    """Return the far field of a dipole, a monopole or `ISOTROPIC_THETA`: without a branch."""
+def wire_field(antenna, even, dx, dy, dz):
+    """Return the far field of a dipole, a monopole or, if ``even``, `ISOTROPIC_THETA`.
+
+    Without a branch, and without what the other kind takes where ``even`` is a literal.
+    """
     ax, ay, az = antenna.axis_x, antenna.axis_y, antenna.axis_z
     c = dx * ax + dy * ay + dz * az
     # The sine from the cross product keeps its digits near the axis, where 1 - c^2 loses them.
@@ -88,7 +91,6 @@ def wire_field(antenna, dx, dy, dz):
     sine = np.sqrt(sx * sx + sy * sy + sz * sz)
     on_axis = sine < 1e-12
     sine = 1.0 if on_axis else sine
-    even = antenna.kind == ISOTROPIC_THETA
     # cos(h c) - cos(h), without cancellation
     h = 0.5 * antenna.half_length_rad
     plus, _ = sine_cosine(h * (1.0 + c))

@@ -28,7 +28,9 @@ from octant.em.fields._wave_kernels import (
     reflect_half_spaces,
     travel,
 )
+from octant.em.paths._path_kernels import path_rows
 from octant.em.records import TRANSMISSION
+from octant.geometries._array_kernels import at
 from octant.geometries._wedge_kernels import one_facet
 from octant.geometries.kernels import kernel
 
@@ -36,6 +38,12 @@ _FACETS = 7  # first of the two columns of an edge's frame that hold its facets
 
 SHORT = 1e3
 """Length [tolerances of the scene] up to which a leg is too short to have a direction."""
+
+
+@kernel(forceinline=True)
+def field_rows(rows):
+    """Return fields and directions (rows, 3) of paths, of which components stand together."""
+    return np.empty((3, rows), dtype=np.complex128).T, np.empty((3, rows)).T
 
 
 @kernel(returns="none")
@@ -83,7 +91,7 @@ def path_fields(
                 last += 1
         width = last - begin
         for i in range(width):
-            p = begin + i
+            p = at(begin, i)
             lx = points[p, order, 0] - points[p, order + 1, 0]
             ly = points[p, order, 1] - points[p, order + 1, 1]
             lz = points[p, order, 2] - points[p, order + 1, 2]
@@ -157,14 +165,11 @@ def path_fields(
             state[SPREAD] = np.sqrt(before * between * after * length)
             state[LENGTH] = length
         travel(state, width, wavenumber, wavelength / (4.0 * np.pi))
-        for i in range(width):
-            p = begin + i
-            field[p, 0] = complex(state[XR + i], state[XI + i])
-            field[p, 1] = complex(state[YR + i], state[YI + i])
-            field[p, 2] = complex(state[ZR + i], state[ZI + i])
-            direction[p, 0] = state[DX + i]
-            direction[p, 1] = state[DY + i]
-            direction[p, 2] = state[DZ + i]
+        for a in range(3):
+            for i in range(width):
+                p = at(begin, i)
+                field[p, a] = complex(state[XR + a * WIDTH + i], state[XI + a * WIDTH + i])
+                direction[p, a] = state[DX + a * WIDTH + i]
         begin = last
 
 
@@ -342,12 +347,12 @@ def receive(antenna, begin, count, field, direction, state):
     ``field`` and ``direction`` are what `path_fields` filled, from the row ``begin`` on.
     """
     for i in range(count):
-        p = begin + i
+        p = at(begin, i)
         state[DX + i], state[DY + i] = -direction[p, 0], -direction[p, 1]
         state[DZ + i] = -direction[p, 2]
     far_fields(antenna, state, count)
     for i in range(count):
-        p = begin + i
+        p = at(begin, i)
         gain = (
             field[p, 0] * complex(state[XR + i], state[XI + i])
             + field[p, 1] * complex(state[YR + i], state[YI + i])
@@ -364,10 +369,8 @@ def path_gains(scene, transmitter, receiver, order, vertices, codes, gain, direc
     to where the wave comes from.
     """
     width = vertices.shape[1]
-    points = np.empty((1, width, 3))
-    backwards = np.empty((1, width), dtype=np.int64)
-    field = np.empty((1, 3), dtype=np.complex128)
-    direction = np.empty((1, 3))
+    points, backwards = path_rows(np.int64(1), width - 2)
+    field, direction = field_rows(np.int64(1))
     one = np.empty(1, dtype=np.int64)
     for i in range(len(order)):
         n = order[i]

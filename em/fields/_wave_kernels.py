@@ -16,6 +16,7 @@ from octant.em.antennas._antenna_kernels import (
 from octant.em.antennas._phase_kernels import sine_cosine
 from octant.em.medium._reflection_kernels import displaced_air, half_space, wall
 from octant.em.records import TRANSMISSION, PatternArrays
+from octant.geometries._array_kernels import at
 from octant.geometries.kernels import kernel
 
 WIDTH = 64
@@ -54,12 +55,16 @@ def _far_fields_of(antenna, state, count):  # noqa: ARG001  numba asks for the s
 
 @kernel
 def _closed_form_fields(antenna, state, count):
-    wire = antenna.kind in (DIPOLE, MONOPOLE, ISOTROPIC_THETA)
+    wire, even = antenna.kind in (DIPOLE, MONOPOLE), antenna.kind == ISOTROPIC_THETA
     for i in range(count if wire else 0):
-        x, y, z = wire_field(antenna, state[DX + i], state[DY + i], state[DZ + i])
+        x, y, z = wire_field(antenna, False, state[DX + i], state[DY + i], state[DZ + i])
         state[XR + i], state[YR + i], state[ZR + i] = x, y, z
         state[XI + i], state[YI + i], state[ZI + i] = 0.0, 0.0, 0.0
-    for i in range(0 if wire else count):
+    for i in range(count if even else 0):
+        x, y, z = wire_field(antenna, True, state[DX + i], state[DY + i], state[DZ + i])
+        state[XR + i], state[YR + i], state[ZR + i] = x, y, z
+        state[XI + i], state[YI + i], state[ZI + i] = 0.0, 0.0, 0.0
+    for i in range(0 if wire or even else count):
         x, y, z = far_field(antenna, state[DX + i], state[DY + i], state[DZ + i])
         state[XR + i], state[YR + i], state[ZR + i] = x, y, z
         state[XI + i], state[YI + i], state[ZI + i] = 0.0, 0.0, 0.0
@@ -141,6 +146,19 @@ def travel(state, count, wavenumber, scale):
 
 
 @kernel
+def _gather_wall(planes, facet_plane, facet_layers, permittivity, code, count, state):
+    """Fill the wall that all paths meet."""
+    facet = code % TRANSMISSION
+    plane, through = facet_plane[facet], 1.0 if code >= TRANSMISSION else 0.0
+    nx, ny, nz = planes[plane, 0], planes[plane, 1], planes[plane, 2]
+    eps_r = permittivity[facet_layers[facet, 0]]
+    for i in range(count):
+        state[NX + i], state[NY + i], state[NZ + i] = nx, ny, nz
+        state[THROUGH + i] = through
+        state[ER + i], state[EI + i] = eps_r.real, eps_r.imag
+
+
+@kernel
 def gather_walls(
     planes,
     facet_plane,
@@ -155,19 +173,27 @@ def gather_walls(
     state,
 ):
     """Fill the walls that ``count`` paths meet at a leg; return whether all are half-spaces."""
+    code, different = facets[first, leg], 0
+    for i in range(count):
+        p = at(first, i)
+        state[LX + i] = points[p, leg, 0] - points[p, leg + 1, 0]
+        state[LY + i] = points[p, leg, 1] - points[p, leg + 1, 1]
+        state[LZ + i] = points[p, leg, 2] - points[p, leg + 1, 2]
+    for i in range(count):
+        different |= facets[at(first, i), leg] ^ code
+    if different == 0:
+        _gather_wall(planes, facet_plane, facet_layers, permittivity, code, count, state)
+        begin, end = facet_layers[code % TRANSMISSION, 0], facet_layers[code % TRANSMISSION, 1]
+        return end - begin == 1 and thickness[begin] == np.inf
     simple = True
     for i in range(count):
-        p = first + i
-        code = facets[p, leg]
+        code = facets[at(first, i), leg]
         passes = code >= TRANSMISSION
         facet = code - TRANSMISSION if passes else code
         plane = facet_plane[facet]
         state[NX + i] = planes[plane, 0]
         state[NY + i] = planes[plane, 1]
         state[NZ + i] = planes[plane, 2]
-        state[LX + i] = points[p, leg, 0] - points[p, leg + 1, 0]
-        state[LY + i] = points[p, leg, 1] - points[p, leg + 1, 1]
-        state[LZ + i] = points[p, leg, 2] - points[p, leg + 1, 2]
         state[THROUGH + i] = 1.0 if passes else 0.0
         begin, end = facet_layers[facet, 0], facet_layers[facet, 1]
         simple &= end - begin == 1 and thickness[begin] == np.inf

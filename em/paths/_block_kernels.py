@@ -7,14 +7,28 @@ its plane is pierced by all of their lines side by side, and those that meet one
 the list of the next branch. Arithmetic and order of trials are those of one receiver, so that the
 decisions are the same to the bit. What is not plain, since it touches a rim or something else, is
 left to the search for one receiver.
+
+Before that, the box of all receivers is tried: mostly its corners show that all have the path of
+one and the same way, or none.
 """
 
 import numpy as np
 
+from octant.em.paths._box_kernels import (
+    NEAR,
+    NO_PATH,
+    UNSURE,
+    WAY_FACET,
+    WAY_NODE,
+    WAY_PLANE,
+    box_scratch,
+    search_box,
+)
 from octant.em.paths._facet_kernels import ON_RIM, OUTSIDE, place_on_facet
 from octant.em.paths._neighbour_kernels import TOUCHING, comes_first, touched
 from octant.em.paths._path_kernels import PLANE as STATE_PLANE
 from octant.em.paths._path_kernels import inside_supporting_planes, path_is_free, search_chunk
+from octant.geometries._array_kernels import at
 from octant.geometries.kernels import kernel
 
 LANES = 128
@@ -46,8 +60,9 @@ NODE, CURSOR, PLANE, BEGIN, COUNT, OPEN = 0, 1, 2, 3, 4, 5
 """Columns of the steps, one row per depth: the last three are where its list begins, how many are
 on it, and how many of these still have no path."""
 
-_FALLING, _INSIDE = 1, 2
-"""Kinds of receivers, added up: who reads branches in falling order; who is in the room."""
+_FALLING, _INSIDE, _KINDS = 1, 2, 4
+"""Kinds of receivers, added up: who reads branches in falling order; who is in the room. Their
+number."""
 
 _HIT, _RIM, _SHORT, _NEAR = 1, 2, 4, 8
 """Codes, added up: met; on a rim; a leg of no length; a leg near what may block or touch it."""
@@ -62,11 +77,20 @@ def block_scratch(max_order):
         np.zeros((LISTED + ENTRY * depths, LANES), dtype=np.int64),
         np.zeros((depths, 6), dtype=np.int64),
         np.zeros(2, dtype=np.int64),
+        (np.zeros(_KINDS + 1, dtype=np.int64), np.empty((_KINDS, 6)), box_scratch(max_order)),
     )
 
 
+@kernel(forceinline=True)
+def _pierced(px, py, pz, nx, ny, nz, offset, ix, iy, iz, image_height):
+    """Return a point's height over a plane, and where its line to an image pierces it."""
+    height = nx * px + ny * py + nz * pz - offset
+    t = max(height / (height - image_height), 0.0)
+    return height, px + t * (ix - px), py + t * (iy - py), pz + t * (iz - pz)
+
+
 @kernel
-def _pierce(work, at, count, planes, plane, image, node, image_height, box, tolerance):
+def _pierce(work, begin, count, planes, plane, image, node, image_height, box, tolerance):
     """Fill where the lines from a list of points to an image pierce a plane, and whether they do.
 
     ``box`` is that of the plane's facets. Returned is how many do.
@@ -79,10 +103,8 @@ def _pierce(work, at, count, planes, plane, image, node, image_height, box, tole
     u0, v0, u1, v1 = box
     hits = 0
     for j in range(count):
-        px, py, pz = work[at + PX + j], work[at + PY + j], work[at + PZ + j]
-        height = nx * px + ny * py + nz * pz - offset
-        t = max(height / (height - image_height), 0.0)
-        hx, hy, hz = px + t * (ix - px), py + t * (iy - py), pz + t * (iz - pz)
+        px, py, pz = work[at(begin + PX, j)], work[at(begin + PY, j)], work[at(begin + PZ, j)]
+        height, hx, hy, hz = _pierced(px, py, pz, nx, ny, nz, offset, ix, iy, iz, image_height)
         u = hx * ux + hy * uy + hz * uz
         v = hx * vx + hy * vy + hz * vz
         work[HX + j], work[HY + j], work[HZ + j], work[U + j], work[V + j] = hx, hy, hz, u, v
@@ -105,14 +127,14 @@ def _pierce(work, at, count, planes, plane, image, node, image_height, box, tole
 
 
 @kernel
-def _doubt(work, at, count, reach, near):
+def _doubt(work, begin, count, reach, near):
     """Add to the codes what the legs from a list of points to those met are doubted for.
 
     ``near`` is the box of all that may block or touch a leg.
     """
     x0, y0, z0, x1, y1, z1 = near
     for j in range(count):
-        px, py, pz = work[at + PX + j], work[at + PY + j], work[at + PZ + j]
+        px, py, pz = work[at(begin + PX, j)], work[at(begin + PY, j)], work[at(begin + PZ, j)]
         qx, qy, qz = work[HX + j], work[HY + j], work[HZ + j]
         leg = max(abs(qx - px), abs(qy - py), abs(qz - pz))
         apart = (
@@ -203,7 +225,7 @@ def _keep(scene, bvh, tree, order, begin, count, block, whole, receiver, rows, f
 
     Receivers whose path touches something are left to the other search, in ``pending``.
     """
-    work, lists, _, pending = block
+    work, lists, _, pending, _ = block
     state, points, facets, orders, _, touching = whole
     row = LISTED + ENTRY * order
     for j in range(count):
@@ -251,7 +273,7 @@ def _keep(scene, bvh, tree, order, begin, count, block, whole, receiver, rows, f
 @kernel
 def _search_image(scene, bvh, tree, leaf, falling, block, whole, receiver, rows, first):
     """Return the number of rows once the paths of one image to a list of receivers are written."""
-    work, lists, steps, pending = block
+    work, lists, steps, pending, _ = block
     planes, image, tolerance = scene.planes, tree.image, scene.tolerance
     reach = TOUCHING * bvh.margin
     near = (np.inf, np.inf, np.inf, -np.inf, -np.inf, -np.inf)
@@ -271,12 +293,12 @@ def _search_image(scene, bvh, tree, leaf, falling, block, whole, receiver, rows,
     while depth >= 0:
         here, count = steps[depth, NODE], steps[depth, COUNT]
         first_place = steps[depth, BEGIN]
-        at = LISTS + depth * LIST + first_place
+        at_list = LISTS + depth * LIST + first_place
         if depth == order:
             for j in range(count):
                 work[HX + j], work[HY + j], work[HZ + j] = image[0, 0], image[0, 1], image[0, 2]
                 work[CODE + j] = 0.0
-            _doubt(work, at, count, reach, near)
+            _doubt(work, at_list, count, reach, near)
             before = rows + pending[0]
             rows = _keep(
                 scene, bvh, tree, order, first_place, count, block, whole, receiver, rows, first
@@ -323,11 +345,14 @@ def _search_image(scene, bvh, tree, leaf, falling, block, whole, receiver, rows,
                 max(box[2], scene.facet_box[each, 2]),
                 max(box[3], scene.facet_box[each, 3]),
             )
-        if _pierce(work, at, count, planes, plane, image, here, image_height, box, tolerance) == 0:
+        hits = _pierce(
+            work, at_list, count, planes, plane, image, here, image_height, box, tolerance
+        )
+        if hits == 0:
             continue
         if not plain:
             _place_on_facets(work, count, scene, plane)
-        _doubt(work, at, count, reach, near)
+        _doubt(work, at_list, count, reach, near)
         size = _extend(work, lists, depth, first_place, count, facet if plain else -1)
         if size == 0:
             continue
@@ -338,18 +363,140 @@ def _search_image(scene, bvh, tree, leaf, falling, block, whole, receiver, rows,
 
 
 @kernel
-def _list_kind(places, first, last, kind, begin, work, lists):
-    """Put the receivers of a kind onto the first list from ``begin`` on; return where they end."""
+def _sort_receivers(scene, source, places, first, last, block):
+    """Make the first list, of all receivers by kind; fill where kinds begin, and their boxes."""
+    work, lists, _, _, (starts, boxes, _) = block
+    within = inside_supporting_planes(scene.supporting, source[0], source[1], source[2])
     for i in range(first, last):
-        lane = i - first
-        if lists[KIND, lane] == kind:
-            work[LISTS + PX + begin] = places[i, 0]
-            work[LISTS + PY + begin] = places[i, 1]
-            work[LISTS + PZ + begin] = places[i, 2]
-            lists[LISTED + LANE, begin] = lane
-            lists[LISTED + DOUBT, begin] = 0
-            begin += 1
-    return begin
+        x, y, z = places[i, 0], places[i, 1], places[i, 2]
+        kind = _FALLING if comes_first(x, y, z, source[0], source[1], source[2]) else 0
+        if within and inside_supporting_planes(scene.supporting, x, y, z):
+            kind += _INSIDE
+        lists[KIND, i - first] = kind
+    size = 0
+    for kind in range(_KINDS):
+        starts[kind] = size
+        for a in range(3):
+            boxes[kind, a], boxes[kind, 3 + a] = np.inf, -np.inf
+        for i in range(first, last):
+            if lists[KIND, i - first] != kind:
+                continue
+            for a in range(3):
+                work[LISTS + a * LANES + size] = places[i, a]
+                boxes[kind, a] = min(boxes[kind, a], places[i, a])
+                boxes[kind, 3 + a] = max(boxes[kind, 3 + a], places[i, a])
+            lists[LISTED + LANE, size] = i - first
+            lists[LISTED + DOUBT, size] = 0
+            size += 1
+    starts[_KINDS] = size
+
+
+@kernel(forceinline=True)
+def _write_paths(scene, tree, order, begin, count, block, whole, receiver, rows, first):
+    """Return the number of rows once a part of the first list has its paths, of one way."""
+    work, lists, _, _, (_, _, (_, _, way)) = block
+    _, points, facets, orders, _, touching = whole
+    planes, image = scene.planes, tree.image
+    here = LISTS + begin
+    for depth in range(order + 1):
+        for a in range(3):
+            for j in range(count):
+                points[at(rows, j), depth, a] = work[at(here + a * LANES, j)]
+        if depth < order:
+            plane, node = way[depth, WAY_PLANE], way[depth, WAY_NODE]
+            nx, ny, nz = planes[plane, 0], planes[plane, 1], planes[plane, 2]
+            offset = planes[plane, 3]
+            ix, iy, iz = image[node, 0], image[node, 1], image[node, 2]
+            height = nx * ix + ny * iy + nz * iz - offset
+            there = LISTS + (depth + 1) * LIST
+            for j in range(count):
+                px, py, pz = work[at(here + PX, j)], work[at(here + PY, j)], work[at(here + PZ, j)]
+                _, hx, hy, hz = _pierced(px, py, pz, nx, ny, nz, offset, ix, iy, iz, height)
+                work[at(there + PX, j)] = hx
+                work[at(there + PY, j)] = hy
+                work[at(there + PZ, j)] = hz
+            here = there
+            facet = way[depth, WAY_FACET]
+            for j in range(count):
+                facets[at(rows, j), depth] = facet
+    for a in range(3):
+        source = image[0, a]
+        for j in range(count):
+            points[at(rows, j), order + 1, a] = source
+    for j in range(count):
+        row = at(rows, j)
+        orders[row], touching[row] = order, 0
+        receiver[row] = first + lists[LISTED + LANE, at(begin, j)]
+    return rows + count
+
+
+@kernel
+def _free_paths(scene, bvh, order, begin, end, block, whole, receiver, first):
+    """Return where rows end of which those that are blocked, or touch something, are left out."""
+    _, lists, _, pending, _ = block
+    state, points, facets = whole[:3]
+    for depth in range(order):
+        state[depth, STATE_PLANE] = scene.facet_plane[facets[begin, depth]]
+    rows = begin
+    for row in range(begin, end):
+        if not path_is_free(
+            bvh.boxes,
+            bvh.links,
+            bvh.triangles,
+            bvh.planes,
+            bvh.margin,
+            points,
+            state,
+            row,
+            order,
+        ):
+            continue
+        if _touched(scene, bvh, points, facets, row, order):
+            lists[ODD, pending[0]] = receiver[row] - first
+            pending[0] += 1
+            continue
+        if rows < row:
+            receiver[rows] = receiver[row]
+            for depth in range(order + 1):
+                for a in range(3):
+                    points[rows, depth, a] = points[row, depth, a]
+        rows += 1
+    return rows
+
+
+@kernel(forceinline=True)
+def _search_kind(scene, bvh, tree, leaf, kind, block, whole, receiver, rows, first):
+    """Return the number of rows once the paths of an image to receivers of a kind are written."""
+    _, _, steps, _, (starts, boxes, box) = block
+    begin, count = starts[kind], starts[kind + 1] - starts[kind]
+    if count == 0:
+        return rows
+    found = search_box(
+        scene,
+        bvh.boxes,
+        bvh.links,
+        bvh.triangles,
+        bvh.planes,
+        bvh.margin,
+        tree,
+        leaf,
+        kind & _FALLING,
+        boxes,
+        kind,
+        box,
+    )
+    if found == UNSURE:
+        steps[0, BEGIN], steps[0, COUNT], steps[0, OPEN] = begin, count, count
+        return _search_image(
+            scene, bvh, tree, leaf, kind & _FALLING, block, whole, receiver, rows, first
+        )
+    if found == NO_PATH:
+        return rows
+    order = tree.order[leaf]
+    end = _write_paths(scene, tree, order, begin, count, block, whole, receiver, rows, first)
+    if found == NEAR:
+        return _free_paths(scene, bvh, order, rows, end, block, whole, receiver, first)
+    return end
 
 
 @kernel(returns="UniTuple(int64, 2)")
@@ -359,21 +506,11 @@ def search_block(scene, tree, places, first, last, image, block, whole, receiver
     Row by row, as `search_chunk` has them for one receiver, with the number of each in
     ``receiver``. A receiver's paths come in the order of images.
     """
-    work, lists, steps, pending = block
-    state, points, facets, orders, near, touching = whole
-    source = tree.image[0]
+    _, lists, _, pending, _ = block
+    state, orders = whole[0], whole[3]
     state[len(state) - 1, :] = -1
-    within = inside_supporting_planes(scene.supporting, source[0], source[1], source[2])
-    for i in range(first, last):
-        x, y, z = places[i, 0], places[i, 1], places[i, 2]
-        kind = _FALLING if comes_first(x, y, z, source[0], source[1], source[2]) else 0
-        if within and inside_supporting_planes(scene.supporting, x, y, z):
-            kind += _INSIDE
-        lists[KIND, i - first] = kind
-    ends = np.empty(4, dtype=np.int64)
-    for kind in range(4):
-        begin = ends[kind - 1] if kind > 0 else np.int64(0)
-        ends[kind] = _list_kind(places, first, last, kind, begin, work, lists)
+    if image == 0 and pending[0] == 0:
+        _sort_receivers(scene, tree.image[0], places, first, last, block)
     rows = np.int64(0)
     while image < len(tree.leaves):
         while pending[1] < pending[0]:
@@ -381,18 +518,11 @@ def search_block(scene, tree, places, first, last, image, block, whole, receiver
                 return rows, image
             i = first + lists[ODD, pending[1]]
             pending[1] += 1
-            found = search_chunk(
-                scene,
-                tree,
-                places[i, 0],
-                places[i, 1],
-                places[i, 2],
-                image,
-                image + 1,
-                (state, points[rows:], facets[rows:], orders[rows:], near[rows:], touching[rows:]),
+            end = search_chunk(
+                scene, tree, places[i, 0], places[i, 1], places[i, 2], image, image + 1, rows, whole
             )
-            receiver[rows : rows + found] = i
-            rows += found
+            receiver[rows:end] = i
+            rows = end
         if pending[0] > 0:
             pending[:] = 0
             image += 1
@@ -400,22 +530,15 @@ def search_block(scene, tree, places, first, last, image, block, whole, receiver
         if len(orders) - rows < ROOM + LANES:
             return rows, image
         lists[DONE, : last - first] = 0
-        for kind in range(4):
-            steps[0, BEGIN] = ends[kind - 1] if kind > 0 else 0
-            steps[0, COUNT] = steps[0, OPEN] = ends[kind] - steps[0, BEGIN]
-            if steps[0, COUNT] > 0:
-                rows = _search_image(
-                    scene,
-                    scene.inner_bvh if kind & _INSIDE else scene.bvh,
-                    tree,
-                    tree.leaves[image],
-                    kind & _FALLING,
-                    block,
-                    whole,
-                    receiver,
-                    rows,
-                    first,
-                )
+        leaf = tree.leaves[image]
+        for kind in range(_INSIDE):
+            rows = _search_kind(
+                scene, scene.bvh, tree, leaf, kind, block, whole, receiver, rows, first
+            )
+        for kind in range(_INSIDE, _KINDS):
+            rows = _search_kind(
+                scene, scene.inner_bvh, tree, leaf, kind, block, whole, receiver, rows, first
+            )
         if pending[0] == 0:
             image += 1
     return rows, image

@@ -97,6 +97,7 @@ def find_paths(
     several,
     first,
     last,
+    row,
     state,
     points,
     facets,
@@ -104,22 +105,23 @@ def find_paths(
     near,
     touching,
 ):
-    """Return how many paths to the receiver x, y, z the images first to last of ``leaves`` give.
+    """Return the row after those of the paths that images first to last of ``leaves`` give.
 
     The reflection points are found backwards, from the receiver towards the source: each is where
     the line from the last point to the image pierces the branch's plane, within one of its facets.
-    Row by row, ``points`` receives receiver, reflections and source, ``facets`` the facet of each
-    reflection in the same sense, ``orders`` the number of reflections. Where receiver or source is
-    a point of an edge, the last row of the state names its planes, which do not block or reflect
-    there. ``several`` asks for every path of an image; else the first is the only one. ``whole``
-    says that the ends are antennas, so that :func:`counts` decides on paths that touch something.
+    From ``row`` on, ``points`` receives receiver, reflections and source, ``facets`` the facet of
+    each reflection in the same sense, ``orders`` the number of reflections. Where receiver or
+    source is a point of an edge, the last row of the state names its planes, which do not block or
+    reflect there. ``several`` asks for every path of an image; else the first is the only one.
+    ``whole`` says that the ends are antennas, so that :func:`counts` decides on paths that touch
+    something.
 
     A path exactly through the edge of two walls may be read as a reflection by either first. Which
     reading is taken must not depend on which end sends, or reciprocity would fail there: branches
     are sorted by plane, and tried in falling order where the receiver comes first in space, else in
     rising order.
     """
-    found = np.int64(0)
+    found = row
     ends = len(state) - 1
     for place in range(first, last):
         leaf = leaves[place]
@@ -239,6 +241,18 @@ def find_paths(
     return found
 
 
+@kernel(forceinline=True)
+def path_rows(rows, width):
+    """Return points, and codes of interactions, of paths of up to ``width`` interactions.
+
+    Of one vertex the rows stand together, so that several paths are worked out at once.
+    """
+    return (
+        np.empty((3, width + 2, rows)).T,
+        np.empty((width + 1, rows), dtype=np.int64).T,
+    )
+
+
 @kernel
 def make_scratch(max_order, ways, transmits, rows):
     """Return state, points, facets and orders for chunks of paths of up to ``max_order`` bends.
@@ -248,19 +262,20 @@ def make_scratch(max_order, ways, transmits, rows):
     """
     width = max_order + (MAX_CROSSINGS if transmits else 0)
     rows = max(rows, 2 * CHUNK, ways) + 1
+    points, facets = path_rows(rows, width)
     return (
         np.empty((max_order + 3, 4), dtype=np.int64),
-        np.empty((rows, width + 2, 3)),
-        np.empty((rows, width + 1), dtype=np.int64),
+        points,
+        facets,
         np.empty(rows, dtype=np.int64),
-        np.empty((rows, width + 2, 3)),
+        np.empty((3, width + 2, rows)).T,
         np.zeros(rows, dtype=np.int64),
     )
 
 
 @kernel(forceinline=True)
-def search_chunk(scene, tree, x, y, z, first, last, whole):
-    """Return the number of paths to x, y, z over the images from first to last, row by row."""
+def search_chunk(scene, tree, x, y, z, first, last, row, whole):
+    """Return the row after those of the paths to x, y, z over the images from first to last."""
     bvh, sheets = scene.bvh, scene.sheet_bvh
     state, points, facets, orders, near, touching = whole
     image = tree.image
@@ -301,6 +316,7 @@ def search_chunk(scene, tree, x, y, z, first, last, whole):
         scene.transmits,
         first,
         last,
+        row,
         state,
         points,
         facets,

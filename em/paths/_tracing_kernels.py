@@ -5,7 +5,7 @@ import numpy as np
 
 from octant.em.paths._block_kernels import FEW, LANES, block_scratch, search_block
 from octant.em.paths._edge_path_kernels import search_edges
-from octant.em.paths._path_kernels import make_scratch, search_chunk
+from octant.em.paths._path_kernels import make_scratch, path_rows, search_chunk
 from octant.em.paths._transmission_kernels import insert_crossings
 from octant.em.records import CHUNK
 from octant.geometries.kernels import kernel
@@ -35,13 +35,14 @@ def tracing_scratch(scene, tree, edges):
         chain_order[i] = i
     for i in range(longest + 2):
         chain_branches[i, 1] = i - 1
+    before_points, before_facets = path_rows(rows, longest)
     before = (
         np.empty((longest + 3, 4), dtype=np.int64),
         np.empty((longest + 2, 3)),
         chain_order,
         chain_branches,
-        np.empty((rows, longest + 2, 3)),
-        np.empty((rows, longest + 1), dtype=np.int64),
+        before_points,
+        before_facets,
         np.empty(rows, dtype=np.int64),
     )
     met = (
@@ -83,7 +84,7 @@ def next_paths(scene, tree, edges, places, first, last, place, scratch):
     if place < images:
         step = max(1, CHUNK // tree.ways) if scene.transmits else CHUNK
         end = min(place + step, images)
-        found = search_chunk(scene, tree, x, y, z, place, end, whole)
+        found = search_chunk(scene, tree, x, y, z, place, end, np.int64(0), whole)
         place = end
     else:
         begin = (place - images) % wedges

@@ -3,8 +3,9 @@
 
 import numpy as np
 
-from octant.em.fields._field_kernels import fields_in_scene
+from octant.em.fields._field_kernels import field_rows, fields_in_scene
 from octant.em.fields._wave_kernels import WIDTH
+from octant.em.paths._path_kernels import path_rows
 from octant.geometries.kernels import kernel
 
 
@@ -16,9 +17,9 @@ def kept_fields(scene, transmitter, width, start, points, codes, begin, end, fie
     the source; its ``codes`` begin at start[i] - 2 i, in the same sense. ``width`` is the greatest
     number of interactions. The field is times lambda / 4 pi, as in `path_fields`.
     """
-    corners = np.empty((WIDTH, width + 2, 3))
-    walls = np.empty((WIDTH, width), dtype=np.int64)
+    corners, walls = path_rows(np.int64(WIDTH), width)
     orders = np.empty(WIDTH, dtype=np.int64)
+    here, going = field_rows(np.int64(WIDTH))
     first = begin
     while first < end:
         count = min(np.int64(WIDTH), end - first)
@@ -31,14 +32,8 @@ def kept_fields(scene, transmitter, width, start, points, codes, begin, end, fie
                     corners[p, v, a] = points[start[i] + v, a]
             for v in range(n):
                 walls[p, v] = codes[start[i] - 2 * i + v]
-        fields_in_scene(
-            scene,
-            transmitter,
-            count,
-            corners,
-            walls,
-            orders,
-            field[first : first + count],
-            direction[first : first + count],
-        )
+        fields_in_scene(scene, transmitter, count, corners, walls, orders, here, going)
+        for p in range(count):
+            for a in range(3):
+                field[first + p, a], direction[first + p, a] = here[p, a], going[p, a]
         first += count

@@ -6,7 +6,7 @@ import numpy as np
 from octant.em.antennas._antenna_kernels import antenna_at
 from octant.em.antennas._phase_kernels import angle_of
 from octant.em.antennas._response_kernels import interpolate, turn_phases
-from octant.em.fields._field_kernels import fields_in_scene, path_fields, receive
+from octant.em.fields._field_kernels import field_rows, fields_in_scene, path_fields, receive
 from octant.em.fields._wave_kernels import SIZE, TI, TR, WIDTH
 from octant.em.paths._tracing_kernels import (
     next_paths,
@@ -32,8 +32,7 @@ def antenna_power(
 ):
     """Fill coherent gain, sum of the paths' gains and number of paths, rows begin to end."""
     scratch = tracing_scratch(scene, tree, edges)
-    field = np.empty((len(scratch[0][3]), 3), dtype=np.complex128)
-    direction = np.empty((len(scratch[0][3]), 3))
+    field, direction = field_rows(len(scratch[0][3]))
     points, facets, orders, receivers = scratch[0][1], scratch[0][2], scratch[0][3], scratch[4]
     step = traced_at_once(scene, end - begin)
     total, state = np.empty(step, dtype=np.complex128), np.empty(SIZE)
@@ -84,12 +83,12 @@ def reader_power(
     """
     scratch = tracing_scratch(scene, tree, edges)
     points, facets, orders, receivers = scratch[0][1], scratch[0][2], scratch[0][3], scratch[4]
-    direction = np.empty((len(orders), 3))
+    direction = field_rows(len(orders))[1]
     frequencies, headings = len(channels.wavelength), turns.shape[1]
     ports = response.centre_rad.shape[1]
     n = ports // frequencies
     step = traced_at_once(scene, min(end - begin, SUMS // (headings * ports)))
-    field = np.empty((frequencies, len(orders), 3), dtype=np.complex128)
+    field = np.empty((frequencies, 3, len(orders)), dtype=np.complex128)
     angles = np.empty(6 * WIDTH)
     parts, phases = np.empty(4 * ports), np.empty((2, ports))
     sums = np.empty((step, headings, 3, ports))
@@ -123,7 +122,7 @@ def reader_power(
                     points,
                     facets,
                     orders,
-                    field[c],
+                    field[c].T,
                     direction,
                 )
             for p in range(found):
@@ -179,7 +178,7 @@ def _add_voltages(response, field, p, angles, turn, ct, st, parts, phases, sums,
     ports = len(parts) // 4
     n = ports // len(field)
     for c in range(len(field)):
-        ex, ey, ez = field[c, p, 0], field[c, p, 1], field[c, p, 2]
+        ex, ey, ez = field[c, 0, p], field[c, 1, p], field[c, 2, p]
         e_theta = up * (cp * ex + sp * ey) - across * ez
         e_phi = cp * ey - sp * ex
         tr, ti, pr, pi = e_theta.real, e_theta.imag, e_phi.real, e_phi.imag

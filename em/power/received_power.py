@@ -19,6 +19,7 @@ from octant.em.power.link_bands import LinkBand, check_clearance, link_bands, li
 from octant.em.search.candidates import Candidates, SolverSettings
 from octant.em.search.ray_share import RayShare
 from octant.em.soundness import check_power
+from octant.em.tiles import near_each_other, put_back
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import AntennaError
 
@@ -57,7 +58,9 @@ def antenna_power(
     power_w : Transmitted power [W].
     executor, progress : As in `octant.em.blocks.run_blocks`.
     """
-    places = checked_receivers(candidates.images, places_m)
+    given = checked_receivers(candidates.images, places_m)
+    order = near_each_other(given)
+    places = given[order]
     m = len(places)
     coherent, mean, count = np.zeros(m), np.zeros(m), np.zeros(m, dtype=np.int64)
     arrays = (
@@ -71,7 +74,9 @@ def antenna_power(
 
     run_blocks(work, m, executor=executor, progress=progress)
     check_power(power_w * coherent, power_w, places)
-    return ReceivedPower(power_w * coherent, power_w * mean, count)
+    return ReceivedPower(
+        put_back(order, power_w * coherent), put_back(order, power_w * mean), put_back(order, count)
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -149,15 +154,21 @@ class ReaderLink:
         self, places_m: FloatArray, headings_rad: FloatArray, progress: Progress | None
     ) -> ReceivedPower:
         """Return (m, h, n) powers at (m, 2) places and (m, h) headings, and (m,) counts."""
-        places = np.column_stack((places_m, np.full(len(places_m), self.reader_z_m)))
+        order = near_each_other(places_m)
+        places = np.column_stack((places_m[order], np.full(len(places_m), self.reader_z_m)))
+        headings = headings_rad[order]
         shape = (*headings_rad.shape, self.antennas)
         coherent, mean = np.zeros(shape), np.zeros(shape)
         counts = np.zeros((len(self.bands), len(places)), dtype=np.int64)
         for band, count in zip(self.bands, counts, strict=True):
-            band.add_power(places, headings_rad, (coherent, mean, count), progress)
+            band.add_power(places, headings, (coherent, mean, count), progress)
         scale = self.tag_power_w / sum(band.channels for band in self.bands)
         check_power(scale * coherent, self.tag_power_w, places)
-        return ReceivedPower(scale * coherent, scale * mean, counts[0])
+        return ReceivedPower(
+            put_back(order, scale * coherent),
+            put_back(order, scale * mean),
+            put_back(order, counts[0]),
+        )
 
     def rss_w(self, poses: npt.ArrayLike) -> FloatArray:
         """Return the coherent RSS of all antennas at each pose, (m, n) [W]; 0 without a path."""

@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from octant.em.fields._field_kernels import fields_in_scene
+from octant.em.fields._field_kernels import field_rows, fields_in_scene
 from octant.em.paths._tracing_kernels import (
     next_paths,
     traced_at_once,
@@ -21,8 +21,7 @@ def sum_magnetic_fields(scene, tree, edges, transmitter, places, begin, end, tot
     """
     scratch = tracing_scratch(scene, tree, edges)
     points, facets, orders, receiver = scratch[0][1], scratch[0][2], scratch[0][3], scratch[4]
-    field = np.empty((len(orders), 3), dtype=np.complex128)
-    direction = np.empty((len(orders), 3))
+    field, direction = field_rows(len(orders))
     step = traced_at_once(scene, end - begin)
     wavenumber = 2.0 * np.pi / scene.wavelength
     total[begin:end] = 0.0
