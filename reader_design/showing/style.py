@@ -89,9 +89,16 @@ def figure_png(figure: "Figure") -> bytes:
     ----------
     figure : From one of the functions here.
     """
+    from matplotlib import rcParams
+
     content = io.BytesIO()
+    canvas: Any = figure.canvas
     with figure_style():
-        figure.savefig(content, format="png", metadata={"Software": None})
+        shown_dpi, figure.dpi = figure.dpi, rcParams["savefig.dpi"]
+        try:
+            canvas.print_png(content, metadata={"Software": None})  # `savefig` draws twice
+        finally:
+            figure.dpi = shown_dpi
     return content.getvalue()
 
 
