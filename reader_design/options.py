@@ -234,7 +234,7 @@ dry_run_option = click.option(
 )
 
 quick_option = click.option(
-    "--quick", is_flag=True, help="A quick look: coarse sampling and few runs."
+    "--quick", is_flag=True, help="A quick look: coarse sampling, few runs, less compared."
 )
 
 

@@ -1,7 +1,7 @@
 """Write ``reader_design/kernels.json``: the kernels that each verb needs, in the order of need.
 
-``python tools/list_kernels.py`` runs the verbs on a box with all defaults, and the built-in study
-as a quick look; it takes some minutes. From the list a second process compiles at first use, while
+``python tools/list_kernels.py`` runs the verbs on a box with all defaults, and the built-in study;
+it takes some minutes. From the list a second process compiles at first use, while
 the first one works (`octant.reader_design.compilation`).
 """
 
@@ -34,7 +34,7 @@ CALLS = {
     "rss": ("rss", "box.toml", "--tag", "tag", "--poses", "poses.csv", "--csv", "rss.csv"),
     "reader": ("reader", "box.toml", "--out", "reader"),
     "navigate": ("navigate", "box.toml", "--out", "navigate", "--workers", "1"),
-    "study": ("study", "--out", "study", "--quick", "--workers", "1"),
+    "study": ("study", "--out", "study", "--workers", "1"),
 }
 SAME = {"sweep": "study"}
 """Verbs that need what another one needs."""

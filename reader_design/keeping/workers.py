@@ -144,7 +144,8 @@ class LocalProcesses:
         self._lifeline.close()
         # A worker that leaves while it hands over a result leaves half of it, and whoever reads it
         # would wait for the rest as long as this process could still write it.
-        self._pool._result_queue._writer.close()  # noqa: SLF001  the executor has no name for it
+        results: Any = self._pool._result_queue  # noqa: SLF001  the executor has no name for it
+        results._writer.close()  # noqa: SLF001
         self._pool.shutdown(wait=True, cancel_futures=True)
         self._pool = self._lifeline = None
 

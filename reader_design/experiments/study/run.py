@@ -15,6 +15,7 @@ from pathlib import Path
 import msgspec
 
 from octant.em.blocks import cores, one_blas_thread
+from octant.em.reader.comparison import ResponseDifference
 from octant.geometries.errors import SweepStateError
 from octant.geometries.files import write_text
 from octant.reader_design.experiments.choice.thesis_claims import claim_sentence
@@ -237,15 +238,14 @@ def run_study(
             chosen = scored[choice.chosen]
             progress.say(choice.reason[0])
             setting = settings[chosen.key]
-            approximated = begun(crew, approximation_errors, setting)
+            approximated = None if quick else begun(crew, approximation_errors, setting)
             room_map = map_stage(MapCase(setting=setting, progress=progress), stages)
             thesis = None
             if study.report.thesis and all(cell.label == cell.design.label() for cell in cells):
                 # the thesis varies antenna, r_a and h_p alone
                 with progress.during("the set-up of the thesis"):
                     thesis = thesis_setup(cells, study.radio, stages, progress)
-            with progress.during("errors of the approximations"):
-                approximations = approximated()
+            approximations = _waited_for(approximated, progress)
             as_built = None
             if not quick:
                 second = scored[choice.ranking[1]] if len(scored) > 1 else None
@@ -275,6 +275,16 @@ def run_study(
         )
         publish(content, room_map, rooms, out_dir, force=force, progress=progress, crew=crew)
     return StudyOutcome(content=content, folder=out_dir, report=out_dir / "report.html")
+
+
+def _waited_for(
+    approximated: Callable[[], tuple[ResponseDifference, ...]] | None, progress: Progress
+) -> tuple[ResponseDifference, ...]:
+    """Return the errors of the approximations; none of those that nobody asked for."""
+    if approximated is None:
+        return ()
+    with progress.during("errors of the approximations"):
+        return approximated()
 
 
 def _crew(
