@@ -16,6 +16,7 @@ _SECTORS = 12
 _NEAR_M = 0.5
 _NEAR_RAD = 0.6
 _PROVEN = 10.0
+_STRANGE, _MOST_STRANGE, _STRANGE_FORGET = 3.0, 20.0, 0.1
 
 MOST_PROOF = 30.0
 """Evidence for a belief [-] at which it is not counted further: a pose that is known."""
@@ -64,6 +65,9 @@ class PoseBelief:
     proof : By how much the readings since the pose was open, or the known start, speak for this
         belief, rather than for a robot that may be anywhere: not negative, and at most 30 [-].
     rivals : Share of the last readings that were explained better by poses drawn anywhere [-].
+    strange : By how much the last readings speak for the local mean alone, though fades were
+        foreseen until then: a log-likelihood of which a tenth is forgotten with each reading, not
+        negative, and at most 20 [-].
     estimate : The pose after the last reading, before particles are drawn anew; None: of another
         moment.
     sure : The belief when it was proven and nothing spoke against it last; None: never.
@@ -81,6 +85,7 @@ class PoseBelief:
     rivals: float = 0.0
     estimate: PoseEstimate | None = None
     proof: float = MOST_PROOF
+    strange: float = 0.0
     sure: "PoseBelief | None" = None
 
     @property
@@ -92,6 +97,24 @@ class PoseBelief:
     def faded(self) -> float:
         """Return the probability that readings tell no more than the local mean does [-]."""
         return float(np.mean(self.trusted[:, -2:].sum(axis=1)))
+
+    @property
+    def estranged(self) -> bool:
+        """Return whether readings are no longer as the belief foresees them."""
+        return self.strange > _STRANGE
+
+    def compared(self, faded: float) -> "PoseBelief":
+        """Return the belief with one more reading in what is strange.
+
+        At a right pose the mean of exp(faded) is at most 1, whatever the maps are worth; at a wrong
+        one fades are not where they were foreseen.
+
+        Parameters
+        ----------
+        faded : Logarithm of the likelihood by the local mean alone, over that by this belief [-].
+        """
+        strange = max(0.0, (1.0 - _STRANGE_FORGET) * self.strange + faded)
+        return replace(self, strange=min(strange, _MOST_STRANGE))
 
     def judged(self, against: float) -> "PoseBelief":
         """Return the belief with doubt and proof moved by the evidence of one reading.

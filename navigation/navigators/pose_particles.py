@@ -298,6 +298,8 @@ class PoseFilter:
             weights=weights,
             trusted=trusted / trusted.sum(axis=1, keepdims=True),
         )
+        ratio = np.prod(parts[:, :, -2] / belief.trusted[:, -2], axis=1)
+        weighed = weighed.compared(math.log(float(weights @ ratio) + 1e-300))
         weighed = replace(weighed, estimate=agreed(weighed))
         weighed = self._learned(weighed, rss_db)
         if searching:
@@ -399,7 +401,7 @@ class PoseFilter:
 
         At a wrong pose places would be found that fit it, and nothing would ever contradict it.
         """
-        if belief.places is None or not belief.proven or belief.faded > _FADED:
+        if belief.places is None or self.lost(belief) or belief.faded > _FADED:
             return False
         estimate = agreed(belief)
         return estimate.share >= 0.9 and estimate.spread_m <= _PLACED_M
@@ -447,13 +449,15 @@ class PoseFilter:
             trusted=fresh.trusted,
             doubt=0.0,
             proof=0.0,
+            strange=0.0,
             estimate=None,
         )
 
     def lost(self, belief: PoseBelief) -> bool:
         """Return whether poses drawn anywhere explain most of the last readings better.
 
-        Where the tags' places are searched for: whether too little speaks for the belief yet.
+        Where the tags' places are searched for: whether too little speaks for the belief yet, or
+        readings are no longer as it foresees them.
         That readings do not fit says that the map is wrong here, or the pose. At a wrong pose the
         best of many others is better; at the right one it is not more often than such maps allow.
 
@@ -462,7 +466,7 @@ class PoseFilter:
         belief : The belief.
         """
         if self.survey is not None:
-            return not belief.proven
+            return not belief.proven or belief.estranged
         return belief.rivals > self.rivals_limit
 
     def limit_of(self, poses: FloatArray, rss_w: FloatArray, rng: np.random.Generator) -> float:

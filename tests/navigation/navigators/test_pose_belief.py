@@ -48,3 +48,16 @@ def test_what_is_learned_in_doubt_is_forgotten_back_to_when_there_was_none(belie
 
 def test_faded_is_the_share_of_readings_that_only_the_local_mean_or_an_outlier_explains(belief):
     assert belief.faded == pytest.approx((0.3 + 0.8) / 2.0)
+
+
+def test_readings_are_strange_while_they_speak_for_the_local_mean(belief):
+    assert not belief.compared(-100.0).estranged
+    strange = belief.compared(3.0).compared(4.0)
+    assert strange.strange == pytest.approx(0.9 * 3.0 + 4.0)
+    assert strange.estranged
+    # A shadow that the map does not know does not count for ever.
+    assert strange.compared(1000.0).compared(-20.0).strange == 0.0
+    left = strange
+    for _ in range(10):
+        left = left.compared(0.0)
+    assert not left.estranged

@@ -136,6 +136,8 @@ def test_a_robot_that_is_carried_finds_itself_by_the_places_that_it_keeps(survey
     carried, rng = np.array([1.55, 1.8, -2.0]), np.random.default_rng(2)
     belief, pose = on(survey_filter, belief, carried, links, rng, 4)
     assert math.dist(survey_filter.estimate(belief).pose[:2], pose[:2]) > 0.3
+    # It need not know yet where it is, but that it is not where it believes to be.
+    assert survey_filter.lost(belief)
     belief, pose = on(survey_filter, belief, pose, links, rng, 20)
     assert math.dist(survey_filter.estimate(belief).pose[:2], pose[:2]) < 0.02
     assert not survey_filter.lost(belief)
