@@ -104,7 +104,7 @@ def path_fields(
             state[LENGTH + i] = length
         far_fields(antenna, state, width)
         before, between, after, edges = _edge_lengths(wedge_utd, points, facets, begin, order)
-        leg = order
+        leg, known = order, np.int64(0)
         while leg > 0:
             leg -= 1
             if facets[begin, leg] < 0:
@@ -141,7 +141,7 @@ def path_fields(
                 width,
                 state,
             )
-            reflect_half_spaces(state, width)
+            known = reflect_half_spaces(state, width, known)
             if not simple:
                 reflect_any_walls(
                     facet_layers,

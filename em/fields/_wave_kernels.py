@@ -35,7 +35,9 @@ TR, TI, UR, UI = 17 * WIDTH, 18 * WIDTH, 19 * WIDTH, 20 * WIDTH  # its coefficie
 THROUGH = 21 * WIDTH  # 1 where the wave passes, 0 where it is reflected
 ALONG = 22 * WIDTH  # direction times normal
 LENGTH, SPREAD = 23 * WIDTH, 24 * WIDTH  # [m]
-SIZE = 25 * WIDTH
+KNOWN = 25 * WIDTH  # what is kept of walls met before, KEPT rows each
+KEPT, WALLS = 7, 3
+SIZE = KNOWN + WALLS * KEPT * WIDTH
 
 
 def far_fields(antenna: Any, state: Any, count: Any) -> None:
@@ -79,8 +81,12 @@ def _pattern_fields(antenna, state, count):
 
 
 @kernel
-def reflect_half_spaces(state, count):
-    """Fill the coefficients of half-spaces: see :mod:`octant.em.medium._reflection_kernels`."""
+def reflect_half_spaces(state, count, known):
+    """Fill the coefficients of half-spaces: see :mod:`octant.em.medium._reflection_kernels`.
+
+    Parallel walls of one material, as floor and ceiling, have the same: those of the first
+    ``known`` walls are kept. Returned is how many are now.
+    """
     for i in range(count):
         along = (
             state[DX + i] * state[NX + i]
@@ -88,10 +94,39 @@ def reflect_half_spaces(state, count):
             + state[DZ + i] * state[NZ + i]
         )
         state[ALONG + i] = along
-        eps_r = complex(state[ER + i], state[EI + i])
-        te, tm = half_space(eps_r, abs(along))
+    for wall_before in range(known):
+        row = KNOWN + wall_before * KEPT * WIDTH
+        different = 0
+        for i in range(count):
+            other = (
+                (abs(state[ALONG + i]) != state[at(row, i)])
+                | (state[ER + i] != state[at(row + WIDTH, i)])
+                | (state[EI + i] != state[at(row + 2 * WIDTH, i)])
+            )
+            different += 1 if other else 0
+        if different == 0:
+            for i in range(count):
+                state[TR + i] = state[at(row + 3 * WIDTH, i)]
+                state[TI + i] = state[at(row + 4 * WIDTH, i)]
+                state[UR + i] = state[at(row + 5 * WIDTH, i)]
+                state[UI + i] = state[at(row + 6 * WIDTH, i)]
+            return known
+    for i in range(count):
+        te, tm = half_space(complex(state[ER + i], state[EI + i]), abs(state[ALONG + i]))
         state[TR + i], state[TI + i] = te.real, te.imag
         state[UR + i], state[UI + i] = tm.real, tm.imag
+    if known == WALLS:
+        return known
+    row = KNOWN + known * KEPT * WIDTH
+    for i in range(count):
+        state[at(row, i)] = abs(state[ALONG + i])
+        state[at(row + WIDTH, i)] = state[ER + i]
+        state[at(row + 2 * WIDTH, i)] = state[EI + i]
+        state[at(row + 3 * WIDTH, i)] = state[TR + i]
+        state[at(row + 4 * WIDTH, i)] = state[TI + i]
+        state[at(row + 5 * WIDTH, i)] = state[UR + i]
+        state[at(row + 6 * WIDTH, i)] = state[UI + i]
+    return known + 1
 
 
 @kernel

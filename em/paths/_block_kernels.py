@@ -469,8 +469,6 @@ def _search_kind(scene, bvh, tree, leaf, kind, block, whole, receiver, rows, fir
     """Return the number of rows once the paths of an image to receivers of a kind are written."""
     _, _, steps, _, (starts, boxes, box) = block
     begin, count = starts[kind], starts[kind + 1] - starts[kind]
-    if count == 0:
-        return rows
     found = search_box(
         scene,
         bvh.boxes,
@@ -506,7 +504,7 @@ def search_block(scene, tree, places, first, last, image, block, whole, receiver
     Row by row, as `search_chunk` has them for one receiver, with the number of each in
     ``receiver``. A receiver's paths come in the order of images.
     """
-    _, lists, _, pending, _ = block
+    _, lists, _, pending, (starts, _, _) = block
     state, orders = whole[0], whole[3]
     state[len(state) - 1, :] = -1
     if image == 0 and pending[0] == 0:
@@ -532,13 +530,15 @@ def search_block(scene, tree, places, first, last, image, block, whole, receiver
         lists[DONE, : last - first] = 0
         leaf = tree.leaves[image]
         for kind in range(_INSIDE):
-            rows = _search_kind(
-                scene, scene.bvh, tree, leaf, kind, block, whole, receiver, rows, first
-            )
+            if starts[kind] < starts[kind + 1]:
+                rows = _search_kind(
+                    scene, scene.bvh, tree, leaf, kind, block, whole, receiver, rows, first
+                )
         for kind in range(_INSIDE, _KINDS):
-            rows = _search_kind(
-                scene, scene.inner_bvh, tree, leaf, kind, block, whole, receiver, rows, first
-            )
+            if starts[kind] < starts[kind + 1]:
+                rows = _search_kind(
+                    scene, scene.inner_bvh, tree, leaf, kind, block, whole, receiver, rows, first
+                )
         if pending[0] == 0:
             image += 1
     return rows, image
