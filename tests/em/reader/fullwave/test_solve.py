@@ -9,7 +9,6 @@ from threadpoolctl import threadpool_limits
 from octant.em.blocks import THREADS_VARIABLE
 from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
 from octant.em.reader.fullwave.basis import surface_basis
-from octant.em.reader.fullwave.far_field import band_limited
 from octant.em.reader.fullwave.mesh import reader_mesh
 from octant.em.reader.fullwave.rwg import impedance_matrix
 from octant.em.reader.fullwave.single import dipole_mesh
@@ -252,12 +251,3 @@ def test_a_feed_beside_the_antenna_is_refused():
         )
     with pytest.raises(GeometryError, match="no edge of the antenna's mesh lies at the feed"):
         solve_reader(replace(mesh, feed_bottom_m=off, feed_top_m=off))
-
-
-@pytest.mark.parametrize(("shape", "step"), [("square", 2), ("round", 1)])
-def test_a_turn_of_the_reader_gives_the_far_field_of_the_other_sectors(shape, step):
-    result = solve_reader(coarse_mesh(ground_plane_shape=shape, antenna_radius_m=0.07))
-    assert result.port_step == step
-    plain = band_limited(result.samples).on_grid(THETA, 36)
-    turned = result.unloaded.shorted_v.on_grid(THETA, 36)
-    np.testing.assert_allclose(turned, plain, rtol=0.0, atol=1e-9 * np.abs(plain).max())
