@@ -58,6 +58,7 @@ _SETTLED_M = 0.005
 _LOOKED_AGAIN = 0.25
 _FADED = 0.5
 _WIDE_RAD = 0.1
+_GOOD_MAPS = 0.2
 _SELDOM_CARRIED = 1e-4
 _LEAST_PLACE_SD_M = 0.005
 _LEAST_LEVEL_SD_DB = 0.3
@@ -76,8 +77,8 @@ class PoseFilter:
     Parameters
     ----------
     maps : Field maps of all tags.
-    shares : (t,) float64 — Power over the local mean of the error field that is expected of map and
-        survey [-].
+    shares : (t,) float64 — Power over the local mean of the error field that is expected of the map
+        [-].
     floors_w : (t,) float64 — Power of it that is the same everywhere, also in shadows [W].
     low_m, high_m : (2,) float64 — Rectangle of the floor [m].
     blocked : Where the robot's centre cannot be; None: nowhere.
@@ -88,6 +89,7 @@ class PoseFilter:
     survey : Of tags that may hang elsewhere than the maps have them, by more than the maps can
         bear; None: they hang where they should. While the pose is known to 15 cm, an eighth of the
         particles is then weighed by the places that tags may have, and those by the particles.
+    survey_sd_m : Deviation of the survey along an axis, where places are not searched for [m].
     known : What earlier missions have found of levels, gains and places; None: nothing.
     base_m, base_sd_m : (t, 3) float64 — Where the maps have the tags, from their surveyed places,
         and how exactly that is known; None: there, and exactly [m].
@@ -113,6 +115,7 @@ class PoseFilter:
     fading_db: FloatArray
     radius_m: float = 0.1
     survey: TagSurvey | None = None
+    survey_sd_m: float = 0.0
     known: Learned | None = None
     base_m: FloatArray | None = None
     base_sd_m: FloatArray | None = None
@@ -152,10 +155,12 @@ class PoseFilter:
         """Return the shares of the error field that the field maps should have, and may have.
 
         The poses between particles are not looked at: their distance counts as an error of the map.
-        Where the tags' places are searched for, the survey may be exact, or as it says.
+        The survey may be exact, or as it says.
         """
         gap_m = 0.0 if belief is None else self._gap_m(belief, len(belief.weights))
-        off_m = 0.0 if self.survey is None else math.sqrt(float(np.mean(self.survey.sd_m**2)))
+        off_m = self.survey_sd_m
+        if self.survey is not None:
+            off_m = math.sqrt(float(np.mean(self.survey.sd_m**2)))
         share = float(np.mean(self.shares))
         return share + self._misplaced(gap_m), share + self._misplaced(math.hypot(off_m, gap_m))
 
@@ -530,6 +535,7 @@ class PoseFilter:
         level, level_variance = belief.level_db.copy(), belief.level_variance.copy()
         gain, gain_variance = belief.gain_db.copy(), belief.gain_variance.copy()
         shares, places = np.full(self.maps.tags, self._share()[0]), belief.places
+        more = self._share()[1] if places is None else 0.0
         if places is not None:
             shares = self.shares + np.array([self._misplaced(sd) for sd in places.sd_m()])
         for t in range(self.maps.tags):
@@ -539,7 +545,7 @@ class PoseFilter:
                 there = places.mean_m()[t : t + 1]
                 here = places.survey.paths[t].shifted_w(pose, there)[0, 0]
             told = belief.trusted[t, :-1]
-            expected = float(told @ supposed_shares(float(shares[t])) / told.sum())
+            expected = float(told @ supposed_shares(float(shares[t]), more) / told.sum())
             mean = self.maps.local_mean_w(pose, tag=t)[0]
             sound = (rss_db[t] > -np.inf) & (mean > 0.0)
             if not sound.any():
@@ -649,10 +655,12 @@ class PoseFilter:
         poses = belief.poses[:, chosen]
         poses[:2] += _BLUR_M * rng.standard_normal((2, kept))
         poses[2] += _BLUR_RAD * rng.standard_normal(kept)
-        # What only the local mean explains leaves the pose open by about a wavelength.
-        wide = rng.random(kept) < belief.faded
-        poses[:2] += wide * self.wavelength_m * rng.standard_normal((2, kept))
-        poses[2] += wide * _WIDE_RAD * rng.standard_normal(kept)
+        if float(np.mean(self.shares)) < _GOOD_MAPS:
+            # What only the local mean explains leaves the pose open by about a wavelength; where
+            # maps are poor, most readings are such, and the way driven is the better guide.
+            wide = rng.random(kept) < belief.faded
+            poses[:2] += wide * self.wavelength_m * rng.standard_normal((2, kept))
+            poses[2] += wide * _WIDE_RAD * rng.standard_normal(kept)
         known = belief.places is not None and belief.proven
         share = _SELDOM_CARRIED if known else _FRESH_WEIGHT
         weights = np.concatenate(

@@ -39,10 +39,10 @@ from octant.reader_design.study_file.calibration import sent_w
 
 FloatArray = npt.NDArray[np.float64]
 
-SEARCHED_SHARE = 0.1
-"""Power over the local mean [-] of what the survey's error adds to the field, beyond which the
-tags' places are searched for while driving: a survey to 8 mm at 2.4 GHz. It is then more than what
-maps of plain walls lack otherwise."""
+SEARCHED_PART = 0.5
+"""Tags' places are searched for while driving where that leaves less than this part of the variance
+of fading that survey and map together leave unknown [-]: in plain rooms with a survey of 6 mm or
+more at 2.4 GHz; not where maps are so poor that the survey hardly matters."""
 
 TRUST, ALIKE = 0.5, 2.5
 """Power of a reading's likelihood where map and survey are exact [-], and by how much it falls with
@@ -134,17 +134,14 @@ def study_pose_filter(
     wavelength_m = SPEED_OF_LIGHT_M_PER_S / max(r.frequency_hz for r in setting.radios)
     known = known_before(setting)
     sd_m = np.full((found.tags, 3), table.map.tag_sd_m) if known is None else known.offset_sd_m
-    survey = np.array(
-        [
-            misplaced_share(math.sqrt(float(np.mean(one**2))), wavelength_m=wavelength_m)
-            for one in sd_m
-        ]
-    )
-    shares = np.array([error.share + table.map.field_error for error in errors])
-    searched = study_survey(setting, sd_m) if survey.max() > SEARCHED_SHARE else None
-    if searched is None:
-        shares += survey
-    shares = np.minimum(shares, 1.0)
+    shares = np.minimum([error.share + table.map.field_error for error in errors], 1.0)
+    off_m = math.sqrt(float(np.mean(sd_m**2)))
+    left = unknown_part(float(np.mean(shares)))
+    survey = misplaced_share(off_m, wavelength_m=wavelength_m)
+    searched = None
+    if left < SEARCHED_PART * unknown_part(float(np.mean(shares)) + survey):
+        searched = study_survey(setting, sd_m)
+    error = float(np.mean(shares)) + (survey if searched is None else 0.0)
     try:
         made = PoseFilter(
             maps=found,
@@ -160,11 +157,12 @@ def study_pose_filter(
             level_db=table.map.level_sd_db,
             gain_db=table.map.gain_sd_db,
             survey=searched,
+            survey_sd_m=off_m,
             known=known,
             base_m=None if known is None else known.offset_m,
             base_sd_m=sd_m,
             particles=table.map.particles,
-            trust=TRUST / (1.0 + ALIKE * float(np.mean(shares))),
+            trust=TRUST / (1.0 + ALIKE * min(error, 1.0)),
             method=method,
         )
     except NavigationError as exc:
@@ -174,6 +172,17 @@ def study_pose_filter(
     return replace(
         made, rivals_limit=made.limit_of(*exact, np.random.default_rng(setting.study.seed))
     )
+
+
+def unknown_part(share: float) -> float:
+    """Return how much of the variance of fading is unknown beside an error field [-].
+
+    Parameters
+    ----------
+    share : Power of the error field over the local mean [-].
+    """
+    part = share / (1.0 + share)
+    return part * (2.0 - part)
 
 
 def known_before(setting: Setting) -> Learned | None:

@@ -77,8 +77,9 @@ class MapKeys(Table, frozen=True, kw_only=True):
     particles : Poses that it weighs, at least; more while the pose is open.
     spacing_m : Distance of the places of its field maps [m]; None: a sixth of a wavelength.
     tag_sd_m : How exactly the tags' places are surveyed, as a standard deviation along each axis
-        [m]. Half a wavelength over 2 pi (2 cm at 2.4 GHz) makes half of all fading unknown; beyond
-        a fifteenth of a wavelength (8 mm) the places are searched for while driving.
+        [m]. Half a wavelength over 2 pi (2 cm at 2.4 GHz) makes half of all fading unknown.
+        Where that is more than half of what is unknown, in plain rooms beyond a twentieth of a
+        wavelength (6 mm), the places are searched for while driving.
     level_sd_db, gain_sd_db : How well tags' levels and antennas' gains are known, as standard
         deviations [dB]; it finds them out while driving.
     field_error : Power over the local mean of the field that the map does not know for other

@@ -186,20 +186,6 @@ def test_the_readings_decide_between_the_expected_error_and_what_may_well_be():
     assert supposed_shares(0.0, 1.0) == pytest.approx([0.001, 0.95, 1.0])
 
 
-def test_where_only_the_local_mean_explains_readings_poses_are_spread_by_a_wavelength(pose_filter):
-    rng, pose = np.random.default_rng(0), np.array([1.2, 1.0, 0.3])
-    belief = pose_filter.start(rng, pose=pose, sd_m=0.001, sd_rad=0.001)
-    spread = {}
-    for faded in (0.0, 1.0):
-        trusted = np.tile([1.0 - faded, 0.0, faded, 0.0], (TAGS, 1))
-        drawn = pose_filter._drawn_anew(
-            replace(belief, trusted=trusted), 2000, rng, scouts=pose[:, None]
-        )
-        spread[faded] = float(np.std(drawn.poses[0]))
-    assert spread[0.0] < 0.01
-    assert spread[1.0] == pytest.approx(pose_filter.wavelength_m, rel=0.1)
-
-
 ROBOT = DifferentialDrive()
 GOAL = np.array([[2.0, 1.6]])
 

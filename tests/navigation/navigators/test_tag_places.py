@@ -165,6 +165,22 @@ def test_as_many_places_are_supposed_as_the_survey_leaves_open(survey_filter):
     assert counts == [survey.least, round(80 * (2 * np.pi) ** 1.5), survey.most]
 
 
+def test_where_only_the_local_mean_tells_poses_are_spread_by_a_wavelength(
+    survey_filter,
+):
+    rng, pose = np.random.default_rng(0), START
+    belief = survey_filter.start(rng, pose=pose, sd_m=0.001, sd_rad=0.001)
+    spread = {}
+    for faded in (0.0, 1.0):
+        trusted = np.tile([1.0 - faded, 0.0, faded, 0.0], (3, 1))
+        drawn = survey_filter._drawn_anew(
+            replace(belief, trusted=trusted), 2000, rng, scouts=pose[:, None]
+        )
+        spread[faded] = float(np.std(drawn.poses[0]))
+    assert spread[0.0] < 0.01
+    assert spread[1.0] == pytest.approx(survey_filter.wavelength_m, rel=0.1)
+
+
 def test_systematic_drawing_takes_each_particle_as_often_as_it_weighs():
     weights = np.array([0.1, 0.0, 0.6, 0.3])
     chosen = systematic(weights, 1000, np.random.default_rng(0))
