@@ -90,14 +90,17 @@ def figure_png(figure: "Figure") -> bytes:
     figure : From one of the functions here.
     """
     from matplotlib import rcParams
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     content = io.BytesIO()
-    canvas: Any = figure.canvas
+    shown, shown_dpi = figure.canvas, figure.dpi
     with figure_style():
-        shown_dpi, figure.dpi = figure.dpi, rcParams["savefig.dpi"]
         try:
+            canvas: Any = FigureCanvasAgg(figure)
+            figure.dpi = rcParams["savefig.dpi"]
             canvas.print_png(content, metadata={"Software": None})  # `savefig` draws twice
         finally:
+            figure.set_canvas(shown)
             figure.dpi = shown_dpi
     return content.getvalue()
 

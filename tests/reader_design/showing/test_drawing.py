@@ -3,9 +3,11 @@
 import pickle
 from functools import partial
 
+from matplotlib.figure import Figure
+
 from octant.reader_design.keeping.workers import GivenExecutor
 from octant.reader_design.showing.drawing import drawn_figures
-from octant.reader_design.showing.style import NamedFigure, figure_style, new_figure
+from octant.reader_design.showing.style import NamedFigure, figure_png, figure_style, new_figure
 
 
 def two_figures(section):
@@ -43,3 +45,12 @@ def test_workers_draw_the_figures_that_one_process_draws_in_the_same_order():
     assert [one.file for one in here] == ["sweep0.png", "sweep1.png", "room0.png", "room1.png"]
     assert list(drawn_figures(groups, Elsewhere())) == here
     assert all(one.png.startswith(b"\x89PNG") for one in here)
+
+
+def test_a_figure_of_any_canvas_becomes_a_file_and_stays_as_it_was():
+    figure = Figure(dpi=72)
+    figure.add_subplot().plot([1, 2])
+    canvas = figure.canvas
+    assert figure_png(figure) == figure_png(figure)
+    assert figure.canvas is canvas
+    assert figure.dpi == 72
