@@ -2,6 +2,7 @@
 
 import math
 from pathlib import Path
+from textwrap import wrap
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -27,6 +28,9 @@ VIEW_MM = (136.0, 136.0)
 """Room for one view on the sheet, dimensions included [mm]."""
 MARGIN = 0.36
 """Room around the ground plane for dimensions, as a share of its size [-]."""
+
+ROW_LETTERS = 112
+"""Letters of a row of the parts list; what is longer goes on below [-]."""
 
 INK, METAL, PLATE, WIRE, DIMENSION = "#222222", "#eceff1", "#5c6670", "#b5333f", "#2b4c7e"
 MM = 1e3
@@ -416,8 +420,13 @@ def _title_block(
     ax.add_patch(Rectangle((6, 6), w - 12, h - 12, fill=False, edgecolor=INK, linewidth=1.0))
     ax.add_patch(Rectangle((6, 6), w - 12, 48, fill=False, edgecolor=INK, linewidth=1.0))
     ax.plot((216, 216), (6, 54), color=INK, linewidth=0.8)
-    step = min(8.0, 38.0 / max(len(parts) - 1, 1))
-    for i, (name, text) in enumerate(parts):
+    rows = [
+        ("" if k else name, line)
+        for name, text in parts
+        for k, line in enumerate(wrap(text, ROW_LETTERS, break_on_hyphens=False))
+    ]
+    step = min(8.0, 38.0 / max(len(rows) - 1, 1))
+    for i, (name, text) in enumerate(rows):
         y = 47.5 - step * i
         ax.text(10, y, name, fontsize=7.5, fontweight="bold", va="center")
         ax.text(36, y, text, fontsize=7.5, va="center")

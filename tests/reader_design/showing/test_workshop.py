@@ -12,6 +12,7 @@ from octant.geometries.errors import ConfigError, GeometryError
 from octant.reader_design.showing.dxf_files import write_dxf
 from octant.reader_design.showing.workshop import drawing, drawing_scale, save_drawing
 from octant.reader_design.study_file.reader import Reader
+from octant.reader_design.study_file.reader_feed import ReaderFeed
 
 READER = Reader(
     antenna_radius_m=0.0945,
@@ -147,3 +148,16 @@ def test_a_reader_draws_itself_in_every_form(tmp_path):
         assert (tmp_path / name).stat().st_size > 1000
     with pytest.raises(ConfigError, match="ends in"):
         octant.Reader().drawing(tmp_path / "a.step")
+
+
+def test_long_rows_of_the_parts_list_stay_in_their_column():
+    each = tuple(f"{i}.9 nH across, {i}.5 pF in series, {i}.2 pF across" for i in range(1, 9))
+    design = Reader(line=ReaderFeed(match=each))
+    figure = drawing(design, frequency_hz=2.44e9, title="reader")
+    figure.canvas.draw()
+    ax = next(a for a in figure.axes if any(t.get_text() == "networks" for t in a.texts))
+    to_mm = ax.transData.inverted()
+    boxes = [to_mm.transform(text.get_window_extent()) for text in ax.texts]
+    ends = [high[0] for low, high in boxes if 30.0 < low[0] < 216.0]
+    assert len(ends) > 8
+    assert max(ends) < 216.0
