@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 
-from octant.em.power._node_kernels import NO_PATH, find_corners, next_path
+from octant.em.power._node_kernels import NO_PATH, find_corners, next_path, towards_image
 from octant.geometries.kernels import kernel
 
 
@@ -62,10 +62,10 @@ def add_coherent(
             if p == NO_PATH:
                 break
             if known >= 0.5:
+                dx, dy, dz, _, _, _ = towards_image(images[p], places[k, 0], places[k, 1], z)
                 add_path(
                     harmonic, table, table.shape[0], ex / known, ey / known, ez / known,
-                    images[p, 0] - places[k, 0], images[p, 1] - places[k, 1], images[p, 2] - z,
-                    turn, lowest,
+                    dx, dy, dz, turn, lowest,
                 )  # fmt: skip
         for r in range(rings):
             for h in range(wave.shape[1]):
@@ -85,10 +85,10 @@ def add_local_mean(
         for at in range(start[k], start[k + 1]):
             p = image[at]
             harmonic[:] = 0.0
+            dx, dy, dz, _, _, _ = towards_image(images[p], places[k, 0], places[k, 1], z)
             add_path(
                 harmonic, table, table.shape[0], field[at, 0], field[at, 1], field[at, 2],
-                images[p, 0] - places[k, 0], images[p, 1] - places[k, 1], images[p, 2] - z,
-                turn, lowest,
+                dx, dy, dz, turn, lowest,
             )  # fmt: skip
             for r in range(table.shape[1]):
                 for h in range(wave.shape[1]):

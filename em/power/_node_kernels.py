@@ -1,6 +1,8 @@
 # mypy: allow-untyped-defs
 """Compiled paths between the nodes of a coarse grid: those of a cell's corners, image by image."""
 
+import math
+
 import numpy as np
 
 from octant.geometries.kernels import kernel
@@ -42,3 +44,23 @@ def next_path(at, last, weight, image, field):
             ex, ey, ez, known = ex + w * e[0], ey + w * e[1], ez + w * e[2], known + w
             at[corner] += 1
     return p, ex, ey, ez, known
+
+
+@kernel
+def towards_image(image, x, y, z):
+    """Return the vector from a place to a path's image [m], and the unit vector from an edge to it.
+
+    image (7,): the image point, or the point of an edge about which it turns, opposite to the
+    place; the edge's axis, and the radius, 0 of an image that stands still.
+    """
+    rx, ry, rz = x - image[0], y - image[1], z - image[2]
+    along = rx * image[3] + ry * image[4] + rz * image[5]
+    rx, ry, rz = rx - along * image[3], ry - along * image[4], rz - along * image[5]
+    across = math.sqrt(rx * rx + ry * ry + rz * rz)
+    part = 1.0 / across if across > 0.0 else 0.0
+    rx, ry, rz = part * rx, part * ry, part * rz
+    radius = image[6]
+    return (
+        image[0] - radius * rx - x, image[1] - radius * ry - y, image[2] - radius * rz - z,
+        rx, ry, rz,
+    )  # fmt: skip

@@ -14,12 +14,10 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.em.antennas.embedded import ReaderResponse
-from octant.em.antennas.kinds import Antenna
 from octant.em.blocks import run_blocks
 from octant.em.medium.radio_scene import RadioScene
 from octant.em.power import _field_map_kernels
-from octant.em.power.node_paths import grid_points, trace_node_paths
-from octant.em.search.candidates import SolverSettings
+from octant.em.power.node_paths import NodePaths, grid_points
 from octant.geometries._arrays import frozen_array
 from octant.geometries.errors import GeometryError
 
@@ -321,36 +319,28 @@ def antennas_alike(response: ReaderResponse) -> int:
     return n
 
 
-def trace_field_map(
+def make_field_map(
+    paths: NodePaths,
     radios: Sequence[RadioScene],
     responses: Sequence[ReaderResponse],
     plan: MapPlan,
     *,
-    tag_position_m: npt.ArrayLike,
-    tag_antennas: Sequence[Antenna],
     tag_power_w: float,
     reader_z_m: float,
-    solver: SolverSettings,
 ) -> FieldMap:
     """Return the map of RSS of a tag, averaged over the channels.
 
-    Nothing diffracts, since a path over an edge has no image point that stands still; shadows'
-    edges are blurred over a cell of the coarse grid. Plane waves arrive at the reader's centre, as
-    in `ReaderLink`. `map_error` says how far all that is from the solver.
+    Shadows' edges are blurred over a cell of the coarse grid. Plane waves arrive at the reader's
+    centre, as in `ReaderLink`. `map_error` says how far all that is from the solver.
 
     Parameters
     ----------
+    paths : Of the tag to the plan's nodes, from `trace_node_paths`.
     radios, responses : The room and the reader, each at every channel.
     plan : From `plan_map` [m].
-    tag_position_m : (3,) array_like — Place of the tag [m].
-    tag_antennas, tag_power_w : Antenna at each channel; what it sends [W].
+    tag_power_w : What the tag sends [W].
     reader_z_m : Height of the reader's centre in the room's frame [m].
-    solver : How paths are searched.
     """
-    paths = trace_node_paths(
-        radios, plan.node_x_m, plan.node_y_m, tag_position_m=np.asarray(tag_position_m),
-        tag_antennas=tag_antennas, reader_z_m=reader_z_m, solver=solver,
-    )  # fmt: skip
     rows = max(antennas_alike(response) for response in responses)
     n = responses[0].antennas
     headings = n * math.ceil(HEADINGS / n)
@@ -371,7 +361,7 @@ def trace_field_map(
     def work_mean(begin: int, end: int) -> None:
         for waves, rest in zip(paths.fields, shared, strict=True):
             _field_map_kernels.add_local_mean(
-                nodes, begin, end, reader_z_m, paths.start, paths.image, waves, paths.images_m,
+                nodes, begin, end, reader_z_m, paths.start, paths.image, waves, paths.images,
                 *rest, mean,
             )  # fmt: skip
 
@@ -389,7 +379,7 @@ def trace_field_map(
         for waves, rest in zip(paths.fields, shared, strict=True):
             _field_map_kernels.add_coherent(
                 places, begin, end, low, cell, shape, reader_z_m, paths.start, paths.image, waves,
-                paths.images_m, *rest, power,
+                paths.images, *rest, power,
             )  # fmt: skip
         levels[begin:end] = _codes(power, top_dbm)
 

@@ -14,17 +14,18 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.em.antennas.embedded import ReaderResponse
-from octant.em.antennas.kinds import Antenna
 from octant.em.medium.radio_scene import RadioScene
 from octant.em.power import _path_map_kernels
-from octant.em.power.node_paths import NodePaths, trace_node_paths
-from octant.em.search.candidates import SolverSettings
+from octant.em.power.field_maps import MapPlan
+from octant.em.power.node_paths import NodePaths
 from octant.geometries._arrays import frozen_array, read_only
 
 FloatArray = npt.NDArray[np.float64]
 
 _PHASES = 8192
-_LEFT_OUT = 0.005
+_CLOSE = 0.4
+"""Poses within so many wavelengths [-] share what changes little between them: at 5 cm and 2 m from
+the tag the ways by its offset of 5 cm change by 1 mm."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -35,8 +36,8 @@ class PathMap:
     ----------
     node_x_m, node_y_m, reader_z_m : Coarse grid, and height of the reader's centre [m].
     start, image : (nodes + 1,) int64, (k,) int32 — Where each node's paths begin; their images [-].
-    images_m, mirrors : (i, 3), (i, 3, 3) float64 — Image points [m]; by how much they move when the
-        tag does [-].
+    images, moves : (i, 7), (i, 4, 3) float64 — Image points [m], and how they move with the tag
+        [-], as in `NodePaths`.
     fields : (c, k, 3) complex64 — Field of each path without phase, at every channel [-].
     patterns : (c, T, P + 1, 4 n) float32 — Real and imaginary parts of all antennas' theta
         patterns, and of their phi patterns, phases at the reader's centre [-].
@@ -49,8 +50,8 @@ class PathMap:
     reader_z_m: float
     start: npt.NDArray[np.int64]
     image: npt.NDArray[np.int32]
-    images_m: FloatArray
-    mirrors: FloatArray
+    images: FloatArray
+    moves: FloatArray
     fields: npt.NDArray[np.complex64]
     patterns: npt.NDArray[np.float32]
     wavenumbers_per_m: FloatArray
@@ -62,8 +63,8 @@ class PathMap:
             ("node_y_m", np.float64),
             ("start", np.int64),
             ("image", np.int32),
-            ("images_m", np.float64),
-            ("mirrors", np.float64),
+            ("images", np.float64),
+            ("moves", np.float64),
             ("fields", np.complex64),
             ("patterns", np.float32),
             ("wavenumbers_per_m", np.float64),
@@ -83,75 +84,66 @@ class PathMap:
         pose = frozen_array(poses, name="poses", shape=(None, 3))
         offset = frozen_array(offsets_m, name="offsets_m", shape=(None, 3))
         out = np.zeros((len(pose), len(offset), self.patterns.shape[3] // 4))
+        close_m = _CLOSE * 2.0 * math.pi / float(self.wavenumbers_per_m.max())
+        member, group = _groups(pose[:, :2], close_m)
         x, y = self.node_x_m, self.node_y_m
+        grid = (
+            np.array([x[0], y[0]]), np.array([x[1] - x[0], y[1] - y[0]]), np.array([len(x), len(y)])
+        )  # fmt: skip
         for field, table, turn in zip(
             self.fields, self.patterns, self.wavenumbers_per_m, strict=True
         ):
             _path_map_kernels.add_shifted_power(
-                pose, offset, np.array([x[0], y[0]]), np.array([x[1] - x[0], y[1] - y[0]]),
-                np.array([len(x), len(y)]), self.reader_z_m, self.start, self.image, field,
-                self.images_m, self.mirrors, turn, table, _PHASORS,
+                pose, member, group, offset, *grid, self.reader_z_m, self.start, self.image, field,
+                self.images, self.moves, turn, table, _PHASORS,
                 self.power_w / len(self.fields), out,
             )  # fmt: skip
         return out
 
 
-def trace_path_map(
+def make_path_map(
+    paths: NodePaths,
     radios: Sequence[RadioScene],
     responses: Sequence[ReaderResponse],
+    plan: MapPlan,
     *,
-    node_x_m: FloatArray,
-    node_y_m: FloatArray,
-    tag_position_m: npt.ArrayLike,
-    tag_antennas: Sequence[Antenna],
     tag_power_w: float,
     reader_z_m: float,
-    solver: SolverSettings,
 ) -> PathMap:
-    """Return the paths of one tag over a floor; nothing diffracts.
-
-    The weakest images are left out, which on average over the floor carry 0.5 % of a place's power.
+    """Return the paths of one tag as antennas receive them, for a tag that may hang elsewhere.
 
     Parameters
     ----------
+    paths : Of the tag to the plan's nodes; `NodePaths.strongest` are enough.
     radios, responses : The room and the reader, each at every channel.
-    node_x_m, node_y_m, reader_z_m : Coarse grid of the floor; height of the reader's centre [m].
-    tag_position_m : (3,) array_like — Surveyed place of the tag [m].
-    tag_antennas, tag_power_w : Antenna at each channel; what it sends [W].
-    solver : How paths are searched.
+    plan : From `plan_map` [m].
+    tag_power_w : What the tag sends [W].
+    reader_z_m : Height of the reader's centre in the room's frame [m].
     """
-    paths = trace_node_paths(
-        radios, node_x_m, node_y_m, tag_position_m=np.asarray(tag_position_m, dtype=np.float64),
-        tag_antennas=tag_antennas, reader_z_m=reader_z_m, solver=solver,
-    )  # fmt: skip
-    start, kept = _strong(paths)
     return PathMap(
-        node_x_m=node_x_m,
-        node_y_m=node_y_m,
+        node_x_m=plan.node_x_m,
+        node_y_m=plan.node_y_m,
         reader_z_m=reader_z_m,
-        start=start,
-        image=paths.image[kept].astype(np.int32),
-        images_m=paths.images_m,
-        mirrors=paths.mirrors,
-        fields=np.array([field[kept] for field in paths.fields], dtype=np.complex64),
+        start=paths.start,
+        image=paths.image.astype(np.int32),
+        images=paths.images,
+        moves=paths.moves,
+        fields=np.array(paths.fields),
         patterns=np.array([_pattern_table(response) for response in responses]),
         wavenumbers_per_m=np.array([2.0 * math.pi / radio.wavelength_m for radio in radios]),
         power_w=tag_power_w,
     )
 
 
-def _strong(paths: NodePaths) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.bool_]]:
-    """Return where nodes begin without the weakest images, and which paths are kept."""
-    power = np.sum([np.sum(np.abs(field) ** 2, axis=1) for field in paths.fields], axis=0)
-    node = np.repeat(np.arange(len(paths.start) - 1), np.diff(paths.start))
-    there = np.bincount(node, weights=power)
-    share = np.bincount(paths.image, weights=power / there[node], minlength=len(paths.images_m))
-    order = np.argsort(share, kind="stable")
-    weak = np.cumsum(share[order]) <= _LEFT_OUT * share.sum()
-    strong = np.ones(len(share), dtype=np.bool_)
-    strong[order[weak]] = False
-    kept = strong[paths.image]
-    return np.concatenate([[0], np.cumsum(kept)])[paths.start], kept
+def _groups(
+    places_m: FloatArray, close_m: float
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    """Return the numbers (m,) of places in the order of squares, and where each square begins."""
+    cells = np.floor((places_m - places_m.mean(axis=0)) / close_m + 0.5).astype(np.int64)
+    number = cells @ np.array([1_000_003, 1])
+    member = np.argsort(number, kind="stable")
+    begins = np.flatnonzero(np.diff(number[member])) + 1
+    return member, np.concatenate([[0], begins, [len(member)]])
 
 
 def _pattern_table(response: ReaderResponse) -> npt.NDArray[np.float32]:

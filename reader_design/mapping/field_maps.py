@@ -3,7 +3,6 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import msgspec
 import numpy as np
@@ -19,31 +18,30 @@ from octant.em.power.field_maps import (
     MapError,
     MapPlan,
     antennas_alike,
+    make_field_map,
     map_error,
     plan_map,
-    trace_field_map,
 )
+from octant.em.power.node_paths import NodePaths, trace_node_paths
 from octant.em.search.candidates import SolverSettings
 from octant.geometries.errors import ConfigError
 from octant.navigation.robot.floor import RobotSpace
-from octant.reader_design.keeping.small_netcdf import netcdf_bytes, read_netcdf
 from octant.reader_design.setting.placing import PlacedTag
 from octant.reader_design.setting.rfid import is_woken
 from octant.reader_design.setting.setting import Setting, build_setting
-
-if TYPE_CHECKING:
-    from octant.reader_design.keeping.small_netcdf import Stored
 
 FloatArray = npt.NDArray[np.float64]
 
 ERROR_PLACES, EXACT_PLACES = 300, 100
 """Random places [-] at which a map is compared with the solver, and with a more exact one."""
-PATH_S, PLACE_S = 6e-6, 3e-5
-"""Time [s] of a traced path, and of a fine place and channel for each row of antennas."""
+PATH_S, PLACE_S, WEDGE_S = 6e-6, 3e-5, 1e-5
+"""Time [s] of a traced path, of a fine place and channel for each row of antennas, and of an edge
+that diffracts at a node."""
 
 _ERROR_STREAM = 18_001
 _OUTSIDE_M = 2.0
 _BOX_FACETS = 6
+_WEDGE_PLACE_S = 6e-7
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -89,13 +87,16 @@ def map_context(setting: Setting) -> MapContext:
     setting : The reader in a room of a study with a mission [m].
     """
     table = setting.mission
+    if table.map.edges:
+        setting = _with_solver(setting, diffraction=True)
     if setting.scene.has_room:
         low, high = setting.scene.bounds_m[:, :2]
     else:
         starts = [start[:2] for start in table.starts] or [table.start_m]
         points = np.array([*starts, *(tag.point_m for tag in setting.tags)])
         low, high = points.min(axis=0) - _OUTSIDE_M, points.max(axis=0) + _OUTSIDE_M
-    furnished = len(setting.scene.facets.facet_plane) > _BOX_FACETS
+    # What a facet shadows jumps there without the field of its edges.
+    furnished = len(setting.scene.facets.facet_plane) > _BOX_FACETS and not table.map.edges
     plan = plan_map(
         low,
         high,
@@ -143,32 +144,55 @@ def map_forecast(setting: Setting) -> str:
     channels = len(context.radios)
     size = len(tags) * plan.nbytes(rows, _headings(context.responses[0])) / 1e6
     paths = 3.0 * sum(6.0**order for order in range(context.solver.max_reflections + 1)) ** 0.7
-    seconds = len(tags) * (
-        plan.nodes * paths * PATH_S * (1.0 + channels) + plan.places * channels * rows * PLACE_S
-    )
+    wedges = len(context.radios[0].wedges)
+    node_s = (paths * PATH_S + wedges * WEDGE_S) * (1.0 + channels)
+    place_s = (PLACE_S + wedges * _WEDGE_PLACE_S) * channels * rows
+    seconds = len(tags) * (plan.nodes * node_s + plan.places * place_s)
     return (
         f"field maps of {len(tags)} tags: {plan.places} places {plan.x_m[1] - plan.x_m[0]:.3f} m "
         f"apart, {channels} channels, {size:.0f} MB, about {seconds:.0f} s of one core"
     )
 
 
-def compute_map(context: MapContext, tag: MappedTag) -> FieldMap:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TagMap:
+    """What is kept of a tag: the field of its surveyed place, and what follows for others.
+
+    Parameters
+    ----------
+    field : Its field map.
+    paths : Its strongest paths to the nodes.
+    """
+
+    field: FieldMap
+    paths: NodePaths
+
+
+def compute_map(context: MapContext, tag: MappedTag) -> TagMap:
     """Return the map of one tag.
 
     Parameters
     ----------
     context, tag : What all maps share; the tag.
     """
-    return trace_field_map(
+    paths = trace_node_paths(
         context.radios,
-        context.responses,
-        context.plan,
-        tag_position_m=tag.position_m,
+        context.plan.node_x_m,
+        context.plan.node_y_m,
+        tag_position_m=np.array(tag.position_m),
         tag_antennas=tag.antennas,
-        tag_power_w=tag.power_w,
         reader_z_m=context.reader_z_m,
         solver=context.solver,
     )
+    field = make_field_map(
+        paths,
+        context.radios,
+        context.responses,
+        context.plan,
+        tag_power_w=tag.power_w,
+        reader_z_m=context.reader_z_m,
+    )
+    return TagMap(field=field, paths=paths.strongest())
 
 
 def exacter(setting: Setting) -> Setting:
@@ -178,13 +202,14 @@ def exacter(setting: Setting) -> Setting:
     ----------
     setting : The reader in a room of a study with a mission.
     """
-    solver = setting.study.solver
-    study = msgspec.structs.replace(
-        setting.study,
-        solver=msgspec.structs.replace(
-            solver, max_reflections=solver.max_reflections + 1, diffraction=True
-        ),
-    )
+    more = setting.study.solver.max_reflections + 1
+    return _with_solver(setting, max_reflections=more, diffraction=True)
+
+
+def _with_solver(setting: Setting, **changes: int | bool) -> Setting:
+    """Return a room whose waves are followed otherwise, with its reader as it is."""
+    solver = msgspec.structs.replace(setting.study.solver, **changes)
+    study = msgspec.structs.replace(setting.study, solver=solver)
     return build_setting(study, setting.layout, sampling=setting.sampling).with_responses(
         setting.responses
     )
@@ -239,66 +264,3 @@ def error_sentence(errors: Sequence[MapError], what: str) -> str:
 
 def _headings(response: ReaderResponse) -> int:
     return response.antennas * math.ceil(HEADINGS / response.antennas)
-
-
-class FieldMapCodec:
-    """Keeps a field map as netCDF4, with the keeper."""
-
-    suffix = ".nc"
-
-    def encode(self, record: FieldMap, case: object) -> bytes:
-        """Return the content of the file of a map."""
-        del case
-        count = {
-            name: np.arange(size)
-            for name, size in (
-                ("tag", record.tags),
-                ("row", record.levels.shape[3]),
-                ("heading", record.levels.shape[4]),
-                ("antenna", len(record.ring)),
-            )
-        }
-        fine, coarse = ("x", "y"), ("node_x", "node_y")
-        code = "0.25 dB below top_dbm at 255; 0: nothing"
-        stored: dict[str, Stored] = {
-            "x": (["x"], record.x_m, "m", "x of the places"),
-            "y": (["y"], record.y_m, "m", "y of the places"),
-            "node_x": (["node_x"], record.node_x_m, "m", "x of the traced places"),
-            "node_y": (["node_y"], record.node_y_m, "m", "y of the traced places"),
-            **{
-                name: ([name], values, "1", f"number of the {name}")
-                for name, values in count.items()
-            },
-            "levels": (
-                ["tag", *fine, "row", "heading"],
-                record.levels,
-                "1",
-                f"coherent RSS, {code}",
-            ),
-            "means": (["tag", *coarse, "row", "heading"], record.means, "1", f"local mean, {code}"),
-            "ring": (["antenna"], record.ring, "1", "row of each antenna"),
-            "shift": (
-                ["antenna"],
-                record.shift_rad,
-                "rad",
-                "heading of an antenna ahead of its row",
-            ),
-            "top": (["tag"], record.top_dbm, "dBm", "level of code 255"),
-        }
-        return netcdf_bytes(stored, {"title": "field map of a reader's antennas by heading"})
-
-    def decode(self, content: bytes, case: object) -> FieldMap:
-        """Return the map of a file."""
-        del case
-        found, _ = read_netcdf(content)
-        return FieldMap(
-            x_m=found["x"],
-            y_m=found["y"],
-            levels=found["levels"],
-            node_x_m=found["node_x"],
-            node_y_m=found["node_y"],
-            means=found["means"],
-            ring=found["ring"],
-            shift_rad=found["shift"],
-            top_dbm=found["top"],
-        )

@@ -2,6 +2,7 @@
 
 import math
 import tempfile
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -10,7 +11,8 @@ import numpy.typing as npt
 
 from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
 from octant.em.power.field_maps import FieldMap, MapError, joined
-from octant.em.power.path_maps import trace_path_map
+from octant.em.power.node_paths import NodePaths
+from octant.em.power.path_maps import make_path_map
 from octant.geometries.errors import ConfigError, NavigationError
 from octant.navigation.navigators.learned import Learned
 from octant.navigation.navigators.pose_particles import PoseFilter, misplaced_share
@@ -22,7 +24,6 @@ from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.keeping.workers import Crew
 from octant.reader_design.mapping.field_maps import (
     EXACT_PLACES,
-    FieldMapCodec,
     MappedTag,
     compute_map,
     error_of,
@@ -33,6 +34,7 @@ from octant.reader_design.mapping.field_maps import (
     mapped_tags,
 )
 from octant.reader_design.mapping.learned_file import read_learned
+from octant.reader_design.mapping.map_file import TagMapCodec
 from octant.reader_design.setting.placing import PlacedTag
 from octant.reader_design.setting.setting import Setting
 from octant.reader_design.study_file.calibration import sent_w
@@ -71,10 +73,11 @@ class MapStore:
 
 def study_maps(
     setting: Setting, space: RobotSpace, store: MapStore
-) -> tuple[FieldMap, tuple[MapError, ...], tuple[FloatArray, FloatArray]]:
+) -> tuple[FieldMap, tuple[NodePaths, ...], tuple[MapError, ...], tuple[FloatArray, FloatArray]]:
     """Return the field maps of all tags of a room, and how far they are from a more exact field.
 
-    With them poses (m, 3) [m], [rad] and the RSS there by that field, (t, m, n) [W].
+    With them the tags' paths, and poses (m, 3) [m], [rad] and the RSS there by that field,
+    (t, m, n) [W].
 
     Parameters
     ----------
@@ -98,16 +101,17 @@ def study_maps(
             cases,
             context=context,
             folder=store.folder or Path(scratch),
-            codec=FieldMapCodec(),
+            codec=TagMapCodec(),
             crew=store.crew,
             progress=store.progress,
             label="field maps",
         )
-    found = joined([one.value for one in kept])
+    found = joined([one.value.field for one in kept])
     say(error_sentence(error_of(setting, found, tags, space)[0], "the solver"))
     errors, *exact = error_of(exacter(setting), found, tags, space, places=EXACT_PLACES)
     say(error_sentence(errors, "one more reflection and diffraction"))
-    return found, errors, (exact[0], exact[1])
+    paths = tuple(one.value.paths for one in kept)
+    return found, paths, errors, (exact[0], exact[1])
 
 
 def study_pose_filter(
@@ -130,7 +134,7 @@ def study_pose_filter(
     """
     table = setting.mission
     low, high = bounds_m
-    found, errors, exact = study_maps(setting, space, store)
+    found, paths, errors, exact = study_maps(setting, space, store)
     wavelength_m = SPEED_OF_LIGHT_M_PER_S / max(r.frequency_hz for r in setting.radios)
     known = known_before(setting)
     sd_m = np.full((found.tags, 3), table.map.tag_sd_m) if known is None else known.offset_sd_m
@@ -140,7 +144,7 @@ def study_pose_filter(
     survey = misplaced_share(off_m, wavelength_m=wavelength_m)
     searched = None
     if left < SEARCHED_PART * unknown_part(float(np.mean(shares)) + survey):
-        searched = study_survey(setting, sd_m)
+        searched = study_survey(setting, paths, sd_m)
     error = float(np.mean(shares)) + (survey if searched is None else 0.0)
     try:
         made = PoseFilter(
@@ -219,31 +223,28 @@ def found_tags(setting: Setting) -> tuple[PlacedTag, ...]:
     )
 
 
-def study_survey(setting: Setting, sd_m: FloatArray) -> TagSurvey:
+def study_survey(setting: Setting, paths: Sequence[NodePaths], sd_m: FloatArray) -> TagSurvey:
     """Return the tags' paths and survey, for tags whose places are to be found while driving.
 
     Parameters
     ----------
-    setting : The reader in a room of a study with a mission.
+    setting, paths : The reader in a room of a study with a mission; the paths of each tag.
     sd_m : (t, 3) float64 — Deviations of what is known of the tags' places [m].
     """
     context, tags = map_context(setting), found_tags(setting)
-    paths = tuple(
-        trace_path_map(
+    found = tuple(
+        make_path_map(
+            some,
             context.radios,
             context.responses,
-            node_x_m=context.plan.node_x_m,
-            node_y_m=context.plan.node_y_m,
-            tag_position_m=tag.position_m,
-            tag_antennas=tag.antennas,
+            context.plan,
             tag_power_w=sent_w(setting.study, tag.id),
             reader_z_m=context.reader_z_m,
-            solver=context.solver,
         )
-        for tag in tags
+        for some, tag in zip(paths, tags, strict=True)
     )
     return TagSurvey(
-        paths=paths,
+        paths=found,
         sd_m=np.maximum(sd_m, setting.mission.map.tag_sd_m),
         known_m=np.zeros((len(tags), 3)),
         known_sd_m=sd_m,

@@ -11,20 +11,23 @@ from octant.em.power.field_maps import (
     FieldMap,
     antennas_alike,
     joined,
+    make_field_map,
     map_error,
     plan_map,
-    trace_field_map,
 )
-from octant.em.power.path_maps import trace_path_map
+from octant.em.power.node_paths import trace_node_paths
+from octant.em.power.path_maps import make_path_map
 from octant.em.power.received_power import reader_link
 from octant.em.reader.response import sector_response
-from octant.em.search.candidates import SolverSettings
+from octant.em.search.candidates import SolverSettings, radio_scenes
 from octant.geometries.errors import GeometryError
+from octant.geometries.furniture import box
 from octant.geometries.rooms import box_room
 from octant.geometries.scene import build_scene
 
 CARRIER_HZ = 2.4e9
 TAG = (1.0, 0.5, 2.9)
+READER_Z_M = 0.3
 LOW, HIGH = (-1.0, -1.0), (0.0, 0.0)
 SOLVER = SolverSettings(max_reflections=2)
 RING = 2.0 * np.pi / 8.0 * np.arange(8)
@@ -48,31 +51,36 @@ def at_channels(scene, channels_hz, azimuths=RING):
     )
 
 
-def map_of(scene, channels_hz=(CARRIER_HZ,), *, azimuths=RING, spacing_m=0.0125):
-    radios, responses, tags = at_channels(scene, channels_hz, azimuths)
-    plan = plan_map(LOW, HIGH, wavelength_m=radios[-1].wavelength_m, spacing_m=spacing_m)
-    return trace_field_map(
+def paths_of(scene, channels_hz=(CARRIER_HZ,), *, plan, solver=SOLVER):
+    radios = radio_scenes(scene, channels_hz, solver)
+    return trace_node_paths(
         radios,
-        responses,
-        plan,
-        tag_position_m=TAG,
-        tag_antennas=tags,
-        tag_power_w=0.5,
-        reader_z_m=0.3,
-        solver=SOLVER,
+        plan.node_x_m,
+        plan.node_y_m,
+        tag_position_m=np.array(TAG),
+        tag_antennas=[make_antenna("dipole", f) for f in channels_hz],
+        reader_z_m=READER_Z_M,
+        solver=solver,
     )
 
 
-def link_of(scene, channels_hz=(CARRIER_HZ,), azimuths=RING, tag=TAG):
-    radios, responses, tags = at_channels(scene, channels_hz, azimuths)
+def map_of(scene, channels_hz=(CARRIER_HZ,), *, azimuths=RING, spacing_m=0.0125, solver=SOLVER):
+    radios, responses, _ = at_channels(scene, channels_hz, azimuths)
+    plan = plan_map(LOW, HIGH, wavelength_m=radios[-1].wavelength_m, spacing_m=spacing_m)
+    paths = paths_of(scene, channels_hz, plan=plan, solver=solver)
+    return make_field_map(paths, radios, responses, plan, tag_power_w=0.5, reader_z_m=READER_Z_M)
+
+
+def link_of(scene, channels_hz=(CARRIER_HZ,), azimuths=RING, tag=TAG, solver=SOLVER):
+    _, responses, tags = at_channels(scene, channels_hz, azimuths)
     return reader_link(
-        radios,
+        radio_scenes(scene, channels_hz, solver),
         tag_position_m=tag,
         tag_antenna=tags,
         tag_power_w=0.5,
         response=responses,
-        reader_height_m=0.3,
-        solver=SOLVER,
+        reader_height_m=READER_Z_M,
+        solver=solver,
     )
 
 
@@ -92,6 +100,21 @@ def test_between_places_and_headings_the_map_is_the_solvers_field(scene, poses, 
     assert error.rms_db < 1.5
     mean = link.power(poses).local_mean_w
     assert found.local_mean_w(poses) == pytest.approx(mean, rel=0.1)
+
+
+def test_where_furniture_stands_edges_make_maps_exact(scene):
+    """The error field behind a cabinet is 15 dB below the local mean, without its edges 9 dB."""
+    cabinet = box((0.7, 0.4, 1.5), material="metal", position_m=(0.1, -0.5, 0.0), yaw_deg=20.0)
+    furnished = build_scene([*scene.bodies, cabinet])
+    edges = SolverSettings(max_reflections=2, diffraction=True)
+    rng = np.random.default_rng(4)
+    poses = np.column_stack([rng.uniform(LOW, HIGH, (150, 2)), rng.uniform(-4.0, 4.0, 150)])
+    true = link_of(furnished, solver=edges).rss_w(poses)
+    with_edges, without = (
+        map_error(map_of(furnished, solver=solver), true, poses) for solver in (edges, SOLVER)
+    )
+    assert with_edges.under_db > 15.0
+    assert without.under_db < 10.0
 
 
 def test_at_a_place_of_the_map_only_codes_round(scene):
@@ -147,19 +170,11 @@ def test_a_plan_says_what_it_takes():
 @pytest.mark.parametrize("channels_hz", [(CARRIER_HZ,), (2.40e9, 2.42e9, 2.44e9)])
 def test_a_tag_that_hangs_elsewhere_is_heard_as_the_solver_says(scene, poses, channels_hz):
     """The error field of tags up to 9 cm beside their place is 20 dB below the local mean."""
-    radios, responses, tags = at_channels(scene, channels_hz)
+    radios, responses, _ = at_channels(scene, channels_hz)
     plan = plan_map(LOW, HIGH, wavelength_m=radios[-1].wavelength_m)
-    found = trace_path_map(
-        radios,
-        responses,
-        node_x_m=plan.node_x_m,
-        node_y_m=plan.node_y_m,
-        tag_position_m=TAG,
-        tag_antennas=tags,
-        tag_power_w=0.5,
-        reader_z_m=0.3,
-        solver=SOLVER,
-    )
+    paths = paths_of(scene, channels_hz, plan=plan).strongest()
+    sent = {"tag_power_w": 0.5, "reader_z_m": READER_Z_M}
+    found = make_path_map(paths, radios, responses, plan, **sent)
     offsets = np.array([[0.0, 0.0, 0.0], [0.05, -0.06, 0.04], [-0.03, 0.02, -0.08]])
     power = found.shifted_w(poses, offsets)
     for k, offset in enumerate(offsets):
@@ -168,3 +183,18 @@ def test_a_tag_that_hangs_elsewhere_is_heard_as_the_solver_says(scene, poses, ch
         mean = link.power(poses).local_mean_w
         # Of two fields whose difference has the share s, powers differ by sqrt(2 s) of the mean.
         assert np.sqrt(np.mean((error / mean) ** 2)) < 0.2
+
+
+def test_poses_close_to_one_another_read_as_each_does_alone(scene):
+    """What poses within 5 cm share changes their power by 2 % of its mean."""
+    radios, responses, _ = at_channels(scene, (CARRIER_HZ,))
+    plan = plan_map(LOW, HIGH, wavelength_m=radios[0].wavelength_m)
+    paths = paths_of(scene, plan=plan).strongest()
+    sent = {"tag_power_w": 0.5, "reader_z_m": READER_Z_M}
+    found = make_path_map(paths, radios, responses, plan, **sent)
+    rng = np.random.default_rng(5)
+    near = np.array([-0.4, -0.6, 0.3]) + rng.uniform(-1.0, 1.0, (40, 3)) * [0.02, 0.02, 0.5]
+    offsets = 0.05 * rng.standard_normal((20, 3))
+    together = found.shifted_w(near, offsets)
+    alone = np.concatenate([found.shifted_w(pose[None], offsets) for pose in near])
+    assert np.sqrt(np.mean((together - alone) ** 2)) < 0.025 * np.mean(alone)

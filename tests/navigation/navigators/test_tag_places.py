@@ -11,8 +11,9 @@ import pytest
 
 from octant.em.antennas.kinds import make_antenna
 from octant.em.medium.radio_scene import radio_scene
-from octant.em.power.field_maps import joined, plan_map, trace_field_map
-from octant.em.power.path_maps import trace_path_map
+from octant.em.power.field_maps import joined, make_field_map, plan_map
+from octant.em.power.node_paths import trace_node_paths
+from octant.em.power.path_maps import make_path_map
 from octant.em.power.received_power import reader_link
 from octant.em.reader.response import sector_response
 from octant.em.search.candidates import SolverSettings
@@ -57,15 +58,17 @@ def links(room):
 @pytest.fixture(scope="module")
 def survey_filter(room):
     plan = plan_map(LOW, HIGH, wavelength_m=WAVELENGTH_M, spacing_m=0.03)
-    shared = {
-        "tag_antennas": [make_antenna("dipole", CARRIER_HZ)],
-        "tag_power_w": 1.0,
-        "reader_z_m": 0.3,
-        "solver": SOLVER,
-    }
-    grid = {"node_x_m": plan.node_x_m, "node_y_m": plan.node_y_m}
-    maps = [trace_field_map(*room, plan, tag_position_m=tag, **shared) for tag in TAGS]
-    paths = [trace_path_map(*room, tag_position_m=tag, **grid, **shared) for tag in TAGS]
+    antennas = [make_antenna("dipole", CARRIER_HZ)]
+    traced = [
+        trace_node_paths(
+            room[0], plan.node_x_m, plan.node_y_m, tag_position_m=tag, tag_antennas=antennas,
+            reader_z_m=0.3, solver=SOLVER,
+        )
+        for tag in TAGS
+    ]  # fmt: skip
+    sent = {"tag_power_w": 1.0, "reader_z_m": 0.3}
+    maps = [make_field_map(some, *room, plan, **sent) for some in traced]
+    paths = [make_path_map(some.strongest(), *room, plan, **sent) for some in traced]
     count = len(TAGS)
     return PoseFilter(
         maps=joined(maps),
