@@ -4,9 +4,10 @@ import contextlib
 import math
 import os
 from collections.abc import Callable, Iterator
-from concurrent.futures import Executor, ThreadPoolExecutor, as_completed
+from concurrent.futures import Executor, ThreadPoolExecutor
 from functools import lru_cache
 from pathlib import Path
+from queue import SimpleQueue
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -20,6 +21,8 @@ THREADS_VARIABLE = "OCTANT_THREADS"
 
 MOST_SHARE = 0.7
 """Greatest share of the machine's memory that a computation may ask for [-]."""
+
+_FAILED = -1
 
 Progress = Callable[[int, int], None]
 """Called with (receivers done, receivers in all) after every block."""
@@ -79,21 +82,43 @@ def run_blocks(
             progress(count, count)
         return
     threads = int(os.environ.get(THREADS_VARIABLE) or cores())
-    pool = executor or ThreadPoolExecutor(max_workers=threads)
-    try:
-        pending = {
-            pool.submit(work, begin, min(begin + block_size, count)): min(block_size, count - begin)
-            for begin in range(0, count, block_size)
-        }
-        done_rows = 0
-        for future in as_completed(pending):
-            future.result()
-            done_rows += pending[future]
-            if progress is not None:
-                progress(done_rows, count)
-    finally:
-        if executor is None:
-            pool.shutdown(wait=True, cancel_futures=True)
+    begins = iter(range(0, count, block_size))
+    done: SimpleQueue[int] = SimpleQueue()
+
+    def one_block() -> bool:
+        begin = next(begins, count)
+        if begin < count:
+            end = min(begin + block_size, count)
+            work(begin, end)
+            done.put(end - begin)
+        return begin < count
+
+    def serve() -> None:
+        try:
+            while one_block():
+                pass
+        except BaseException:
+            done.put(_FAILED)
+            raise
+
+    # Blocks are asked for, not handed out: a call to the pool for each would cost as much as a
+    # small block does. Without an executor the caller is one of the threads.
+    busy, done_rows = executor is None, 0
+    with contextlib.ExitStack() as stack:
+        helpers = threads - 1 if busy else threads
+        pool = executor or stack.enter_context(ThreadPoolExecutor(max(helpers, 1)))
+        stack.callback(lambda: list(begins))  # after an error none is begun
+        futures = [pool.submit(serve) for _ in range(helpers)]
+        while done_rows < count:
+            busy = busy and one_block()
+            for rows in (done.get(), *(done.get() for _ in range(done.qsize()))):
+                if rows == _FAILED:
+                    list(begins)
+                    for future in futures:
+                        future.result()
+                done_rows += rows
+                if progress is not None:
+                    progress(done_rows, count)
 
 
 @contextlib.contextmanager

@@ -1,8 +1,11 @@
 import os
+from concurrent.futures import ThreadPoolExecutor
+from threading import get_ident
+from time import sleep
 
 import pytest
 
-from octant.em.blocks import cores, run_blocks
+from octant.em.blocks import THREADS_VARIABLE, cores, run_blocks
 
 
 @pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="needs processor affinity")
@@ -27,3 +30,29 @@ def test_every_row_is_done_once_and_progress_ends_at_all():
     assert sorted(done) == list(range(10))
     assert calls[-1] == (10, 10)
     assert len(calls) == 3
+
+
+@pytest.mark.parametrize("threads", ["1", "2", "5"])
+def test_an_error_in_any_block_is_raised_and_ends_the_work(monkeypatch, threads):
+    monkeypatch.setenv(THREADS_VARIABLE, threads)
+    begun = []
+
+    def work(begin, _):
+        begun.append(begin)
+        if begin == 8:
+            raise ValueError("block 8")
+        sleep(1e-3)
+
+    with pytest.raises(ValueError, match="block 8"):
+        run_blocks(work, 100_000, block_size=4)
+    assert len(begun) < 1_000
+
+
+def test_an_executor_of_one_thread_does_all_blocks():
+    done = []
+    with ThreadPoolExecutor(1) as pool:
+        run_blocks(
+            lambda begin, _: done.append((begin, get_ident())), 9, block_size=4, executor=pool
+        )
+    assert sorted(begin for begin, _ in done) == [0, 4, 8]
+    assert len({thread for _, thread in done} - {get_ident()}) == 1
