@@ -103,8 +103,8 @@ def wire_field(antenna, even, dx, dy, dz):
     hx, hy = (1.0, 0.0) if abs(ax) < 0.5 else (0.0, 1.0)
     p = hx * ax + hy * ay
     hx, hy, hz = hx - p * ax, hy - p * ay, -p * az
-    norm = np.sqrt(hx * hx + hy * hy + hz * hz) * (1.0 if c > 0.0 else -1.0)
-    there = (1.0 if on_axis & even else 0.0) / norm
+    unit = 1.0 / np.sqrt(hx * hx + hy * hy + hz * hz)  # of all directions, so divided once
+    there = (unit if on_axis & even else 0.0) * (1.0 if c > 0.0 else -1.0)
     return (
         scale * (c * dx - ax) + there * hx,
         scale * (c * dy - ay) + there * hy,

@@ -96,6 +96,8 @@ def reflect_half_spaces(state, count, known):
         state[ALONG + i] = along
     for wall_before in range(known):
         row = KNOWN + wall_before * KEPT * WIDTH
+        if state[row] != abs(state[ALONG]):
+            continue
         different = 0
         for i in range(count):
             other = (

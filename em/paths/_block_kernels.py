@@ -49,16 +49,21 @@ LISTS = 6 * LANES
 PX, PY, PZ = 0 * LANES, 1 * LANES, 2 * LANES  # point of each receiver's path
 LIST = 3 * LANES
 
-# Rows of the whole numbers: whether a receiver has its path, those left to the other search, what
-# they differ in; and by depth: receiver, place in the list before, facet met there, doubts.
-DONE, ODD, KIND = 0, 1, 2
-LISTED = 3
-LANE, BEHIND, FACET, DOUBT = 0, 1, 2, 3
+# Rows of the whole numbers: the receivers in the order of the first list, what they differ in; of
+# each place in that list whether it has its path; those left to the other search; and by depth:
+# place in the first list, in the list before, facet met there, doubts.
+LANE, KIND, DONE, ODD = 0, 1, 2, 3
+LISTED = 4
+SEAT, BEHIND, FACET, DOUBT = 0, 1, 2, 3
 ENTRY = 4
 
-NODE, CURSOR, PLANE, BEGIN, COUNT, OPEN = 0, 1, 2, 3, 4, 5
-"""Columns of the steps, one row per depth: the last three are where its list begins, how many are
-on it, and how many of these still have no path."""
+NODE, CURSOR, PLANE, ONLY, BEGIN, COUNT, OPEN = 0, 1, 2, 3, 4, 5, 6
+"""Columns of the steps, one row per depth: the image, its branches tried; the plane that led there
+and its only facet, -1: one of several; where the list begins, how many are on it, and how many of
+these still have no path."""
+
+GROUP = 16
+"""Lanes [-] that the compiler may compute at once: lists are computed in whole groups."""
 
 _FALLING, _INSIDE, _KINDS = 1, 2, 4
 """Kinds of receivers, added up: who reads branches in falling order; who is in the room. Their
@@ -73,9 +78,9 @@ def block_scratch(max_order):
     """Return what :func:`search_block` works in."""
     depths = max_order + 2
     return (
-        np.empty(LISTS + depths * LIST),
+        np.zeros(LISTS + depths * LIST + GROUP),
         np.zeros((LISTED + ENTRY * depths, LANES), dtype=np.int64),
-        np.zeros((depths, 6), dtype=np.int64),
+        np.zeros((depths, 7), dtype=np.int64),
         np.zeros(2, dtype=np.int64),
         (np.zeros(_KINDS + 1, dtype=np.int64), np.empty((_KINDS, 6)), box_scratch(max_order)),
     )
@@ -173,25 +178,26 @@ def _place_on_facets(work, count, scene, plane):
 
 
 @kernel(forceinline=True)
-def _extend(work, lists, depth, begin, count, one_facet):
+def _extend(work, lists, depth, begin, count, plain):
     """Make the list behind one from those that met a facet and have no path yet; return its size.
 
-    Without ``one_facet`` (-1) each has its own.
+    Unless the plane is ``plain``, of one facet, each has its own.
     """
     after = LISTS + (depth + 1) * LIST
     here, row = LISTED + ENTRY * depth, LISTED + ENTRY * (depth + 1)
     size = 0
     for j in range(count):
         code = int(work[CODE + j])
-        lane = lists[here + LANE, begin + j]
+        seat = lists[here + SEAT, begin + j]
         work[after + PX + size] = work[HX + j]
         work[after + PY + size] = work[HY + j]
         work[after + PZ + size] = work[HZ + j]
-        lists[row + LANE, size] = lane
+        lists[row + SEAT, size] = seat
         lists[row + BEHIND, size] = begin + j
-        lists[row + FACET, size] = one_facet if one_facet >= 0 else int(work[U + j])
+        if not plain:
+            lists[row + FACET, size] = int(work[U + j])
         lists[row + DOUBT, size] = lists[here + DOUBT, begin + j] | (code & ~_HIT)
-        size += (code & _HIT) & (1 - lists[DONE, lane])
+        size += (code & _HIT) & (1 - lists[DONE, seat])
     return size
 
 
@@ -220,31 +226,57 @@ def _touched(scene, bvh, points, facets, row, order):
 
 
 @kernel
-def _keep(scene, bvh, tree, order, begin, count, block, whole, receiver, rows, first):
-    """Write the paths of a list that has come to the source; return how many rows there are then.
-
-    Receivers whose path touches something are left to the other search, in ``pending``.
-    """
-    work, lists, _, pending, _ = block
-    state, points, facets, orders, _, touching = whole
-    row = LISTED + ENTRY * order
-    for j in range(count):
-        place = begin + j
-        lane, doubt = lists[row + LANE, place], lists[row + DOUBT, place] | int(work[CODE + j])
-        for depth in range(order, -1, -1):
-            at = LISTS + depth * LIST
-            points[rows, depth, 0] = work[at + PX + place]
-            points[rows, depth, 1] = work[at + PY + place]
-            points[rows, depth, 2] = work[at + PZ + place]
-            if depth > 0:
-                facets[rows, depth - 1] = lists[LISTED + ENTRY * depth + FACET, place]
-                place = lists[LISTED + ENTRY * depth + BEHIND, place]
+def _write_paths(scene, tree, order, count, block, whole, rows):
+    """Write paths of one way, from the receivers in the list behind the last, which is free."""
+    work, _, _, _, (_, _, (_, _, way)) = block
+    _, points, facets, orders, _, touching = whole
+    planes, image = scene.planes, tree.image
+    here = LISTS + (order + 1) * LIST
+    for k in range(order + 1):
         for a in range(3):
-            points[rows, order + 1, a] = tree.image[0, a]
-        plain = (doubt & (_RIM | _SHORT)) == 0
-        if doubt & _NEAR:
-            for depth in range(order):
-                state[depth, STATE_PLANE] = scene.facet_plane[facets[rows, depth]]
+            for j in range(count):
+                points[at(rows, j), k, a] = work[at(here + a * LANES, j)]
+        if k < order:
+            plane, node = way[k, WAY_PLANE], way[k, WAY_NODE]
+            nx, ny, nz = planes[plane, 0], planes[plane, 1], planes[plane, 2]
+            offset = planes[plane, 3]
+            ix, iy, iz = image[node, 0], image[node, 1], image[node, 2]
+            height = nx * ix + ny * iy + nz * iz - offset
+            for j in range(count):
+                px, py, pz = work[at(here + PX, j)], work[at(here + PY, j)], work[at(here + PZ, j)]
+                _, hx, hy, hz = _pierced(px, py, pz, nx, ny, nz, offset, ix, iy, iz, height)
+                work[at(here + PX, j)] = hx
+                work[at(here + PY, j)] = hy
+                work[at(here + PZ, j)] = hz
+            facet = way[k, WAY_FACET]
+            for j in range(count):
+                facets[at(rows, j), k] = facet
+    for a in range(3):
+        source = image[0, a]
+        for j in range(count):
+            points[at(rows, j), order + 1, a] = source
+    for j in range(count):
+        row = at(rows, j)
+        orders[row], touching[row] = order, 0
+
+
+@kernel
+def _free_paths(scene, bvh, order, depth, begin, count, doubt, block, whole, receiver, rows):
+    """Return where rows end of which those that are blocked, or touch something, are left out.
+
+    They are of one way and of a part of a list, all doubted for ``doubt`` at least. Receivers whose
+    path touches something are left to the other search, in ``pending``.
+    """
+    _, lists, _, pending, (_, _, (_, _, way)) = block
+    state, points, facets = whole[:3]
+    listed, end = LISTED + ENTRY * depth, rows
+    for k in range(order):
+        state[k, STATE_PLANE] = way[k, WAY_PLANE]
+    for j in range(count):
+        row, seat = rows + j, lists[listed + SEAT, begin + j]
+        why = doubt | lists[listed + DOUBT, begin + j]
+        odd = why & (_RIM | _SHORT) != 0
+        if why & _NEAR:
             if not path_is_free(
                 bvh.boxes,
                 bvh.links,
@@ -253,21 +285,59 @@ def _keep(scene, bvh, tree, order, begin, count, block, whole, receiver, rows, f
                 bvh.margin,
                 points,
                 state,
-                rows,
+                row,
                 order,
             ):
+                lists[DONE, seat] = 0
                 continue
-            plain = plain and not _touched(scene, bvh, points, facets, rows, order)
-        lists[DONE, lane] = 1
-        if plain:
-            orders[rows] = order
-            touching[rows] = 0
-            receiver[rows] = first + lane
-            rows += 1
-        else:
-            lists[ODD, pending[0]] = lane
+            odd = odd or _touched(scene, bvh, points, facets, row, order)
+        if odd:
+            lists[ODD, pending[0]] = lists[LANE, seat]
             pending[0] += 1
-    return rows
+            continue
+        if end < row:
+            receiver[end] = receiver[row]
+            for k in range(order + 1):
+                for a in range(3):
+                    points[end, k, a] = points[row, k, a]
+            for k in range(order):
+                facets[end, k] = facets[row, k]
+        end += 1
+    return end
+
+
+@kernel
+def _keep(scene, bvh, tree, order, begin, count, block, whole, receiver, rows, first):
+    """Write the paths of a list that has come to the source; return where rows end then."""
+    work, lists, steps, _, (_, _, (_, _, way)) = block
+    facets = whole[2]
+    several = False
+    for k in range(order):
+        way[k, WAY_NODE], way[k, WAY_PLANE] = steps[k, NODE], steps[k + 1, PLANE]
+        way[k, WAY_FACET] = steps[k + 1, ONLY]
+        several = several or steps[k + 1, ONLY] < 0
+    seats, spare = LISTED + ENTRY * order + SEAT, LISTS + (order + 1) * LIST
+    for j in range(count):
+        seat = lists[seats, begin + j]
+        for a in range(3):
+            work[at(spare + a * LANES, j)] = work[at(LISTS + a * LANES, seat)]
+        receiver[rows + j] = first + lists[LANE, seat]
+        lists[DONE, seat] = 1
+    _write_paths(scene, tree, order, count, block, whole, rows)
+    if several:
+        for j in range(count):
+            place = begin + j
+            for k in range(order, 0, -1):
+                if steps[k, ONLY] < 0:
+                    facets[rows + j, k - 1] = lists[LISTED + ENTRY * k + FACET, place]
+                place = lists[LISTED + ENTRY * k + BEHIND, place]
+    row, doubt = LISTED + ENTRY * order + DOUBT, 0
+    for j in range(count):
+        lists[row, begin + j] |= int(work[CODE + j])
+        doubt |= lists[row, begin + j]
+    if doubt == 0:
+        return rows + count
+    return _free_paths(scene, bvh, order, order, begin, count, 0, block, whole, receiver, rows)
 
 
 @kernel
@@ -294,11 +364,12 @@ def _search_image(scene, bvh, tree, leaf, falling, block, whole, receiver, rows,
         here, count = steps[depth, NODE], steps[depth, COUNT]
         first_place = steps[depth, BEGIN]
         at_list = LISTS + depth * LIST + first_place
+        lanes = (count + GROUP - 1) // GROUP * GROUP
         if depth == order:
-            for j in range(count):
+            for j in range(lanes):
                 work[HX + j], work[HY + j], work[HZ + j] = image[0, 0], image[0, 1], image[0, 2]
                 work[CODE + j] = 0.0
-            _doubt(work, at_list, count, reach, near)
+            _doubt(work, at_list, lanes, reach, near)
             before = rows + pending[0]
             rows = _keep(
                 scene, bvh, tree, order, first_place, count, block, whole, receiver, rows, first
@@ -326,10 +397,10 @@ def _search_image(scene, bvh, tree, leaf, falling, block, whole, receiver, rows,
         )
         if abs(image_height) <= tolerance:
             for j in range(count):
-                lane = lists[LISTED + ENTRY * depth + LANE, first_place + j]
-                if lists[DONE, lane] == 0:
-                    lists[DONE, lane] = 1
-                    lists[ODD, pending[0]] = lane
+                seat = lists[LISTED + ENTRY * depth + SEAT, first_place + j]
+                if lists[DONE, seat] == 0:
+                    lists[DONE, seat] = 1
+                    lists[ODD, pending[0]] = lists[LANE, seat]
                     pending[0] += 1
             for k in range(depth):
                 steps[k, OPEN] -= steps[depth, OPEN]
@@ -346,19 +417,20 @@ def _search_image(scene, bvh, tree, leaf, falling, block, whole, receiver, rows,
                 max(box[3], scene.facet_box[each, 3]),
             )
         hits = _pierce(
-            work, at_list, count, planes, plane, image, here, image_height, box, tolerance
+            work, at_list, lanes, planes, plane, image, here, image_height, box, tolerance
         )
         if hits == 0:
             continue
         if not plain:
             _place_on_facets(work, count, scene, plane)
-        _doubt(work, at_list, count, reach, near)
-        size = _extend(work, lists, depth, first_place, count, facet if plain else -1)
+        _doubt(work, at_list, lanes, reach, near)
+        size = _extend(work, lists, depth, first_place, count, plain)
         if size == 0:
             continue
         depth += 1
         steps[depth, NODE], steps[depth, CURSOR] = tree.branches[branch, 1], 0
-        steps[depth, PLANE], steps[depth, COUNT], steps[depth, OPEN] = plane, size, size
+        steps[depth, PLANE], steps[depth, ONLY] = plane, facet if plain else -1
+        steps[depth, COUNT], steps[depth, OPEN] = size, size
     return rows
 
 
@@ -385,89 +457,16 @@ def _sort_receivers(scene, source, places, first, last, block):
                 work[LISTS + a * LANES + size] = places[i, a]
                 boxes[kind, a] = min(boxes[kind, a], places[i, a])
                 boxes[kind, 3 + a] = max(boxes[kind, 3 + a], places[i, a])
-            lists[LISTED + LANE, size] = i - first
-            lists[LISTED + DOUBT, size] = 0
+            lists[LANE, size] = i - first
+            lists[LISTED + SEAT, size], lists[LISTED + DOUBT, size] = size, 0
             size += 1
     starts[_KINDS] = size
 
 
 @kernel(forceinline=True)
-def _write_paths(scene, tree, order, begin, count, block, whole, receiver, rows, first):
-    """Return the number of rows once a part of the first list has its paths, of one way."""
-    work, lists, _, _, (_, _, (_, _, way)) = block
-    _, points, facets, orders, _, touching = whole
-    planes, image = scene.planes, tree.image
-    here = LISTS + begin
-    for depth in range(order + 1):
-        for a in range(3):
-            for j in range(count):
-                points[at(rows, j), depth, a] = work[at(here + a * LANES, j)]
-        if depth < order:
-            plane, node = way[depth, WAY_PLANE], way[depth, WAY_NODE]
-            nx, ny, nz = planes[plane, 0], planes[plane, 1], planes[plane, 2]
-            offset = planes[plane, 3]
-            ix, iy, iz = image[node, 0], image[node, 1], image[node, 2]
-            height = nx * ix + ny * iy + nz * iz - offset
-            there = LISTS + (depth + 1) * LIST
-            for j in range(count):
-                px, py, pz = work[at(here + PX, j)], work[at(here + PY, j)], work[at(here + PZ, j)]
-                _, hx, hy, hz = _pierced(px, py, pz, nx, ny, nz, offset, ix, iy, iz, height)
-                work[at(there + PX, j)] = hx
-                work[at(there + PY, j)] = hy
-                work[at(there + PZ, j)] = hz
-            here = there
-            facet = way[depth, WAY_FACET]
-            for j in range(count):
-                facets[at(rows, j), depth] = facet
-    for a in range(3):
-        source = image[0, a]
-        for j in range(count):
-            points[at(rows, j), order + 1, a] = source
-    for j in range(count):
-        row = at(rows, j)
-        orders[row], touching[row] = order, 0
-        receiver[row] = first + lists[LISTED + LANE, at(begin, j)]
-    return rows + count
-
-
-@kernel
-def _free_paths(scene, bvh, order, begin, end, block, whole, receiver, first):
-    """Return where rows end of which those that are blocked, or touch something, are left out."""
-    _, lists, _, pending, _ = block
-    state, points, facets = whole[:3]
-    for depth in range(order):
-        state[depth, STATE_PLANE] = scene.facet_plane[facets[begin, depth]]
-    rows = begin
-    for row in range(begin, end):
-        if not path_is_free(
-            bvh.boxes,
-            bvh.links,
-            bvh.triangles,
-            bvh.planes,
-            bvh.margin,
-            points,
-            state,
-            row,
-            order,
-        ):
-            continue
-        if _touched(scene, bvh, points, facets, row, order):
-            lists[ODD, pending[0]] = receiver[row] - first
-            pending[0] += 1
-            continue
-        if rows < row:
-            receiver[rows] = receiver[row]
-            for depth in range(order + 1):
-                for a in range(3):
-                    points[rows, depth, a] = points[row, depth, a]
-        rows += 1
-    return rows
-
-
-@kernel(forceinline=True)
 def _search_kind(scene, bvh, tree, leaf, kind, block, whole, receiver, rows, first):
     """Return the number of rows once the paths of an image to receivers of a kind are written."""
-    _, _, steps, _, (starts, boxes, box) = block
+    work, lists, steps, _, (starts, boxes, box) = block
     begin, count = starts[kind], starts[kind + 1] - starts[kind]
     found = search_box(
         scene,
@@ -491,10 +490,16 @@ def _search_kind(scene, bvh, tree, leaf, kind, block, whole, receiver, rows, fir
     if found == NO_PATH:
         return rows
     order = tree.order[leaf]
-    end = _write_paths(scene, tree, order, begin, count, block, whole, receiver, rows, first)
+    spare = LISTS + (order + 1) * LIST
+    for a in range(3):
+        for j in range(count):
+            work[at(spare + a * LANES, j)] = work[at(LISTS + a * LANES + begin, j)]
+    for j in range(count):
+        receiver[at(rows, j)] = first + lists[LANE, at(begin, j)]
+    _write_paths(scene, tree, order, count, block, whole, rows)
     if found == NEAR:
-        return _free_paths(scene, bvh, order, rows, end, block, whole, receiver, first)
-    return end
+        return _free_paths(scene, bvh, order, 0, begin, count, _NEAR, block, whole, receiver, rows)
+    return rows + count
 
 
 @kernel(returns="UniTuple(int64, 2)")
