@@ -85,40 +85,32 @@ def run_blocks(
     begins = iter(range(0, count, block_size))
     done: SimpleQueue[int] = SimpleQueue()
 
-    def one_block() -> bool:
-        begin = next(begins, count)
-        if begin < count:
-            end = min(begin + block_size, count)
-            work(begin, end)
-            done.put(end - begin)
-        return begin < count
-
     def serve() -> None:
         try:
-            while one_block():
-                pass
+            while (begin := next(begins, count)) < count:
+                end = min(begin + block_size, count)
+                work(begin, end)
+                done.put(end - begin)
         except BaseException:
             done.put(_FAILED)
             raise
 
-    # Blocks are asked for, not handed out: a call to the pool for each would cost as much as a
-    # small block does. Without an executor the caller is one of the threads.
-    busy, done_rows = executor is None, 0
+    done_rows = 0
     with contextlib.ExitStack() as stack:
-        helpers = threads - 1 if busy else threads
-        pool = executor or stack.enter_context(ThreadPoolExecutor(max(helpers, 1)))
+        pool = executor or stack.enter_context(ThreadPoolExecutor(threads))
         stack.callback(lambda: list(begins))  # after an error none is begun
-        futures = [pool.submit(serve) for _ in range(helpers)]
+        # Blocks are asked for, not handed out: a call to the pool for each would cost as much as a
+        # small block does.
+        futures = [pool.submit(serve) for _ in range(threads)]
         while done_rows < count:
-            busy = busy and one_block()
-            for rows in (done.get(), *(done.get() for _ in range(done.qsize()))):
-                if rows == _FAILED:
-                    list(begins)
-                    for future in futures:
-                        future.result()
-                done_rows += rows
-                if progress is not None:
-                    progress(done_rows, count)
+            rows = done.get()
+            if rows == _FAILED:
+                list(begins)
+                for future in futures:
+                    future.result()
+            done_rows += rows
+            if progress is not None:
+                progress(done_rows, count)
 
 
 @contextlib.contextmanager
