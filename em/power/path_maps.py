@@ -139,6 +139,8 @@ def _groups(
     places_m: FloatArray, close_m: float
 ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
     """Return the numbers (m,) of places in the order of squares, and where each square begins."""
+    if len(places_m) == 1:
+        return np.zeros(1, dtype=np.int64), np.array([0, 1])
     cells = np.floor((places_m - places_m.mean(axis=0)) / close_m + 0.5).astype(np.int64)
     number = cells @ np.array([1_000_003, 1])
     member = np.argsort(number, kind="stable")
