@@ -38,6 +38,9 @@ PATH_S, PLACE_S, WEDGE_S = 6e-6, 3e-5, 1e-5
 """Time [s] of a traced path, of a fine place and channel for each row of antennas, and of an edge
 that diffracts at a node."""
 
+MOST_WEDGES = 500
+"""Edges that diffract [-] up to which maps contain paths over them unless the study says more."""
+
 _ERROR_STREAM = 18_001
 _OUTSIDE_M = 2.0
 _BOX_FACETS = 6
@@ -87,8 +90,7 @@ def map_context(setting: Setting) -> MapContext:
     setting : The reader in a room of a study with a mission [m].
     """
     table = setting.mission
-    if table.map.edges:
-        setting = _with_solver(setting, diffraction=True)
+    setting, has_edges = _with_edges(setting)
     if setting.scene.has_room:
         low, high = setting.scene.bounds_m[:, :2]
     else:
@@ -96,7 +98,7 @@ def map_context(setting: Setting) -> MapContext:
         points = np.array([*starts, *(tag.point_m for tag in setting.tags)])
         low, high = points.min(axis=0) - _OUTSIDE_M, points.max(axis=0) + _OUTSIDE_M
     # What a facet shadows jumps there without the field of its edges.
-    furnished = len(setting.scene.facets.facet_plane) > _BOX_FACETS and not table.map.edges
+    furnished = len(setting.scene.facets.facet_plane) > _BOX_FACETS and not has_edges
     plan = plan_map(
         low,
         high,
@@ -111,6 +113,14 @@ def map_context(setting: Setting) -> MapContext:
         reader_z_m=setting.reader_z_m,
         solver=setting.solver,
     )
+
+
+def _with_edges(setting: Setting) -> tuple[Setting, bool]:
+    """Return a room whose edges diffract as far as its maps contain that, and whether they do."""
+    edged, wanted = _with_solver(setting, diffraction=True), setting.mission.map.edges
+    if wanted is None:
+        wanted = len(edged.radios[0].wedges) <= MOST_WEDGES
+    return (edged if wanted else _with_solver(setting, diffraction=False)), wanted
 
 
 def mapped_tags(setting: Setting) -> tuple[PlacedTag, ...]:
@@ -144,13 +154,14 @@ def map_forecast(setting: Setting) -> str:
     channels = len(context.radios)
     size = len(tags) * plan.nbytes(rows, _headings(context.responses[0])) / 1e6
     paths = 3.0 * sum(6.0**order for order in range(context.solver.max_reflections + 1)) ** 0.7
-    wedges = len(context.radios[0].wedges)
+    wedges = len(context.radios[0].wedges) if context.solver.diffraction else 0
     node_s = (paths * PATH_S + wedges * WEDGE_S) * (1.0 + channels)
     place_s = (PLACE_S + wedges * _WEDGE_PLACE_S) * channels * rows
     seconds = len(tags) * (plan.nodes * node_s + plan.places * place_s)
     return (
         f"field maps of {len(tags)} tags: {plan.places} places {plan.x_m[1] - plan.x_m[0]:.3f} m "
-        f"apart, {channels} channels, {size:.0f} MB, about {seconds:.0f} s of one core"
+        f"apart, {channels} channels, {wedges} edges that diffract, {size:.0f} MB, about "
+        f"{seconds:.0f} s of one core"
     )
 
 
