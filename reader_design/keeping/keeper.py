@@ -357,13 +357,12 @@ def _by_crew(
 ) -> Iterator[tuple[str, Computed]]:
     """Yield cases as a crew computes them.
 
-    The first goes alone: kernels that are not compiled yet are compiled by one worker, and the
-    others find them on disk.
+    Workers that need the same kernel before it is compiled wait for the one that compiles it.
     """
     version = versions()["octant_version"]
     waiting = deque(missing.items())
     pending: dict[Future[Computed], tuple[str, object]] = {}
-    most = 1
+    most = AHEAD * crew.size
     try:
         while waiting or pending:
             suspects: list[tuple[str, object]] = []
@@ -374,7 +373,6 @@ def _by_crew(
                 except BrokenExecutor:
                     suspects.append((key, case))
             done, _ = wait(pending, return_when=FIRST_COMPLETED)
-            most = AHEAD * crew.size
             for future in done:
                 key, case = pending.pop(future)
                 if isinstance(_error(future), BrokenExecutor):

@@ -9,8 +9,9 @@ import multiprocessing
 import os
 import signal
 import socket
+import sys
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import (
     BrokenExecutor,
     CancelledError,
@@ -21,6 +22,7 @@ from concurrent.futures import (
 from contextlib import contextmanager
 from functools import partial
 from multiprocessing.connection import Connection
+from multiprocessing.context import BaseContext
 from typing import Any, Protocol, TypeVar
 
 from octant.em.blocks import THREADS_VARIABLE, cores
@@ -47,6 +49,10 @@ GIVEN_SIZE = 64
 
 BATCHES = 4
 """Batches that `worker_map` makes for each process."""
+
+FORKED = sys.platform == "linux"
+"""Whether workers are copies of one process that has imported what they need, and does nothing
+else. Elsewhere each starts anew: the linear algebra of macOS does not bear being copied."""
 
 
 class Crew(Protocol):
@@ -122,14 +128,14 @@ class LocalProcesses:
         call, *arguments : As in `Crew`.
         """
         if self._pool is None:
-            # Spawned, not forked: a fork copies the locks of numerical libraries in any state.
-            context = multiprocessing.get_context("spawn")
+            prepare_workers()
+            context = _context()
             theirs, self._lifeline = context.Pipe(duplex=False)
             self._pool = ProcessPoolExecutor(
                 self.size,
                 mp_context=context,
                 initializer=begin,
-                initargs=(theirs, max(1, cores() // self.size)),
+                initargs=(theirs, max(1, cores() // self.size), dict(os.environ)),
             )
         return self._pool.submit(call, *arguments)
 
@@ -150,7 +156,42 @@ class LocalProcesses:
         self._pool = self._lifeline = None
 
 
-def begin(lifeline: Connection, threads: int) -> None:
+def prepare_workers(modules: Sequence[str] = ()) -> None:
+    """Let the process that workers are copied from start, and import modules while others work.
+
+    Once it runs, a further call does nothing.
+
+    Parameters
+    ----------
+    modules : Names of what the workers will need.
+    """
+    if not FORKED:
+        return
+    from multiprocessing import forkserver
+
+    before = {name: os.environ.get(name) for name in ONE_THREAD}
+    os.environ.update(dict.fromkeys(ONE_THREAD, "1"))  # it must not hold threads when it is copied
+    try:
+        forkserver.set_forkserver_preload(list(modules))
+        with _ignoring_interrupts():
+            forkserver.ensure_running()
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
+
+
+def _context() -> BaseContext:
+    """Return how processes are started: never as copies of this one.
+
+    Whatever numerical libraries are at, a copy would hold their locks as they are at that moment.
+    """
+    return multiprocessing.get_context("forkserver" if FORKED else "spawn")
+
+
+def begin(lifeline: Connection, threads: int, environment: Mapping[str, str]) -> None:
     """Make a new process a worker that ends when the process that started it ends.
 
     Parameters
@@ -158,7 +199,10 @@ def begin(lifeline: Connection, threads: int) -> None:
     lifeline : Its other end is held by the starting process alone: when that one ends, however it
         ends, or closes it, the worker leaves at once.
     threads : Threads that the worker may use.
+    environment : Variables of the starting process, which may have changed since the process that
+        workers are copied from was started.
     """
+    os.environ.update(environment)
     for name in ONE_THREAD:
         os.environ[name] = "1"
     os.environ[THREADS_VARIABLE] = str(threads)

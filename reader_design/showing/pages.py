@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from octant.reader_design.showing.page.packing import small_png
 from octant.reader_design.showing.page.render import page
 
 Mark = Literal["good", "fair", "poor", "none"]
@@ -235,13 +234,13 @@ def embedded_figures(
 
 
 def read_figure(title: str, caption: str, path: Path) -> ReportFigure:
-    """Return a figure with its image read in, made small enough for a page.
+    """Return a figure with its image read in.
 
     Parameters
     ----------
     title, caption, path : Name, what to see in it, its PNG file.
     """
-    return ReportFigure(title=title, caption=caption, png=small_png(path.read_bytes()))
+    return ReportFigure(title=title, caption=caption, png=path.read_bytes())
 
 
 def render_report(report: Report) -> str:

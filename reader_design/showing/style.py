@@ -33,6 +33,8 @@ ANTENNA_COLOURS = (
     "#777777",
 )
 """One colour for each antenna number, that colour-blind readers can tell apart; cycled beyond 8."""
+COLOURS = 256
+"""Colours of an image in a file [-]: as many as one byte a pixel can name."""
 ANTENNA_DASHES = ("-", "--", "-.", ":")
 """Line styles by antenna: symmetric partners (2 and 8, 3 and 7, 4 and 6) differ in style."""
 
@@ -83,7 +85,7 @@ def save_figure(figure: "Figure", path: Path) -> None:
 
 
 def figure_png(figure: "Figure") -> bytes:
-    """Return a figure as the content of a PNG file, at 150 dots per inch.
+    """Return a figure as the content of a PNG file of 256 colours, at 150 dots per inch.
 
     Parameters
     ----------
@@ -92,16 +94,30 @@ def figure_png(figure: "Figure") -> bytes:
     from matplotlib import rcParams
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-    content = io.BytesIO()
     shown, shown_dpi = figure.canvas, figure.dpi
     with figure_style():
         try:
-            canvas: Any = FigureCanvasAgg(figure)
-            figure.dpi = rcParams["savefig.dpi"]
-            canvas.print_png(content, metadata={"Software": None})  # `savefig` draws twice
+            canvas = FigureCanvasAgg(figure)
+            figure.dpi = dots = rcParams["savefig.dpi"]
+            canvas.draw()  # `savefig` draws twice
         finally:
             figure.set_canvas(shown)
             figure.dpi = shown_dpi
+    return _few_colours(np.asarray(canvas.buffer_rgba()), dots)
+
+
+def _few_colours(rgba: npt.NDArray[np.uint8], dots_per_inch: float) -> bytes:
+    """Return an opaque image as PNG with those 256 colours that come nearest to all of its own.
+
+    A page embeds it as it stands: a third of the size in full colour, and as quick to write.
+    """
+    from PIL import Image
+
+    few = Image.fromarray(rgba[..., :3]).quantize(
+        COLOURS, method=Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE
+    )
+    content = io.BytesIO()
+    few.save(content, "PNG", dpi=(dots_per_inch, dots_per_inch), compress_level=6)
     return content.getvalue()
 
 

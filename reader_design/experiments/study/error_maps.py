@@ -1,5 +1,7 @@
 """Maps over all headings: bearing error, capture, and RSS at some headings for the report."""
 
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -7,7 +9,6 @@ import numpy.typing as npt
 
 from octant.em.power.backscatter import Link
 from octant.navigation.sensing.bearing import reader_azimuth
-from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.setting.bearing_errors import vector_errors_rad
 from octant.reader_design.setting.capture import arriving_paths, captured
 from octant.reader_design.setting.measures import strongest_errors_rad
@@ -50,12 +51,93 @@ def heading_errors_rad(
     return np.sqrt((vector**2).mean(axis=1)), strongest
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FloorGrid:
+    """Where, and at which headings of the robot, the errors of a reader are mapped.
+
+    Attributes
+    ----------
+    places_m, standing : (nx, ny, 2), (nx, ny) — Grid [m]; where the reader fits: elsewhere NaN.
+    heading_rad : Heading that must be among those of the RSS [rad].
+    """
+
+    places_m: FloatArray
+    standing: npt.NDArray[np.bool_]
+    heading_rad: float
+
+    @property
+    def stride(self) -> int:
+        """Every how many places of the grid the RSS at some headings is kept [-]."""
+        return map_stride(self.standing.shape)
+
+    def kept_headings_rad(self, setting: Setting) -> FloatArray:
+        """Return the headings at which RSS is kept; symmetry gives the others [rad].
+
+        Parameters
+        ----------
+        setting : The reader.
+        """
+        response = setting.responses[0]
+        turn = symmetric_turn(response)
+        return explorer_headings_rad(
+            _headings_rad(setting), self.heading_rad, response.antennas, turn
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TagErrors:
+    """The errors of a reader for one tag, over all places at which it fits.
+
+    Attributes
+    ----------
+    columns : (3, p) float64 — Two bearing errors, rms over headings [rad], and capture [-].
+    powers_w : (2, q, h, n) float32 — Coherent RSS and power sum [W] at the places and headings at
+        which they are kept.
+    """
+
+    columns: FloatArray
+    powers_w: npt.NDArray[np.float32]
+
+
+def _headings_rad(setting: Setting) -> FloatArray:
+    return grid_azimuths_rad(setting.responses[0].antennas, setting.sampling.room_azimuths)
+
+
+def tag_errors(
+    setting: Setting, grid: FloorGrid, number: int, done: Callable[[int], None]
+) -> TagErrors:
+    """Return the errors for one tag ([rad], [-], [W]).
+
+    Parameters
+    ----------
+    setting, grid, number : Reader and room; where; which of its tags, from 0.
+    done : Called with how many places are done.
+    """
+    tag, headings = setting.tags[number], _headings_rad(setting)
+    chosen = [int(np.flatnonzero(headings == h)[0]) for h in grid.kept_headings_rad(setting)]
+    kept = np.zeros(grid.standing.shape, dtype=np.bool_)
+    kept[:: grid.stride, :: grid.stride] = True
+    taken = kept[grid.standing]
+    places = grid.places_m[grid.standing]
+    link = setting.link(tag, places_m=places)
+    columns = np.empty((3, len(places)))
+    powers = [np.zeros((2, 0, len(chosen), setting.responses[0].antennas), dtype=np.float32)]
+    for begin in range(0, len(places), BLOCK):
+        block = slice(begin, begin + BLOCK)
+        near = places[block]
+        found = link.power_by_heading(near, headings)
+        columns[:2, block] = heading_errors_rad(link, found.coherent_w, near, headings)
+        both = np.stack([found.coherent_w, found.local_mean_w])
+        powers.append(both[:, taken[block]][:, :, chosen].astype(np.float32))
+        towards = np.arctan2(*(tag.position_m[:2] - near).T[::-1])
+        paths = arriving_paths(setting, tag, near)
+        columns[2, block] = captured(paths, towards, setting.responses).mean(axis=1)
+        done(begin + len(near))
+    return TagErrors(columns=columns, powers_w=np.concatenate(powers, axis=1))
+
+
 def error_maps(
-    setting: Setting,
-    places_m: FloatArray,
-    standing: npt.NDArray[np.bool_],
-    heading_rad: float,
-    progress: Progress,
+    setting: Setting, grid: FloorGrid, errors: Sequence[TagErrors]
 ) -> "dict[str, xr.Variable]":
     """Return the maps (tag, x, y) of two bearing errors, rms over headings [rad], and of capture.
 
@@ -64,41 +146,17 @@ def error_maps(
 
     Parameters
     ----------
-    setting, progress : Reader and room, its sampling gives the number of headings; shows places.
-    places_m, standing : (nx, ny, 2), (nx, ny) — Grid [m]; where the reader fits: elsewhere NaN.
-    heading_rad : Heading that must be among those of the RSS [rad].
+    setting, grid : Reader and room, its sampling gives the number of headings; where.
+    errors : From `tag_errors`, one for each tag.
     """
-    headings = grid_azimuths_rad(setting.responses[0].antennas, setting.sampling.room_azimuths)
+    standing, some = grid.standing, grid.kept_headings_rad(setting)
+    thin = standing[:: grid.stride, :: grid.stride]
     n = setting.responses[0].antennas
-    turn = symmetric_turn(setting.responses[0])
-    some = explorer_headings_rad(headings, heading_rad, n, turn)
-    chosen = [int(np.flatnonzero(headings == one)[0]) for one in some]
-    every = map_stride(standing.shape)
-    thin = standing[::every, ::every]
-    grid = np.zeros(standing.shape, dtype=np.bool_)
-    grid[::every, ::every] = thin
-    taken = grid[standing]
-    turned = np.zeros((2, len(some), len(setting.tags), *thin.shape, n), dtype=np.float32)
-    places = places_m[standing]
-    tables = np.full((3, len(setting.tags), *standing.shape), np.nan)
-    for number, tag in enumerate(setting.tags):
-        link = setting.link(tag, places_m=places)
-        columns = np.empty((3, len(places)))
-        powers = []
-        with progress.count(len(places), label=f"bearing errors of tag {tag.id}") as done:
-            for begin in range(0, len(places), BLOCK):
-                block = slice(begin, begin + BLOCK)
-                near = places[block]
-                found = link.power_by_heading(near, headings)
-                columns[:2, block] = heading_errors_rad(link, found.coherent_w, near, headings)
-                both = np.stack([found.coherent_w, found.local_mean_w])
-                powers.append(both[:, taken[block]][:, :, chosen].astype(np.float32))
-                towards = np.arctan2(*(tag.position_m[:2] - near).T[::-1])
-                paths = arriving_paths(setting, tag, near)
-                columns[2, block] = captured(paths, towards, setting.responses).mean(axis=1)
-                done(begin + len(near))
-        tables[:, number, standing] = columns
-        turned[:, :, number, thin] = np.moveaxis(np.concatenate(powers, axis=1), 2, 1)
+    turned = np.zeros((2, len(some), len(errors), *thin.shape, n), dtype=np.float32)
+    tables = np.full((3, len(errors), *standing.shape), np.nan)
+    for number, one in enumerate(errors):
+        tables[:, number, standing] = one.columns
+        turned[:, :, number, thin] = np.moveaxis(one.powers_w, 2, 1)
     turned_dims = ["heading", "tag", "map_x", "map_y", "antenna"]
     dims = ["tag", "x", "y"]
     over, nowhere = "over all headings of the robot", "the reader does not fit there"

@@ -1,5 +1,6 @@
 """Maps of the chosen reader over the room, kept in a file named by the hash of their input."""
 
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -10,11 +11,17 @@ import numpy.typing as npt
 
 from octant.em.power.backscatter import Answers, BackscatterLink, Link
 from octant.em.power.radio_map import RadioMap, map_backscatter, map_reader
-from octant.geometries.errors import OctantError
-from octant.reader_design.experiments.study.error_maps import error_maps
+from octant.geometries.errors import OctantError, PhysicsWarning
+from octant.reader_design.experiments.study.error_maps import (
+    FloorGrid,
+    TagErrors,
+    error_maps,
+    tag_errors,
+)
 from octant.reader_design.keeping.keeper import map_cases
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.keeping.small_netcdf import DatasetCodec
+from octant.reader_design.keeping.workers import Crew, begun
 from octant.reader_design.setting.evaluation import room_samples_w
 from octant.reader_design.setting.map_grid import map_axes_m
 from octant.reader_design.setting.read_range import read_range
@@ -32,6 +39,7 @@ FloatArray = npt.NDArray[np.float64]
 
 LEFT_OUT = (
     "MapCase.progress",
+    "MapCase.crew",
     "Setting.layout",
     "Setting.notes",
     *(
@@ -52,10 +60,21 @@ class MapCase:
     Attributes
     ----------
     setting, progress : The chosen reader in its room, and the sampling; shows receivers.
+    crew : Workers that share the tags where there are enough of these; None: this process maps.
     """
 
     setting: Setting
     progress: Progress
+    crew: Crew | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _TagMaps:
+    """The maps of one tag: RSS [W], what its chip gets, and the reader's errors."""
+
+    radio: RadioMap
+    answers: Answers | None
+    errors: TagErrors
 
 
 def map_stage(case: MapCase, folder: Path) -> "xr.Dataset":
@@ -101,17 +120,15 @@ def mapped(_context: None, case: MapCase) -> "xr.Dataset":
         reader_z_m=setting.reader_z_m,
         clearance_m=study.reader.ground_plane_m / 2.0,
     ).reshape(x.size, y.size)
-    maps: list[RadioMap] = []
-    answers: list[Answers | None] = []
-    for tag in setting.tags:
-        with progress.count(x.size * y.size, label=f"map of tag {tag.id}") as done:
-            one, answer = _map_of(setting.link(tag, places_m=grid), (x, y), heading_rad, done)
-        maps.append(one)
-        answers.append(answer)
+    floor = FloorGrid(
+        places_m=grid.reshape(*standing.shape, 2), standing=standing, heading_rad=heading_rad
+    )
+    found = _tags_mapped(setting, (x, y), floor, progress, case.crew)
+    maps, answers = [one.radio for one in found], [one.answers for one in found]
     ranges = [read_range(setting, tag) if is_woken(study, tag) else None for tag in setting.tags]
     n = setting.reader.antennas
     variables = {
-        **error_maps(setting, grid.reshape(*standing.shape, 2), standing, heading_rad, progress),
+        **error_maps(setting, floor, [one.errors for one in found]),
         "rss_w": variable(
             ["tag", "x", "y", "antenna"],
             np.array([m.coherent_w for m in maps], dtype=np.float32),
@@ -163,6 +180,49 @@ def mapped(_context: None, case: MapCase) -> "xr.Dataset":
         title="maps of the chosen reader",
         attributes={"heading_deg": float(np.degrees(heading_rad))},
     )
+
+
+def _tags_mapped(
+    setting: Setting,
+    axes: tuple[FloatArray, FloatArray],
+    floor: FloorGrid,
+    progress: Progress,
+    crew: Crew | None,
+) -> list[_TagMaps]:
+    """Return the maps of each tag, by workers if each gets one: here, one tag takes all cores."""
+    count = len(setting.tags)
+    if crew is None or count < crew.size:
+        return [_tag_mapped(setting, axes, floor, number, progress) for number in range(count)]
+    silent = Progress(quiet=True)
+    begins = [
+        begun(crew, _tag_mapped, setting, axes, floor, number, silent) for number in range(count)
+    ]
+    with progress.count(count, label="maps of tags") as done:
+        found = []
+        for one in begins:
+            found.append(one())
+            done(len(found))
+    return found
+
+
+def _tag_mapped(
+    setting: Setting,
+    axes: tuple[FloatArray, FloatArray],
+    floor: FloorGrid,
+    number: int,
+    progress: Progress,
+) -> _TagMaps:
+    tag = setting.tags[number]
+    grid = floor.places_m.reshape(-1, 2)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", PhysicsWarning)  # the designs carry what must be known
+        with progress.count(len(grid), label=f"map of tag {tag.id}") as done:
+            link = setting.link(tag, places_m=grid)
+            radio, answers = _map_of(link, axes, floor.heading_rad, done)
+        standing = int(floor.standing.sum())
+        with progress.count(standing, label=f"bearing errors of tag {tag.id}") as done:
+            errors = tag_errors(setting, floor, number, done)
+    return _TagMaps(radio=radio, answers=answers, errors=errors)
 
 
 def _map_of(

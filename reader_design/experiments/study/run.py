@@ -239,7 +239,7 @@ def run_study(
             progress.say(choice.reason[0])
             setting = settings[chosen.key]
             approximated = None if quick else begun(crew, approximation_errors, setting)
-            room_map = map_stage(MapCase(setting=setting, progress=progress), stages)
+            room_map = map_stage(MapCase(setting=setting, progress=progress, crew=crew), stages)
             thesis = None
             if study.report.thesis and all(cell.label == cell.design.label() for cell in cells):
                 # the thesis varies antenna, r_a and h_p alone

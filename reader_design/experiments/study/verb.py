@@ -4,7 +4,15 @@ from pathlib import Path
 
 import click
 
+from octant.reader_design.keeping.workers import prepare_workers
 from octant.reader_design.options import Ended, RunOptions, experiment, quick_option
+
+WORKERS_NEED = (
+    "octant.reader_design.experiments.study.run",
+    "octant.reader_design.experiments.study.figures",
+    "matplotlib.backends.backend_agg",
+)
+"""What workers import while the study is read."""
 
 
 @click.command()
@@ -16,6 +24,8 @@ def study(*, study: Path | None, options: RunOptions, quick: bool) -> Ended:
     Leaves results.nc, figures, study.toml and report.html in --out; the same command again goes on
     where the last one stopped.
     """
+    if options.workers != 1 and options.cluster is None and not options.dry_run:
+        prepare_workers(WORKERS_NEED)
     from octant.reader_design.experiments.study.run import OUTPUTS, plan_lines, run_study
     from octant.reader_design.keeping.results import files_of
     from octant.reader_design.study_file.loading import load_study

@@ -7,7 +7,6 @@ import numpy as np
 import numpy.typing as npt
 
 from octant.reader_design.showing.designs_view import Column
-from octant.reader_design.showing.page.packing import small_png
 from octant.reader_design.showing.pages import ReportFigure
 from octant.reader_design.showing.style import figure_png, figure_style, new_figure
 
@@ -78,7 +77,7 @@ def _figures(
         yield ReportFigure(
             title=title,
             caption="Contours between the designs, which are dots; blank where a design has none.",
-            png=small_png(_drawn(panels[page : page + per_page], axes, title)),
+            png=_drawn(panels[page : page + per_page], axes, title),
         )
 
 

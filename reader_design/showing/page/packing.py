@@ -1,16 +1,11 @@
 """Arrays for the scripts of a page: rounded to equal steps and deflated."""
 
 import base64
-import io
 import zlib
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-
-FIGURE_WIDTH = 1080
-"""Greatest width of an image in a page [pixels]; the file beside it keeps its own."""
-_COLOURS = 128
 
 
 def packed(values: npt.ArrayLike, *, step: float, most: int = 255) -> dict[str, Any]:
@@ -37,23 +32,3 @@ def packed(values: npt.ArrayLike, *, step: float, most: int = 255) -> dict[str, 
         "bytes": kind.itemsize,
         "data": base64.b64encode(data).decode("ascii"),
     }
-
-
-def small_png(png: bytes) -> bytes:
-    """Return an image in fewer pixels and colours, for a page; as given where that is no gain.
-
-    Parameters
-    ----------
-    png : The image.
-    """
-    from PIL import Image
-
-    with Image.open(io.BytesIO(png)) as opened:
-        image = opened.convert("RGB")
-    if image.width > FIGURE_WIDTH:
-        height = round(image.height * FIGURE_WIDTH / image.width)
-        image = image.resize((FIGURE_WIDTH, height), Image.Resampling.LANCZOS)
-    out = io.BytesIO()
-    image.quantize(_COLOURS, dither=Image.Dither.NONE).save(out, "PNG", compress_level=6)
-    small = out.getvalue()
-    return small if len(small) < len(png) else png

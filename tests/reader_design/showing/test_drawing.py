@@ -1,9 +1,14 @@
 """Figures are the same files whoever draws them."""
 
+import io
 import pickle
 from functools import partial
 
+import numpy as np
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from PIL import Image
 
 from octant.reader_design.keeping.workers import GivenExecutor
 from octant.reader_design.showing.drawing import drawn_figures
@@ -54,3 +59,21 @@ def test_a_figure_of_any_canvas_becomes_a_file_and_stays_as_it_was():
     assert figure_png(figure) == figure_png(figure)
     assert figure.canvas is canvas
     assert figure.dpi == 72
+
+
+def test_the_colours_of_a_file_are_those_that_were_drawn_and_white_stays_white():
+    with figure_style():
+        figure, axes = new_figure(width_in=4.0, height_in=3.0, title="a ramp and a point")
+        axes[0, 0].pcolormesh(np.linspace(0.0, 1.0, 10_000).reshape(100, 100), cmap="viridis")
+        axes[0, 0].plot([50.0], [50.0], "x", color="#cc3311")
+    canvas = FigureCanvasAgg(figure)
+    figure.dpi = 150.0
+    canvas.draw()
+    drawn = np.asarray(canvas.buffer_rgba())[..., :3].astype(float)
+    with Image.open(io.BytesIO(figure_png(figure))) as image:
+        assert image.mode == "P"
+        assert image.info["dpi"] == pytest.approx((150.0, 150.0), abs=0.1)
+        kept = np.asarray(image.convert("RGB")).astype(float)
+    assert np.abs(kept - drawn).max() < 24.0
+    assert np.sqrt(((kept - drawn) ** 2).mean()) < 3.0
+    assert (kept[drawn.min(axis=-1) == 255.0] == 255.0).all()

@@ -3,7 +3,6 @@
 import base64
 import hashlib
 import importlib.resources
-import io
 import re
 import zlib
 from html.parser import HTMLParser
@@ -11,9 +10,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from PIL import Image
 
-from octant.reader_design.showing.page.packing import packed, small_png
+from octant.reader_design.showing.page.packing import packed
 from octant.reader_design.showing.page.words import Explained, glossary, typeset
 from octant.reader_design.showing.pages import (
     Judgement,
@@ -240,20 +238,6 @@ def test_packed_arrays_come_back_within_half_a_step_and_keep_holes():
     back = np.where(whole == one["none"], np.nan, one["low"] + one["step"] * whole)
     np.testing.assert_allclose(back[:2], values[0], atol=0.25)
     assert np.isnan(back[2:]).all()
-
-
-def test_images_of_a_page_are_smaller_and_look_alike():
-    ramp = np.linspace(0, 255, 1800 * 900).reshape(900, 1800)
-    file = io.BytesIO()
-    noise = np.random.default_rng(0).integers(0, 3, (900, 1800))
-    Image.fromarray((ramp + noise).clip(0, 255).astype(np.uint8)).save(file, "PNG")
-    small = small_png(file.getvalue())
-    assert len(small) < len(file.getvalue()) / 2
-    with Image.open(io.BytesIO(small)) as image:
-        assert image.width == 1080
-        grey = np.asarray(image.convert("L"), dtype=float)
-    np.testing.assert_allclose(grey[0].mean(), 0.0, atol=4.0)
-    np.testing.assert_allclose(grey[-1].mean(), 255.0, atol=4.0)
 
 
 def test_scripts_are_those_that_their_sources_make():

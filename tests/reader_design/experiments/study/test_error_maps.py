@@ -9,8 +9,12 @@ import pytest
 from octant.em.reader.response import sector_response
 from octant.navigation.angles import wrap_angle
 from octant.navigation.sensing.bearing import reader_azimuth, vector_sum_bearing
-from octant.reader_design.experiments.study.error_maps import error_maps, heading_errors_rad
-from octant.reader_design.keeping.progress import Progress
+from octant.reader_design.experiments.study.error_maps import (
+    FloorGrid,
+    error_maps,
+    heading_errors_rad,
+    tag_errors,
+)
 from octant.reader_design.setting.setting import build_setting
 from octant.reader_design.showing.map_view import symmetric_turn
 from octant.reader_design.study_file.loading import parse_study
@@ -33,6 +37,12 @@ def setting_of(text):
 
 def errors_of(link, places, headings):
     return heading_errors_rad(link, link.rss_by_heading_w(places, headings), places, headings)
+
+
+def maps_of(setting, places, standing):
+    grid = FloorGrid(places_m=places, standing=standing, heading_rad=np.pi / 2)
+    errors = [tag_errors(setting, grid, k, lambda _: None) for k in range(len(setting.tags))]
+    return error_maps(setting, grid, errors)
 
 
 def test_error_at_a_place_is_the_rms_over_single_poses():
@@ -70,7 +80,7 @@ def test_maps_hold_each_tag_and_nothing_where_no_robot_stands():
     setting = setting_of(ROOM)
     places = np.stack(np.meshgrid([1.0, 2.0, 3.0], [1.0, 2.0], indexing="ij"), axis=-1)
     standing = np.array([[True, True], [True, False], [True, True]])
-    maps = error_maps(setting, places, standing, np.pi / 2, Progress())
+    maps = maps_of(setting, places, standing)
     for name in ("vector_error", "strongest_error", "captured_share"):
         values = maps[name].values
         assert values.shape == (2, 3, 2)
@@ -85,7 +95,7 @@ def test_turned_maps_hold_the_powers_and_the_readers_symmetry_gives_all_other_he
     setting = setting_of(ROOM)
     places = np.stack(np.meshgrid([1.0, 2.0, 3.0], [1.0, 2.0], indexing="ij"), axis=-1)
     standing = np.array([[True, True], [True, False], [True, True]])
-    maps = error_maps(setting, places, standing, np.pi / 2, Progress())
+    maps = maps_of(setting, places, standing)
     turn = symmetric_turn(READER)
     assert turn == 1  # eight equal sectors
     held = maps["turned_rss_w"].values
