@@ -21,18 +21,16 @@ class DrawnFigure(NamedTuple):
 
 
 def drawn_figures(groups: Sequence[Group], crew: Crew | None) -> Iterator[DrawnFigure]:
-    """Yield the figures of all groups, in order, as they are drawn.
+    """Return the figures of all groups, in order; workers begin to draw them at once.
 
     Parameters
     ----------
     groups, crew : What makes them; workers that share the groups, None: this process draws.
     """
     if crew is None:
-        for group in groups:
-            yield from _drawn(group)
-        return
-    for drawn in [begun(crew, _all_drawn, group) for group in groups]:
-        yield from drawn()
+        return (one for group in groups for one in _drawn(group))
+    begins = [begun(crew, _all_drawn, group) for group in groups]
+    return (one for drawn in begins for one in drawn())
 
 
 def _all_drawn(group: Group) -> list[DrawnFigure]:

@@ -97,7 +97,7 @@ def figure_png(figure: "Figure") -> bytes:
     shown, shown_dpi = figure.canvas, figure.dpi
     with figure_style():
         try:
-            canvas = FigureCanvasAgg(figure)
+            canvas: Any = FigureCanvasAgg(figure)
             figure.dpi = dots = rcParams["savefig.dpi"]
             canvas.draw()  # `savefig` draws twice
         finally:

@@ -43,7 +43,7 @@ def study_report(content: StudyContent, room_map: "xr.Dataset", figures: FigureF
     subtitle = (
         f"Octant study “{study.name}”: {count} design{'' if count == 1 else 's'} at "
         f"{study.radio.frequency_hz / 1e9:g} GHz"
-        + (", quick look with coarse sampling" if content.quick else "")
+        + (", quick look: coarse sampling, few runs and pictures" if content.quick else "")
     )
     failed = sum(bool(c.reason) for c in content.cells)
     warnings = (f"{failed} of {count} designs have no scores; see “Designs”.",) if failed else ()

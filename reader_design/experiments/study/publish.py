@@ -1,6 +1,6 @@
 """What a study leaves for people: results, tables, figures and the report."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,7 +13,7 @@ from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.keeping.results import write_once
 from octant.reader_design.keeping.workers import Crew
 from octant.reader_design.setting.setting import Setting
-from octant.reader_design.showing.drawing import Group, drawn_figures
+from octant.reader_design.showing.drawing import DrawnFigure, Group, drawn_figures
 from octant.reader_design.showing.netcdf import write_dataset
 from octant.reader_design.showing.pages import render_report
 from octant.reader_design.showing.tables import put_table
@@ -43,9 +43,10 @@ def publish(
     """
 
     def write() -> list[Path]:
+        drawn = drawn_figures(_groups(content, room_map, rooms), crew)
         written = _results(content, room_map, out_dir)
         written += _tables(content.missions, out_dir)
-        figures = _figures(_groups(content, room_map, rooms), out_dir, progress, crew)
+        figures = _figures(drawn, out_dir, progress)
         written += [path for entries in figures.values() for _, _, path in entries]
         report = out_dir / "report.html"
         with progress.during("report"):
@@ -94,11 +95,10 @@ def _tables(missions: Sequence[RoomMission], out_dir: Path) -> list[Path]:
 
 
 def _figures(
-    groups: Sequence[Group], out_dir: Path, progress: Progress, crew: Crew | None
+    drawn: Iterable[DrawnFigure], out_dir: Path, progress: Progress
 ) -> dict[str, list[tuple[str, str, Path]]]:
-    """Draw and write all figures; return title, caption and file of each by section."""
+    """Write all figures; return title, caption and file of each by section."""
     entries: dict[str, list[tuple[str, str, Path]]] = {}
-    drawn = drawn_figures(groups, crew)
     with progress.track(drawn, label="figures") as figures:
         for one in figures:
             path = out_dir / "figures" / one.file
@@ -111,15 +111,12 @@ def _figures(
 def _groups(
     content: StudyContent, room_map: "xr.Dataset", rooms: Sequence[tuple[str, str, Setting]]
 ) -> list[Group]:
-    """Return what makes the figures of each part of the report, in its order."""
-    from octant.reader_design.experiments.study.figures import (
-        mission_figures,
-        reader_figures,
-        room_figures,
-        scene_figures,
-    )
+    """Return what makes the figures of each part of the report, in its order.
+
+    A quick look draws what stands first in each part.
+    """
+    from octant.reader_design.experiments.study import figures, sweep_figures
     from octant.reader_design.experiments.study.rfid_section import rfid_figures
-    from octant.reader_design.experiments.study.sweep_figures import sweep_figures
     from octant.reader_design.experiments.study.thesis_plots import thesis_figures
     from octant.reader_design.showing.plan import plan_of
 
@@ -127,18 +124,29 @@ def _groups(
     elements = cell.design.body().element_azimuths_rad
     plans = [plan_of(built.scene, built.reader_z_m) for _, _, built in rooms]
     pairs = list(zip(content.missions, plans, strict=False))
+    floor = figures.FloorData.of(setting, room_map)
+    first: list[Group] = [
+        partial(figures.scene_figures, setting),
+        partial(
+            sweep_figures.comparison_figures, content.cells, content.candidates, content.choice
+        ),
+        partial(figures.pattern_figures, cell, elements),
+        partial(figures.level_figures, floor),
+        *([partial(rfid_figures, setting, room_map)] if "wake_margin_db" in room_map else []),
+        partial(figures.way_figures, setting, pairs, label=cell.label),
+    ]
+    if content.quick:
+        return first
     hertz = study.radio.frequency_hz
-    swept = (content.cells, content.candidates, content.choice)
-    groups: list[Group] = [
-        partial(scene_figures, setting),
-        partial(sweep_figures, *swept, frequency_hz=hertz),
+    thesis = () if content.thesis is None else (content.thesis,)
+    return [
+        *first,
+        partial(sweep_figures.antenna_figures, content.cells, frequency_hz=hertz),
+        *(partial(thesis_figures, one, content.cells) for one in thesis),
+        partial(figures.error_figures, study, cell, elements, figures.room_samples(room_map)),
+        partial(figures.tag_level_figures, floor),
+        partial(figures.heading_error_figures, floor, elements),
+        partial(figures.all_headings_figures, floor),
+        partial(figures.capture_figures, floor),
+        partial(figures.drive_figures, setting, pairs),
     ]
-    if content.thesis is not None:
-        groups.append(partial(thesis_figures, content.thesis, content.cells))
-    groups += [
-        partial(reader_figures, study, cell, elements, room_map),
-        partial(room_figures, setting, room_map, elements),
-        partial(rfid_figures, setting, room_map),
-        partial(mission_figures, setting, pairs, label=cell.label),
-    ]
-    return groups

@@ -113,14 +113,12 @@ def _inventory_row(protocol: Gen2, tags: int, dwell_s: float) -> tuple[str, str,
 
 
 def rfid_figures(setting: Setting, room_map: "xr.Dataset") -> Iterator[NamedFigure]:
-    """Yield the map of where tags wake [dB]; nothing where all tags are active.
+    """Yield the map of where tags wake [dB].
 
     Parameters
     ----------
-    setting, room_map : The chosen reader in its room, and its maps.
+    setting, room_map : The chosen reader in its room, and its maps; not all tags are active.
     """
-    if "wake_margin_db" not in room_map:
-        return
     blocked = room_map["standing"].values == 0
     margins = np.clip(room_map["wake_margin_db"].values, -MARGIN_DB, MARGIN_DB)
     panels = [

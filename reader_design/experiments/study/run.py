@@ -10,7 +10,9 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass, replace
+from importlib import import_module
 from pathlib import Path
+from threading import Thread
 
 import msgspec
 
@@ -224,6 +226,7 @@ def run_study(
                     return list(_rooms(own))
                 return [(name, slug, _standing(there, own)) for name, slug, there in rooms]
 
+            _import_meanwhile(crew)
             stages = out_dir / "stages"
             driven = drive_shortlist(
                 rooms_of,
@@ -275,6 +278,12 @@ def run_study(
         )
         publish(content, room_map, rooms, out_dir, force=force, progress=progress, crew=crew)
     return StudyOutcome(content=content, folder=out_dir, report=out_dir / "report.html")
+
+
+def _import_meanwhile(crew: Crew | None) -> None:
+    """Import what this process needs next while it waits for workers."""
+    if crew is not None:
+        Thread(target=import_module, args=("xarray",), daemon=True).start()
 
 
 def _waited_for(

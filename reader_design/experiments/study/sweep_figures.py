@@ -39,19 +39,14 @@ MOST_PANELS = 12
 """Panels that one figure shows at most [-]."""
 
 
-def sweep_figures(
-    cells: Sequence[Cell],
-    candidates: Sequence[Candidate],
-    choice: Choice,
-    *,
-    frequency_hz: float,
+def comparison_figures(
+    cells: Sequence[Cell], candidates: Sequence[Candidate], choice: Choice
 ) -> Iterator[NamedFigure]:
-    """Yield the sweep's figures: all scores, then by antenna its pattern and RSS [dBm] over [m].
+    """Yield the sweep's scores: a matrix, and what compares at least two designs ([dB], [deg]).
 
     Parameters
     ----------
     cells, candidates, choice : All cells, the scored ones, their ranking.
-    frequency_hz : Carrier [Hz].
     """
     order = choice.ranking[:MOST_ROWS]
     yield NamedFigure(
@@ -67,9 +62,18 @@ def sweep_figures(
             title="The designs, best first",
         ),
     )
-    good = [c for c in cells if c.free is not None]
     if len(candidates) > 1:
-        yield from _comparisons(good, candidates, choice)
+        yield from _comparisons([c for c in cells if c.free is not None], candidates, choice)
+
+
+def antenna_figures(cells: Sequence[Cell], *, frequency_hz: float) -> Iterator[NamedFigure]:
+    """Yield by kind of antenna its pattern and the RSS [dBm] of its designs over distance [m].
+
+    Parameters
+    ----------
+    cells, frequency_hz : All cells; the carrier [Hz].
+    """
+    good = [c for c in cells if c.free is not None]
     for kind in dict.fromkeys(c.design.antenna_kind for c in good):
         shown = [c for c in good if c.design.antenna_kind == kind][:MOST_PANELS]
         if shown[0].design.drawn:

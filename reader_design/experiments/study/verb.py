@@ -22,7 +22,7 @@ def study(*, study: Path | None, options: RunOptions, quick: bool) -> Ended:
     """Sweep the reader's design over STUDY, choose one, map the room, drive the missions.
 
     Leaves results.nc, figures, study.toml and report.html in --out; the same command again goes on
-    where the last one stopped.
+    where the last one stopped. A quick look draws only the first pictures of each part of the page.
     """
     if options.workers != 1 and options.cluster is None and not options.dry_run:
         prepare_workers(WORKERS_NEED)

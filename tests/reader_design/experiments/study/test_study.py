@@ -2,6 +2,7 @@
 
 import csv
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,9 +13,11 @@ from octant.navigation.missions.run import MissionJob
 from octant.reader_design.experiments.missions import stage
 from octant.reader_design.experiments.study import publish
 from octant.reader_design.experiments.study import run as study
+from octant.reader_design.experiments.study.map_stage import MapCase, map_stage
 from octant.reader_design.experiments.study.run import run_study
 from octant.reader_design.experiments.sweep import plan as sweep
 from octant.reader_design.face.study import open_results
+from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.showing.netcdf import read_dataset
 from octant.reader_design.study_file.loading import load_study, parse_study
 from octant.reader_design.study_file.scores import SCORE_NAMES
@@ -67,6 +70,18 @@ OUTPUTS = {
 }
 
 
+FIRST_FIGURES = {
+    "room.png",
+    "sweep_matrix.png",
+    "sweep_parallel.png",
+    "sweep_pareto.png",
+    "rss_azimuth.png",
+    "rss_distance.png",
+    "map_rss.png",
+    "trajectory.png",
+}
+
+
 def small(text=TEXT):
     return parse_study(text, source="test", directory=Path.cwd())
 
@@ -85,18 +100,33 @@ def test_study_leaves_its_files_and_nothing_half_written(done):
     names = {p.name for p in done.folder.iterdir()}
     assert names == OUTPUTS | {"cells", "stages", "figures"}
     assert not list(done.folder.rglob(".*"))
-    figures = {p.name for p in (done.folder / "figures").iterdir()}
-    assert {
-        "sweep_matrix.png",
+
+
+def test_a_quick_look_draws_what_stands_first_in_each_part(done):
+    assert {p.name for p in (done.folder / "figures").iterdir()} == FIRST_FIGURES
+
+
+def test_a_whole_study_draws_all_figures(done):
+    content = replace(done.content, quick=False)
+    setting = content.setting
+    room_map = map_stage(MapCase(setting=setting, progress=Progress()), done.folder / "stages")
+    rooms = [("the study's room", "room", setting), ("with a cabinet", "with-a-cabinet", setting)]
+    groups = publish._groups(content, room_map, rooms)
+    figures = [one for group in groups for one in group()]
+    assert {one.file for one in figures} >= FIRST_FIGURES | {
         "rss_distance_dipole.png",
-        "rss_azimuth.png",
         "bearing_error.png",
-        "map_rss.png",
-        "trajectory.png",
+        "error_distribution.png",
+        "map_rss_tags.png",
+        "map_bearing_error.png",
+        "map_bearing_rms.png",
+        "map_capture.png",
         "percentiles.png",
         "rss_time_room.png",
         "rss_time_with-a-cabinet.png",
-    } <= figures
+    }
+    sections = {one.section for one in figures}
+    assert sections >= {"sweep", "reader", "room", "scene", "mission"}
 
 
 def test_outcome_says_which_design_why_how_the_missions_went_and_where_the_report_is(done):
