@@ -4,6 +4,7 @@
 anything else (profile ``quick``) on a few.
 """
 
+import gc
 import os
 from pathlib import Path
 
@@ -16,7 +17,7 @@ COMMON = {
     # Fixtures of these tests hand out folders and readers, which examples do not change.
     "suppress_health_check": [HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
 }
-settings.register_profile("quick", max_examples=20, **COMMON)
+settings.register_profile("quick", max_examples=10, **COMMON)
 settings.register_profile("full", max_examples=200, **COMMON)
 settings.load_profile("full" if os.environ.get("OCTANT_EXAMPLES") == "full" else "quick")
 
@@ -35,3 +36,14 @@ def own_cache(tmp_path_factory):
         patch.setenv("OCTANT_CACHE_DIR", str(folder / "octant-cache"))
         patch.setenv("PYTHONSAFEPATH", "1")
         yield
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection():
+    """Let no garbage collection look through what collection has made, which stays to the end."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.freeze()
+        gc.enable()

@@ -95,6 +95,7 @@ def test_a_study_leaves_tables_figures_and_a_report(octant, study_file, tmp_path
     assert "another study" in octant("dock", study, "--out", out, "--runs", "3").refused()
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::octant.geometries.errors.PhysicsWarning")
 def test_runs_are_kept_and_the_same_bits(study_file, tmp_path):
     study = load_study(study_file(STUDY))

@@ -290,6 +290,7 @@ def test_what_is_there_is_not_overwritten(octant, done, folder):
     assert "--force" in line
 
 
+@pytest.mark.slow
 def test_the_same_command_finishes_what_was_interrupted(octant, done, folder):
     there = {path: path.read_bytes() for path in (folder / "out").rglob("*") if path.is_file()}
     for path in there:
@@ -378,6 +379,7 @@ def test_bad_calls_are_refused_in_one_sentence(octant, study_file, tmp_path, tex
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_a_measured_reader_is_compared_in_the_report(octant, folder, done, study_file, tmp_path):
     """Files of another reader: its ports and patterns beside those of the study's."""
     assert done
@@ -399,6 +401,7 @@ def test_a_measured_reader_is_compared_in_the_report(octant, folder, done, study
     assert (tmp_path / "out" / "figures" / "measured.png").exists()
 
 
+@pytest.mark.slow
 def test_lossy_metal_is_said_and_kept(octant, study_file, tmp_path):
     text = SMALL.replace("antennas = 4", "antennas = 3") + METAL
     call = octant("reader", study_file(text), "--out", tmp_path / "out", "--step-deg", "30")

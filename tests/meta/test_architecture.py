@@ -4,6 +4,7 @@ import ast
 import itertools
 import re
 from collections import defaultdict
+from functools import cache
 from xml.etree import ElementTree as ET
 
 import draw_house
@@ -12,7 +13,6 @@ import list_keys
 import networkx as nx
 import pytest
 
-PUBLIC = [m for m in house.modules() if not m.path.stem.startswith("_")]
 EXPERIMENTS = "reader_design.experiments"
 STUDY_MAY_USE = {"sweep", "choice", "missions", "tolerance"}
 KNOW_NUMBA = (
@@ -22,6 +22,10 @@ KNOW_NUMBA = (
     "geometries.kept_code",
     "reader_design.compilation",
 )
+
+
+def public():
+    return [m for m in house.modules() if not m.path.stem.startswith("_")]
 
 
 def ours():
@@ -151,11 +155,15 @@ def base_names(node):
     return [ast.unparse(base).split(".")[-1] for base in plain]
 
 
-CLASSES = defaultdict(list)
-for _module in house.modules():
-    for _node in ast.walk(_module.tree):
-        if isinstance(_node, ast.ClassDef):
-            CLASSES[_node.name].append(_node)
+@cache
+def classes():
+    """Every class of the house by its name, read when a test asks: collection is for all workers."""
+    found = defaultdict(list)
+    for module in house.modules():
+        for node in ast.walk(module.tree):
+            if isinstance(node, ast.ClassDef):
+                found[node.name].append(node)
+    return found
 
 
 def methods(node):
@@ -165,7 +173,9 @@ def methods(node):
 def descends(node, name):
     """Whether a class has an ancestor of this name, in the tree or outside it."""
     bases = [base for base in base_names(node) if base != node.name]
-    return name in bases or any(descends(parent, name) for b in bases for parent in CLASSES[b])
+    return name in bases or any(
+        descends(parent, name) for b in bases for parent in classes().get(b, ())
+    )
 
 
 def is_table(node):
@@ -174,18 +184,20 @@ def is_table(node):
     return decorated or descends(node, "Struct")
 
 
-PROTOCOLS = [n for nodes in CLASSES.values() for n in nodes if "Protocol" in base_names(n)]
+@cache
+def protocols():
+    return [n for nodes in classes().values() for n in nodes if "Protocol" in base_names(n)]
 
 
 def is_implementation(owner, function):
     """Whether a method does what its class's base or a protocol already describes."""
-    if owner is None or owner in PROTOCOLS:
+    if owner is None or owner in protocols():
         return False
     for base in base_names(owner):
-        for parent in CLASSES[base]:
+        for parent in classes().get(base, ()):
             if function.name in methods(parent) or is_implementation(parent, function):
                 return True
-    return any(function.name in methods(p) and methods(p) <= methods(owner) for p in PROTOCOLS)
+    return any(function.name in methods(p) and methods(p) <= methods(owner) for p in protocols())
 
 
 def section(docstring, title):
@@ -224,7 +236,7 @@ def described_above(node):
     """Return {name: text} of what the tables above a table in the study file describe."""
     entries = {}
     for base in base_names(node):
-        for parent in CLASSES[base]:
+        for parent in classes().get(base, ()):
             entries |= described_above(parent) | described(ast.get_docstring(parent) or "")
     return entries
 
@@ -265,7 +277,7 @@ UNIT = re.compile(r"\[[^\]]+\]|`[A-Z]\w+`|\b(unit|share)\b")
 
 def test_everything_public_is_documented_with_units():
     missing = []
-    for module in PUBLIC:
+    for module in public():
         if not ast.get_docstring(module.tree):
             missing.append(f"{module.place}: the module has no docstring")
         for owner, node in documented(module):
@@ -290,7 +302,7 @@ def test_a_class_is_described_by_a_noun():
     complain(
         (
             f"{module.place}:{node.lineno}: {node.name}"
-            for module in PUBLIC
+            for module in public()
             for _, node in documented(module)
             if isinstance(node, ast.ClassDef)
             and re.match(r"Returns?\b", ast.get_docstring(node) or "")
@@ -303,7 +315,7 @@ def test_a_class_is_described_by_a_noun():
 
 
 def functions():
-    for module in PUBLIC:
+    for module in public():
         for _, node in documented(module):
             if isinstance(node, ast.FunctionDef):
                 yield f"{module.place}:{node.lineno}: {node.name}", node.args

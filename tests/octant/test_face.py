@@ -158,6 +158,7 @@ def test_maps_and_rss_equal_the_commands_to_the_bit(study_file, tmp_path):
     assert rss["rss_w"].to_numpy()[0].T.tolist() == table
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings(QUIET)
 def test_readers_equal_the_command_to_the_bit(study_file, tmp_path):
     out = tmp_path / "out"

@@ -61,6 +61,7 @@ def test_eight_files_give_the_reader_they_were_written_from(files):
     np.testing.assert_array_equal(back.azimuths_rad, AZIMUTHS)
 
 
+@pytest.mark.slow
 def test_moving_the_phase_to_the_antennas_smooths_what_is_interpolated(files):
     at = directions()
     errors = [
@@ -75,6 +76,7 @@ def test_moving_the_phase_to_the_antennas_smooths_what_is_interpolated(files):
     assert errors[1] < 0.2 * errors[0] < 0.02
 
 
+@pytest.mark.slow
 def test_the_own_grid_comes_back_exactly(tmp_path):
     sector = sector_response(AZIMUTHS, frequency_hz=F_HZ)
     paths = []

@@ -3,6 +3,7 @@ import itertools
 import numpy as np
 import pytest
 import slow_edges
+from slow_rest import slow_after
 
 from octant.em.medium.radio_scene import radio_scene
 from octant.em.paths.tracing import trace_paths
@@ -67,7 +68,7 @@ def two_places(rng):
     return rng.uniform(0.15, np.array(ROOM) - 0.15, (2, 3))
 
 
-@pytest.mark.parametrize("seed", range(24))
+@pytest.mark.parametrize("seed", slow_after(8, range(24)))
 def test_paths_over_one_edge_are_those_of_a_brute_force_search(seed):
     rng = np.random.default_rng(seed)
     cabinet = box(
@@ -89,7 +90,7 @@ def test_paths_over_one_edge_are_those_of_a_brute_force_search(seed):
     )
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", slow_after(4, range(12)))
 def test_paths_over_the_rims_of_a_plate_are_those_of_a_brute_force_search(seed):
     rng = np.random.default_rng(seed)
     lean = rng.uniform(-0.4, 0.4)

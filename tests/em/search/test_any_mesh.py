@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from broken_meshes import badly_meshed, draw_place, draw_scene, rounded
+from slow_rest import slow_after
 
 from octant.em.antennas.kinds import make_antenna
 from octant.em.constants import SPEED_OF_LIGHT_M_PER_S
@@ -125,7 +126,7 @@ def assert_one_sentence(error):
     assert "nan" not in text.lower()
 
 
-@pytest.mark.parametrize("batch", range(8))
+@pytest.mark.parametrize("batch", slow_after(2, range(8)))
 def test_no_path_is_nan_or_stronger_than_physics_allows_and_ends_may_be_swapped(batch):
     answered = 0
     for seed in range(batch * PER_BATCH, (batch + 1) * PER_BATCH):
@@ -146,7 +147,7 @@ def test_no_path_is_nan_or_stronger_than_physics_allows_and_ends_may_be_swapped(
     assert answered > PER_BATCH // 3
 
 
-@pytest.mark.parametrize("batch", range(8))
+@pytest.mark.parametrize("batch", slow_after(2, range(8)))
 def test_a_bad_mesh_of_the_same_surfaces_gives_the_same_paths_and_powers(batch):
     for seed in range(10_000 + batch * PER_BATCH, 10_000 + (batch + 1) * PER_BATCH):
         rng, room, objects, model, (source, receiver) = draw(seed)

@@ -94,6 +94,7 @@ def test_prediction_follows_the_true_motion_with_slips():
     np.testing.assert_allclose(track.belief.mean, drives.truth[-1], atol=1e-11)
 
 
+@pytest.mark.slow
 def test_after_a_blackout_of_30_s_the_slips_make_the_difference(drives):
     end = drives.blackout_end(30.0)
     runs = np.arange(len(end))
@@ -113,6 +114,7 @@ def test_from_a_wrong_start_the_estimate_converges_within_20_s(drives):
     assert np.quantile(error, 0.9) <= 0.058
 
 
+@pytest.mark.slow
 def test_the_coupled_filter_is_consistent_and_the_pair_is_not(drives):
     low, high = consistency_band(degrees=5, samples=100)
     settled = drives.time_s > 10.0

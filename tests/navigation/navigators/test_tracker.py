@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from slow_rest import slow_after
 
 from octant.geometries.errors import NavigationError
 from octant.navigation.missions.metrics import measure
@@ -268,7 +269,7 @@ def test_without_a_signal_the_belief_stays(table):
     assert place_filter.observed(belief, np.zeros(8), rng) is belief
 
 
-@pytest.mark.parametrize("rolling", [Rolling(), FLOOR], ids=["exact", "slipping"])
+@pytest.mark.parametrize("rolling", slow_after(1, [FLOOR, Rolling()]), ids=["slipping", "exact"])
 def test_all_tags_are_reached_within_12_cm_of_the_way(thesis_setup, tracker, rolling):
     mission, sensor = thesis_setup(noise_db=1.0)
     mission = replace(mission, rolling=rolling)

@@ -98,7 +98,7 @@ def test_the_range_in_the_open_is_that_of_the_link_budget(rfid, frequency_hz, ei
     [
         ("each", ""),
         ("strongest", ""),
-        ("separate", ""),
+        pytest.param("separate", "", marks=pytest.mark.slow),
         ("each", 'antenna = "patch"\naxis = [1.0, 0.3, -0.4]'),
         (TILTED, 'antenna = "patch"\naxis = [1.0, 0.3, -0.4]\nazimuth_deg = 50.0'),
     ],

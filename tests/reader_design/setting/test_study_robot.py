@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from slow_rest import slow_after
 
 from octant.em.reader.response import sector_response
 from octant.geometries.errors import ConfigError
@@ -125,7 +126,9 @@ def test_every_robot_follows_a_line(robot):
 
 
 @pytest.mark.filterwarnings("ignore::octant.geometries.errors.PhysicsWarning")
-@pytest.mark.parametrize("robot", ROBOTS)
+@pytest.mark.parametrize(
+    "robot", slow_after(2, ["none", "car", "scout", "sputnik", "synchro", "real"])
+)
 def test_every_robot_docks(robot):
     job = docking_job(setting_of(study_of(ROBOTS[robot])))
     results = [job(seed) for seed in np.random.SeedSequence(5).spawn(2)]

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from slow_rest import slow_after
 
 from octant.em.reader.fullwave.basis import best_sectors
 from octant.em.reader.fullwave.mesh import reader_mesh
@@ -102,7 +103,7 @@ def test_strips_stand_across_the_radius_and_are_four_wire_radii_wide():
 
 @pytest.mark.parametrize("changes", [{}, {"antenna_radius_m": 0.07}, {"monopole_plane_m": 0.04}])
 @pytest.mark.parametrize("shape", ["square", "round"])
-@pytest.mark.parametrize("cells", [8.0, 10.0, 18.0])
+@pytest.mark.parametrize("cells", slow_after(2, [8.0, 10.0, 18.0]))
 def test_monopoles_stand_on_an_edge_as_wide_as_the_strip(changes, shape, cells):
     body = reader_body(ground_plane_shape=shape, **changes)
     mesh = reader_mesh(

@@ -209,6 +209,7 @@ def test_antennas_that_do_not_fit_are_refused(study, options, said):
     assert said in str(caught.value)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::octant.geometries.errors.PhysicsWarning")
 def test_the_map_follows_the_robot_that_carries_the_studys_reader(tmp_path):
     text = STUDY.replace("free_space = true", 'box_m = [4.0, 3.0, 2.5]\nmaterial = "concrete"')
