@@ -232,7 +232,7 @@ class _Tangent:
         """Return the currents of all ports from those of the first sector's."""
         if not self.step:
             return first
-        turned = [np.roll(first, -s, axis=1) for s in range(self.basis.sectors)]
+        turned = [np.roll(first, s, axis=1) for s in range(self.basis.sectors)]
         return np.concatenate(turned)
 
     def _far_field(self, basis: SurfaceBasis, currents: ComplexArray) -> ComplexArray:

@@ -214,6 +214,6 @@ def port_step_of(excitation: npt.NDArray[np.float64]) -> int:
     if sectors == 1 or ports % sectors:
         return 0
     step = ports // sectors
-    turned = np.roll(np.roll(excitation, step, axis=0), -1, axis=1)
+    turned = np.roll(np.roll(excitation, step, axis=0), 1, axis=1)
     same = np.allclose(turned, excitation, rtol=0.0, atol=1e-9 * float(np.abs(excitation).max()))
     return step if same else 0

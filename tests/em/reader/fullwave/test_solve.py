@@ -12,7 +12,7 @@ from octant.em.reader.fullwave.basis import surface_basis
 from octant.em.reader.fullwave.mesh import reader_mesh
 from octant.em.reader.fullwave.rwg import impedance_matrix
 from octant.em.reader.fullwave.single import dipole_mesh
-from octant.em.reader.fullwave.solve import solve_reader
+from octant.em.reader.fullwave.solve import excitations, port_step_of, solve_reader
 from octant.geometries.bodies import Body
 from octant.geometries.errors import AntennaError, GeometryError
 from octant.geometries.reader_body import reader_body
@@ -71,6 +71,8 @@ def test_the_solution_by_rotational_modes_is_the_plain_one(shape):
     fast, plain = solve_reader(mesh), solve_reader(mesh, symmetry=False)
     assert fast.basis.sectors == (8 if shape == "round" else 4)
     assert plain.basis.sectors == 1
+    # Far fields are then those of one sector's ports, turned.
+    assert port_step_of(excitations(fast.basis, mesh)) == 8 // fast.basis.sectors
     assert fast.unknowns == plain.unknowns
     scale = float(np.abs(plain.admittance_s).max())
     np.testing.assert_allclose(fast.admittance_s, plain.admittance_s, rtol=0.0, atol=1e-9 * scale)
