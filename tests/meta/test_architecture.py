@@ -157,7 +157,7 @@ def base_names(node):
 
 @cache
 def classes():
-    """Every class of the house by its name, read when a test asks: collection is for all workers."""
+    """Every class of the house by its name, read when a test asks for it."""
     found = defaultdict(list)
     for module in house.modules():
         for node in ast.walk(module.tree):
