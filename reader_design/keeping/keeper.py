@@ -357,12 +357,13 @@ def _by_crew(
 ) -> Iterator[tuple[str, Computed]]:
     """Yield cases as a crew computes them.
 
-    Workers that need the same kernel before it is compiled wait for the one that compiles it.
+    The first goes alone: kernels that are not compiled yet are compiled by one worker, and the
+    others find them on disk.
     """
     version = versions()["octant_version"]
     waiting = deque(missing.items())
     pending: dict[Future[Computed], tuple[str, object]] = {}
-    most = AHEAD * crew.size
+    most = 1
     try:
         while waiting or pending:
             suspects: list[tuple[str, object]] = []
@@ -373,6 +374,7 @@ def _by_crew(
                 except BrokenExecutor:
                     suspects.append((key, case))
             done, _ = wait(pending, return_when=FIRST_COMPLETED)
+            most = AHEAD * crew.size
             for future in done:
                 key, case = pending.pop(future)
                 if isinstance(_error(future), BrokenExecutor):
