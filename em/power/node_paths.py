@@ -214,10 +214,10 @@ def _images(
     """
     count, width = found.kind.shape
     over = found.kind == DIFFRACTION
-    bend = np.where(over.any(axis=1), np.argmax(over, axis=1), width)
+    column = np.arange(width)
+    bend = np.where(over, column, width).min(axis=1, initial=width)
     images, moves = np.zeros((count, 7)), np.zeros((count, 4, 3))
     images[:, :3] = found.receivers_m[found.receiver] + found.length_m[:, None] * arrival
-    column = np.arange(width)
     moves[:, :3] = _mirrors(radio, found, column < bend[:, None])
     some = np.flatnonzero(bend < width)
     at = bend[some]

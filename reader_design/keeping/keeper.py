@@ -31,6 +31,7 @@ from octant.reader_design.keeping.folder import (
     read_case,
     write_case,
 )
+from octant.reader_design.keeping.interrupts import swallowed_interrupts
 from octant.reader_design.keeping.keys import case_keys
 from octant.reader_design.keeping.progress import Progress
 from octant.reader_design.keeping.versions import versions
@@ -251,6 +252,7 @@ def map_cases(
         if not missing:
             return tuple(done[key] for key in keys)
         with (
+            swallowed_interrupts() as raise_swallowed,
             _crew_for(len(missing), workers, cluster, crew) as hands,
             closing(_computed(job, missing, hands, progress)) as results,
             progress.track(results, total=len(missing), label=label) as tracked,
@@ -265,6 +267,7 @@ def map_cases(
                 elif name is not None:
                     progress.say(f"{name(by_key[key])} failed: {facts['reason']}")
                 done[key] = _kept(content, facts, path=path, case=by_key[key], codec=codec)
+                raise_swallowed()
     return tuple(done[key] for key in keys)
 
 

@@ -27,6 +27,7 @@ from typing import Any, Protocol, TypeVar
 
 from octant.em.blocks import THREADS_VARIABLE, cores
 from octant.geometries.errors import ConfigError
+from octant.reader_design.keeping.interrupts import ignored_interrupts
 
 Result = TypeVar("Result")
 
@@ -173,7 +174,7 @@ def prepare_workers(modules: Sequence[str] = ()) -> None:
     os.environ.update(dict.fromkeys(ONE_THREAD, "1"))  # it must not hold threads when it is copied
     try:
         forkserver.set_forkserver_preload(list(modules))
-        with _ignoring_interrupts():
+        with ignored_interrupts():
             forkserver.ensure_running()
     finally:
         for name, value in before.items():
@@ -343,7 +344,7 @@ def _scheduler(distributed: Any, address: str) -> Iterator[Any]:  # noqa: ANN401
     if not count.isdecimal() or int(count) < 1:
         msg = f"--cluster is {address!r}, but a number of workers must follow: local:2."
         raise ConfigError(msg)
-    with _ignoring_interrupts():
+    with ignored_interrupts():
         started = distributed.LocalCluster(
             n_workers=int(count),
             threads_per_worker=1,
@@ -353,19 +354,6 @@ def _scheduler(distributed: Any, address: str) -> Iterator[Any]:  # noqa: ANN401
         )
     with started as cluster:
         yield cluster
-
-
-@contextmanager
-def _ignoring_interrupts() -> Iterator[None]:
-    """Let processes started in the block ignore Ctrl-C: only this process reacts to it."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
 
 
 def _answer(address: str) -> None:

@@ -45,6 +45,8 @@ _ERROR_STREAM = 18_001
 _OUTSIDE_M = 2.0
 _BOX_FACETS = 6
 _WEDGE_PLACE_S = 6e-7
+_KEPT_PATHS, _KEPT_OVER_EDGES = 0.25, 0.7
+_PATH_BYTES, _FIELD_BYTES = 8.0, 24.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -152,9 +154,11 @@ def map_forecast(setting: Setting) -> str:
     context, tags = map_context(setting), mapped_tags(setting)
     plan, rows = context.plan, antennas_alike(context.responses[0])
     channels = len(context.radios)
-    size = len(tags) * plan.nbytes(rows, _headings(context.responses[0])) / 1e6
     paths = 3.0 * sum(6.0**order for order in range(context.solver.max_reflections + 1)) ** 0.7
     wedges = len(context.radios[0].wedges) if context.solver.diffraction else 0
+    kept = plan.nodes * (_KEPT_PATHS * paths + _KEPT_OVER_EDGES * wedges)
+    levels = plan.nbytes(rows, _headings(context.responses[0]))
+    size = len(tags) * (levels + kept * (_PATH_BYTES + _FIELD_BYTES * channels)) / 1e6
     node_s = (paths * PATH_S + wedges * WEDGE_S) * (1.0 + channels)
     place_s = (PLACE_S + wedges * _WEDGE_PLACE_S) * channels * rows
     seconds = len(tags) * (plan.nodes * node_s + plan.places * place_s)

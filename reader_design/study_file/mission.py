@@ -77,7 +77,7 @@ class MapKeys(Table, frozen=True, kw_only=True):
     particles : Poses that it weighs, at least; more while the pose is open.
     spacing_m : Distance of the places of its field maps [m]; None: a sixth of a wavelength.
     edges : Whether field maps contain paths over an edge with one reflection before or behind it:
-        in furnished rooms their error field is then 2 to 15 times weaker, and they take five times
+        in furnished rooms their error field is then 2 to 4 times weaker, and they take 3 to 9 times
         longer. None: in rooms of 500 edges that diffract at most.
     tag_sd_m : How exactly the tags' places are surveyed, as a standard deviation along each axis
         [m]. Half a wavelength over 2 pi (2 cm at 2.4 GHz) makes half of all fading unknown.

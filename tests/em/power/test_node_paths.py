@@ -90,3 +90,17 @@ def test_the_strongest_carry_nearly_all_power(found):
     assert power[1] > 0.99 * power[0]
     assert len(few.image) < 0.8 * len(found.image)
     assert few.start[-1] == len(few.image)
+
+
+def test_without_bends_only_the_tag_itself_is_seen(radios):
+    found = trace_node_paths(
+        radios,
+        X_M,
+        Y_M,
+        tag_position_m=TAG_M,
+        tag_antennas=[make_antenna("dipole", CARRIER_HZ)],
+        reader_z_m=HEIGHT_M,
+        solver=SolverSettings(max_reflections=0, diffraction=True),
+    )
+    np.testing.assert_allclose(found.images, [[*TAG_M, 0.0, 0.0, 0.0, 0.0]], rtol=0.0, atol=1e-12)
+    np.testing.assert_array_equal(found.moves[0, :3], np.eye(3))
